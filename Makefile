@@ -130,7 +130,7 @@ golden: $(READY)
 	$(BIN)/python -m tests.golden
 
 errata: $(READY)
-	$(BIN)/python -m quadstep.verify.errata
+	$(BIN)/python -m quadstep.proofs.verify.errata
 
 docs: $(DOCS)
 	$(BIN)/python -m docs.site $(PAGES)

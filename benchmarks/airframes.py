@@ -9,12 +9,12 @@ import numpy as np
 
 from benchmarks.flights import seconds
 from quadstep.control.opaque import Known, Wanted, flying
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import FlightPlan, fly
-from quadstep.flight.kernel import host_width
-from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Sweep, places
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import FlightPlan, fly
+from quadstep.engines.kernel import host_width
+from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep, places
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers.noise import key
 

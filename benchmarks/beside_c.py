@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from benchmarks.airframes import INSTRUCTIONS
 from benchmarks.yardstick import COMPILER, STRICT, Yardstick
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.kernel import host_width
-from quadstep.flight.sweep import Sweep, Swept
+from quadstep.engines.fly import FlightPlan
+from quadstep.engines.kernel import host_width
+from quadstep.engines.sweep import Sweep, Swept
 
 Row = tuple[str, str, str, str, str]
 

@@ -5,10 +5,10 @@ Of the Crazyflie on a circle, in f32: exact numbers, which no busy machine can b
 
 from typing import NamedTuple
 
-from quadstep.errors import UserError
+from quadstep.engines.fly import FlightPlan
 from quadstep.export.alone import measured_alone
 from quadstep.export.arm import section
-from quadstep.flight.engines import FlightPlan
+from quadstep.io.errors import UserError
 from quadstep.mission.multirotor import MultirotorMission
 
 LAWS = ("rotation-backstepping", "backstepping", "pid", "geometric", "lqr", "raptor", "mpc", "mppi")

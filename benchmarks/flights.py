@@ -9,19 +9,19 @@ from typing import Any, cast
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from quadstep.control.controller import Command
-from quadstep.flight import lanes
-from quadstep.flight.closed_loop import Clock
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import FlightPlan, fly
-from quadstep.flight.kernel import host_width
-from quadstep.flight.log import FlightLog
+from quadstep.engines import lanes
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import FlightPlan, fly
+from quadstep.engines.kernel import host_width
+from quadstep.interfaces.closed_loop import Clock
+from quadstep.interfaces.controller import Command
+from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
-from quadstep.plants.lagrange import Lagrange
-from quadstep.vehicle.lagrange import derivative
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.lagrange import derivative
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.lagrange import Lagrange
 
 CASE_1_AT_250_HZ: dict[str, Any] = {
     "path": {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 40.0},

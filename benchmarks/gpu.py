@@ -8,12 +8,12 @@ import numpy as np
 from benchmarks.gpu_assembler import assembled, ptxas
 from benchmarks.gpu_count import DOUBLES, H200, ISSUED, KINDS, Bound, Chip, bound, counted, operations
 from benchmarks.many_flights import HIGH, LOW, VARYING, plan
-from quadstep.flight.cuda import CLOCK, LOCAL_BYTES, PROCESSORS, REGISTERS, THREADS_A_PROCESSOR, NoDeviceError
-from quadstep.flight.gpu_sweep import REGISTERS as MOST_REGISTERS
-from quadstep.flight.gpu_sweep import THREADS, GpuSweep
-from quadstep.flight.ptx import assembly, program
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Sweep, places
+from quadstep.engines.cuda import CLOCK, LOCAL_BYTES, PROCESSORS, REGISTERS, THREADS_A_PROCESSOR, NoDeviceError
+from quadstep.engines.gpu_sweep import REGISTERS as MOST_REGISTERS
+from quadstep.engines.gpu_sweep import THREADS, GpuSweep
+from quadstep.engines.ptx import assembly, program
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep, places
 from quadstep.numbers import Number
 from quadstep.numbers.noise import flight_key, key, uniforms
 

@@ -7,9 +7,9 @@ in the paper's loop), and no processor issues one in every cycle.
 import re
 from typing import NamedTuple
 
-from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.ptx import NEWEST, assembly
-from quadstep.flight.scored import Scored
+from quadstep.engines.ptx import NEWEST, assembly
+from quadstep.engines.scored import Scored
+from quadstep.interfaces.closed_loop import Ticks
 
 KINDS = {
     "multiply-add": r"fma",

@@ -8,13 +8,13 @@ import time
 from typing import Any
 
 from quadstep import Mission
-from quadstep.control.controller import Measured
 from quadstep.control.registry import names
-from quadstep.errors import UserError
-from quadstep.prove.hold import Left, described, held
-from quadstep.prove.sampled import Sampled
-from quadstep.prove.unknown import Unknown
-from quadstep.prove.verdict import down, up
+from quadstep.interfaces.controller import Measured
+from quadstep.io.errors import UserError
+from quadstep.proofs.prove.hold import Left, described, held
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.unknown import Unknown
+from quadstep.proofs.prove.verdict import down, up
 
 PLACE = [0.0, 0.0, 5.0]
 

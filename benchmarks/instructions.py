@@ -12,10 +12,10 @@ from llvmlite import binding as llvm
 
 from benchmarks.airframes import FULL, plans
 from benchmarks.many_flights import VARYING, plan
-from quadstep.flight.kernel import host, host_width, object_code
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import places
-from quadstep.flight.sweep_trace import SweepTrace
+from quadstep.engines.kernel import host, host_width, object_code
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import places
+from quadstep.engines.sweep_trace import SweepTrace
 
 KEYS = tuple(f"parameters.key.words.{i}" for i in range(4))
 LOOPS = {

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Sweep, places
+from quadstep.engines.fly import FlightPlan
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep, places
 from quadstep.mission.schema import Mission
 
 CASE_1_IN_10_S: dict[str, Any] = {

@@ -15,10 +15,10 @@ import numpy as np
 from playwright.sync_api import Browser, CDPSession, sync_playwright
 
 from benchmarks.flights import seconds
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
 from quadstep.mission.read import read_mission
 from quadstep.page.missions import fly_missions
-from quadstep.study.page import fly_paper
+from quadstep.studies.paper.page import fly_paper
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CASE_1 = EXAMPLES / "case1.toml"

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from benchmarks.airframes import CALM, FLIGHTS, FULL, plans
 from benchmarks.beside_c import Row, beside_c
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Sweep, places
+from quadstep.engines.fly import FlightPlan
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep, places
 from quadstep.numbers.noise import key
 
 VARYING = (

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.lanes import shared_leaves
-from quadstep.flight.sweep import Sweep
+from quadstep.engines.lanes import shared_leaves
+from quadstep.engines.sweep import Sweep
 from quadstep.numbers import flatten, rebuild
 
 PAPER = Path(__file__).with_suffix(".c")

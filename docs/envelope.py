@@ -10,8 +10,8 @@ import tempfile
 
 import numpy as np
 
-from quadstep.envelope.request import request
-from quadstep.envelope.run import fly_envelope, sentence
+from quadstep.studies.envelope.request import request
+from quadstep.studies.envelope.run import fly_envelope, sentence
 
 HERE = pathlib.Path(__file__).parent
 ROOT = HERE.parent

@@ -15,8 +15,8 @@ from matplotlib.patches import FancyBboxPatch
 
 from quadstep import flight_metrics, fly, read_mission
 from quadstep.report.canvas import LINES, STYLE
-from quadstep.study.cases import STRESS_TIMES, stress
-from quadstep.study.study import completed
+from quadstep.studies.paper.cases import STRESS_TIMES, stress
+from quadstep.studies.paper.study import completed
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from quadstep.control.gain import gain
-from quadstep.guidance import DeclaredPath, Reference
+from quadstep.interfaces.gain import gain
 from quadstep.numbers import Number, Vector, cos, sin, vector
+from quadstep.world.guidance import DeclaredPath, Reference
 
 
 class LissajousNumbers(NamedTuple):

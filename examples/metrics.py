@@ -6,7 +6,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from quadstep.flight.own_metric import Metric
+from quadstep.interfaces.metric import Metric
 from quadstep.numbers import Number, absolute, sqrt, where
 
 NEAR = 0.05

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep import flight_metrics, fly, read_mission
-from quadstep.control.controller import Command, Controller
-from quadstep.control.gain import believed
 from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
+from quadstep.interfaces.controller import Command, Controller
+from quadstep.interfaces.gain import believed
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import rotation_matrix
 

@@ -7,13 +7,13 @@ a number, no `math`, but `where`, `sin`, ... from `quadstep.numbers`.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller
-from quadstep.control.gain import believed, gain, given
 from quadstep.control.inversion import invert_force
-from quadstep.control.model import Model
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller
+from quadstep.interfaces.gain import believed, gain, given
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, vector
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 
 class Gains(NamedTuple):

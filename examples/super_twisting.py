@@ -10,13 +10,13 @@ Levant (1993) with the gains of Moreno and Osorio (2012); the attitude follows b
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import believed, gain, given, usual
-from quadstep.control.model import Model
 from quadstep.control.projection import project
 from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, sqrt, vector, where
 from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, yaw_pitch_roll
 

@@ -6,11 +6,11 @@
 import math
 from typing import Any, NamedTuple
 
-from quadstep.air.declared import DeclaredAir
-from quadstep.control.gain import gain
-from quadstep.flight.closed_loop import Clock
+from quadstep.interfaces.closed_loop import Clock
+from quadstep.interfaces.gain import gain
 from quadstep.numbers import Number, Vector, exp, sin, sqrt, vector
 from quadstep.numbers.noise import normals
+from quadstep.world.air.declared import DeclaredAir
 
 STREAM = 0
 """Of the noise: the sensors' begin at 1."""

@@ -7,12 +7,12 @@ rates. The thrust acts along the body's z axis, down; the height h is measured u
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.controller import Controller
-from quadstep.control.gain import believed, gain, given
-from quadstep.control.model import Model
-from quadstep.flight.closed_loop import Outcome
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.gain import believed, gain, given
+from quadstep.interfaces.model import Model
 from quadstep.numbers import Number, Vector, cos, sin, vector, where
-from quadstep.plants.declared import DeclaredPlant
+from quadstep.vehicle.plants.declared import DeclaredPlant
 
 ZERO = vector(0.0, 0.0, 0.0)
 

@@ -19,17 +19,18 @@ from quadstep.control.backstepping import (
 )
 from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.completed_backstepping import CompletedGains, CompletedMemory, counter_rate, coupling_columns, with_yaw
-from quadstep.control.networks import Net, output
+from quadstep.control.networks import output
 from quadstep.control.projection import shrink
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.learning import Net
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total
 from quadstep.numbers.terms import variable
-from quadstep.theory.lyapunov import STANDARD, Motion, closed_loop, lyapunov_rate, sum_squares
-from quadstep.theory.samples import Sample
-from quadstep.vehicle.kinematics import thrust_direction
-from quadstep.vehicle.lagrange import Vehicle, coriolis_torque
-from quadstep.vehicle.rotors import Rotors
-from quadstep.vehicle.state import State
+from quadstep.proofs.theory.lyapunov import STANDARD, Motion, closed_loop, lyapunov_rate, sum_squares
+from quadstep.proofs.theory.samples import Sample
+from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper.lagrange import Vehicle, coriolis_torque
+from quadstep.vehicle.paper.rotors import Rotors
+from quadstep.vehicle.paper.state import State
 
 SERIES = 1e-17
 """What T1_near leaves of the gap of both directions, entry by entry."""

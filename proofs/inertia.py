@@ -1,10 +1,10 @@
 """The inertia J, its derivatives and Coriolis matrix: statements emitted from `vehicle.lagrange`."""
 
 from proofs.statement import Statement, above, at_most, differs, equal, matrix_of, state, vector_of
+from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, sin, solve_symmetric, total
 from quadstep.numbers.terms import variable
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
+from quadstep.vehicle.paper.lagrange import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
 
 ATTITUDE = Vector((variable("psi"), variable("theta"), variable("phi")))
 RATES, R, Y = vector_of("w"), vector_of("r"), vector_of("y")

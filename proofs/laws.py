@@ -2,10 +2,11 @@
 
 from proofs.statement import Statement, above, at_most, equal, matrix_of, state, vector_of
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.networks import Net, weight_rate
+from quadstep.control.networks import weight_rate
+from quadstep.interfaces.learning import Net
 from quadstep.numbers import Matrix, Vector, exp
 from quadstep.numbers.terms import generalised, term, variable
-from quadstep.theory.lyapunov import inner
+from quadstep.proofs.theory.lyapunov import inner
 
 NEURONS = 2
 """Of the statements; each holds neuron by neuron, and the test of random loops takes other numbers."""

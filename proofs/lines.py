@@ -7,7 +7,7 @@ from typing import cast
 
 from proofs.statement import Stated
 from quadstep.numbers.terms import coq, term, variable, variables
-from quadstep.theory.region import BENDING, NORMS, R1, SIZE, Bounds, Setting, Shape, decay
+from quadstep.proofs.theory.region import BENDING, NORMS, R1, SIZE, Bounds, Setting, Shape, decay
 
 VECTORS = (
     "r1 I1 e1 e2 r2 I2 a b a_c b_c eps1 eps2 delta_f Be2 jerk r1_dot F_dot e2_dot c c_raw command_dot c_raw_dot "

@@ -8,7 +8,7 @@ from quadstep.control.completed_backstepping import coupling_columns
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import Vector
 from quadstep.numbers.terms import coq, term, variable
-from quadstep.theory.region import BENDING
+from quadstep.proofs.theory.region import BENDING
 
 SERIES = 1e-4
 """Of `sinc`: below, it is a series."""

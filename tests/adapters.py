@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.c99.compiler import BITS
-from quadstep.c99.subject import exported
+from quadstep.export.c.compiler import BITS
+from quadstep.export.c.subject import exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.firmware import firmware_files
 from tests.exports import real_mission

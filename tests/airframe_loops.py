@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.registry import controllers
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import fly
-from quadstep.flight.lanes import fly_lanes
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import fly
+from quadstep.engines.lanes import fly_lanes
+from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Number, Vector, vector, where
 

@@ -66,8 +66,8 @@ class Hover:
         self.height = None
 
     def outputs(self, attitude, rates, down, sinking):
-        from quadstep.airframe.allocation import allocate
         from quadstep.numbers import Vector
+        from quadstep.vehicle.airframe.allocation import allocate
 
         self.height = down - ABOVE if self.height is None else self.height
         w, x, y, z = attitude

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 import pyarrow.parquet as pq
 
-from quadstep.campaign.schema import CampaignFile, read_campaign
 from quadstep.mission.check import check
+from quadstep.studies.campaign.schema import CampaignFile, read_campaign
 from tests.commands import quadstep
 from tests.patience import PATIENCE
 
@@ -108,7 +108,7 @@ def leftovers(folder):
     return [path.name for path in folder.rglob(".writing-*")]
 
 
-REPORT = "quadstep.campaign.report"
+REPORT = "quadstep.studies.campaign.report"
 
 
 @contextmanager

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep import cli
-from quadstep.terminal.progress import Progress
+from quadstep.commands import cli
+from quadstep.report.terminal.progress import Progress
 from tests.patience import PATIENCE
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 1.0\n'
@@ -68,7 +68,7 @@ def quadstep_process(*arguments, cwd=None):
 def without_figures(monkeypatch):
     """Leave out the figures, which need processes of their own and seconds, where they are not the point."""
     monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
-    monkeypatch.setattr("quadstep.mission.fly.drawing_pool", lambda *_: nullcontext())
+    monkeypatch.setattr("quadstep.studies.flights.fly.drawing_pool", lambda *_: nullcontext())
 
 
 ISSUE_COLUMNS = """t[s] x[m] y[m] z[m] psi[rad] theta[rad] phi[rad] x_d[m] y_d[m] z_d[m] psi_d[rad] theta_d[rad] phi_d[rad]

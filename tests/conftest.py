@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.terminal import bars
+from quadstep.report.terminal import bars
 from tests import durations
 from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtures)
 from tests.commands import without_figures

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from quadstep.prove.box import image, seeded
-from quadstep.prove.sampled import Sampled
+from quadstep.proofs.prove.box import image, seeded
+from quadstep.proofs.prove.sampled import Sampled
 
 
 def spread(centres, radius):

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from quadstep import Mission
-from quadstep.c99.compiler import BITS, WARNINGS
-from quadstep.c99.expressions import Naming
-from quadstep.c99.functions import STEPS, functions
-from quadstep.c99.scans import ScanRecord
-from quadstep.c99.structs import Output, Stored
-from quadstep.c99.subject import exported
-from quadstep.c99.writing import Writer
+from quadstep.export.c.compiler import BITS, WARNINGS
+from quadstep.export.c.expressions import Naming
+from quadstep.export.c.functions import STEPS, functions
+from quadstep.export.c.scans import ScanRecord
+from quadstep.export.c.structs import Output, Stored
+from quadstep.export.c.subject import exported
+from quadstep.export.c.writing import Writer
 from quadstep.export.c99 import c99_files
 from quadstep.numbers.operation import OPERATIONS
 from tests.patience import PATIENCE

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 from llvmlite import binding as llvm
 
-from quadstep.flight import gpu_driver, ptx
+from quadstep.engines import gpu_driver, ptx
 
 GIVEN = ("count", "last", "step", "every", "varying", "tables", "results")
 DRAWN = ("first", "count", "last", "step", "every", "tables", "results")

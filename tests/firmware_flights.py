@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.c99.compiler import BITS
+from quadstep.export.c.compiler import BITS
 from tests.adapters import STUBS, adapter
 from tests.firmware_trees import VARIABLES, built
 from tests.patience import PATIENCE

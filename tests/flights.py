@@ -8,19 +8,19 @@ from llvmlite import ir
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
-from quadstep.control.networks import Net, random_input_weights
-from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.kernel import host
-from quadstep.flight.loop import Loop
-from quadstep.flight.scored import score_names
-from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.engines.kernel import host
+from quadstep.engines.loop import Loop
+from quadstep.engines.scored import score_names
+from quadstep.interfaces.closed_loop import Ticks
+from quadstep.interfaces.learning import Net, random_input_weights
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.lane import Emitter, Lane, LaneTable
-from quadstep.plants.lagrange import Lagrange, Limits, Parameters
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.lagrange import Vehicle
-from quadstep.vehicle.rotors import Rotors
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper.lagrange import Vehicle
+from quadstep.vehicle.paper.rotors import Rotors
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
+from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 
 METRICS = score_names(Lagrange())
 """Of the paper's plant and of real vehicles."""

@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.analysis.statistics import share
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import identify
+from quadstep.identify.logs.read import read_log
 from quadstep.identify.table import compare
-from quadstep.logs.read import read_log
+from quadstep.metrics.statistics import share
 from tests.made_flights import logged, start, true_value
 
 FIRST_SEED = 1000

@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 
-from quadstep.logs.flight import FlightRecord
+from quadstep.identify.logs.flight import FlightRecord
 
 FLIP = np.array([1.0, -1.0, -1.0])
 MCAP_MAPPING = """

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.terminal.screen import say
+from quadstep.report.terminal.screen import say
 from tests import durations
 from tests.changes import Change, changes, changes_of
 

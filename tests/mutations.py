@@ -36,21 +36,21 @@ LAWS = {
     "control.projection": ("project", "project_weights", "shrink"),
     "control.networks": ("basis", "output", "weight_rate"),
     "control.inversion": ("invert_force",),
-    "vehicle.lagrange": (
+    "vehicle.paper.lagrange": (
         "effective_inertia", "effective_inertia_partials", "coriolis", "coriolis_torque", "acceleration",
         "angular_acceleration",
     ),
-    "vehicle.kinematics": ("thrust_direction",),
+    "vehicle.paper.kinematics": ("thrust_direction",),
 }  # fmt: skip
 """Functions of the laws and of the plant."""
 
 BOUNDS = {
-    "theory.inequalities": (
+    "proofs.theory.inequalities": (
         "force_gap", "coupling_identity", "coupling_bound", "column_bounds", "inertia_bounds", "gain_bound", "skewness",
         "trace_bound", "projection", "small_gain", "learning_bound",
     ),
-    "theory.lyapunov": ("lyapunov_rate", "rate_terms", "closed_loop", "learning", "filtered_command"),
-    "theory.region": ("bounds_of", "decay", "upper_form", "outer_form", "certify_region"),
+    "proofs.theory.lyapunov": ("lyapunov_rate", "rate_terms", "closed_loop", "learning", "filtered_command"),
+    "proofs.theory.region": ("bounds_of", "decay", "upper_form", "outer_form", "certify_region"),
 }  # fmt: skip
 """Functions that state what is claimed."""
 
@@ -155,16 +155,16 @@ SAMPLES = 200
 @cache
 def near():
     """Closed loops near to the bound of each statement, and where the laws that are right take the region."""
-    from quadstep.theory.adverse import Seen, search
-    from quadstep.theory.inequalities import STATEMENTS
+    from quadstep.proofs.theory.adverse import Seen, search
+    from quadstep.proofs.theory.inequalities import STATEMENTS
 
     return {statement.number: search(statement, Seen()) for statement in STATEMENTS}
 
 
 def seen_by_rows() -> str:
     """The first row of `quadstep verify` that fails."""
-    from quadstep.verify.registry import all_rows
-    from quadstep.verify.rows import judge
+    from quadstep.proofs.verify.registry import all_rows
+    from quadstep.proofs.verify.rows import judge
 
     rows = {row.number: row for row in all_rows()}
     return next((f"row {number}" for number in ROWS if not judge(rows[number]).passed), "")
@@ -172,9 +172,9 @@ def seen_by_rows() -> str:
 
 def seen_by_statements() -> str:
     """The first statement of docs/theory.md that some random closed loop breaks."""
-    from quadstep.theory.adverse import ROUND_OFF, Seen
-    from quadstep.theory.inequalities import STATEMENTS
-    from quadstep.theory.samples import draw_sample
+    from quadstep.proofs.theory.adverse import ROUND_OFF, Seen
+    from quadstep.proofs.theory.inequalities import STATEMENTS
+    from quadstep.proofs.theory.samples import draw_sample
 
     sample = draw_sample(11, SAMPLES)
     for statement in STATEMENTS:
@@ -187,9 +187,9 @@ def seen_by_statements() -> str:
 
 def seen_by_bounds() -> str:
     """The first statement that is broken, or no longer tight, where it was nearest to its bound."""
-    from quadstep.theory.adverse import Margin, Seen
-    from quadstep.theory.inequalities import STATEMENTS
-    from quadstep.theory.samples import sample_at
+    from quadstep.proofs.theory.adverse import Margin, Seen
+    from quadstep.proofs.theory.inequalities import STATEMENTS
+    from quadstep.proofs.theory.samples import sample_at
 
     for statement in STATEMENTS:
         seen = Seen()
@@ -209,7 +209,7 @@ def region() -> tuple[object, ...]:
 
 
 def found_region() -> tuple[object, ...]:
-    from quadstep.theory.edge import default_region, least_frequency
+    from quadstep.proofs.theory.edge import default_region, least_frequency
 
     found = default_region(force=0.001, torque=0.001)
     return (found, found and least_frequency(found))
@@ -229,7 +229,7 @@ def seen_by_matrices() -> str:
 
 def caught_by(mutant: Mutant) -> str:
     """What sees a mutant; nothing where it survives."""
-    if mutant.module == "theory.region":
+    if mutant.module == "proofs.theory.region":
         checks = (seen_by_region, seen_by_matrices)
     elif mutant.module.startswith("theory"):
         checks = (seen_by_statements, seen_by_bounds, seen_by_matrices)

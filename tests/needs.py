@@ -38,7 +38,7 @@ def said(*line: str) -> str:
 
 def has_graphics() -> bool:
     """Whether an NVIDIA graphics processor answers."""
-    from quadstep.flight.cuda import Device, NoDeviceError
+    from quadstep.engines.cuda import Device, NoDeviceError
 
     try:
         Device()

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
 from quadstep.mission.schema import Mission
 from quadstep.page.build import fill, page_data
 from quadstep.page.flights import Flown
 from quadstep.page.laws import Laws
-from quadstep.study.cases import adaptive, nested
+from quadstep.studies.paper.cases import adaptive, nested
 from tests.needs import NODE as NODE_JS
 from tests.needs import needs, program
 

@@ -8,18 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.campaign.draws import draw
-from quadstep.campaign.planner import planner
-from quadstep.campaign.schema import CampaignFile, campaign_of, read_campaign
-from quadstep.comparison.shipped import shipped_study
-from quadstep.control.controller import Measured
 from quadstep.control.registry import controllers
+from quadstep.interfaces.controller import Measured
 from quadstep.mission.airframe import LAYOUTS
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission, plan_mission, read_mission, read_toml
 from quadstep.mission.vehicle_list import preset_names
 from quadstep.numbers import Table, flatten
-from quadstep.tuning.ground import asked
+from quadstep.studies.campaign.draws import draw
+from quadstep.studies.campaign.planner import planner
+from quadstep.studies.campaign.schema import CampaignFile, campaign_of, read_campaign
+from quadstep.studies.comparison.shipped import shipped_study
+from quadstep.studies.tuning.ground import asked
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CONTROLLERS = tuple(controllers(Measured))

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.controller import Measured
 from quadstep.control.registry import controllers
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.controller import Measured
+from quadstep.interfaces.controller import Measured
 from quadstep.numbers import Vector
 
 GRAVITY = 9.81

@@ -3,12 +3,12 @@
 import numpy as np
 from llvmlite import ir
 
-from quadstep.airframe.motion import Motion
 from quadstep.numbers import Vector, flatten, rebuild, vector
 from quadstep.numbers.lane import Emitter, Lane
 from quadstep.numbers.noise import Key, key
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply, rotation_vector, unrotate
 from quadstep.sensing.sensors import Sensors
+from quadstep.vehicle.airframe.motion import Motion
 from tests.flights import compiled
 
 GRAVITY = 9.81

@@ -6,7 +6,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
 
-from quadstep.comparison.study import study_of
+from quadstep.studies.comparison.study import study_of
 from tests.commands import write
 
 HEAD = """

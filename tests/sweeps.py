@@ -4,13 +4,13 @@ import hashlib
 
 import numpy as np
 
-from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Sweep, places
-from quadstep.guidance.spline import through_waypoints
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep, places
+from quadstep.interfaces.closed_loop import Ticks
 from quadstep.numbers import flatten, vector
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.rotors import Rotors
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper.rotors import Rotors
+from quadstep.world.guidance.spline import through_waypoints
 from tests.flights import CASE_1, parameters, same, state, vehicle
 
 TICKS = Ticks(0.004, (1,), 5, 10000)

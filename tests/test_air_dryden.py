@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from quadstep.air.dryden import DRAWS, Dryden, gamma_tails, gusts, scales, start_turbulence, turbulence_step
 from quadstep.numbers import Vector, flatten, rebuild
+from quadstep.world.air.dryden import DRAWS, Dryden, gamma_tails, gusts, scales, start_turbulence, turbulence_step
 from tests.flights import array, column, through_lanes
 
 FIELD = Dryden(wind_20=15.0, height=20.0, airspeed=10.0)

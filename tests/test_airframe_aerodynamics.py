@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.airframe.aerodynamics import Drag, ground_effect, hub_drag, parasitic_drag, translational_lift
-from quadstep.airframe.geometry import Effects, Geometry, Mount
 from quadstep.numbers import matrix, vector
+from quadstep.vehicle.airframe.aerodynamics import Drag, ground_effect, hub_drag, parasitic_drag, translational_lift
+from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
 from tests.airframes import (
     ARM,
     NO_DRAG,

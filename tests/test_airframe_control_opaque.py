@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from quadstep.control.controller import NOT_SAID, Measured
 from quadstep.control.opaque import Opaque, OpaqueGains, flying, friendly
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import NOT_SAID, Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.registered import FUNCTIONS
 from quadstep.numbers.rotations import from_yaw_pitch_roll

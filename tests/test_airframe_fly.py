@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from quadstep.flight.airframe_columns import airframe_columns
 from quadstep.mission.read import check_mission, read_mission
+from quadstep.vehicle.plants.airframe_columns import airframe_columns
 from tests.commands import columns, files, quadstep, strict_json, without_figures, write
 
 FLIGHT = """\

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from quadstep.errors import UserError
-from quadstep.flight import eager
-from quadstep.flight.engines import fly_all
+from quadstep.engines import eager
+from quadstep.engines.fly import fly_all
+from quadstep.io.errors import UserError
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.presets import preset_table
 from tests.quick_gains import QUICK

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from quadstep.airframe.allocation import allocate
-from quadstep.airframe.events import efficiencies, mass_properties
-from quadstep.airframe.motion import AirframeState
-from quadstep.airframe.plant import derivative, voltage
-from quadstep.control.controller import Command
-from quadstep.flight.closed_loop import Clock, Outcome
-from quadstep.flight.eager import fly_arrays, fly_floats
-from quadstep.flight.engines import fly, fly_all
+from quadstep.engines.eager import fly_arrays, fly_floats
+from quadstep.engines.fly import fly, fly_all
+from quadstep.interfaces.closed_loop import Clock, Outcome
+from quadstep.interfaces.controller import Command
 from quadstep.numbers import Vector, flatten, leaf_names, rebuild, vector
 from quadstep.numbers.rotations import yaw_pitch_roll
-from quadstep.plants.multirotor import Spun
+from quadstep.vehicle.airframe.allocation import allocate
+from quadstep.vehicle.airframe.events import efficiencies, mass_properties
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.plant import derivative, voltage
+from quadstep.vehicle.plants.multirotor import Spun
 from tests.airframe_loops import (
     CONTROLLERS,
     ESTIMATED,

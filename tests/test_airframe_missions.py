@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.eager import fly_floats
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.eager import fly_floats
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.presets import preset_names
 from quadstep.mission.read import check_mission

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quadstep.airframe.aerodynamics import Drag
-from quadstep.airframe.battery import Battery
-from quadstep.airframe.events import Events, Payload, RotorFault
-from quadstep.airframe.geometry import Effects, Geometry, Mount
-from quadstep.airframe.plant import specific_force, voltage
 from quadstep.numbers import Vector, flatten, rebuild, vector
+from quadstep.vehicle.airframe.aerodynamics import Drag
+from quadstep.vehicle.airframe.battery import Battery
+from quadstep.vehicle.airframe.events import Events, Payload, RotorFault
+from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
+from quadstep.vehicle.airframe.plant import specific_force, voltage
 from tests.airframes import (
     ALL,
     NONE,
@@ -214,8 +214,8 @@ def structure(seed):
 
 def law(*leaves, effects=ALL):
     state, wanted, vehicle, events, wind, t = rebuild(structure(0), iter(leaves))
-    from quadstep.airframe.events import efficiencies, mass_properties
-    from quadstep.airframe.plant import derivative
+    from quadstep.vehicle.airframe.events import efficiencies, mass_properties
+    from quadstep.vehicle.airframe.plant import derivative
 
     properties, share = mass_properties(vehicle, events, t), efficiencies(events, 4, t)
     return flatten(derivative(PLUS, vehicle, properties, share, state, wanted, wind, effects))

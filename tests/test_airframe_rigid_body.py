@@ -5,15 +5,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from quadstep.airframe.motion import Motion
-from quadstep.airframe.rigid_body import MassProperties, motion_rate, renormalised
-from quadstep.flight.integrator import runge_kutta_4
+from quadstep.engines.integrator import runge_kutta_4
+from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, cos, matrix, sin, vector
 from quadstep.numbers.rotations import rotation_matrix
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.kinematics import Kinematics, euler_rate_matrix
-from quadstep.vehicle.lagrange import Vehicle, derivative
-from quadstep.vehicle.state import State
+from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.airframe.rigid_body import MassProperties, motion_rate, renormalised
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper.kinematics import euler_rate_matrix
+from quadstep.vehicle.paper.lagrange import Vehicle, derivative
+from quadstep.vehicle.paper.state import State
 from tests.airframes import NOTHING, at, attitude_matrix, momenta
 from tests.flights import array, column
 from tests.rotations import papers_rotation

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from quadstep.airframe.events import Events, Payload, RotorFault, mass_properties
-from quadstep.airframe.geometry import Effects
-from quadstep.airframe.rotor import speed_rate
 from quadstep.numbers import Vector, vector
+from quadstep.vehicle.airframe.events import Events, Payload, RotorFault, mass_properties
+from quadstep.vehicle.airframe.geometry import Effects
+from quadstep.vehicle.airframe.rotor import speed_rate
 from tests.airframes import (
     FRONT,
     LEFT,

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import quadstep
-from quadstep.flight import code_cache
+from quadstep.io import code_cache
 from quadstep.report import writable
 from quadstep.report.writable import provide_writable
 from tests.needs import MOUNTS, SUPERUSER, needs, without

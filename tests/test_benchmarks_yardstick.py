@@ -12,10 +12,10 @@ from benchmarks.airframes import CALM, plans
 from benchmarks.beside_c import summary
 from benchmarks.vehicles import NOISY, QUIET, Vehicles
 from benchmarks.yardstick import PAPER, Yardstick
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Sweep, places
+from quadstep.engines.fly import FlightPlan
+from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep, places
 from quadstep.numbers import flatten, leaf_names, rebuild
 from tests.needs import C_COMPILER, needs
 from tests.quick_gains import QUICK

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from quadstep.airframe.allocation import columns
 from quadstep.bridges.quad_params import from_quad_params, to_quad_params
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import flatten
+from quadstep.vehicle.airframe.allocation import columns
 
 PRESETS = ["crazyflie", "hummingbird", "x500", "research-2.6kg", "paper"]
 NO_GYROSCOPE = {"effects": {"gyroscopic": False}}

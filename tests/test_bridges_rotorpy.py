@@ -9,11 +9,11 @@ import pytest
 from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import Trajectory, as_rotorpy_controller, from_rotorpy
 from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, multirotor, rotorpy_state
-from quadstep.control.controller import Command, Controller
 from quadstep.control.opaque import Known, Wanted, flying
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Command, Controller
+from quadstep.io.errors import UserError
 from quadstep.metrics.of_log import flight_metrics
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission

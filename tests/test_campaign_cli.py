@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from quadstep.campaign.flown import Flyer
+from quadstep.studies.campaign.flown import Flyer
 from tests.campaigns import (
     MASS,
     NOISY,

@@ -12,15 +12,15 @@ from types import SimpleNamespace
 import pyarrow as pa
 import pytest
 
-from quadstep.campaign import cluster, cluster_connection
-from quadstep.campaign.cluster import Pieces, Span, flown_on_cluster, fly_span, order, over, span_size, spans
-from quadstep.campaign.flown import Flyer
-from quadstep.campaign.run import fly_campaign
-from quadstep.campaign.schema import read_campaign
-from quadstep.campaign.store import Chunk, parquet
-from quadstep.errors import UserError
-from quadstep.flight.engine import Engine
-from quadstep.terminal.progress import Progress
+from quadstep.engines.engine import Engine
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.progress import Progress
+from quadstep.studies.campaign import cluster, cluster_connection
+from quadstep.studies.campaign.cluster import Pieces, Span, flown_on_cluster, fly_span, order, over, span_size, spans
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.run import fly_campaign
+from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.store import Chunk, parquet
 from tests.campaigns import (
     SHORT,
     ended,
@@ -393,10 +393,11 @@ def recorded(real, counts):
 def test_ray_is_loaded_for_its_engine_only(whole, tmp_path):
     path, _ = whole
     program = (
-        "import sys, quadstep, quadstep.cli\nfrom quadstep.campaign.run import fly_campaign\nfrom pathlib import Path\n"
-        "import types; sys.modules['quadstep.campaign.report'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
+        "import sys, quadstep, quadstep.commands.cli\nfrom pathlib import Path\n"
+        "from quadstep.studies.campaign.run import fly_campaign\n"
+        "import types; sys.modules['quadstep.studies.campaign.report'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
         "fly_campaign(Path(sys.argv[1]), Path(sys.argv[2]), 64)\n"
-        "assert 'ray' not in sys.modules and 'quadstep.campaign.cluster' not in sys.modules"
+        "assert 'ray' not in sys.modules and 'quadstep.studies.campaign.cluster' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", program, str(path), str(tmp_path / "out")], check=True)
 

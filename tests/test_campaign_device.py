@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from benchmarks.gpu_assembler import assembled
-from quadstep.campaign.device import DeviceFlyer, device_flyer, generate, generated_batch
-from quadstep.campaign.flown import Flyer
-from quadstep.campaign.schema import read_campaign
-from quadstep.errors import UserError
-from quadstep.flight.ptx import ptx
+from quadstep.engines.ptx import ptx
+from quadstep.io.errors import UserError
+from quadstep.studies.campaign.device import DeviceFlyer, device_flyer, generate, generated_batch
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import NOISY, SHORT
 from tests.fake_driver import installed
 from tests.needs import PTXAS, needs

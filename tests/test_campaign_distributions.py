@@ -8,11 +8,11 @@ import pytest
 import scipy.special
 import scipy.stats
 
-from quadstep.campaign.schema import CampaignFile
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated
 from quadstep.numbers.normal import inverse_normal, probability
+from quadstep.studies.campaign.schema import CampaignFile
 from tests.campaigns import distribution, of
 from tests.flights import through_lanes
 

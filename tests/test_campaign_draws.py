@@ -7,8 +7,8 @@ import pytest
 import scipy.stats
 from scipy.stats import qmc
 
-from quadstep.campaign.draws import draw, many_uniforms, noise_keys, sobol
 from quadstep.numbers.noise import key
+from quadstep.studies.campaign.draws import draw, many_uniforms, noise_keys, sobol
 from tests.campaigns import of
 
 COUNT = 20_000

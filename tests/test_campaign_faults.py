@@ -19,7 +19,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from quadstep.flight.sweep import Sweep
+from quadstep.engines.sweep import Sweep
 from tests.campaigns import (
     MASS,
     SHORT,
@@ -147,7 +147,7 @@ def test_ctrl_c_while_a_thread_starts_leaves_it_the_memory_that_it_writes_to(mon
         alive.append(made[0]() is not None)
 
     monkeypatch.setattr(Thread, "start", lambda self: (start(self), interrupted()))
-    monkeypatch.setattr("quadstep.flight.sweep.np.zeros", zeros_noted)
+    monkeypatch.setattr("quadstep.engines.sweep.np.zeros", zeros_noted)
     sweep, one = object.__new__(Sweep), np.ones((1, 8))
     sweep.width, sweep.row_count, sweep.number, sweep.ticks = 8, 2, np.float64, SimpleNamespace(last=10, step=0.1)
     sweep.every = sweep.constants = sweep.tables = one

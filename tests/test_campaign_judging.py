@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from quadstep.campaign.copies import copies
-from quadstep.campaign.schema import read_campaign
+from quadstep.studies.campaign.copies import copies
+from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import MASS, fly, manifest, written
 from tests.verdicts import checked, properties
 

@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from quadstep.campaign.schema import read_campaign
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.mission.keys import overridden, with_value
 from quadstep.mission.read import check_mission
+from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import MASS, NOISY, SHORT, campaign, of, written
 
 DEFAULTS = {"a": {"list": (1.0, 2.0, 3.0), "none": None}, "b": 5.0}

@@ -15,8 +15,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from quadstep.campaign import cluster_connection, cluster_keeper
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
+from quadstep.studies.campaign import cluster_connection, cluster_keeper
 from tests import terminals
 from tests.campaigns import (
     MASS,

@@ -6,13 +6,13 @@ import re
 import numpy as np
 import pytest
 
-from quadstep.campaign.draws import draw
-from quadstep.campaign.flown import Flyer, planner
-from quadstep.errors import UserError
-from quadstep.flight.scored import scored
+from quadstep.engines.scored import scored
+from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten, leaf_names
 from quadstep.numbers.noise import key
+from quadstep.studies.campaign.draws import draw
+from quadstep.studies.campaign.flown import Flyer, planner
 from tests.campaigns import NOISY, SHORT, campaign
 
 WAYPOINTS = """

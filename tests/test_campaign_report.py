@@ -10,21 +10,21 @@ import pyarrow.dataset
 import pytest
 from matplotlib.figure import Figure
 
-from quadstep.analysis.statistics import Estimate, share
-from quadstep.campaign import pictures, replay_pictures, report, report_text
-from quadstep.campaign.draws import draw
-from quadstep.campaign.flown import table
-from quadstep.campaign.run import fly_campaign
-from quadstep.campaign.schema import CampaignFile, read_campaign
-from quadstep.campaign.sensitivity import Result, parts_of
-from quadstep.campaign.store import opened
-from quadstep.campaign.summary import sentences, summarise
-from quadstep.campaign.varied import Bins, told
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.scored import RMSE
+from quadstep.engines.scored import RMSE
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io.errors import UserError
+from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.check import check
 from quadstep.report import units
+from quadstep.studies.campaign import pictures, replay_pictures, report, report_text
+from quadstep.studies.campaign.draws import draw
+from quadstep.studies.campaign.flown import table
+from quadstep.studies.campaign.run import fly_campaign
+from quadstep.studies.campaign.schema import CampaignFile, read_campaign
+from quadstep.studies.campaign.sensitivity import Result, parts_of
+from quadstep.studies.campaign.store import opened
+from quadstep.studies.campaign.summary import sentences, summarise
+from quadstep.studies.campaign.varied import Bins, told
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
 

@@ -8,18 +8,18 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from quadstep.campaign import run as run_module
-from quadstep.campaign.flown import Flyer, on_lanes
-from quadstep.campaign.replay import replay
-from quadstep.campaign.schema import read_campaign
-from quadstep.campaign.store import Chunk, parquet
-from quadstep.errors import InterruptedRun, UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.eager import fly_floats
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import fly as fly_plan
-from quadstep.flight.sweep import Sweep
-from quadstep.mission.fly import planned
+from quadstep.engines.eager import fly_floats
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import fly as fly_plan
+from quadstep.engines.sweep import Sweep
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io.errors import InterruptedRun, UserError
+from quadstep.studies.campaign import run as run_module
+from quadstep.studies.campaign.flown import Flyer, on_lanes
+from quadstep.studies.campaign.replay import replay
+from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.store import Chunk, parquet
+from quadstep.studies.flights.fly import planned
 from tests.campaigns import MASS, NOISY, SHORT, campaign, flights, fly, manifest, no_report, number, refused, rows, written
 from tests.commands import Listener, quadstep
 from tests.flights import METRICS
@@ -399,7 +399,7 @@ def test_what_varies_without_an_effect_makes_copies_of_one_flight(tmp_path):
 
 def test_a_metric_that_no_campaign_could_compile_is_refused_by_fly_too(tmp_path):
     (tmp_path / "own.py").write_text(
-        "from quadstep.flight.own_metric import Metric\n\n\nclass Square(Metric):\n    name = 'square'\n\n"
+        "from quadstep.interfaces.metric import Metric\n\n\nclass Square(Metric):\n    name = 'square'\n\n"
         "    def start(self):\n        return 0.0\n\n"
         "    def add(self, sums, sample):\n        return sums + sample['x'] ** 2\n\n"
         "    def value(self, sums):\n        return sums\n"

@@ -4,9 +4,9 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from quadstep.campaign import sensitivity
-from quadstep.campaign.sensitivity import Parts, Result, estimate, first_order, parts_of, strongest_interaction
-from quadstep.campaign.varied import OTHERS, bins, merged, text_of, texts_of, varied
+from quadstep.studies.campaign import sensitivity
+from quadstep.studies.campaign.sensitivity import Parts, Result, estimate, first_order, parts_of, strongest_interaction
+from quadstep.studies.campaign.varied import OTHERS, bins, merged, text_of, texts_of, varied
 from tests.campaigns import distribution
 
 ISHIGAMI = {"a": 0.3139, "b": 0.4424, "c": 0.0}

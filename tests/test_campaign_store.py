@@ -12,11 +12,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from quadstep import __version__
-from quadstep.campaign import draws
-from quadstep.campaign.store import opened, parquet
-from quadstep.errors import UserError
-from quadstep.results import folder as folder_module
-from quadstep.results.sealed import sealed
+from quadstep.io.errors import UserError
+from quadstep.io.results import folder as folder_module
+from quadstep.io.results.sealed import sealed
+from quadstep.studies.campaign import draws
+from quadstep.studies.campaign.store import opened, parquet
 from tests.campaigns import MASS, campaign, flights, fly, leftovers, manifest, refused, rows, written
 from tests.commands import quadstep
 

@@ -7,9 +7,9 @@ import pyarrow as pa
 import pytest
 from scipy.stats import binomtest
 
-from quadstep.analysis.statistics import share
-from quadstep.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
-from quadstep.campaign.summary import LARGEST, RMSE, as_json, sentences, summarise
+from quadstep.metrics.statistics import share
+from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.studies.campaign.summary import LARGEST, RMSE, as_json, sentences, summarise
 
 
 class Made:

@@ -6,28 +6,28 @@ from functools import cache
 import numpy as np
 import pytest
 
-from quadstep.certify.arrays import dot, lengths
-from quadstep.certify.bounds import error_radius, printed_error_radius, weight_radius
-from quadstep.certify.certificate import certify_plan
-from quadstep.certify.conditions import conditions
-from quadstep.certify.history import recall
-from quadstep.certify.ideal_weights import fit_all, residual_bound, targets, weight_bound
-from quadstep.certify.lyapunov import matrices
-from quadstep.certify.record import record
-from quadstep.certify.smoothness import check_path
-from quadstep.certify.verdict import kind, verdict
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import fly
-from quadstep.flight.loop import Loop
-from quadstep.guidance.minimum_jerk import MinimumJerk
-from quadstep.guidance.reference import Reference
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import fly
+from quadstep.engines.loop import Loop
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.reductions import rmse
 from quadstep.numbers import Vector, vector, where
-from quadstep.vehicle.disturbance import disturb
-from quadstep.vehicle.lagrange import acceleration, derivative
+from quadstep.proofs.certify.arrays import dot, lengths
+from quadstep.proofs.certify.bounds import error_radius, printed_error_radius, weight_radius
+from quadstep.proofs.certify.certificate import certify_plan
+from quadstep.proofs.certify.conditions import conditions
+from quadstep.proofs.certify.history import recall
+from quadstep.proofs.certify.ideal_weights import fit_all, residual_bound, targets, weight_bound
+from quadstep.proofs.certify.lyapunov import matrices
+from quadstep.proofs.certify.record import record
+from quadstep.proofs.certify.smoothness import check_path
+from quadstep.proofs.certify.verdict import kind, verdict
+from quadstep.vehicle.paper.disturbance import disturb
+from quadstep.vehicle.paper.lagrange import acceleration, derivative
+from quadstep.world.guidance.minimum_jerk import MinimumJerk
 from tests.certificates import LINE, plan
 
 UNEQUAL = {"mass": 1.3, "inertia": [4.0, 5.0, 6.0]}

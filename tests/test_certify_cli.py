@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from quadstep import exit_codes
-from quadstep.certify.record import TERMS
+from quadstep.io import exit_codes
+from quadstep.proofs.certify.record import TERMS
 from quadstep.report.drawing import FigureJob
 from tests.commands import LINE, quadstep, strict_json, write
 
@@ -26,7 +26,7 @@ class Now:
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    monkeypatch.setattr("quadstep.certify.run.drawing_pool", lambda: nullcontext(Now()))
+    monkeypatch.setattr("quadstep.proofs.certify.run.drawing_pool", lambda: nullcontext(Now()))
 
 
 def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
@@ -115,8 +115,8 @@ def test_refusals_are_one_line_and_leave_nothing(tmp_path, undrawn, case):
 
 
 def test_the_figure_takes_a_flight_of_any_length(tmp_path):
-    from quadstep.certify.certificate import certify_plan
-    from quadstep.certify.run import figure_of
+    from quadstep.proofs.certify.certificate import certify_plan
+    from quadstep.proofs.certify.run import figure_of
     from tests.certificates import plan
 
     job = figure_of(certify_plan(plan(simulation={"duration": 0.1})), "short")

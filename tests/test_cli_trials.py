@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from quadstep.errors import UserError
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
+from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, read_mission
 from quadstep.mission.recording import read_recording
 from quadstep.report.publish import publishing, write_json

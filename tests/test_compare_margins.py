@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.analysis.statistics import Estimate
-from quadstep.comparison import margins
-from quadstep.comparison.margins import as_json, by_steps, find, flight_by_flight, from_json, raised, tolerance, tried
-from quadstep.comparison.schema import MarginEntry
-from quadstep.comparison.study import FIRST
-from quadstep.comparison.tables import beyond
+from quadstep.metrics.statistics import Estimate
+from quadstep.studies.comparison import margins
+from quadstep.studies.comparison.margins import as_json, by_steps, find, flight_by_flight, from_json, raised, tolerance, tried
+from quadstep.studies.comparison.schema import MarginEntry
+from quadstep.studies.comparison.study import FIRST
+from quadstep.studies.comparison.tables import beyond
 from tests.studies import SMALL, study
 
 VEHICLE = "research-2.6kg"

@@ -4,17 +4,17 @@ import math
 
 import pytest
 
-from quadstep.analysis.statistics import Estimate
-from quadstep.comparison.found import Comparison, Result
-from quadstep.comparison.heat import said
-from quadstep.comparison.linear import Linear, rows, unlinearised
-from quadstep.comparison.picture import MANY, draw_vehicle
-from quadstep.comparison.ranking import Ranked
-from quadstep.comparison.spread import Effort, Spread
-from quadstep.comparison.study import Situation
-from quadstep.comparison.words import of_all, of_situation
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
+from quadstep.metrics.statistics import Estimate
 from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.studies.comparison.found import Comparison, Result
+from quadstep.studies.comparison.heat import said
+from quadstep.studies.comparison.linear import Linear, rows, unlinearised
+from quadstep.studies.comparison.picture import MANY, draw_vehicle
+from quadstep.studies.comparison.ranking import Ranked
+from quadstep.studies.comparison.spread import Effort, Spread
+from quadstep.studies.comparison.study import Situation
+from quadstep.studies.comparison.words import of_all, of_situation
 
 WHERE = Situation("crazyflie", "hover", "calm")
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest, friedmanchisquare, rankdata, wilcoxon
 
-from quadstep.analysis.statistics import ordered_quantile
-from quadstep.comparison.ranking import (
+from quadstep.metrics.statistics import ordered_quantile
+from quadstep.studies.comparison.ranking import (
     ALPHA,
     by_chance,
     compare,
@@ -21,7 +21,7 @@ from quadstep.comparison.ranking import (
     pair,
     signed_ranks,
 )
-from quadstep.comparison.spread import Flown, losses, spread
+from quadstep.studies.comparison.spread import Flown, losses, spread
 
 METRIC = "position_rmse"
 

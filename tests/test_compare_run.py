@@ -12,14 +12,14 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from quadstep.comparison import jobs, workers
-from quadstep.comparison.run import How, Run
-from quadstep.comparison.study import FIRST, Situation, read_study
 from quadstep.control import raptor
-from quadstep.errors import MissingExtraError, UserError
-from quadstep.flight.engines import fly
-from quadstep.results.folder import RUNNING
-from quadstep.results.parts import parts_in
+from quadstep.engines.fly import fly
+from quadstep.io.errors import MissingExtraError, UserError
+from quadstep.io.results.folder import RUNNING
+from quadstep.io.results.parts import parts_in
+from quadstep.studies.comparison import jobs, workers
+from quadstep.studies.comparison.run import How, Run
+from quadstep.studies.comparison.study import FIRST, Situation, read_study
 from tests.campaigns import soon
 from tests.commands import LINE, files, heeding_interrupts, quadstep, write
 from tests.patience import PATIENCE
@@ -58,7 +58,7 @@ position_noise = 0.005
 def in_this_process(monkeypatch):
     """Processes of their own cost seconds; one test has them."""
     monkeypatch.setattr(workers, "drawing_pool", here)
-    monkeypatch.setattr("quadstep.comparison.cost.REPEATS", 1)
+    monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def done(tmp_path_factory):
     file = written(folder, SMALL + TUNING.replace("repeats = 1", "repeats = 2") + MARGIN)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(workers, "drawing_pool", here)
-        patch.setattr("quadstep.comparison.cost.REPEATS", 1)
+        patch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
         return quadstep("compare", file, "--out", folder / "out"), folder / "out", file
 
 
@@ -246,7 +246,7 @@ def test_an_interrupted_comparison_gives_the_same_bytes_but_for_what_is_measured
     file = written(tmp_path, SMALLEST)
     assert quadstep("compare", file, "--out", tmp_path / "whole").code == 0
     with monkeypatch.context() as patch:
-        patch.setattr("quadstep.comparison.run.linearised", interrupted)
+        patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
         assert quadstep("compare", file, "--out", tmp_path / "out").code == 130
     assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
     whole, resumed = (
@@ -430,7 +430,7 @@ def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
         (SMALL.replace("seeds = 12", 'seeds = 12\nmetrics = ["speed"]'), "metrics: 'speed' is not known; allowed: "),
         (SMALL + TUNING.replace("4500", "300"), "300 flights are too few for the 2 gains of PID"),
         (SMALL + TUNING.replace("position = {}", "hope = {}"), "PID on research-2.6kg cannot be tuned: tune.gains: "),
-        (SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "no.json"'), "tuning.gains: "),
+        (SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "no.json"'), "studies.tuning.gains: "),
         ("vehicles = 3\n[paths]\n", "vehicles"),
         ("paths = [", "not valid TOML"),
     ],

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from quadstep import UserError
-from quadstep.c99.subject import exported
-from quadstep.campaign.draws import draw
-from quadstep.campaign.planner import planner
-from quadstep.comparison import cost, margins, schema, training
-from quadstep.comparison.shipped import shipped_study
-from quadstep.comparison.study import FIRST, Situation, read_study, together
 from quadstep.control.cascaded_pid import CascadedPid
-from quadstep.control.controller import Measured
 from quadstep.control.registry import names
-from quadstep.documents import read_json
 from quadstep.export import arm
+from quadstep.export.c.subject import exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import CLOCKS, instructions
-from quadstep.flight.closed_loop import Clock
+from quadstep.interfaces.closed_loop import Clock
+from quadstep.interfaces.controller import Measured
+from quadstep.io.documents import read_json
 from quadstep.numbers import flatten
+from quadstep.studies.campaign.draws import draw
+from quadstep.studies.campaign.planner import planner
+from quadstep.studies.comparison import cost, margins, schema, training
+from quadstep.studies.comparison.shipped import shipped_study
+from quadstep.studies.comparison.study import FIRST, Situation, read_study, together
 from tests.commands import LINE, write
 from tests.needs import CORTEX_M, needs
 from tests.studies import BODY, HEAD, OPTIONAL, SMALL, TUNING, study

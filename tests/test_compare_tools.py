@@ -6,8 +6,8 @@ import shutil
 
 import pytest
 
-from quadstep.comparison import workers
 from quadstep.export import arm
+from quadstep.studies.comparison import workers
 from tests.commands import quadstep, write
 from tests.needs import CORTEX_M, needs
 from tests.studies import here
@@ -43,7 +43,7 @@ def programs(tmp_path, monkeypatch):
         program(folder, tool, f'exec {shutil.which(tool)} "$@"')
     monkeypatch.setenv("PATH", str(folder))
     monkeypatch.setattr(workers, "drawing_pool", here)
-    monkeypatch.setattr("quadstep.comparison.cost.REPEATS", 1)
+    monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
     return folder
 
 

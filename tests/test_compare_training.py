@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from quadstep.comparison import training
-from quadstep.comparison.training import Journal, Place, over_all, read_lines, train
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection
-from quadstep.tuning.judge import Judge, Judged
+from quadstep.studies.comparison import training
+from quadstep.studies.comparison.training import Journal, Place, over_all, read_lines, train
+from quadstep.studies.tuning.judge import Judge, Judged
 from tests.studies import SMALL, TUNING, study
 
 VEHICLE = "research-2.6kg"

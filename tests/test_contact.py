@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from quadstep import Mission
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import fly
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
 from tests.commands import quadstep, write
 
 LEGS = 0.12

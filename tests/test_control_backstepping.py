@@ -6,10 +6,10 @@ import pytest
 from quadstep.control.backstepping import Backstepping, BacksteppingMemory, wanted_force, wanted_torque
 from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.inversion import invert_force
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import matrix, vector
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import acceleration, angular_acceleration, coriolis, effective_inertia
+from quadstep.vehicle.paper.lagrange import acceleration, angular_acceleration, coriolis, effective_inertia
 from tests.flights import array, column, gains, random_state, same, state, vehicle
 
 LAW = Backstepping()

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from quadstep.flight.eager import fly_arrays, fly_floats
-from quadstep.flight.gpu_sweep import GpuSweep
-from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.ptx import ptx
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Sweep, places
+from quadstep.engines.eager import fly_arrays, fly_floats
+from quadstep.engines.gpu_sweep import GpuSweep
+from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.ptx import ptx
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep, places
 from quadstep.mission.read import check_mission
 from tests.fake_driver import installed
 from tests.needs import POLICY, without

@@ -9,8 +9,8 @@ from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude
 from quadstep.control.command_filter import Filtered
 from quadstep.control.filtered_backstepping import FilteredBackstepping, FilteredBacksteppingMemory
 from quadstep.control.local_basis import NODES, growth, hats, values
-from quadstep.flight.closed_loop import Outcome
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, vector
 from tests.flights import array, column, same

@@ -8,10 +8,10 @@ import slycot
 from scipy.linalg import expm, solve_continuous_are
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.controller import Measured
 from quadstep.control.h_infinity_linearisation import HInfinityLinearisation, feedback, least_gamma, solution
 from quadstep.control.loop_shaping import LoopShaping, robust, shaped
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import flatten, vector
 from quadstep.numbers.riccati import riccati

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from quadstep import Mission, fly
 from quadstep.control.attitude_filter import FilteredAttitude
 from quadstep.control.hedged_backstepping import LAW, HedgedBackstepping
-from quadstep.flight.closed_loop import Outcome
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, flatten
 from tests.flights import array, column, same

@@ -9,8 +9,8 @@ from quadstep import Mission, fly
 from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude
 from quadstep.control.hedged_inversion import HedgedInversion, HedgedInversionMemory
 from quadstep.control.networks import basis
-from quadstep.flight.closed_loop import Outcome
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import IDENTITY

@@ -8,11 +8,11 @@ from scipy.linalg import block_diag, expm, solve_discrete_are
 
 from quadstep import fly
 from quadstep.control.admm import Bounds, idle, iterate
-from quadstep.control.controller import Measured
 from quadstep.control.disturbance_observer import observed
 from quadstep.control.mpc import FREE, STAGE, STAGES, chain
 from quadstep.control.sampled_regulator import discretised, regulator
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.rotations import IDENTITY, from_rotation_vector, from_yaw_pitch_roll

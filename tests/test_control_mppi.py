@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from quadstep import fly
-from quadstep.control.controller import Measured
 from quadstep.control.mppi import FRESH, KEPT, MOST_DRAWS, SAMPLES, STAGE, STAGES, STREAM, Mppi
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.noise import key, normals

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from quadstep.control.nested_saturation import NestedSaturation, NoMemory, nested
-from quadstep.flight.closed_loop import Outcome, Ticks
-from quadstep.flight.lanes import fly_lanes
-from quadstep.guidance.reference import Reference
+from quadstep.engines.lanes import fly_lanes
+from quadstep.interfaces.closed_loop import Outcome, Ticks
+from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import flatten, rebuild, vector
-from quadstep.plants.lagrange import Limits
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import angular_acceleration, derivative
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper.lagrange import angular_acceleration, derivative
+from quadstep.vehicle.plants.lagrange import Limits
 from tests.flights import NESTED, array, column, nested_gains, parameters, random_state, same, state, vehicle
 
 REST = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)

@@ -6,12 +6,12 @@ import pytest
 from quadstep import Mission, fly
 from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.control.nested_saturation_on_airframe import NestedSaturationOnAirframe
-from quadstep.flight.closed_loop import Outcome
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import angular_acceleration
+from quadstep.vehicle.paper.lagrange import angular_acceleration
 from tests.flights import array, column, nested_gains, random_state, same, vehicle
 from tests.rigid import linearised
 

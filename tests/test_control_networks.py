@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from quadstep.control.networks import Net, basis, output, random_input_weights, weight_rate
+from quadstep.control.networks import basis, output, weight_rate
+from quadstep.interfaces.learning import Net, random_input_weights
 from quadstep.numbers import matrix, vector
 from tests.flights import array, column
 

@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 from quadstep import Mission, fly
 from quadstep.control.lqr import Lqr
 from quadstep.control.planned_lqr import HORIZON, PlannedLqr
-from quadstep.flight.closed_loop import Outcome
-from quadstep.guidance.quintic import Point, along, quintic
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
+from quadstep.world.guidance.quintic import Point, along, quintic
 from tests.flights import array, column
 from tests.rigid import told
 

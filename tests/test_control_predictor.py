@@ -6,13 +6,13 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from quadstep import Mission, fly
-from quadstep.control.controller import Measured
 from quadstep.control.geometric import Geometric
 from quadstep.control.indi import Indi
 from quadstep.control.predictor import Known, Predicting, Sample, predicted, predicting
 from quadstep.control.registry import controllers
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Measured
+from quadstep.io.errors import UserError
 from quadstep.numbers import Vector, vector
 from tests.random_samples import UP, any_vector, rotation_of
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from quadstep import UserError, fly
-from quadstep.control.controller import Measured
 from quadstep.control.raptor import Raptor, act, published, quarters
-from quadstep.flight.closed_loop import Outcome
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector

@@ -10,14 +10,14 @@ from scipy.linalg import solve_continuous_are
 
 from quadstep import fly, fly_all
 from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
-from quadstep.control.controller import Measured
 from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.projection import project, project_weights
 from quadstep.control.rotation_backstepping import RotationBackstepping
 from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import tilted_within, up_axis, wanted_attitude, within
-from quadstep.flight.closed_loop import Outcome
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.metrics.of_log import flight_metrics
 from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission

@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.controller import Measured
 from quadstep.control.state_space_backstepping import StateSpaceBackstepping, StateSpaceMemory, predicted, steps
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector
 

@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from quadstep.datasheet.campaign import campaign_text
-from quadstep.datasheet.estimate import estimate, vehicle_of
-from quadstep.datasheet.sheet import Datasheet
+from quadstep.identify.datasheet.campaign import campaign_text
+from quadstep.identify.datasheet.estimate import estimate, vehicle_of
+from quadstep.identify.datasheet.sheet import Datasheet
 from tests.commands import quadstep
 from tests.sheets import SHEET
 

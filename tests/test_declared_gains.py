@@ -13,15 +13,14 @@ import pytest
 
 import quadstep.control
 from quadstep.control.backstepping import Backstepping
-from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import AXES, Gain, Said, Undecided, believed, declared, from_gains, gain, given, usual
-from quadstep.control.learning import Learning, net, nets_start, weights
 from quadstep.control.lqr import Lqr, LqrGains, LqrWeights
-from quadstep.control.model import Model
-from quadstep.control.networks import Net
 from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import BUILT_IN, controllers
-from quadstep.errors import UserError
+from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.gain import AXES, Gain, Said, Undecided, believed, declared, from_gains, gain, given, usual
+from quadstep.interfaces.learning import Learning, Net, net, nets_start, weights
+from quadstep.interfaces.model import Model
+from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.controller_lines import controller_lines
 from quadstep.mission.derived import section_of
@@ -31,11 +30,11 @@ from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_names, sin, smallest, vector
 from quadstep.page.conditions import OPERATIONS, page_conditions
 from quadstep.page.sliders import sliders
-from quadstep.plants.planar import PlanarState
-from quadstep.tuning.gains import gain as gain_of
-from quadstep.tuning.gains import tunable
-from quadstep.tuning.theorem import with_gains
-from quadstep.vehicle.state import State
+from quadstep.studies.tuning.gains import gain as gain_of
+from quadstep.studies.tuning.gains import tunable
+from quadstep.studies.tuning.theorem import with_gains
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.planar import PlanarState
 from tests.pages import needs_node, run_node, value_of
 
 MODEL = Model(mass=2.0, inertia=vector(0.1, 0.2, 0.25), gravity=9.81, most_thrust=40.0, agility=0.5)

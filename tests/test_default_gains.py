@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from quadstep.control.controller import Measured
-from quadstep.control.gain import usual
-from quadstep.control.model import Model
 from quadstep.control.registry import names
-from quadstep.datasheet.sheet import Datasheet
+from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.gain import usual
+from quadstep.interfaces.model import Model
 from quadstep.linear.grade import SOUND
 from quadstep.mission.vehicle_list import preset_names
 from quadstep.numbers import vector

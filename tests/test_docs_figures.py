@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks import firmware
 from benchmarks.rare.__main__ import FLOWN, KNOWN, kept, read, row
-from quadstep.analysis.statistics import share
-from quadstep.campaign.rare import Method
-from quadstep.campaign.until import looks
+from quadstep.metrics.statistics import share
+from quadstep.studies.campaign.rare import Method
+from quadstep.studies.campaign.until import looks
 from tests.needs import CORTEX_M, CORTEX_M_12, needs
 
 DOCS = Path(__file__).parents[1] / "docs"

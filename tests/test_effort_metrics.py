@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, UserError, fly
-from quadstep.campaign.draws import draw
-from quadstep.campaign.planner import planner
-from quadstep.comparison.study import Situation
-from quadstep.flight.scored import metrics, scored
-from quadstep.flight.sweep import Sweep
+from quadstep.engines.scored import metrics, scored
+from quadstep.engines.sweep import Sweep
 from quadstep.metrics.effort import EFFORT
 from quadstep.numbers import flatten
+from quadstep.studies.campaign.draws import draw
+from quadstep.studies.campaign.planner import planner
+from quadstep.studies.comparison.study import Situation
 from tests.quick_gains import QUICK
 from tests.studies import study
 

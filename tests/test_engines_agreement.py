@@ -6,20 +6,20 @@ from scipy.integrate import solve_ivp
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
-from quadstep.flight.closed_loop import Outcome, Ticks
-from quadstep.flight.columns import COLUMNS
-from quadstep.flight.eager import always, fly_arrays, fly_floats
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import FlightPlan, fly, fly_all
-from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.loop import Loop
-from quadstep.guidance.orbit import Orbit, OrbitParameters
-from quadstep.guidance.piecewise import Piecewise
+from quadstep.engines.eager import always, fly_arrays, fly_floats
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import FlightPlan, fly, fly_all
+from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.loop import Loop
+from quadstep.interfaces.closed_loop import Outcome, Ticks
+from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Table, exp, flatten, rebuild, vector, where
-from quadstep.plants.lagrange import Lagrange
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import derivative
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper.lagrange import derivative
+from quadstep.vehicle.plants.columns import COLUMNS
+from quadstep.vehicle.plants.lagrange import Lagrange
+from quadstep.world.guidance.orbit import Orbit, OrbitParameters
+from quadstep.world.guidance.piecewise import Piecewise
 from tests.flights import CASE_1, NESTED, gains, nested_gains, parameters, same, state, vehicle
 from tests.sweeps import TICKS, TILTED, UNEQUAL, WAYPOINTS
 

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.flight import code_cache, lanes
-from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.kernel import Kernel
-from quadstep.flight.kernels import MOST, Kernels
-from quadstep.flight.lanes import fly_lanes
+from quadstep.engines import lanes
+from quadstep.engines.kernel import Kernel
+from quadstep.engines.kernels import MOST, Kernels
+from quadstep.engines.lanes import fly_lanes
+from quadstep.interfaces.closed_loop import Ticks
+from quadstep.io import code_cache
 from tests.flights import NESTED, nested_gains, parameters, state
 from tests.needs import SUPERUSER, needs
 
@@ -86,7 +87,7 @@ def test_a_folder_that_cannot_be_written_is_no_error(folder, fly, monkeypatch):
     def refuse(*_, **__):
         raise PermissionError(13, "read-only")
 
-    monkeypatch.setattr("quadstep.atomic.replace_in", refuse)
+    monkeypatch.setattr("quadstep.io.atomic.replace_in", refuse)
     assert len(fly()) == 21
     assert entries(folder) == []
 

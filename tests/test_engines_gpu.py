@@ -5,12 +5,12 @@ import gc
 import numpy as np
 import pytest
 
-from quadstep.errors import UserError
-from quadstep.flight import gpu_driver
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.cuda import CudaError, Device, NoDeviceError, OutOfDeviceMemoryError
-from quadstep.flight.gpu_sweep import REGISTERS, GpuSweep
-from quadstep.flight.sweep import Sweep, places
+from quadstep.engines import gpu_driver
+from quadstep.engines.cuda import CudaError, Device, NoDeviceError, OutOfDeviceMemoryError
+from quadstep.engines.gpu_sweep import REGISTERS, GpuSweep
+from quadstep.engines.sweep import Sweep, places
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io.errors import UserError
 from quadstep.numbers.noise import flight_key, key, normals, uniforms
 from tests.fake_driver import installed
 from tests.flights import through_lanes
@@ -197,7 +197,7 @@ def test_ctrl_c_between_launches_frees_everything(monkeypatch):
 
 def test_what_the_driver_cannot_compile_is_one_line(monkeypatch):
     installed(monkeypatch)
-    monkeypatch.setattr("quadstep.flight.ptx.assembly", lambda text, architecture: "nonsense")
+    monkeypatch.setattr("quadstep.engines.ptx.assembly", lambda text, architecture: "nonsense")
     with pytest.raises(CudaError, match=r"JIT compilation failed \(218\) ptxas fatal line 1$"):
         gpu(BRIEF)
 

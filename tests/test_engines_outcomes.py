@@ -6,17 +6,17 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.control.controller import Command
-from quadstep.flight.closed_loop import Outcome, Ticks
-from quadstep.flight.columns import COLUMNS
-from quadstep.flight.eager import fly_arrays, fly_floats
-from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.loop import Cycle, Loop
-from quadstep.guidance.reference import Reference
+from quadstep.engines.eager import fly_arrays, fly_floats
+from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.loop import Cycle, Loop
+from quadstep.interfaces.closed_loop import Outcome, Ticks
+from quadstep.interfaces.controller import Command
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, flatten, vector
-from quadstep.plants.lagrange import Lagrange, Limits, Made
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.rotors import Rotors
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper.rotors import Rotors
+from quadstep.vehicle.plants.columns import COLUMNS
+from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Made
 from tests.flights import CASE_1, NESTED, array, gains, nested_gains, parameters, random_state, same, state, vehicle
 
 TICKS = Ticks(0.004, (1,), 5, 1000)

@@ -11,19 +11,19 @@ from benchmarks.gpu_assembler import assembled
 from benchmarks.gpu_count import KINDS, Chip, bound, counted, marked, operations
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
-from quadstep.errors import UserError
-from quadstep.flight import kernel
-from quadstep.flight.cuda import NoDeviceError
-from quadstep.flight.gpu_sweep import REGISTERS, GpuSweep
-from quadstep.flight.loop import Loop
-from quadstep.flight.ptx import program, ptx
-from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Sweep
-from quadstep.guidance.piecewise import Piecewise
+from quadstep.engines import kernel
+from quadstep.engines.cuda import NoDeviceError
+from quadstep.engines.gpu_sweep import REGISTERS, GpuSweep
+from quadstep.engines.loop import Loop
+from quadstep.engines.ptx import program, ptx
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep
+from quadstep.io.errors import UserError
 from quadstep.mission.read import read_mission
 from quadstep.numbers import flatten
 from quadstep.numbers.noise import flight_key, key, normals, uniforms
-from quadstep.plants.lagrange import Lagrange
+from quadstep.vehicle.plants.lagrange import Lagrange
+from quadstep.world.guidance.piecewise import Piecewise
 from tests.flights import parameters, state
 from tests.needs import GRAPHICS, NO_GRAPHICS, PTXAS, needs
 from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, TILTED, WAYPOINTS, table, values

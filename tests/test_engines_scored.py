@@ -11,17 +11,17 @@ import pytest
 from quadstep import flight_metrics
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.eager import fly_arrays, fly_floats
-from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.loop import Loop
-from quadstep.flight.scored import Score, metrics, scored
-from quadstep.flight.sweep import KERNELS, Sweep, given_names, places
-from quadstep.guidance.piecewise import Piecewise
+from quadstep.engines.eager import fly_arrays, fly_floats
+from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.loop import Loop
+from quadstep.engines.scored import Score, metrics, scored
+from quadstep.engines.sweep import KERNELS, Sweep, given_names, places
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.reductions import Largest, LargestLength, Rms, RmsLength, Variation
 from quadstep.mission.read import read_mission
 from quadstep.numbers import Vector, flatten, rebuild, vector
-from quadstep.plants.lagrange import Lagrange, Limits
+from quadstep.vehicle.plants.lagrange import Lagrange, Limits
+from quadstep.world.guidance.piecewise import Piecewise
 from tests.flights import CASE_1, METRICS, NESTED, nested_gains, parameters, state
 from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, SWEEP_TICKS, TILTED, VARYING, WAYPOINTS, digest, sweep, table, values
 

@@ -10,17 +10,17 @@ import pytest
 from matplotlib.figure import Figure
 
 from quadstep import flight_metrics
-from quadstep.analysis.statistics import share
-from quadstep.campaign.flown import Flyer, on_lanes
-from quadstep.envelope import cells as cells_module
-from quadstep.envelope.cells import CAUSES, Cells, fly_cells, middle
-from quadstep.envelope.picture import draw_panel, legend, length, scale
-from quadstep.envelope.request import NOISY_FLIGHTS, request
-from quadstep.envelope.run import fly_envelope
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
+from quadstep.metrics.statistics import share
 from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
+from quadstep.studies.campaign.flown import Flyer, on_lanes
+from quadstep.studies.envelope import cells as cells_module
+from quadstep.studies.envelope.cells import CAUSES, Cells, fly_cells, middle
+from quadstep.studies.envelope.picture import draw_panel, legend, length, scale
+from quadstep.studies.envelope.request import NOISY_FLIGHTS, request
+from quadstep.studies.envelope.run import fly_envelope
 from tests.campaigns import MASS, NOISY, SHORT, written
 from tests.commands import quadstep
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from quadstep.campaign.flown import Flyer
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
+from quadstep.studies.campaign.flown import Flyer
 from tests.campaigns import MASS, SHORT, leftovers, refused, written
 from tests.commands import quadstep
 
@@ -166,7 +166,7 @@ def test_ctrl_c_while_drawing_keeps_the_map_before(tmp_path, monkeypatch):
     def draw(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("quadstep.envelope.run.draw_map", draw)
+    monkeypatch.setattr("quadstep.studies.envelope.run.draw_map", draw)
     assert envelope(tmp_path, "--flights", "2", "--overwrite").code == 130
     assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
     assert not leftovers(tmp_path)
@@ -176,14 +176,14 @@ def test_without_a_graphics_processor(tmp_path, monkeypatch):
     def none():
         raise UserError("none here; --engine lanes flies on this machine's cores")
 
-    monkeypatch.setattr("quadstep.campaign.device.Device", none)
+    monkeypatch.setattr("quadstep.studies.campaign.device.Device", none)
     refused(envelope(tmp_path, "--engine", "gpu"), "none here; --engine lanes")
     assert not (tmp_path / "out").exists()
 
 
 def test_a_graphics_processor_flies_where_asked_for(tmp_path, monkeypatch):
     asked = []
-    monkeypatch.setattr("quadstep.campaign.device.device_flyer", lambda campaign: asked.append(1) or Flyer(campaign))
+    monkeypatch.setattr("quadstep.studies.campaign.device.device_flyer", lambda campaign: asked.append(1) or Flyer(campaign))
     assert envelope(tmp_path).code == 0
     assert not asked
     assert envelope(tmp_path, "--engine", "gpu").code == 0

@@ -12,12 +12,12 @@ import sys
 import numpy as np
 import pytest
 
-from quadstep.campaign.flown import Flyer
-from quadstep.campaign.schema import read_campaign
-from quadstep.errors import UserError
-from quadstep.flight import kernel
-from quadstep.flight.sweep import Sweep
+from quadstep.engines import kernel
+from quadstep.engines.sweep import Sweep
+from quadstep.io.errors import UserError
 from quadstep.numbers import atan2, exp, sqrt, where
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.schema import read_campaign
 from tests.bits.arm import swept_on_arm
 from tests.bits.flights import CAMPAIGNS, SPECIAL, functions, inputs, same
 from tests.campaigns import written

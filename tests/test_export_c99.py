@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
-from quadstep.c99.compiler import BITS
-from quadstep.c99.flown import fly_c
-from quadstep.c99.law import recorded
-from quadstep.c99.subject import subject_of
-from quadstep.control.controller import Measured
 from quadstep.control.registry import names
-from quadstep.errors import UserError
+from quadstep.export.c.compiler import BITS
+from quadstep.export.c.flown import fly_c
+from quadstep.export.c.law import recorded
+from quadstep.export.c.subject import subject_of
 from quadstep.export.measure import in_f32
-from quadstep.flight.closed_loop import Outcome
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Measured
+from quadstep.io.errors import UserError
 from quadstep.numbers import Matrix, atan2, cos, exp, log, sigmoid, sin, sqrt, vector, where
 from quadstep.numbers.c_text import literal
 from tests.commands import quadstep, write
@@ -90,7 +90,7 @@ def test_every_other_law_of_real_vehicles_gives_the_bits_of_python(tmp_path, kin
 @pytest.mark.parametrize("precise", [False, True], ids=["f32", "f64"])
 @pytest.mark.parametrize("kind", ["mpc", "mppi", pytest.param("raptor", marks=needs(POLICY))])
 def test_laws_of_many_turns_give_the_bits_of_python(tmp_path, monkeypatch, kind, precise):
-    monkeypatch.setattr("quadstep.c99.golden.MOST_OPERATIONS", 0)  # the fewest samples
+    monkeypatch.setattr("quadstep.export.c.golden.MOST_OPERATIONS", 0)  # the fewest samples
     check_bits(tmp_path, real_mission({"type": kind}).plan(), precise, 8, {"gcc": ("-O2",), "clang": ("-O0", "-O3")})
 
 
@@ -385,8 +385,8 @@ POLICY = '''
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller
-from quadstep.control.gain import given
+from quadstep.interfaces.controller import Command, Controller
+from quadstep.interfaces.gain import given
 from quadstep.numbers import Matrix, Vector, sigmoid
 
 

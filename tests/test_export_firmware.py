@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.c99.subject import exported
-from quadstep.errors import UserError
+from quadstep.export.c.subject import exported
 from quadstep.export.firmware import firmware_files
+from quadstep.io.errors import UserError
 from tests.adapters import adapter, flown, numbers
 from tests.commands import quadstep, write
 from tests.exports import paper_mission, real_mission

@@ -4,11 +4,11 @@ import subprocess
 
 import pytest
 
-from quadstep.c99.compiler import BITS
-from quadstep.c99.guards import taken
-from quadstep.c99.law import measured_part
-from quadstep.c99.structs import fields_of
-from quadstep.c99.templates import filled
+from quadstep.export.c.compiler import BITS
+from quadstep.export.c.guards import taken
+from quadstep.export.c.law import measured_part
+from quadstep.export.c.structs import fields_of
+from quadstep.export.c.templates import filled
 from quadstep.numbers import flatten
 from tests.adapters import STUBS
 from tests.exports import COMPILERS, real_mission, written

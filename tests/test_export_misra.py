@@ -2,8 +2,8 @@
 
 import pytest
 
-from quadstep.errors import UserError
 from quadstep.export import misra
+from quadstep.io.errors import UserError
 from tests.exports import real_mission, written
 from tests.needs import CPPCHECK, POLICY, needs
 

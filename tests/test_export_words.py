@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import pytest
 
-from quadstep.c99.interface import header
-from quadstep.c99.subject import exported
-from quadstep.c99.words import UNKNOWN, of_structure
-from quadstep.control.controller import Measured
-from quadstep.control.gain import gain
 from quadstep.control.registry import names
-from quadstep.plants.planar import PlanarState
-from quadstep.vehicle.state import State
+from quadstep.export.c.interface import header
+from quadstep.export.c.subject import exported
+from quadstep.export.c.words import UNKNOWN, of_structure
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.gain import gain
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.planar import PlanarState
 from tests.exports import paper_mission, plane_mission, real_mission
 from tests.needs import POLICY, needs
 

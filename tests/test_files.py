@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from quadstep import files
-from quadstep.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
-from quadstep.campaign.manifest import read_manifest
-from quadstep.campaign.schema import read_campaign
-from quadstep.documents import DEEPEST, parse_toml, read_json
-from quadstep.errors import LONGEST, UserError, one_line
+from quadstep.io import files
+from quadstep.io.documents import DEEPEST, parse_toml, read_json
+from quadstep.io.errors import LONGEST, UserError, one_line
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.recording import MOST_ROWS
 from quadstep.mission.vehicle_list import read_vehicle
+from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
+from quadstep.studies.campaign.manifest import read_manifest
+from quadstep.studies.campaign.schema import read_campaign
 from tests.patience import PATIENCE
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
@@ -344,7 +344,10 @@ HOSTILE = {
     "a campaign in a pipe": (["campaign", "pipe"], ""),
     "a page over a pipe": (["page", "m.toml", "--out", "pipe"], LINE),
 }
-BOUNDED = "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (4 << 30,) * 2); from quadstep.cli import main; main()"
+BOUNDED = (
+    "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (4 << 30,) * 2)\n"
+    "from quadstep.commands.cli import main; main()"
+)
 
 
 @pytest.mark.parametrize("case", HOSTILE)

@@ -7,7 +7,7 @@ import warnings
 
 import pytest
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from tests.fuzz.judge import judge
 from tests.fuzz.run import KINDS, SHARES, some
 

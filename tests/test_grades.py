@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import fly
-from quadstep.flight.log import FlightLog
-from quadstep.judging.grade import RULES, Grade, graded
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
+from quadstep.metrics.judging.grade import RULES, Grade, graded
 from quadstep.metrics.of_log import flight_metrics
 from quadstep.metrics.reductions import Growth
 from quadstep.mission.read import read_mission

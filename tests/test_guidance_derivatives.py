@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend_bend
-from quadstep.guidance.orbit import Orbit, OrbitParameters, ramp_bend
-from quadstep.guidance.piecewise import Piecewise
-from quadstep.guidance.spline import near_recording, through_waypoints
-from quadstep.guidance.step import Step, StepParameters
 from quadstep.numbers import vector
+from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend_bend
+from quadstep.world.guidance.orbit import Orbit, OrbitParameters, ramp_bend
+from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.guidance.spline import near_recording, through_waypoints
+from quadstep.world.guidance.step import Step, StepParameters
 from tests.flights import array, through_lanes
 
 RNG = np.random.default_rng(77)

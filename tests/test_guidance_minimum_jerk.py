@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend
 from quadstep.numbers import vector
+from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend
 from tests.flights import array
 
 PATH = MinimumJerk()

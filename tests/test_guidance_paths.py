@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
-from quadstep.guidance.orbit import Orbit, OrbitParameters, ramped_time
-from quadstep.guidance.piecewise import Piecewise
-from quadstep.guidance.spline import near_recording, through_waypoints
 from quadstep.numbers import vector
+from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.world.guidance.orbit import Orbit, OrbitParameters, ramped_time
+from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.guidance.spline import near_recording, through_waypoints
 from tests.flights import array, through_lanes
 
 RNG = np.random.default_rng(21)

@@ -8,14 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from quadstep.airframe.motion import AirframeState
-from quadstep.errors import UserError
 from quadstep.identify.averages import blocks, forces, rotor_speeds, torques
 from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
 from quadstep.identify.errors import differences
 from quadstep.identify.errors import logged as measured_at
 from quadstep.identify.fit import EFFECTS, LONG_WEIGHTS, Fitted, Identified, identify, limits_guess
 from quadstep.identify.intervals import Spread, freedom, jackknife, with_values
+from quadstep.identify.logs.signals import spectrum
 from quadstep.identify.parameters import LIMITS, numbers_of
 from quadstep.identify.predictor import Predictor, leaning
 from quadstep.identify.problem import Batch, as_states
@@ -26,9 +25,10 @@ from quadstep.identify.run import Run
 from quadstep.identify.search import solved
 from quadstep.identify.starts import laid_out, starts_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_proportion
-from quadstep.logs.signals import spectrum
+from quadstep.io.errors import UserError
 from quadstep.mission.vehicle_list import read_vehicle
 from quadstep.numbers import Vector
+from quadstep.vehicle.airframe.motion import AirframeState
 from tests.commands import quadstep
 from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, true_value, write
 

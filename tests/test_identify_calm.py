@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from quadstep.commands.logs import read_logs
-from quadstep.errors import UserError
 from quadstep.identify.averages import Told, blocks, exponents, forces
 from quadstep.identify.closed_loop import hover_ratio
 from quadstep.identify.fit import UNDETERMINED, Fitted, Identified, identify
@@ -14,6 +13,7 @@ from quadstep.identify.report import facts
 from quadstep.identify.run import Run, answer
 from quadstep.identify.table import Compared
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
+from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
 from quadstep.report.units import percent
 from tests.calm_flights import logged, start, true_values

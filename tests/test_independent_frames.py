@@ -10,16 +10,16 @@ import pytest
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
-from quadstep.airframe.allocation import allocate
-from quadstep.airframe.geometry import Effects
-from quadstep.control.controller import Measured
 from quadstep.control.registry import controllers
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import fly_all
+from quadstep.engines.fly import fly_all
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Measured
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import rotation_vector
+from quadstep.vehicle.airframe.allocation import allocate
+from quadstep.vehicle.airframe.geometry import Effects
 from tests.airframes import at, fly
 from tests.flights import array
 

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from quadstep.airframe.motion import Motion
-from quadstep.airframe.rigid_body import MassProperties, motion_rate, renormalised
-from quadstep.flight.integrator import runge_kutta_4
+from quadstep.engines.integrator import runge_kutta_4
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import rotation_matrix
+from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.airframe.rigid_body import MassProperties, motion_rate, renormalised
 from tests.flights import array, column
 from tests.needs import package
 

@@ -7,18 +7,18 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from quadstep.airframe.events import Events, mass_properties
-from quadstep.airframe.geometry import Effects, Geometry
-from quadstep.airframe.motion import AirframeState
-from quadstep.airframe.plant import derivative
-from quadstep.airframe.rigid_body import renormalised
 from quadstep.bridges.quad_params import from_quad_params, to_quad_params
 from quadstep.bridges.rotorpy_flight import airframe_state, multirotor
-from quadstep.flight.closed_loop import Task, Ticks
-from quadstep.flight.engines import FlightPlan, fly
-from quadstep.flight.integrator import runge_kutta_4
+from quadstep.engines.fly import FlightPlan, fly
+from quadstep.engines.integrator import runge_kutta_4
+from quadstep.interfaces.closed_loop import Task, Ticks
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, Vector
+from quadstep.vehicle.airframe.events import Events, mass_properties
+from quadstep.vehicle.airframe.geometry import Effects, Geometry
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.plant import derivative
+from quadstep.vehicle.airframe.rigid_body import renormalised
 from tests.flights import column
 from tests.needs import package
 

@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.analysis.statistics import share as interval
-from quadstep.errors import UserError
-from quadstep.judging import deliver, junit, metrics, share
-from quadstep.judging.verdict import Case, Verdict, scalars
+from quadstep.commands import deliver
+from quadstep.io.errors import UserError
+from quadstep.metrics.judging import junit, metrics, share
+from quadstep.metrics.judging.verdict import Case, Verdict, scalars
+from quadstep.metrics.statistics import share as interval
 from tests.commands import LINE, quadstep
 from tests.verdicts import checked, properties
 
@@ -235,6 +236,6 @@ def test_the_flights_that_a_share_needs_are_the_fewest(least):
 
 
 def test_the_command_line_still_starts_without_numpy():
-    code = "import sys, quadstep.cli; print([name for name in ('numpy', 'xml', 'pydantic') if name in sys.modules])"
+    code = "import sys, quadstep.commands.cli; print([name for name in ('numpy', 'xml', 'pydantic') if name in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "[]\n"

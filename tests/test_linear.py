@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from quadstep import Mission
-from quadstep.control.controller import Controller
+from quadstep.interfaces.controller import Controller
 from quadstep.linear.analysis import of_loop, studied, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.record import record

@@ -13,7 +13,7 @@ from quadstep.linear.metrics import margin_metrics, of_analysis
 from quadstep.linear.worst import refused
 from quadstep.metrics.margins import MARGINS, is_margin
 from quadstep.mission.tune import Constraint, as_constraints
-from quadstep.tuning.ground import Ground, asked
+from quadstep.studies.tuning.ground import Ground, asked
 from tests.commands import quadstep
 
 MISSION = """

@@ -11,13 +11,14 @@ import pytest
 from proofs.lines import KNOWN, LEVEL_RATE, LOOP, NAMES
 from quadstep.control.backstepping import position_loop
 from quadstep.control.completed_backstepping import coupling_columns, with_yaw
+from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Vector
-from quadstep.theory import flow as flow_module
-from quadstep.theory.edge import default_region
-from quadstep.theory.flow import Flow, Instant, draw
-from quadstep.theory.region import R1
-from quadstep.vehicle.kinematics import Kinematics, thrust_direction
-from quadstep.vehicle.lagrange import coriolis, effective_inertia
+from quadstep.proofs.theory import flow as flow_module
+from quadstep.proofs.theory.edge import default_region
+from quadstep.proofs.theory.flow import Flow, Instant, draw
+from quadstep.proofs.theory.region import R1
+from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
 
 UNKNOWN = 0.005
 H = 1e-6

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from quadstep.errors import UserError
-from quadstep.logs.judge import judge
-from quadstep.logs.mapping import Mapping, load_mapping, mapping_names
-from quadstep.logs.read import read_log
-from quadstep.logs.signals import lag, slopes
+from quadstep.identify.logs.judge import judge
+from quadstep.identify.logs.mapping import Mapping, load_mapping, mapping_names
+from quadstep.identify.logs.read import read_log
+from quadstep.identify.logs.signals import lag, slopes
+from quadstep.io.errors import UserError
 from tests import calm_flights
 from tests.made_flights import MAPPING, logged, start, table, write
 

@@ -7,13 +7,13 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from quadstep.errors import UserError
+from quadstep.identify.logs import ardupilot, ulog
+from quadstep.identify.logs.judge import judge
+from quadstep.identify.logs.mapping import load_mapping
+from quadstep.identify.logs.read import read_log
 from quadstep.identify.replay import ready
 from quadstep.identify.table import compare
-from quadstep.logs import ardupilot, ulog
-from quadstep.logs.judge import judge
-from quadstep.logs.mapping import load_mapping
-from quadstep.logs.read import read_log
+from quadstep.io.errors import UserError
 from tests import made_logs
 from tests.made_flights import logged, start
 
@@ -207,7 +207,7 @@ def test_an_mcap_file_is_not_unpacked_further_than_it_says_and_may(tmp_path, kin
     pytest.importorskip("mcap_ros2")
     from mcap.records import Chunk
 
-    from quadstep.logs.mcap_file import data_of, recorded
+    from quadstep.identify.logs.mcap_file import data_of, recorded
 
     mapping = str(saved(tmp_path / "map.toml", made_logs.MCAP_MAPPING.encode()))
     content = b"\x80" + struct.pack("<Q", 5_000_000) + bytes(5_000_000)

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.columns import COLUMNS
-from quadstep.flight.log import FlightLog
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.of_log import flight_metrics
 from quadstep.metrics.quantities import attitude_errors, position_errors
 from quadstep.metrics.reductions import rmse, settling_time
 from quadstep.metrics.registry import REPORTED, SCORED, score_names_of
 from quadstep.numbers import Vector
+from quadstep.vehicle.plants.columns import COLUMNS
 
 
 def log_of(samples, outcome=Outcome.COMPLETED, **columns):

@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from quadstep.airframe.events import mass_properties
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import LAYOUTS, NO_GROUND, AirframeSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.sensing import SensorsSection
 from quadstep.mission.vehicle_list import load_preset, parameters, read_vehicle
+from quadstep.vehicle.airframe.events import mass_properties
 
 OWN = """\
 mass = 1.2

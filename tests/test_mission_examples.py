@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from quadstep import UserError, fly, read_mission
-from quadstep.flight.closed_loop import Outcome
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.read import plan_mission
-from quadstep.report.publish import fingerprint
-from quadstep.study.cases import main_cases, stress
+from quadstep.studies.paper.cases import main_cases, stress
 from tests.missions import EXAMPLES, MISSIONS, RECORDED
 from tests.needs import CRAZYPAD, RECORDINGS, needs
 

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from quadstep import UserError
+from quadstep.engines.fingerprint import fingerprint
 from quadstep.mission.read import check_mission
-from quadstep.report.publish import fingerprint
 from tests.missions import accepted_or_refused, garbage, places, replaced
 
 VALID = {

@@ -6,15 +6,15 @@ import pytest
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
-from quadstep.control.networks import random_input_weights
-from quadstep.flight.closed_loop import Ticks
-from quadstep.guidance.minimum_jerk import MinimumJerk
-from quadstep.guidance.orbit import Orbit
-from quadstep.guidance.piecewise import Piecewise
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.interfaces.closed_loop import Ticks
+from quadstep.interfaces.learning import random_input_weights
+from quadstep.interfaces.model import Kinematics
 from quadstep.mission.read import check_mission
-from quadstep.plants.lagrange import Limits
-from quadstep.report.publish import fingerprint
-from quadstep.vehicle.kinematics import Kinematics
+from quadstep.vehicle.plants.lagrange import Limits
+from quadstep.world.guidance.minimum_jerk import MinimumJerk
+from quadstep.world.guidance.orbit import Orbit
+from quadstep.world.guidance.piecewise import Piecewise
 
 LINE = {"type": "minimum-jerk", "end": [1.0, 2.0, 3.0], "duration": 4.0}
 

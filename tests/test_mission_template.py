@@ -6,14 +6,14 @@ import tomllib
 import pytest
 
 from quadstep import UserError, fly, read_mission
-from quadstep.control.controller import Measured
 from quadstep.control.registry import controllers
-from quadstep.flight.closed_loop import Outcome
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Measured
 from quadstep.mission.read import check_mission
 from quadstep.mission.template import template, write_template
 from quadstep.numbers import Table, flatten
-from quadstep.report.publish import fingerprint
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 COMMENTED = re.compile(r"^# ([A-Za-z][\w.]*) = (.*)$")
 TEMPLATE = template()

@@ -7,9 +7,9 @@ import pytest
 from quadstep.identify.closed_loop import fly_again
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import identify
+from quadstep.identify.logs.read import read_log
 from quadstep.identify.table import compare
 from quadstep.identify.vehicle_file import identified_vehicle
-from quadstep.logs.read import read_log
 from tests.made_flights import start
 from tests.needs import FLIGHTS, NANOBENCH, needs
 

@@ -11,7 +11,7 @@ import pytest
 import sympy
 from llvmlite import ir
 
-from quadstep.flight.kernel import compile_module
+from quadstep.engines.kernel import compile_module
 from quadstep.numbers import Vector
 from quadstep.numbers.lane import Emitter, Lane
 from quadstep.numbers.opaque import call
@@ -215,7 +215,7 @@ def test_symbols_are_refused(registered):
 
 IN_ANOTHER_PROCESS = """
 from quadstep.numbers.registered import register
-from quadstep.flight import code_cache
+from quadstep.io import code_cache
 from tests.test_numbers_opaque import loop, run
 kept = []
 code_cache.write = lambda *_: kept.append(1)

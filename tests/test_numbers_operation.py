@@ -14,9 +14,9 @@ from quadstep.numbers.kinds import ARRAYS, FLOATS, functions_of
 from quadstep.numbers.operation import KINDS, OPERATIONS, declare
 from quadstep.numbers.python_code import compiled
 from quadstep.numbers.terms import coq, variable
-from quadstep.prove.influence import Influence
-from quadstep.prove.jet import jets
-from quadstep.prove.known import Known
+from quadstep.proofs.prove.influence import Influence
+from quadstep.proofs.prove.jet import jets
+from quadstep.proofs.prove.known import Known
 from tests.exports import COMPILERS, through_c
 from tests.flights import through_lanes
 from tests.needs import NODE, needs

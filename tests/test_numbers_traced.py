@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.c99.golden import golden, golden_header
-from quadstep.c99.subject import exported
-from quadstep.flight.eager import always
+from quadstep.engines.eager import always
+from quadstep.export.c.golden import golden, golden_header
+from quadstep.export.c.subject import exported
 from quadstep.numbers import (
     Matrix,
     Table,
@@ -135,11 +135,11 @@ MISSIONS = {
 @pytest.mark.parametrize("name", [pytest.param(name, marks=needs(POLICY) if name == "raptor" else ()) for name in MISSIONS])
 def test_golden_vectors_are_those_of_the_law_number_by_number(monkeypatch, name, precise):
     monkeypatch.setattr("quadstep.control.mppi.SAMPLES", 3)
-    monkeypatch.setattr("quadstep.c99.golden.MOST_OPERATIONS", 100_000)
+    monkeypatch.setattr("quadstep.export.c.golden.MOST_OPERATIONS", 100_000)
     plan = MISSIONS[name].plan()
     law = exported(plan, precise)
     texts = []
     for way in (compiled, one_by_one):
-        monkeypatch.setattr("quadstep.c99.golden.compiled", way)
+        monkeypatch.setattr("quadstep.export.c.golden.compiled", way)
         texts.append(golden_header(law, golden(law, lambda t: plan.loop.wanted(t, plan.parameters))))
     assert texts[0] == texts[1]

@@ -10,22 +10,22 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from quadstep import read_mission
-from quadstep.campaign.schema import digests
 from quadstep.control.opaque import opaque_law
-from quadstep.errors import UserError
-from quadstep.tuning.ground import asked
-from quadstep.tuning.run import named_files
-from quadstep.user_code import installed
-from quadstep.user_code.blame import blamed, said_of
-from quadstep.user_code.places import place
+from quadstep.io.errors import UserError
+from quadstep.io.user_code import installed
+from quadstep.io.user_code.blame import blamed, said_of
+from quadstep.io.user_code.places import place
+from quadstep.studies.campaign.schema import digests
+from quadstep.studies.tuning.ground import asked
+from quadstep.studies.tuning.run import named_files
 
 LAW = """
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Condition, Controller
-from quadstep.control.gain import believed, gain, given, usual
+from quadstep.interfaces.controller import Command, Condition, Controller
+from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.numbers import Number, Vector, vector
 
 class Gains(NamedTuple):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, UserError, fly
-from quadstep.control.commands import BodyRates
-from quadstep.control.controller import Measured
 from quadstep.control.rate_loop import RateGains, rate_loop
-from quadstep.flight.closed_loop import Outcome
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.commands import BodyRates
+from quadstep.interfaces.controller import Measured
 from quadstep.mission.template import template
 from quadstep.numbers import vector
 
@@ -17,9 +17,9 @@ HEAD = '''
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
-from quadstep.control.controller import Command, Controller
-from quadstep.control.gain import believed, gain, given
+from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
+from quadstep.interfaces.controller import Command, Controller
+from quadstep.interfaces.gain import believed, gain, given
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.numbers import Number, Vector, maximum, sqrt, vector
 from quadstep.numbers.rotations import cross, rotation_matrix

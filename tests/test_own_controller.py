@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, flight_metrics, fly, read_mission
-from quadstep.control.controller import Command, Controller
-from quadstep.control.gain import gain, given
 from quadstep.control.nested_saturation import NestedSaturation
-from quadstep.flight.engine import Engine
+from quadstep.engines.engine import Engine
+from quadstep.interfaces.controller import Command, Controller
+from quadstep.interfaces.gain import gain, given
 from quadstep.mission.derived import section_of
 from quadstep.page.controllers import in_common
 from quadstep.page.missions import flown_mission, missions_page
 from quadstep.report.panels import flight_jobs
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 ROOT = Path(__file__).parent.parent
 MISSION = """

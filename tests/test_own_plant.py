@@ -8,21 +8,21 @@ import pyarrow.parquet as pq
 import pytest
 
 from quadstep import fly, read_mission
-from quadstep.flight.engine import Engine
-from quadstep.user_code import loading
+from quadstep.engines.engine import Engine
+from quadstep.io.user_code import loading
 from tests.commands import quadstep, write
 from tests.pages import fly_page, needs_node
 
 PLANT = '''
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.controller import Controller
-from quadstep.control.gain import believed, from_gains, gain
-from quadstep.control.model import Model
-from quadstep.flight.closed_loop import Outcome, finite
-from quadstep.flight.own_metric import Metric
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.gain import believed, from_gains, gain
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.closed_loop import Outcome, finite
+from quadstep.interfaces.metric import Metric
 from quadstep.numbers import Number, Vector, absolute, clip, maximum, vector, where
-from quadstep.plants.declared import DeclaredPlant
+from quadstep.vehicle.plants.declared import DeclaredPlant
 
 
 class Numbers(NamedTuple):
@@ -274,7 +274,7 @@ def test_a_study_takes_the_packages_planar_vehicle_and_vehicles_in_python_files(
     ("old", "new", "said"),
     [
         ('"VEHICLE"', '"rail.py:Nothing"', "study.toml: vehicles: .*rail.py: has no 'Nothing'"),
-        ('"rail.py:Sink"', '"rail.py:Lift"', "study.toml: .*rail.py:Lift: should be a subclass of quadstep.flight.own_metric"),
+        ('"rail.py:Sink"', '"rail.py:Lift"', "study.toml: .*rail.py:Lift: should be a subclass of quadstep.interfaces.metric"),
         ('"VEHICLE"', '"rail"', "vehicles: 'rail' is neither a preset nor a file; allowed: .*planar, .*FILE.py:NAME"),
     ],
 )

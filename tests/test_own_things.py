@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
-from quadstep.errors import UserError
-from quadstep.flight.engine import Engine
-from quadstep.flight.scored import scored
+from quadstep.engines.engine import Engine
+from quadstep.engines.scored import scored
+from quadstep.io.errors import UserError
+from quadstep.io.user_code import loading
 from quadstep.numbers import flatten
 from quadstep.page.missions import flown_mission, missions_page
-from quadstep.user_code import loading
 from tests.campaigns import no_report, rows
 from tests.commands import quadstep
 
@@ -38,12 +38,12 @@ WRONG_PATHS = {
     "no path": ('type = "own.py:Loop"', "class Loop: pass", "path: type: own.py:Loop: should be a subclass of .*DeclaredPath"),
     "abstract": (
         'type = "own.py:Loop"',
-        "from quadstep.guidance import DeclaredPath\nclass Loop(DeclaredPath): pass",
+        "from quadstep.world.guidance import DeclaredPath\nclass Loop(DeclaredPath): pass",
         "path: type: own.py:Loop: has no `length` and no `reference`",
     ),
     "no numbers": (
         'type = "own.py:Loop"',
-        "from quadstep.guidance import DeclaredPath\nclass Loop(DeclaredPath):\n"
+        "from quadstep.world.guidance import DeclaredPath\nclass Loop(DeclaredPath):\n"
         "    def length(self, numbers): return 1.0\n    def reference(self, t, numbers): return None",
         "path: type: own.py:Loop: has no `Numbers`",
     ),
@@ -59,8 +59,8 @@ WRONG_PATHS = {
 
 BROKEN = """
 from typing import NamedTuple
-from quadstep.control.gain import gain
-from quadstep.guidance import DeclaredPath, Reference
+from quadstep.interfaces.gain import gain
+from quadstep.world.guidance import DeclaredPath, Reference
 from quadstep.numbers import vector
 
 class Numbers(NamedTuple):
@@ -194,8 +194,8 @@ rising = 3.0
 
 STEADY = """
 from typing import NamedTuple
-from quadstep.air.declared import DeclaredAir
-from quadstep.control.gain import gain
+from quadstep.world.air.declared import DeclaredAir
+from quadstep.interfaces.gain import gain
 from quadstep.numbers import Vector, vector
 
 class Numbers(NamedTuple):
@@ -258,7 +258,7 @@ def test_the_numbers_of_a_wind_have_sliders(folder):
 @pytest.mark.parametrize("case", WRONG_WINDS)
 def test_wrong_winds_are_one_line(folder, case):
     table, said = WRONG_WINDS[case]
-    code = "from quadstep.air.declared import DeclaredAir\nclass Fails(DeclaredAir):\n    def wind(self, air, p, time):\n"
+    code = "from quadstep.world.air.declared import DeclaredAir as Air\nclass Fails(Air):\n    def wind(self, air, p, time):\n"
     numbers = "\nfrom typing import NamedTuple\nclass N(NamedTuple): pass\nFails.Numbers = N\n"
     (folder / "own.py").write_text(f"{code}        return speed{numbers}")
     mission = THERMAL.partition("[wind]")[0] + f"[wind]\n{table}\n"
@@ -286,7 +286,7 @@ HEIGHT = '"path.end.2" = { type = "uniform", low = 0.2, high = 1.0 }'
 NOISY = f"{REAL}[sensors]\nposition_noise = 0.01\n"
 
 ONE = """
-from quadstep.flight.own_metric import Metric
+from quadstep.interfaces.metric import Metric
 
 class One(Metric):
     name, unit = NAME

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, UserError, fly
-from quadstep.campaign.schema import digests
-from quadstep.flight.engine import Engine
+from quadstep.engines.engine import Engine
+from quadstep.io.user_code import installed, loading
 from quadstep.mission.presets import preset_table
-from quadstep.user_code import installed, loading
+from quadstep.studies.campaign.schema import digests
 from tests.commands import quadstep, quadstep_process
 
 LINE = {"type": "minimum-jerk", "end": [2.0, 0.5, 1.0], "duration": 3.0}
@@ -20,9 +20,9 @@ SPRING = """
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.gain import gain
+from quadstep.interfaces.gain import gain
 from quadstep.numbers import Vector, sin, vector
-from quadstep.vehicle.own_disturbance import DeclaredDisturbance
+from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance
 
 
 class Numbers(NamedTuple):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from quadstep.control.controller import Measured
-from quadstep.flight.eager import fly_floats
+from quadstep.engines.eager import fly_floats
+from quadstep.interfaces.controller import Measured
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from quadstep import read_mission
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
 from quadstep.mission.paths import CirclePath
 from quadstep.page.missions import fly_missions
 from tests.browsers import picture

@@ -8,10 +8,10 @@ import re
 import numpy as np
 import pytest
 
-from quadstep.control.controller import Controller
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome, Ticks
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome, Ticks
+from quadstep.interfaces.controller import Controller
+from quadstep.io.errors import UserError
 from quadstep.mission.schema import Mission
 from quadstep.page import build
 from quadstep.page.build import build_page, fill, page_data
@@ -20,11 +20,11 @@ from quadstep.page.laws import Laws
 from quadstep.page.missions import fly_missions, identity, missions_page
 from quadstep.page.model import ClaimView, json_number
 from quadstep.page.scenes import PANELS, panels, scene
-from quadstep.study.cases import NEURONS, case_1
-from quadstep.study.claims import check_claims
-from quadstep.study.page import TURN_NEURONS, paper_page
-from quadstep.study.study import fly_study, plan_study
-from quadstep.vehicle.rotors import rotor_map
+from quadstep.studies.paper.cases import NEURONS, case_1
+from quadstep.studies.paper.claims import check_claims
+from quadstep.studies.paper.page import TURN_NEURONS, paper_page
+from quadstep.studies.paper.study import fly_study, plan_study
+from quadstep.vehicle.paper.rotors import rotor_map
 from tests.missions import EXAMPLES, MISSIONS, RECORDED
 from tests.pages import FLIGHTS, STAND_IN, data_of, flown
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from quadstep.commands import page as commands
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.page import build
 from quadstep.page.build import template
 from tests.pages import data_of

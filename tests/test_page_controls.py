@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from quadstep.flight.eager import fly_floats
+from quadstep.engines.eager import fly_floats
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Matrix, Table, Vector, flatten, leaf_names, vector
 from quadstep.page.conditions import page_conditions
 from quadstep.page.laws import widened
 from quadstep.page.sliders import plain_sliders
-from quadstep.study.cases import adaptive, nested
+from quadstep.studies.paper.cases import adaptive, nested
 from tests.pages import data_of, flown, fly_page, needs_node, value_of, write_page
 
 LINE = {"type": "minimum-jerk", "end": [4.0, 1.0, 2.0], "duration": 6.0}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
 from quadstep.page.missions import missions_page
 from tests.dropped import DROP, carried
 from tests.firefox import Firefox

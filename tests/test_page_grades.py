@@ -2,8 +2,8 @@
 
 import pytest
 
-from quadstep.flight.engines import fly
-from quadstep.judging.grade import graded
+from quadstep.engines.fly import fly
+from quadstep.metrics.judging.grade import graded
 from quadstep.mission.schema import Mission
 from quadstep.page.flights import SUMMED_UP
 from quadstep.page.missions import missions_page

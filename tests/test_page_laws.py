@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.eager import fly_floats
-from quadstep.flight.engines import fly
+from quadstep.engines.eager import fly_floats
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.numbers import Table, flatten
 from quadstep.page.laws import NEURONS, Laws, neurons, widened
-from quadstep.study.cases import adaptive, case_1, case_3, nested, stress
+from quadstep.studies.paper.cases import adaptive, case_1, case_3, nested, stress
 from tests.pages import FLIGHTS, flown, fly_page, mission, needs_node, write_page
 
 

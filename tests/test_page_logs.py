@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.logs.flight import FlightRecord
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.page.missions import missions_page
 from tests import made_logs
 from tests.dropped import DROP, carried

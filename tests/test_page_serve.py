@@ -19,15 +19,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from quadstep.errors import UserError
-from quadstep.flight.engine import Engine
-from quadstep.mission.fly import fly_mission
+from quadstep.engines.engine import Engine
+from quadstep.io.errors import UserError
 from quadstep.page import build
 from quadstep.page.folder import manifest, read_log, results
 from quadstep.page.opened import names_files, open_result, plan_again
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from quadstep.report.page import summary, write_page
+from quadstep.studies.flights.fly import fly_mission
 from tests.commands import heeding_interrupts
 from tests.pages import STAND_IN, data_of
 from tests.patience import PATIENCE

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.page import build
 from quadstep.page.build import Walk, page_data
 from quadstep.page.laws import NEURONS, Laws
 from quadstep.page.missions import fly_missions
 from quadstep.page.story import OWN, read_story
-from quadstep.study.cases import main_cases
-from quadstep.study.page import stress_id
+from quadstep.studies.paper.cases import main_cases
+from quadstep.studies.paper.page import stress_id
 from tests.commands import quadstep
 from tests.pages import FLIGHTS, STAND_IN, data_of, flown, fly_page, needs_node, write_page
 

@@ -6,10 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from quadstep.airframe.motion import Motion
-from quadstep.airframe.rigid_body import MassProperties, motion_rate
 from quadstep.control.backstepping import Backstepping
-from quadstep.control.controller import Command, Measured
 from quadstep.control.paper_on_airframe import (
     STEEPEST,
     PaperOnAirframe,
@@ -19,11 +16,13 @@ from quadstep.control.paper_on_airframe import (
     euler_rates,
     paper_state,
 )
-from quadstep.flight.eager import fly_floats
-from quadstep.flight.engines import fly
-from quadstep.flight.integrator import runge_kutta_4
-from quadstep.flight.loop import Loop
-from quadstep.guidance.reference import Reference
+from quadstep.engines.eager import fly_floats
+from quadstep.engines.fly import fly
+from quadstep.engines.integrator import runge_kutta_4
+from quadstep.engines.loop import Loop
+from quadstep.interfaces.controller import Command, Measured
+from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.reference import Reference
 from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Vector, matrix, vector
@@ -36,12 +35,14 @@ from quadstep.numbers.rotations import (
     rotation_matrix,
     yaw_pitch_roll,
 )
-from quadstep.plants.lagrange import Lagrange, Limits, Parameters
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.kinematics import Kinematics, euler_rate_matrix, thrust_direction
-from quadstep.vehicle.lagrange import Vehicle, derivative
-from quadstep.vehicle.rotors import Rotors
-from quadstep.vehicle.state import State
+from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.airframe.rigid_body import MassProperties, motion_rate
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper.kinematics import euler_rate_matrix, thrust_direction
+from quadstep.vehicle.paper.lagrange import Vehicle, derivative
+from quadstep.vehicle.paper.rotors import Rotors
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
 from tests.flights import array, column, same, through_lanes
 
 RNG = np.random.default_rng(331)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.campaign import draws
+from quadstep.studies.campaign import draws
 from tests.needs import PROCESSOR, without
 
 try:

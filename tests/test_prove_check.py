@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from quadstep.documents import parse_toml
+from quadstep.io.documents import parse_toml
 from quadstep.mission.read import check_mission, plan_mission
-from quadstep.prove import check, check_set
-from quadstep.prove.certificate import read_certificate
-from quadstep.prove.check_loop import Loop
-from quadstep.prove.set_certificate import read_set
+from quadstep.proofs.prove import check, check_set
+from quadstep.proofs.prove.certificate import read_certificate
+from quadstep.proofs.prove.check_loop import Loop
+from quadstep.proofs.prove.set_certificate import read_set
 from tests.commands import quadstep
 from tests.planar_proofs import SET, TUBE, checked, proved
 

@@ -9,9 +9,9 @@ from quadstep import numbers as n
 from quadstep.control.registry import controllers
 from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, UndefinedError
 from quadstep.numbers.functions import sinc
-from quadstep.prove.box import seeded
-from quadstep.prove.sampled import Sampled
-from quadstep.vehicle.state import State
+from quadstep.proofs.prove.box import seeded
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.vehicle.paper.state import State
 from tests.enclosures import outside, spread, states
 
 CENTRES = np.array([[0.3, -1.2, 2.5, 40.0], [0.7, 0.9, 1e-3, 3.0]])

@@ -11,20 +11,21 @@ import numpy as np
 import pytest
 
 from benchmarks.hover_boxes import hovering, row
-from quadstep import Mission, exit_codes
+from quadstep import Mission
 from quadstep import numbers as n
-from quadstep.control.controller import Measured
 from quadstep.control.registry import names
+from quadstep.interfaces.controller import Measured
+from quadstep.io import exit_codes
 from quadstep.mission.read import check_mission
 from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
-from quadstep.prove.check_loop import Loop
-from quadstep.prove.check_set import UNKNOWNS, box, mapped, starts_of
-from quadstep.prove.hold import Left, held
-from quadstep.prove.rest import holds, rest
-from quadstep.prove.sampled import Sampled
-from quadstep.prove.set_certificate import read_set
-from quadstep.prove.unknown import Unknown
+from quadstep.proofs.prove.check_loop import Loop
+from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped, starts_of
+from quadstep.proofs.prove.hold import Left, held
+from quadstep.proofs.prove.rest import holds, rest
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.set_certificate import read_set
+from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 
 PAGE = Path(__file__).parent.parent / "docs" / "prove.md"

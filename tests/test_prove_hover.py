@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep import exit_codes, read_mission
+from quadstep import read_mission
+from quadstep.io import exit_codes
 from quadstep.mission.read import plan_mission
-from quadstep.prove.hover import hover, instability, is_equilibrium, jacobian
-from quadstep.prove.sampled import Sampled
-from quadstep.prove.spectrum import spectrum
+from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.spectrum import spectrum
 from tests.commands import quadstep
 
 FAILS = Path(__file__).parent.parent / "examples" / "theorem_fails.toml"

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from quadstep.prove.report import MARK
-from quadstep.prove.run import prove_mission
-from quadstep.prove.unknown import Unknown
+from quadstep.proofs.prove.report import MARK
+from quadstep.proofs.prove.run import prove_mission
+from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 
 MISSION = """

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quadstep.documents import parse_toml
+from quadstep.io.documents import parse_toml
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.numbers import vector
-from quadstep.prove.certificate import read_certificate
-from quadstep.prove.sampled import Sampled
-from quadstep.prove.set_certificate import read_set
-from quadstep.prove.starts import started
-from quadstep.prove.unknown import Unknown
+from quadstep.proofs.prove.certificate import read_certificate
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.set_certificate import read_set
+from quadstep.proofs.prove.starts import started
+from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 from tests.planar_proofs import SET, TUBE
 from tests.started import begun, flown
@@ -24,10 +24,10 @@ MEMORY = """
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Controller
-from quadstep.control.gain import believed, gain, given
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.gain import believed, gain, given
 from quadstep.numbers import Number, Vector, atan2, vector
-from quadstep.plants.planar import PlanarCommand, PlanarState, plane
+from quadstep.vehicle.plants.planar import PlanarCommand, PlanarState, plane
 
 
 class Gains(NamedTuple):

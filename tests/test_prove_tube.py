@@ -9,14 +9,14 @@ import pytest
 
 from quadstep import Mission
 from quadstep.numbers import Vector, sqrt
-from quadstep.prove.backwards import STRIDE, block, from_the_start, grown, passage
-from quadstep.prove.certificate import read_certificate
-from quadstep.prove.check import check_certificate
-from quadstep.prove.check_loop import CONSTANTS, PUSHES
-from quadstep.prove.linear import coordinates
-from quadstep.prove.sampled import Sampled
-from quadstep.prove.tube import SAMPLES, Tube, tube
-from quadstep.prove.unknown import Unknown
+from quadstep.proofs.prove.backwards import STRIDE, block, from_the_start, grown, passage
+from quadstep.proofs.prove.certificate import read_certificate
+from quadstep.proofs.prove.check import check_certificate
+from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES
+from quadstep.proofs.prove.linear import coordinates
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.tube import SAMPLES, Tube, tube
+from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 
 NETS_OFF = '[controller]\ntype = "backstepping"\nnets.enabled = false\n'
@@ -136,7 +136,7 @@ def test_remainders_of_different_numbers_have_different_directions(tmp_path, mon
     def after(self, x, ticks, p):
         raise CaughtError(x)
 
-    monkeypatch.setattr("quadstep.prove.check_loop.Loop.after", after)
+    monkeypatch.setattr("quadstep.proofs.prove.check_loop.Loop.after", after)
     with pytest.raises(CaughtError) as caught:
         check_certificate(written(tmp_path, certificate))
     (numbers,) = caught.value.args
@@ -177,7 +177,7 @@ def test_bounds_of_the_check_hold_the_worst_flight_and_without_remainders_are_me
             assert np.all(found[STRIDE::STRIDE, :axes] <= exact[STRIDE::STRIDE, :axes] * (1.0 + 1e-9))
 
 
-SOURCES = Path(__file__).parent.parent / "src" / "quadstep" / "prove"
+SOURCES = Path(__file__).parent.parent / "src" / "quadstep" / "proofs" / "prove"
 SHARED = {"certificate", "set_certificate", "unknown"}
 """What files and options hold."""
 
@@ -298,7 +298,7 @@ NO_PLACES = {
 
 @pytest.mark.parametrize("name", NO_PLACES)
 def test_where_a_certificate_cannot_be_written_is_said_before_the_proof(tmp_path, monkeypatch, name):
-    monkeypatch.setattr("quadstep.prove.run.prove_mission", None)
+    monkeypatch.setattr("quadstep.proofs.prove.run.prove_mission", None)
     place, needed = NO_PLACES[name]
     for file, content in (("precious.txt", "mine"), ("precious.json", "[1]")):
         (tmp_path / file).write_text(content)
@@ -319,8 +319,8 @@ OWN = """
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed
 from quadstep.numbers import Number, Vector, vector
 
 

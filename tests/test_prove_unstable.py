@@ -8,20 +8,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from quadstep import Mission, exit_codes
-from quadstep.flight.engines import fly
+from quadstep import Mission
+from quadstep.engines.fly import fly
+from quadstep.io import exit_codes
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Vector, maximum, minimum, sqrt, where
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.prove.escape import escape, escaped, inner, narrow
-from quadstep.prove.hold import Left, held
-from quadstep.prove.hover import hover, instability, is_equilibrium, jacobian
-from quadstep.prove.invariant import Growth, Set
-from quadstep.prove.jet import bounded, jets
-from quadstep.prove.modes import modes
-from quadstep.prove.rest import rest
-from quadstep.prove.sampled import Sampled
-from quadstep.prove.unknown import Unknown
+from quadstep.proofs.prove.escape import escape, escaped, inner, narrow
+from quadstep.proofs.prove.hold import Left, held
+from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
+from quadstep.proofs.prove.invariant import Growth, Set
+from quadstep.proofs.prove.jet import bounded, jets
+from quadstep.proofs.prove.modes import modes
+from quadstep.proofs.prove.rest import rest
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 
 PAGE = Path(__file__).parent.parent / "docs" / "prove.md"
@@ -165,11 +166,11 @@ LIMITED = """\
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller
-from quadstep.control.gain import believed, gain, given
+from quadstep.interfaces.controller import Command, Controller
+from quadstep.interfaces.gain import believed, gain, given
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import Number, minimum, vector
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 
 class Gains(NamedTuple):

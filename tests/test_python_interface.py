@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from quadstep import Engine, Flight, Mission, UserError, flight_metrics, fly, fly_all, read_mission
-from quadstep.flight import engines
-from quadstep.mission.fly import fly_mission
+from quadstep.engines import fly as engines
+from quadstep.engines.fingerprint import fingerprint
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.report.publish import fingerprint
+from quadstep.studies.flights.fly import fly_mission
 from tests.needs import package
 
 ROOT = Path(__file__).parent.parent
@@ -262,7 +262,7 @@ assert "fly" in dir(quadstep) and "Mission" in dir(quadstep)
 """
     loaded = set(in_a_new_process(code))
     assert not {"numpy", "pydantic", "llvmlite", "matplotlib", "pandas", "typer", "rich"} & loaded
-    assert {name for name in loaded if name.startswith("quadstep.")} <= {"quadstep.version"}
+    assert {name for name in loaded if name.startswith("quadstep.")} <= {"quadstep.io", "quadstep.io.version"}
     flown = in_a_new_process("import sys, quadstep; quadstep.fly, quadstep.Mission; print(*sys.modules)")
     assert not {"matplotlib", "pandas", "llvmlite", "typer", "rich"} & set(flown)
 

@@ -7,18 +7,18 @@ import signal
 import numpy as np
 import pytest
 
-from quadstep.campaign.schema import read_campaign
-from quadstep.errors import InterruptedRun
+from quadstep.io.errors import InterruptedRun
 from quadstep.numbers.normal import probability
-from quadstep.rare import run
-from quadstep.rare.flights import Flights
-from quadstep.rare.points import FIRST, Points
-from quadstep.rare.space import values
+from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.rare import run
+from quadstep.studies.rare.flights import Flights
+from quadstep.studies.rare.points import FIRST, Points
+from quadstep.studies.rare.space import values
 from tests.campaigns import NOISY, of, refused
 from tests.commands import quadstep
 
 METRIC = """
-from quadstep.flight.own_metric import Metric
+from quadstep.interfaces.metric import Metric
 from quadstep.numbers import maximum
 
 

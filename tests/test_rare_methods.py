@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.campaign.rare import Method
 from quadstep.numbers.normal import probability
-from quadstep.rare.cross_entropy import cross_entropy
-from quadstep.rare.done import Done
-from quadstep.rare.pieces import Kind
-from quadstep.rare.points import FIRST, Points, Random
-from quadstep.rare.replicate import LEAST, beyond
-from quadstep.rare.subset import subset_simulation
-from quadstep.rare.summary import Crude, Estimate, interval, summarise
+from quadstep.studies.campaign.rare import Method
+from quadstep.studies.rare.cross_entropy import cross_entropy
+from quadstep.studies.rare.done import Done
+from quadstep.studies.rare.pieces import Kind
+from quadstep.studies.rare.points import FIRST, Points, Random
+from quadstep.studies.rare.replicate import LEAST, beyond
+from quadstep.studies.rare.subset import subset_simulation
+from quadstep.studies.rare.summary import Crude, Estimate, interval, summarise
 
 METHODS = (subset_simulation, cross_entropy)
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from quadstep.numbers.normal import probability
-from quadstep.rare.cross_entropy import DEFENSIVE, LAST, SLOW, Drawing, Sample, cross_entropy, highest, steered
-from quadstep.rare.mixture import Mixture, effective, fitted, fitted_with, log_standard, standard, together
-from quadstep.rare.points import Random
-from quadstep.rare.replicate import LEAST
+from quadstep.studies.rare.cross_entropy import DEFENSIVE, LAST, SLOW, Drawing, Sample, cross_entropy, highest, steered
+from quadstep.studies.rare.mixture import Mixture, effective, fitted, fitted_with, log_standard, standard, together
+from quadstep.studies.rare.points import Random
+from quadstep.studies.rare.replicate import LEAST
 
 LEANING = Mixture(
     np.array([0.3, 0.7]),
@@ -144,7 +144,7 @@ def test_an_estimate_is_unbiased_even_from_a_bad_fit(monkeypatch):
         return np.where(first > 2.0, np.inf, first)[None]
 
     one_sided = Mixture(np.ones(1), np.array([[2.4, 0.0]]), np.diag([0.4, 1.0])[None])
-    monkeypatch.setattr("quadstep.rare.cross_entropy.fitted", lambda *_: one_sided)
+    monkeypatch.setattr("quadstep.studies.rare.cross_entropy.fitted", lambda *_: one_sided)
     found = [cross_entropy(evaluate, 1, Random(1, k, 2), 500)[0].probability for k in range(100)]
     assert np.mean(found) == pytest.approx(2.0 * probability(-2.0), abs=3.0 * np.std(found) / 10.0)
     assert np.std(found) / 10.0 < 0.05 * np.mean(found)
@@ -163,7 +163,7 @@ def test_a_failure_that_the_last_fit_misses_does_not_outweigh_all_others(monkeyp
             found if np.abs(latent[:, 0]).min() < 3.5 else Mixture(np.ones(1), np.array([[3.7, 0.0]]), 0.3 * np.eye(2)[None])
         )
 
-    monkeypatch.setattr("quadstep.rare.cross_entropy.fitted", one_sided)
+    monkeypatch.setattr("quadstep.studies.rare.cross_entropy.fitted", one_sided)
     found = [cross_entropy(evaluate, 1, Random(1, k, 2), 500)[0].probability for k in range(10)]
     assert np.mean(found) == pytest.approx(2.0 * probability(-3.5), rel=0.15)
     assert np.max(found) < 1.5 * np.mean(found)
@@ -200,7 +200,7 @@ def test_frequent_failures_need_no_steering():
 
 
 def test_steering_does_not_end_where_the_levels_are_close_but_lead_on(monkeypatch):
-    monkeypatch.setattr("quadstep.rare.cross_entropy.SHARE", 0.5)
+    monkeypatch.setattr("quadstep.studies.rare.cross_entropy.SHARE", 0.5)
     _, levels = steered(Sample(beyond(3.719), Random(1, 0, 2), 500), 0, LEAST)
     assert max(b.probability / a.probability for a, b in pairwise(levels[:-1])) > 0.26
     assert [level.threshold for level in levels[-2:]] == [None, None]

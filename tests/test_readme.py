@@ -7,8 +7,8 @@ import tomllib
 from pathlib import Path
 
 from quadstep.control.registry import BUILT_IN, controllers
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.read import check_mission
 
 ROOT = Path(__file__).parent.parent

@@ -9,16 +9,24 @@ import pytest
 from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.completed_backstepping import coupling_columns
 from quadstep.control.inversion import invert_force
-from quadstep.errors import UserError
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
+from quadstep.io.errors import UserError
 from quadstep.numbers import vector
-from quadstep.study.cases import line
-from quadstep.theory import edge
-from quadstep.theory.edge import default_region, fly_edge, least_frequency, level_at_start, mission, setting_of, stretched
-from quadstep.theory.flow import Flow, draw, shares_of_lines
-from quadstep.theory.rationals import positive_definite, root_above, support
-from quadstep.theory.region import BENDING, RATE, SHAPE, SIZE, Region, bounds_of, certify_region, decay, upper_form
-from quadstep.theory.words import region_rows
+from quadstep.proofs.theory import edge
+from quadstep.proofs.theory.edge import (
+    default_region,
+    fly_edge,
+    least_frequency,
+    level_at_start,
+    mission,
+    setting_of,
+    stretched,
+)
+from quadstep.proofs.theory.flow import Flow, draw, shares_of_lines
+from quadstep.proofs.theory.rationals import positive_definite, root_above, support
+from quadstep.proofs.theory.region import BENDING, RATE, SHAPE, SIZE, Region, bounds_of, certify_region, decay, upper_form
+from quadstep.proofs.theory.words import region_rows
+from quadstep.studies.paper.cases import line
 from tests.theorem_again import LEVEL, OTHER, differing
 
 PAGE = (Path(__file__).parents[1] / "docs" / "theory.md").read_text(encoding="utf-8")
@@ -151,7 +159,7 @@ def test_flights_from_the_edge_stay_inside_nets_off_and_on():
 
 
 def test_a_region_needs_equal_axes():
-    from quadstep.study.cases import case_1
+    from quadstep.studies.paper.cases import case_1
 
     plan = case_1(controller={"type": "completed-backstepping", "K_r1": [3.0, 3.0, 4.0]}).plan()
     with pytest.raises(UserError, match="K_r1: differs between axes"):

@@ -9,9 +9,9 @@ from html import unescape
 import numpy as np
 import pytest
 
-from quadstep.analysis.statistics import Estimate
 from quadstep.identify.averages import matrices
 from quadstep.identify.replay_report import share
+from quadstep.metrics.statistics import Estimate
 from tests.commands import files, quadstep
 from tests.made_flights import MAPPING, logged, table, write
 

@@ -6,15 +6,15 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.columns import COLUMNS
-from quadstep.flight.log import FlightLog
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
 from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob, Panel
 from quadstep.report.publish import write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
 from quadstep.report.units import prefixed
+from quadstep.vehicle.plants.columns import COLUMNS
 
 HOSTILE = "<script>alert('x')</script> & \"quotes\""
 

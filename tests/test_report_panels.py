@@ -2,7 +2,7 @@
 
 import pytest
 
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
 from quadstep.mission.read import check_mission
 from quadstep.report.panels import flight_jobs
 

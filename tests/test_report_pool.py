@@ -13,13 +13,13 @@ from multiprocessing import forkserver
 import numpy as np
 import pytest
 
-from quadstep.errors import UserError
-from quadstep.flight.engine import Engine
-from quadstep.mission.fly import fly_mission
+from quadstep.engines.engine import Engine
+from quadstep.io.errors import UserError
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
 from quadstep.report.pool import drawing_pool, start_server
 from quadstep.report.publish import publishing
+from quadstep.studies.flights.fly import fly_mission
 from tests.commands import LINE, quadstep
 from tests.patience import PATIENCE
 
@@ -49,7 +49,7 @@ def test_a_worker_starts_with_matplotlib_and_without_the_command_line():
     with drawing_pool() as pool:
         loaded = pool.submit(eval, "set(__import__('sys').modules)").result()
     assert "quadstep.report.figures" in loaded
-    assert "quadstep.cli" not in loaded
+    assert "quadstep.commands.cli" not in loaded
 
 
 def test_pool_and_command_line_load_nothing_heavy():
@@ -124,8 +124,8 @@ def test_no_worker_outlives_a_block_that_failed():
 
 SCRIPT = """
 from pathlib import Path
-from quadstep.flight.engine import Engine
-from quadstep.mission.fly import fly_mission
+from quadstep.engines.engine import Engine
+from quadstep.studies.flights.fly import fly_mission
 print("run")
 fly_mission(Path({mission!r}), Path({out!r}), Engine.LANES, False)
 """

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from quadstep.certify.certificate import certify_plan
-from quadstep.certify.run import figure_of
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
+from quadstep.proofs.certify.certificate import certify_plan
+from quadstep.proofs.certify.run import figure_of
 from quadstep.report.axes import peaked, powers, threshold
 from quadstep.report.drawing import FigureJob
 from quadstep.report.figures import draw, prefixed, thin
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.sheet import Sheet, sheet
-from quadstep.study.cases import case_1
+from quadstep.studies.paper.cases import case_1
 from tests.commands import quadstep
 
 T = np.linspace(0.0, 40.0, 4001)

@@ -11,14 +11,14 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from quadstep.comparison.training import Journal, Place, read_lines
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
+from quadstep.io.results import folder as folder_module
+from quadstep.io.results.folder import opened
+from quadstep.io.results.parts import parts_in
+from quadstep.io.results.sealed import read_sealed, sealed
 from quadstep.report.publish import publishing
-from quadstep.results import folder as folder_module
-from quadstep.results.folder import opened
-from quadstep.results.parts import parts_in
-from quadstep.results.sealed import read_sealed, sealed
-from quadstep.tuning.judge import Judged
+from quadstep.studies.comparison.training import Journal, Place, read_lines
+from quadstep.studies.tuning.judge import Judged
 from tests.commands import files
 
 CALLS = ("open", "mkdir", "replace", "unlink", "rmdir", "fsync", "fdopen")

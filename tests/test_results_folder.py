@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.errors import UserError
-from quadstep.files import JSON
+from quadstep.io.errors import UserError
+from quadstep.io.files import JSON
+from quadstep.io.results.folder import RUNNING, names_in, opened, parts_of
+from quadstep.io.results.parts import parts_in
+from quadstep.io.results.sealed import sealed
 from quadstep.report.publish import publishing, write_json
-from quadstep.results.folder import RUNNING, names_in, opened, parts_of
-from quadstep.results.parts import parts_in
-from quadstep.results.sealed import sealed
 from tests import campaigns
 from tests.commands import LINE, quadstep, without_figures, write
 
@@ -187,9 +187,9 @@ def quickly(patch):
         (out / "figures" / "a.svg").write_text("a")
         return []
 
-    patch.setattr("quadstep.campaign.report.sections", lambda *given: drawn(given[4].parent))
-    patch.setattr("quadstep.rare.report.sections", lambda *given: drawn(given[4].parent))
-    patch.setattr("quadstep.rare.report.draw_levels", lambda *_: None)
+    patch.setattr("quadstep.studies.campaign.report.sections", lambda *given: drawn(given[4].parent))
+    patch.setattr("quadstep.studies.rare.report.sections", lambda *given: drawn(given[4].parent))
+    patch.setattr("quadstep.studies.rare.report.draw_levels", lambda *_: None)
 
 
 @pytest.fixture(scope="module")
@@ -290,5 +290,5 @@ def test_only_the_folder_of_results_and_single_files_remove_or_replace_anything(
         for path in source.rglob("*.py")
         if any(sign in path.read_text(encoding="utf-8") for sign in signs)
     }
-    temporary = {"report/writable.py", "campaign/cluster_keeper.py"}  # their own, in the place for temporary files
-    assert found - temporary == {"atomic.py", "results/folder.py", "flight/code_cache.py"}
+    temporary = {"report/writable.py", "studies/campaign/cluster_keeper.py"}  # their own, in the place for temporary files
+    assert found - temporary == {"io/atomic.py", "io/results/folder.py", "io/code_cache.py"}

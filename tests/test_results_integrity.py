@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 import quadstep
-from quadstep.campaign import cluster, manifest
-from quadstep.campaign.store import opened
-from quadstep.errors import UserError
-from quadstep.results import code, parts
-from quadstep.results.parts import parts_in
-from quadstep.results.sealed import read_sealed, sealed
+from quadstep.io.errors import UserError
+from quadstep.io.results import code, parts
+from quadstep.io.results.parts import parts_in
+from quadstep.io.results.sealed import read_sealed, sealed
+from quadstep.studies.campaign import cluster, manifest
+from quadstep.studies.campaign.store import opened
 from tests.campaigns import MASS, campaign, fly, refused, written
 from tests.commands import quadstep as run_quadstep
 from tests.commands import without_figures
@@ -166,21 +166,23 @@ def test_a_changed_line_of_any_law_or_plant_changes_the_digest_and_a_comment_or_
 
 def test_all_that_flies_counts_and_what_only_shows_does_not():
     files = {
-        "control/law.py": b"x = 1", "control/weights.toml": b"w = 1", "campaign/flown.py": b"from quadstep.other import thing",
-        "other/thing.py": b"y = 2", "other/__init__.py": b"", "campaign/report.py": b"z = 3", "report/page.py": b"p = 4",
+        "control/law.py": b"x = 1", "control/weights.toml": b"w = 1",
+        "studies/campaign/flown.py": b"from quadstep.other import thing",
+        "other/thing.py": b"y = 2", "other/__init__.py": b"", "studies/campaign/report.py": b"z = 3",
+        "report/page.py": b"p = 4",
         "other/alone.py": b"q = 5",
     }  # fmt: skip
     whole = code.digest(files)
     assert {name: code.digest({**files, name: content + b"5"}) != whole for name, content in files.items() if content} == {
-        "control/law.py": True, "control/weights.toml": True, "campaign/flown.py": True, "other/thing.py": True,
-        "campaign/report.py": False, "report/page.py": False, "other/alone.py": False,
+        "control/law.py": True, "control/weights.toml": True, "studies/campaign/flown.py": True, "other/thing.py": True,
+        "studies/campaign/report.py": False, "report/page.py": False, "other/alone.py": False,
     }  # fmt: skip
 
 
 def test_what_decides_is_in_the_package():
     names = package()
     assert all(f"{name.replace('.', '/')}.py" in names for name in code.ROOTS)
-    assert {name.split("/")[0] for name in names} >= {*code.ROOMS, *code.SHOWING}
+    assert {name.rpartition("/")[0] for name in names} >= {one.replace(".", "/") for one in (*code.ROOMS, *code.SHOWING)}
     assert len(code.code_digest()) == 16
 
 

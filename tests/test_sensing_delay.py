@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quadstep.airframe.motion import Motion
 from quadstep.numbers import flatten, vector
 from quadstep.numbers.rotations import IDENTITY
 from quadstep.sensing.delay import filled, passed, pushed
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite
+from quadstep.vehicle.airframe.motion import Motion
 from tests.sensing import GRAVITY, SENSORS, Swinging, stack, turn_between
 
 FORCE = vector(0.0, 0.0, 9.81)

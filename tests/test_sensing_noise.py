@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from quadstep.airframe.motion import Motion
 from quadstep.numbers import flatten, vector
 from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply, rotation_vector
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite
+from quadstep.vehicle.airframe.motion import Motion
 from tests.sensing import GRAVITY, SENSORS, Compiled, keys, stack
 
 COUNT = 4000

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from quadstep.analysis.statistics import beta_quantile, incomplete_beta, mean, quantile, ranks_about, share, share_difference
+from quadstep.metrics.statistics import beta_quantile, incomplete_beta, mean, quantile, ranks_about, share, share_difference
 
 
 @pytest.mark.parametrize(("x", "a", "b"), [(0.3, 2.0, 5.0), (0.99, 30.0, 0.5), (1e-4, 1.0, 1e4), (0.5, 4e5, 4.1e5)])

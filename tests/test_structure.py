@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.extras import EXTRAS
+from quadstep.io.extras import EXTRAS
 
 SOURCE = Path(__file__).parent.parent / "src"
 
@@ -20,14 +20,7 @@ is always there.
 PICTURE = Path(__file__).parent.parent / "docs" / "architecture.md"
 
 UPWARDS = {
-    "control.planar_linearisation": {"plants.planar"},
-    "control.planar_pd": {"plants.planar"},
-    "control.registry": {"plants.planar"},
-    "metrics.effort": {"flight.own_metric"},
-    "metrics.of_log": {"flight.log"},
-    "metrics.quantities": {"flight.log"},
-    "mission.fly": {"autopilot.controller", "autopilot.link", "autopilot.matching", "campaign.replay", "page.missions"},
-    "mission.own_controller": {"autopilot.controller"},
+    "mission.own_controller": {"bridges.autopilot.controller"},
 }
 """Imports of rooms that are not below the module's own: each to be removed, none to be added."""
 

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from quadstep.study.claims import Verdict, check_claims
+from quadstep.studies.paper.claims import Verdict, check_claims
 from tests import golden
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from quadstep import __version__
-from quadstep.flight.columns import COLUMNS
 from quadstep.report.symbols import rich, typed
+from quadstep.vehicle.plants.columns import COLUMNS
 from tests import golden
 from tests.commands import ISSUE_COLUMNS, columns, files, strict_json
 from tests.terminals import in_terminal

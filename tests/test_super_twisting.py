@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
-from quadstep.control.controller import Measured
-from quadstep.flight.engine import Engine
+from quadstep.engines.engine import Engine
+from quadstep.interfaces.controller import Measured
+from quadstep.io.user_code.loading import load
+from quadstep.io.user_code.places import Place
 from quadstep.mission.own_controller import own_section
 from quadstep.numbers import vector
-from quadstep.user_code.loading import load
-from quadstep.user_code.places import Place
 from tests.campaigns import no_report
 from tests.commands import quadstep
 

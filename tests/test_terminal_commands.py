@@ -6,7 +6,7 @@ import pytest
 from rich.cells import cell_len
 from typer.main import get_command
 
-from quadstep import cli
+from quadstep.commands import cli
 from tests import campaigns, made_flights, studies, tuning
 from tests.autopilots import free_port, listening
 from tests.commands import quadstep
@@ -83,7 +83,7 @@ SAID = {
     "vehicles": "research-2.6kg",
     "vehicle": "rotor.torque_coefficient",
     "certify": "Verdict: ",
-    "verify": "vehicle.rotors:rotor_map",
+    "verify": "vehicle.paper.rotors:rotor_map",
     "page": "Page: out/mission.html",
     "campaign": "quadstep fly camp.toml --flight ",
     "envelope": "Map: ",
@@ -101,7 +101,7 @@ SAID = {
 STUDIES = {
     "completion --samples 100": """
 from concurrent.futures import ThreadPoolExecutor
-from quadstep.theory import adverse, comparison, completion
+from quadstep.proofs.theory import adverse, comparison, completion
 completion.check_statements = lambda samples: [
     adverse.Margin(s.number, s.says, 0.0, samples, {"term": 1.0}) for s in adverse.STATEMENTS
 ]
@@ -109,24 +109,24 @@ completion.drawing_pool = lambda: ThreadPoolExecutor(1)
 completion.grid = lambda: []
 completion.summarise = lambda *cells: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0)
 completion.draw_map = lambda folder, cells: (folder / "completion.svg").write_text("<svg></svg>")
-from quadstep import cli
+from quadstep.commands import cli
 cli.main()
 """,
     "region --force 0.001 --torque 0.0001": """
 from quadstep.commands import study
-from quadstep.theory import edge
+from quadstep.proofs.theory import edge
 study.LOOPS = 200
 fly_edge = edge.fly_edge
 edge.fly_edge = lambda found: fly_edge(found)[:2]
-from quadstep import cli
+from quadstep.commands import cli
 cli.main()
 """,
     "controllers --overwrite": """
 from pathlib import Path
-from quadstep.comparison import shipped
-from quadstep.comparison.study import read_study
+from quadstep.studies.comparison import shipped
+from quadstep.studies.comparison.study import read_study
 shipped.shipped_study = lambda: read_study(Path("study.toml"))
-from quadstep import cli
+from quadstep.commands import cli
 cli.main()
 """,
 }

@@ -8,10 +8,10 @@ import pytest
 from rich.cells import cell_len
 
 from quadstep.mission.vehicle_list import load_preset, parameters
-from quadstep.terminal.screen import plain, say, say_whole
-from quadstep.terminal.tables import fitted, show_table
-from quadstep.verify import report
-from quadstep.verify.registry import all_rows
+from quadstep.proofs.verify import report
+from quadstep.proofs.verify.registry import all_rows
+from quadstep.report.terminal.screen import plain, say, say_whole
+from quadstep.report.terminal.tables import fitted, show_table
 
 VEHICLE = (("key", "value", "unit", "meaning", "source"), [tuple(row) for row in parameters(load_preset("x500"))])
 EQUATIONS = (

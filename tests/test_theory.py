@@ -11,19 +11,19 @@ from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedBackstepping, coupling_columns, half_sine_ratio
 from quadstep.control.projection import project
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import fly
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector, vector
-from quadstep.study.cases import stress
-from quadstep.theory import adverse, comparison, lyapunov
-from quadstep.theory.adverse import FACTOR, Seen, check_statements, search
-from quadstep.theory.inequalities import STATEMENTS, Sides, Statement
-from quadstep.theory.lyapunov import closed_loop, lyapunov_rate
-from quadstep.theory.samples import Sample, draw_sample, sample_at
-from quadstep.vehicle.kinematics import thrust_direction
-from quadstep.vehicle.state import State
+from quadstep.proofs.theory import adverse, comparison, lyapunov
+from quadstep.proofs.theory.adverse import FACTOR, Seen, check_statements, search
+from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
+from quadstep.proofs.theory.lyapunov import closed_loop, lyapunov_rate
+from quadstep.proofs.theory.samples import Sample, draw_sample, sample_at
+from quadstep.studies.paper.cases import stress
+from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper.state import State
 from tests.theorem_again import other_kappa_terms, other_learning_terms
 
 SAMPLES = 5_000
@@ -230,14 +230,14 @@ def test_weights_and_integrals_stay_within_their_bounds():
 
 
 def test_a_broken_inequality_is_told_by_the_exit_code(monkeypatch, tmp_path, capsys):
-    from quadstep import cli
-    from quadstep.theory import completion
+    from quadstep.commands import cli
+    from quadstep.proofs.theory import completion
 
     wrong = Statement("T0", "one is zero", lambda s: [Sides(1.0, {"zero": 0.0 * s.state.position[0]}, 1.0, equal=True)])
     monkeypatch.setattr(adverse, "STATEMENTS", (wrong,))
     monkeypatch.setattr(completion, "grid", lambda: [])
     monkeypatch.setattr(completion, "summarise", lambda *cells: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0))
-    monkeypatch.setattr("quadstep.theory.completion.draw_map", draw_nothing)
+    monkeypatch.setattr("quadstep.proofs.theory.completion.draw_map", draw_nothing)
     monkeypatch.setattr("sys.argv", ["quadstep", "study", "completion", "--out", str(tmp_path / "out"), "--samples", "10"])
     with pytest.raises(SystemExit) as stop:
         cli.main()

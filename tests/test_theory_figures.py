@@ -9,13 +9,21 @@ import pytest
 
 from proofs.__main__ import all_statements
 from quadstep.control.completed_backstepping import CompletedBackstepping
-from quadstep.flight.engines import fly
-from quadstep.flight.kernels import Kernels
+from quadstep.engines.fly import fly
+from quadstep.engines.kernels import Kernels
 from quadstep.linear.analysis import studied
-from quadstep.study.cases import case_1, line
-from quadstep.theory.comparison import COMPLETED, COUNTER_ONLY, PAPER, UNCOUNTERED, disturbance_over_weight, grid, summarise
-from quadstep.theory.edge import default_region, level_at_start, mission
-from quadstep.theory.inequalities import STATEMENTS
+from quadstep.proofs.theory.comparison import (
+    COMPLETED,
+    COUNTER_ONLY,
+    PAPER,
+    UNCOUNTERED,
+    disturbance_over_weight,
+    grid,
+    summarise,
+)
+from quadstep.proofs.theory.edge import default_region, level_at_start, mission
+from quadstep.proofs.theory.inequalities import STATEMENTS
+from quadstep.studies.paper.cases import case_1, line
 from tests.mutations import BOUNDS, mutants_of
 
 TEXT = (Path(__file__).parents[1] / "docs" / "theory.md").read_text(encoding="utf-8")
@@ -111,7 +119,7 @@ def test_yaw_without_its_acceleration(monkeypatch):
         return right(self, memory, measured, reference._replace(yaw_acceleration=0.0), gains, t, period)
 
     monkeypatch.setattr(CompletedBackstepping, "law", law)
-    monkeypatch.setattr("quadstep.flight.lanes.KERNELS", Kernels())  # those that are there have the right law
+    monkeypatch.setattr("quadstep.engines.lanes.KERNELS", Kernels())  # those that are there have the right law
     flight = line(
         "turn", [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], controller={"type": "completed-backstepping"}, simulation={"duration": 8.0}
     )

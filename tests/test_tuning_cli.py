@@ -6,10 +6,10 @@ import tomllib
 import pytest
 
 from quadstep import read_mission
+from quadstep.engines.fingerprint import fingerprint
 from quadstep.mission.read import plan_mission
-from quadstep.report.publish import fingerprint
-from quadstep.tuning import run
-from quadstep.tuning.ground import Ground
+from quadstep.studies.tuning import run
+from quadstep.studies.tuning.ground import Ground
 from tests.commands import quadstep
 from tests.missions import EXAMPLES
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, history, lasting, metrics, tuned, written

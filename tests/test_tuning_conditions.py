@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from quadstep import read_mission
-from quadstep.errors import UserError
-from quadstep.terminal.progress import SILENT
-from quadstep.tuning import run
-from quadstep.tuning.ground import Ground, asked
-from quadstep.tuning.search import Search
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.progress import SILENT
+from quadstep.studies.tuning import run
+from quadstep.studies.tuning.ground import Ground, asked
+from quadstep.studies.tuning.search import Search
 from tests.tuning import PAPER, ground, history, tuned, written
 
 STEEP = """

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
-from quadstep.tuning.ground import Ground, asked_of
+from quadstep.studies.tuning.ground import Ground, asked_of
 
 MISSION = {
     "vehicle": {"preset": "research-2.6kg"},

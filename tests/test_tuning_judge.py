@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.scored import bare
+from quadstep.engines.scored import bare
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
-from quadstep.tuning.judge import Flown, Judge
-from quadstep.tuning.unseen import compare
+from quadstep.studies.tuning.judge import Flown, Judge
+from quadstep.studies.tuning.unseen import compare
 from tests.flights import METRICS
 
 GAINS = {"controller.K_r1": {"low": 1.0, "high": 2.0}}

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
-from quadstep.campaign.flown import Flyer
-from quadstep.campaign.schema import CampaignFile, campaign_of
 from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
-from quadstep.terminal.progress import SILENT
-from quadstep.tuning import run, search
-from quadstep.tuning.ground import UNSEEN, Ground, asked
-from quadstep.tuning.judge import Judge
-from quadstep.tuning.search import Search, least_budget, population
+from quadstep.report.terminal.progress import SILENT
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.schema import CampaignFile, campaign_of
+from quadstep.studies.tuning import run, search
+from quadstep.studies.tuning.ground import UNSEEN, Ground, asked
+from quadstep.studies.tuning.judge import Judge
+from quadstep.studies.tuning.search import Search, least_budget, population
 from tests.commands import Listener
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, metrics, tuned, written
 

@@ -5,17 +5,17 @@ import sys
 
 import pytest
 
-from quadstep.errors import UserError
-from quadstep.user_code import loading
-from quadstep.user_code.loading import load
-from quadstep.user_code.places import Place, digest, place
+from quadstep.io.errors import UserError
+from quadstep.io.user_code import loading
+from quadstep.io.user_code.loading import load
+from quadstep.io.user_code.places import Place, digest, place
 from tests.commands import quadstep, quadstep_process
 
 LAW = """
 from dataclasses import dataclass
 from typing import NamedTuple
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed, gain
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, gain
 from quadstep.numbers import Number, Vector, vector
 from helper import K
 class Gains(NamedTuple):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
+from quadstep.interfaces.model import Kinematics
+from quadstep.vehicle.paper.lagrange import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
 from tests.flights import array, column
 
 UNEQUAL = np.array([5.0, 8.0, 12.0])

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from quadstep.flight.integrator import along, runge_kutta_4
+from quadstep.engines.integrator import along, runge_kutta_4
+from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import vector
-from quadstep.vehicle.disturbance import Disturbance, disturb
-from quadstep.vehicle.kinematics import Kinematics, euler_rate_matrix
-from quadstep.vehicle.lagrange import acceleration, derivative, energy
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.disturbance import Disturbance, disturb
+from quadstep.vehicle.paper.kinematics import euler_rate_matrix
+from quadstep.vehicle.paper.lagrange import acceleration, derivative, energy
+from quadstep.vehicle.paper.state import State
 from tests.flights import array, random_state, same, state, vehicle
 from tests.rotations import papers_rotation, rotation
 

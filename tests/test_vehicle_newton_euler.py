@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import sympy
 
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import angular_acceleration, coriolis, coriolis_torque, effective_inertia
+from quadstep.interfaces.model import Kinematics
+from quadstep.vehicle.paper.lagrange import angular_acceleration, coriolis, coriolis_torque, effective_inertia
 from tests.flights import array, column, vehicle
 from tests.rotations import about_x, about_y
 

@@ -13,11 +13,6 @@ import pytest
 from pydantic import TypeAdapter
 from scipy.optimize import fsolve
 
-from quadstep.airframe.allocation import allocate, columns
-from quadstep.airframe.battery import electrical_power, terminal_voltage
-from quadstep.airframe.events import Events, efficiencies, mass_properties
-from quadstep.airframe.motion import AirframeState
-from quadstep.airframe.plant import derivative
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import LAYOUTS, AirframeSection
 from quadstep.mission.events import AnyEvent, build_events
@@ -27,7 +22,12 @@ from quadstep.mission.vehicle_list import load_preset, numbers, parameters, read
 from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import IDENTITY, from_rotation_vector
-from quadstep.vehicle.rotors import Rotors, mix
+from quadstep.vehicle.airframe.allocation import allocate, columns
+from quadstep.vehicle.airframe.battery import electrical_power, terminal_voltage
+from quadstep.vehicle.airframe.events import Events, efficiencies, mass_properties
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.plant import derivative
+from quadstep.vehicle.paper.rotors import Rotors, mix
 from tests.needs import package
 
 ROOT = Path(__file__).parent.parent
@@ -269,4 +269,4 @@ def test_the_vehicles_and_their_notice_travel_in_the_wheel(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     inside = zipfile.ZipFile(wheel).namelist()
     for name in [*(f"{name}.toml" for name in preset_names()), "NOTICE"]:
-        assert f"quadstep/airframe/presets/{name}" in inside
+        assert f"quadstep/vehicle/airframe/presets/{name}" in inside

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from quadstep import cli
-from quadstep.errors import UserError
+from quadstep.commands import cli
+from quadstep.io.errors import UserError
 from quadstep.numbers import atan2, clip, sin, where
-from quadstep.verify.errata import page
-from quadstep.verify.registry import EQUATIONS, FOLLOWS, all_rows, chosen, verify
-from quadstep.verify.report import cells, closing, document, write_document
-from quadstep.verify.rows import Check, Evidence, Row, Verdict, judge
+from quadstep.proofs.verify.errata import page
+from quadstep.proofs.verify.registry import EQUATIONS, FOLLOWS, all_rows, chosen, verify
+from quadstep.proofs.verify.report import cells, closing, document, write_document
+from quadstep.proofs.verify.rows import Check, Evidence, Row, Verdict, judge
 
 PAGE = Path(__file__).parents[1] / "docs" / "errata.md"
 
@@ -52,7 +52,7 @@ def test_every_row_says_where_and_the_place_exists():
         for name in path.split("."):
             thing = getattr(thing, name)
         assert isinstance(thing, types.FunctionType), row.where
-        assert not module.startswith("quadstep.verify")
+        assert not module.startswith("quadstep.proofs.verify")
 
 
 def test_every_correction_has_a_reason_and_numbers_and_shows_that_the_printed_form_fails():
@@ -107,7 +107,9 @@ def test_laws_take_symbols():
 def test_floats_do_not_load_sympy():
     import subprocess
 
-    code = "import sys; from quadstep.numbers import sin; import quadstep.cli; sin(0.5); print('sympy' in sys.modules)"
+    code = (
+        "import sys; from quadstep.numbers import sin; import quadstep.commands.cli; sin(0.5); print('sympy' in sys.modules)"
+    )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "False"
 
@@ -115,7 +117,7 @@ def test_floats_do_not_load_sympy():
 @pytest.mark.parametrize("columns", [40, 80, 200])
 def test_a_summary_is_printed_or_every_row_in_whole_words(monkeypatch, capsys, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
-    monkeypatch.setattr("quadstep.verify.registry.verify", lambda rows, progress: results())
+    monkeypatch.setattr("quadstep.proofs.verify.registry.verify", lambda rows, progress: results())
     assert run(monkeypatch, "verify") == 0
     summary = capsys.readouterr().out
     assert len(summary.splitlines()) < 40
@@ -143,7 +145,7 @@ def test_json_has_every_row_with_its_checks(monkeypatch, capsys, tmp_path):
     content = json.loads(target.read_text(encoding="utf-8"))
     assert content["passed"] is True
     (row,) = content["rows"]
-    assert (row["number"], row["verdict"], row["where"]) == ("5", "as printed", "quadstep.vehicle.rotors:rotor_map")
+    assert (row["number"], row["verdict"], row["where"]) == ("5", "as printed", "quadstep.vehicle.paper.rotors:rotor_map")
     assert all(set(check) == {"what", "expected", "found", "holds"} for check in row["checks"])
     assert [path.name for path in tmp_path.iterdir()] == ["rows.json"]
 
@@ -179,7 +181,7 @@ def test_a_file_that_cannot_be_written_is_one_line(monkeypatch, tmp_path):
     def refuse(*_arguments, **_options):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr("quadstep.atomic.replace_in", refuse)
+    monkeypatch.setattr("quadstep.io.atomic.replace_in", refuse)
     with pytest.raises(UserError, match="cannot be written: Permission denied"):
         write_document(tmp_path / "rows.json", results()[:1], 0.0)
 
@@ -192,9 +194,9 @@ def test_without_sympy_one_line_says_how_to_install_it(monkeypatch, capsys):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
         return real(name, *rest, **options)
 
-    for name in [name for name in sys.modules if name.startswith("quadstep.verify")]:
+    for name in [name for name in sys.modules if name.startswith("quadstep.proofs.verify")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delattr("quadstep.verify", raising=False)
+    monkeypatch.delattr("quadstep.proofs.verify", raising=False)
     monkeypatch.setattr(builtins, "__import__", without)
     assert run(monkeypatch, "verify") == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
@@ -203,12 +205,12 @@ def test_without_sympy_one_line_says_how_to_install_it(monkeypatch, capsys):
 
 
 def failing_row(gather):
-    return Row("5", "what", "printed", "quadstep.vehicle.rotors:mix", Verdict.AS_PRINTED, "", gather)
+    return Row("5", "what", "printed", "quadstep.vehicle.paper.rotors:mix", Verdict.AS_PRINTED, "", gather)
 
 
 def test_a_failing_row_is_marked_and_the_exit_code_is_1(monkeypatch, capsys):
     row = failing_row(lambda: Evidence([Check("sum of thrusts", "4", "5", False)]))
-    monkeypatch.setattr("quadstep.verify.registry.chosen", lambda only: [row])
+    monkeypatch.setattr("quadstep.proofs.verify.registry.chosen", lambda only: [row])
     assert run(monkeypatch, "verify") == 1
     shown = capsys.readouterr().out
     assert "FAILED" in shown

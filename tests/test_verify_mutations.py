@@ -10,7 +10,7 @@ from contextlib import suppress
 
 import pytest
 
-from quadstep.verify.registry import chosen, verify
+from quadstep.proofs.verify.registry import chosen, verify
 from tests import mutations
 from tests.equivalents import EQUIVALENT
 from tests.mutations import REVIEWED, caught_by, exchanged, functions, source

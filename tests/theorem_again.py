@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.control.backstepping import Backstepping
-from quadstep.theory import region
-from quadstep.theory.inequalities import learning_bound
-from quadstep.theory.lyapunov import lyapunov_rate
-from quadstep.theory.region import AC, BC, E1, E2, I1, I2, R1, R2, SHAPE, SIZE, A, B, Bounds, Setting, Shape
-from quadstep.theory.samples import NEURONS, PERIOD, draw_sample
+from quadstep.proofs.theory import region
+from quadstep.proofs.theory.inequalities import learning_bound
+from quadstep.proofs.theory.lyapunov import lyapunov_rate
+from quadstep.proofs.theory.region import AC, BC, E1, E2, I1, I2, R1, R2, SHAPE, SIZE, A, B, Bounds, Setting, Shape
+from quadstep.proofs.theory.samples import NEURONS, PERIOD, draw_sample
 
 Array = NDArray[np.float64]
 

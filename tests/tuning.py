@@ -4,7 +4,7 @@ import csv
 import json
 import tomllib
 
-from quadstep.tuning.ground import Ground, asked
+from quadstep.studies.tuning.ground import Ground, asked
 
 PAPER = """# A note that must stay.
 [path]

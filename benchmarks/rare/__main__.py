@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rare.starts import Starts
-from quadstep.analysis.statistics import Estimate, share
-from quadstep.atomic import write_beside
-from quadstep.campaign.flown import SUCCESS, Flyer
-from quadstep.campaign.rare import Method, RareSection
-from quadstep.campaign.schema import Campaign, read_campaign
-from quadstep.rare.flights import Flights
-from quadstep.rare.pieces import fly_piece, pieces
-from quadstep.rare.summary import summarise
+from quadstep.io.atomic import write_beside
+from quadstep.metrics.statistics import Estimate, share
+from quadstep.studies.campaign.flown import SUCCESS, Flyer
+from quadstep.studies.campaign.rare import Method, RareSection
+from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.rare.flights import Flights
+from quadstep.studies.rare.pieces import fly_piece, pieces
+from quadstep.studies.rare.summary import summarise
 
 KNOWN = {"plane": 1e-9, "sides": 1e-5, "corner": 1e-6, "shell": 1e-5, "edge": 1e-6}
 """Cases whose probability of failure is known, with it."""

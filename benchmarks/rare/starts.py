@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.rare.cases.first_sample import UNIT, Corner, Edge, FirstSample, Radius, Side, Sum
-from quadstep.campaign.columns import numbers
-from quadstep.campaign.schema import Campaign
-from quadstep.rare.flights import Event, Failure, Flights, Scale
-from quadstep.rare.points import Evaluate, Floats, Points
-from quadstep.rare.space import values
+from quadstep.studies.campaign.columns import numbers
+from quadstep.studies.campaign.schema import Campaign
+from quadstep.studies.rare.flights import Event, Failure, Flights, Scale
+from quadstep.studies.rare.points import Evaluate, Floats, Points
+from quadstep.studies.rare.space import values
 
 METRICS: dict[str, FirstSample] = {one.name: one for one in (Sum(), Side(), Corner(), Radius(), Edge())}
 

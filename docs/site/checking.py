@@ -6,14 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from quadstep.campaign.schema import CampaignFile, campaign_of
-from quadstep.comparison.schema import StudyFile
-from quadstep.datasheet.sheet import Datasheet
-from quadstep.errors import UserError
-from quadstep.logs.mapping import Mapping
+from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.identify.logs.mapping import Mapping
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
+from quadstep.studies.campaign.schema import CampaignFile, campaign_of
+from quadstep.studies.comparison.schema import StudyFile
 
 Content = dict[str, Any]
 

@@ -14,7 +14,7 @@ SI units and radians throughout; positions are in the world frame, z up.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from quadstep.version import __version__ as __version__
+from quadstep.io.version import __version__ as __version__
 
 __all__ = [
     "Engine",
@@ -28,21 +28,21 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from quadstep.errors import UserError
-    from quadstep.flight.engine import Engine
-    from quadstep.interface import Flight, fly, fly_all
+    from quadstep.engines.engine import Engine
+    from quadstep.io.errors import UserError
     from quadstep.metrics.of_log import flight_metrics
     from quadstep.mission.read import read_mission
     from quadstep.mission.schema import Mission
+    from quadstep.studies.flights.interface import Flight, fly, fly_all
 
 _PLACES = {
-    "Engine": "quadstep.flight.engine",
-    "Flight": "quadstep.interface",
+    "Engine": "quadstep.engines.engine",
+    "Flight": "quadstep.studies.flights.interface",
     "Mission": "quadstep.mission.schema",
-    "UserError": "quadstep.errors",
+    "UserError": "quadstep.io.errors",
     "flight_metrics": "quadstep.metrics.of_log",
-    "fly": "quadstep.interface",
-    "fly_all": "quadstep.interface",
+    "fly": "quadstep.studies.flights.interface",
+    "fly_all": "quadstep.studies.flights.interface",
     "read_mission": "quadstep.mission.read",
 }
 

@@ -3,13 +3,13 @@
 import sys
 from importlib import import_module
 
-from quadstep.exit_codes import INTERRUPTED
+from quadstep.io.exit_codes import INTERRUPTED
 
 
 def main() -> None:
     """Load the command line and run it; Ctrl-C while it loads is one line, as it is later."""
     try:
-        import_module("quadstep.cli").main()
+        import_module("quadstep.commands.cli").main()
     except KeyboardInterrupt:
         sys.stderr.write("quadstep: interrupted; nothing was written\n")
         sys.exit(INTERRUPTED)

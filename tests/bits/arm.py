@@ -5,8 +5,8 @@ import subprocess
 import numpy as np
 from llvmlite import binding as llvm
 
-from quadstep.flight import kernel
-from quadstep.flight.sweep_trace import SweepTrace
+from quadstep.engines import kernel
+from quadstep.engines.sweep_trace import SweepTrace
 
 TRIPLE = "aarch64-linux-gnu"
 COMPILER, EMULATOR = "aarch64-linux-gnu-gcc", "qemu-aarch64"

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.campaign.flown import Flyer
-from quadstep.campaign.schema import read_campaign
-from quadstep.flight.lanes import fly_lanes
+from quadstep.engines.lanes import fly_lanes
 from quadstep.metrics.of_log import flight_metrics
 from quadstep.numbers import atan2, cos, exp, log, sigmoid, sin, sqrt
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import NOISY, SHORT, written
 from tests.flights import CASE_1, parameters, state, through_lanes
 from tests.sweeps import TICKS

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from quadstep.documents import parse_toml
-from quadstep.errors import UserError
+from quadstep.io.documents import parse_toml
+from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
-from quadstep.prove.certificate import read_unknown
-from quadstep.prove.run import check
-from quadstep.prove.sampled import Sampled
-from quadstep.prove.verdict import Kind
+from quadstep.proofs.prove.certificate import read_unknown
+from quadstep.proofs.prove.run import check
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.verdict import Kind
 from tests.challenge.search import Attempt, Search
 from tests.planar_proofs import SET, TUBE, proved
 from tests.started import begun, flown

@@ -7,13 +7,13 @@ from itertools import islice
 import numpy as np
 from scipy.stats import norm
 
-from quadstep.analysis.statistics import exact_share
-from quadstep.campaign.until import looks
-from quadstep.comparison.ranking import compare, corrected
-from quadstep.comparison.spread import Flown
-from quadstep.rare.cross_entropy import cross_entropy
-from quadstep.rare.points import Points, Random
-from quadstep.rare.summary import Crude, interval
+from quadstep.metrics.statistics import exact_share
+from quadstep.studies.campaign.until import looks
+from quadstep.studies.comparison.ranking import compare, corrected
+from quadstep.studies.comparison.spread import Flown
+from quadstep.studies.rare.cross_entropy import cross_entropy
+from quadstep.studies.rare.points import Points, Random
+from quadstep.studies.rare.summary import Crude, interval
 from tests.challenge.search import Attempt, Search, coverage
 
 METRIC = "position_rmse"

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from quadstep.control.controller import Measured
 from quadstep.control.registry import names
+from quadstep.interfaces.controller import Measured
 from quadstep.linear.grade import Grade
 from tests.challenge.search import Attempt, Search
 from tests.random_sheets import UNGRADED, hover_grade, random_sheet, vehicle

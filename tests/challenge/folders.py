@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
+from quadstep.io.results.parts import parts_in
+from quadstep.io.results.sealed import SEAL, read_sealed, sealed
 from quadstep.report.publish import publishing
-from quadstep.results.parts import parts_in
-from quadstep.results.sealed import SEAL, read_sealed, sealed
 from tests.challenge.search import Attempt, Search
 
 NAMES = ["flight.csv", "report.html", "figures/a.svg", "figures/b.svg"]

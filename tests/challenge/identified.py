@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from quadstep.errors import UserError
 from quadstep.identify.fit import Fitted, identify
+from quadstep.io.errors import UserError
 from tests.calm_flights import PATHS, logged, start, true_values
 from tests.challenge.search import Attempt, Search
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from quadstep.analysis import statistics
+from quadstep.metrics import statistics
 from tests.challenge.search import Attempt, Search, coverage
 
 SIZES = (6, 10, 30, 100, 1000)

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.prove.jet import Jet, bounded, jets
+from quadstep.proofs.prove.jet import Jet, bounded, jets
 from tests.challenge.search import Attempt, Search
 from tests.random_programs import BENT, JUMPS, ROOTED, SMOOTH, program
 

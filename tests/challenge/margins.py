@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from quadstep import Mission
-from quadstep.control.controller import Controller
-from quadstep.datasheet.estimate import estimate, vehicle_of
-from quadstep.datasheet.sheet import Datasheet
-from quadstep.errors import UserError
+from quadstep.identify.datasheet.estimate import estimate, vehicle_of
+from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.interfaces.controller import Controller
+from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, of_loop
 from quadstep.linear.channels import moved
 from quadstep.linear.equilibrium import Rest, at_rest, hovering

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from quadstep.errors import UserError
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
+from quadstep.io.errors import UserError
 from quadstep.mission.schema import Mission
 from tests.challenge.search import Attempt, Search
 from tests.pages import data_of, flown, fly_page, write_page

@@ -12,18 +12,18 @@ import numpy as np
 
 from quadstep import Mission
 from quadstep.control.planar_pd import PlanarPd
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Vector, atan2, vector
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.plants.planar import Planar, PlanarCommand, plane
-from quadstep.prove.hold import Hold, everywhere
-from quadstep.prove.invariant import Set, largest
-from quadstep.prove.linear import coordinates
-from quadstep.prove.modes import modes
-from quadstep.prove.rest import rest
-from quadstep.prove.sampled import Sampled
-from quadstep.prove.tube import SAMPLES, Tube, tube
-from quadstep.prove.unknown import Unknown
+from quadstep.proofs.prove.hold import Hold, everywhere
+from quadstep.proofs.prove.invariant import Set, largest
+from quadstep.proofs.prove.linear import coordinates
+from quadstep.proofs.prove.modes import modes
+from quadstep.proofs.prove.rest import rest
+from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.tube import SAMPLES, Tube, tube
+from quadstep.proofs.prove.unknown import Unknown
+from quadstep.vehicle.plants.planar import Planar, PlanarCommand, plane
 from tests.challenge.search import Attempt, Search
 from tests.random_programs import BENT, JUMPS, SMOOTH, Program, program
 from tests.started import begun, flown

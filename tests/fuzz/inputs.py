@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from quadstep.campaign.flown import Flyer
-from quadstep.campaign.replay import replay
-from quadstep.campaign.schema import read_campaign
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.eager import fly_floats
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.log import FlightLog
+from quadstep.engines.eager import fly_floats
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
 from quadstep.mission.presets import preset_table
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.mission.template import template
 from quadstep.mission.vehicle_list import parameters, read_vehicle
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.replay import replay
+from quadstep.studies.campaign.schema import read_campaign
 from tests.fuzz.mutate import mutated, scrambled, toml
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NamedTuple
 
-from quadstep.errors import LONGEST, UserError
+from quadstep.io.errors import LONGEST, UserError
 
 SECONDS = 60
 """A case may take; it is long, as the machine may be busy."""

@@ -12,19 +12,19 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from quadstep.campaign.flown import Flyer
-from quadstep.campaign.schema import read_campaign
-from quadstep.campaign.store import opened, parquet
-from quadstep.campaign.summary import sentences, summarise
-from quadstep.campaign.varied import varied
-from quadstep.flight.eager import fly_floats
+from quadstep.engines.eager import fly_floats
+from quadstep.io.results.sealed import sealed
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.page.folder import results
 from quadstep.page.opened import open_result
 from quadstep.page.serve import list_page
 from quadstep.report.publish import MANIFEST, files_to_replace, write_json
 from quadstep.report.tables import write_log
-from quadstep.results.sealed import sealed
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.store import opened, parquet
+from quadstep.studies.campaign.summary import sentences, summarise
+from quadstep.studies.campaign.varied import varied
 from tests.fuzz.inputs import LINE, WARM, WEIGHTS, begun
 from tests.fuzz.mutate import as_json, mutated, scrambled
 

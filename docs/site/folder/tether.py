@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from quadstep.control.gain import gain
+from quadstep.interfaces.gain import gain
 from quadstep.numbers import Number, vector
-from quadstep.vehicle.own_disturbance import DeclaredDisturbance
+from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance
 
 
 class Numbers(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any, get_args
 import typer
 
 from docs.site.reference.markdown import code, prose, table
-from quadstep import cli
+from quadstep.commands import cli
 
 HEAD = """\
 # Commands

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from docs.site.pages import ROOT
 from docs.site.reference.markdown import code, plain, table
-from quadstep.verify.registry import all_rows
-from quadstep.verify.rows import Row, Verdict
+from quadstep.proofs.verify.registry import all_rows
+from quadstep.proofs.verify.rows import Row, Verdict
 
 HEAD = """\
 # The equations of the paper

@@ -10,13 +10,11 @@ from pydantic import AfterValidator, BaseModel
 from pydantic.fields import FieldInfo
 
 from docs.site.reference.markdown import code, plain, prose, table
-from quadstep.autopilot.controller import AutopilotSection
-from quadstep.campaign.schema import CampaignFile
-from quadstep.comparison.schema import StudyFile
-from quadstep.control.controller import Measured
+from quadstep.bridges.autopilot.controller import AutopilotSection
 from quadstep.control.registry import controllers
-from quadstep.datasheet.sheet import Datasheet
-from quadstep.logs.mapping import Mapping
+from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.identify.logs.mapping import Mapping
+from quadstep.interfaces.controller import Measured
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.declared import declared_kind
 from quadstep.mission.derived import ControllerSection, section_of
@@ -26,6 +24,8 @@ from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.nets import NetsSection
 from quadstep.mission.schema import Mission
+from quadstep.studies.campaign.schema import CampaignFile
+from quadstep.studies.comparison.schema import StudyFile
 
 Model = type[BaseModel]
 

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed, gain, given
 from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import rotation_matrix
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import BuiltAirframe
 
 GRAVITY = 9.81

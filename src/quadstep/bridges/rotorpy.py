@@ -16,15 +16,15 @@ from typing import NotRequired, Protocol, TypeAlias, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control.controller import Command, Measured
 from quadstep.control.opaque import Controller, Known, Wanted
-from quadstep.errors import UserError
-from quadstep.flight.engines import FlightPlan
-from quadstep.guidance.reference import Reference
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.controller import Command, Measured
+from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
 from quadstep.mission.clock import PERIODS
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
-from quadstep.plants.multirotor import Multirotor
+from quadstep.vehicle.plants.multirotor import Multirotor
 
 State: TypeAlias = Mapping[str, NDArray[np.float64]]
 """x [m], v [m/s]: world. q: (i, j, k, w), body to world. w [rad/s]: about the body's axes."""

@@ -7,20 +7,20 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.air.wind import MovingAir, start_turbulence, wind_at
-from quadstep.airframe.events import Events
-from quadstep.airframe.motion import AirframeState
 from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import Adapter, Control, State, Trajectory, array, column
-from quadstep.errors import UserError
-from quadstep.extras import needed_by
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.log import FlightLog, finished
-from quadstep.flight.loop import Loop
+from quadstep.engines.fly import FlightPlan
+from quadstep.engines.loop import Loop
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog, finished
+from quadstep.io.errors import UserError
+from quadstep.io.extras import needed_by
 from quadstep.mission.airframe import BuiltAirframe
-from quadstep.plants.multirotor import AirframeParameters, Multirotor, Spun
 from quadstep.sensing.suite import Suite
+from quadstep.vehicle.airframe.events import Events
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor, Spun
+from quadstep.world.air.wind import MovingAir, start_turbulence, wind_at
 
 STILL = start_turbulence()
 

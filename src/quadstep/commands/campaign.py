@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.campaign.limits import MOST_FLIGHTS
+from quadstep.commands.deliver import check_junit, deliver
 from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, StyleOption, WidthOption, engine_option
-from quadstep.errors import UserError
-from quadstep.extras import needed_by
-from quadstep.flight.engine import CAMPAIGNS, Engine
-from quadstep.judging.deliver import check_junit, deliver
+from quadstep.engines.engine import CAMPAIGNS, Engine
+from quadstep.io.errors import UserError
+from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
-from quadstep.terminal.bars import bar
-from quadstep.terminal.screen import say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.report.terminal.bars import bar
+from quadstep.report.terminal.screen import say, say_whole
+from quadstep.report.terminal.tables import show_table
+from quadstep.studies.campaign.limits import MOST_FLIGHTS
 
 if TYPE_CHECKING:
-    from quadstep.campaign.summary import Summary
-    from quadstep.rare.run import Found
+    from quadstep.studies.campaign.summary import Summary
+    from quadstep.studies.rare.run import Found
 
 
 def campaign(
@@ -62,12 +62,12 @@ def campaign(
     """
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
-        from quadstep.campaign import until as limit
-        from quadstep.campaign.copies import refuse_copies
-        from quadstep.campaign.run import fly_campaign
-        from quadstep.campaign.verdict import verdict
-        from quadstep.judging import share
         from quadstep.linear.quick import quick_grade
+        from quadstep.metrics.judging import share
+        from quadstep.studies.campaign import until as limit
+        from quadstep.studies.campaign.copies import refuse_copies
+        from quadstep.studies.campaign.run import fly_campaign
+        from quadstep.studies.campaign.verdict import verdict
 
     if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
         raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
@@ -118,8 +118,8 @@ def estimate_rare(
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
         from quadstep.linear.quick import quick_grade
-        from quadstep.rare.run import estimate
-        from quadstep.rare.verdict import verdict
+        from quadstep.studies.rare.run import estimate
+        from quadstep.studies.rare.verdict import verdict
 
     with bar("flying", "flights") as shown, needed_by("`quadstep campaign`"):
         found = estimate(file, folder, resume, overwrite, shown, drawn_on, quick_grade)
@@ -133,8 +133,8 @@ def estimate_rare(
 
 def show_rare(found: "Found") -> None:
     """Print the estimate, what speaks against it, and the most likely failure."""
-    from quadstep.rare.report import REPORT, nearest_rows
-    from quadstep.rare.summary import sentences
+    from quadstep.studies.rare.report import REPORT, nearest_rows
+    from quadstep.studies.rare.summary import sentences
 
     summary = found.summary
     for sentence in sentences(summary, found.campaign.file.rare.method):
@@ -149,8 +149,8 @@ def show_rare(found: "Found") -> None:
 
 def show(summary: "Summary", file: Path, folder: Path) -> None:
     """Print the findings, and how to fly the worst flights again."""
-    from quadstep.campaign.replay import replay_command
-    from quadstep.campaign.summary import sentences
+    from quadstep.studies.campaign.replay import replay_command
+    from quadstep.studies.campaign.summary import sentences
 
     for sentence in sentences(summary):
         say(sentence)

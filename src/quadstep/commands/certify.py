@@ -6,10 +6,10 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
-from quadstep.exit_codes import DIVERGED
+from quadstep.io.exit_codes import DIVERGED
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.terminal.screen import say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.report.terminal.screen import say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 
 def certify(
@@ -30,7 +30,7 @@ def certify(
     Exit code 0: a certificate was computed, whatever it says. 2: bad input, or nothing to certify. 3: the flight diverged; the
     certificate covers it up to then.
     """
-    from quadstep.certify.run import certify_mission
+    from quadstep.proofs.certify.run import certify_mission
 
     folder = out or Path("out") / f"{mission.stem}-certificate"
     result = certify_mission(mission, folder, overwrite, sheet(figures, width, style))

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
-from quadstep.errors import UserError
-from quadstep.exit_codes import BAD_INPUT
-from quadstep.extras import needed_by
-from quadstep.flight.engine import JOBS, Engine
+from quadstep.engines.engine import JOBS, Engine
+from quadstep.io.errors import UserError
+from quadstep.io.exit_codes import BAD_INPUT
+from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
-from quadstep.terminal.bars import Bar, bar
-from quadstep.terminal.screen import complain, say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.report.terminal.bars import Bar, bar
+from quadstep.report.terminal.screen import complain, say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 if TYPE_CHECKING:
-    from quadstep.comparison.run import Finished, How
-    from quadstep.comparison.study import Study
+    from quadstep.studies.comparison.run import Finished, How
+    from quadstep.studies.comparison.study import Study
 
 MOST_SEEDS, USUAL_SEEDS = 100_000, 100
 
@@ -56,8 +56,8 @@ def compare(
     drawn_on = sheet(figures, width, style)
     folder = out or Path("out") / (files[0].stem if len(files) == 1 else "compare")
     with needed_by("`quadstep compare`"):
-        from quadstep.comparison.missions import compare_missions
-        from quadstep.comparison.study import read_study
+        from quadstep.studies.comparison.missions import compare_missions
+        from quadstep.studies.comparison.study import read_study
 
         if len(files) == 1:
             run_study(read_study(files[0]), folder, seeds, engine, retune, keep_going, overwrite, drawn_on)
@@ -79,7 +79,7 @@ def run_study(
     drawn_on: Sheet,
 ) -> None:  # fmt: skip
     """Work a study out, and say what was found."""
-    from quadstep.comparison.run import compare_study
+    from quadstep.studies.comparison.run import compare_study
 
     if seeds is not None:
         study = study._replace(file=study.file.model_copy(update={"seeds": seeds}))
@@ -90,14 +90,14 @@ def run_study(
 
 def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
     """How it is worked out. shown: the progress bar."""
-    from quadstep.comparison.run import How
+    from quadstep.studies.comparison.run import How
 
     return How(engine, overwrite, keep_going, retune, shown, drawn_on)
 
 
 def show(done: "Finished") -> None:
     """Print tables and sentences. Raises typer.Exit where something could not be flown."""
-    from quadstep.comparison import linear, tables, words
+    from quadstep.studies.comparison import linear, tables, words
 
     found = done.found
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):

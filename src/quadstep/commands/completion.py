@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.terminal.screen import say_whole
+from quadstep.report.terminal.screen import say_whole
 
 VARIABLE = "_QUADSTEP_COMPLETE"
 """What a shell sets when it asks for completions."""

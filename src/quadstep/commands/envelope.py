@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
-from quadstep.extras import needed_by
-from quadstep.flight.engine import CAMPAIGNS, Engine
+from quadstep.engines.engine import CAMPAIGNS, Engine
+from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.terminal.bars import bar
-from quadstep.terminal.screen import say, say_whole
+from quadstep.report.terminal.bars import bar
+from quadstep.report.terminal.screen import say, say_whole
 
 
 def envelope(
@@ -44,8 +44,8 @@ def envelope(
     Writes report.html, envelope.png, envelope.svg, envelope.parquet (one row per cell) and metrics.json.
     """
     with needed_by("`quadstep envelope`"):
-        from quadstep.envelope.request import request
-        from quadstep.envelope.run import fly_envelope, sentence
+        from quadstep.studies.envelope.request import request
+        from quadstep.studies.envelope.run import fly_envelope, sentence
 
         folder, drawn_on = out or Path("out") / f"{file.stem}-envelope", sheet(figures, width, style)
         asked = request(file, x, y, by, failure or (), flights)

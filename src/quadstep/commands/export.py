@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.options import OverwriteOption
-from quadstep.errors import UserError
-from quadstep.terminal.bars import bar
-from quadstep.terminal.screen import complain, say_whole
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.bars import bar
+from quadstep.report.terminal.screen import complain, say_whole
 
 PRECISIONS = ("f32", "f64")
 

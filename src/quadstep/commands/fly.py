@@ -9,6 +9,7 @@ from typing import Annotated, cast
 
 import typer
 
+from quadstep.commands.deliver import check_junit, deliver
 from quadstep.commands.options import (
     EngineOption,
     FiguresOption,
@@ -18,16 +19,15 @@ from quadstep.commands.options import (
     StyleOption,
     WidthOption,
 )
-from quadstep.errors import UserError
-from quadstep.flight.engine import Engine
-from quadstep.judging.deliver import check_junit, deliver
-from quadstep.judging.metrics import parsed
+from quadstep.engines.engine import Engine
+from quadstep.io.errors import UserError
+from quadstep.io.version import __version__
+from quadstep.metrics.judging.metrics import parsed
 from quadstep.report.pool import start_server
 from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
-from quadstep.terminal.bars import bar
-from quadstep.terminal.screen import complain, say, say_whole
-from quadstep.terminal.tables import show_table
-from quadstep.version import __version__
+from quadstep.report.terminal.bars import bar
+from quadstep.report.terminal.screen import complain, say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 
 def fly(
@@ -95,7 +95,7 @@ def fly(
     with bar("loading") as shown:
         from quadstep.linear.quick import quick_grade
         from quadstep.metrics.margins import AT_REST, at_rest_sentences
-        from quadstep.mission.fly import Piloting, fly_mission
+        from quadstep.studies.flights.fly import Piloting, fly_mission
 
         def told(stage: str, done: int, total: int) -> None:
             shown.doing(stage)

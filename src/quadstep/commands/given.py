@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from typer.exceptions import TyperException
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 
 ALIKE = 0.8
 """Likeness from which an option is taken for a misspelt one."""

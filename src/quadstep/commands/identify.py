@@ -8,13 +8,13 @@ import typer
 
 from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, show_compared, vehicle_of
 from quadstep.commands.options import ReplaceOption
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.screen import complain, say, say_whole
+from quadstep.report.terminal.tables import show_table
 from quadstep.report.units import counted
-from quadstep.terminal.screen import complain, say, say_whole
-from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
-    from quadstep.logs.flight import FlightRecord
+    from quadstep.identify.logs.flight import FlightRecord
     from quadstep.mission.airframe import AirframeSection
 
 
@@ -48,10 +48,10 @@ def identify(
 
     Logs cannot reveal the mass; it comes from --vehicle or --mass.
     """
-    from quadstep.atomic import refuse_other, write_beside
     from quadstep.identify.report import write as write_report
     from quadstep.identify.run import answer, run
     from quadstep.identify.vehicle_file import as_toml
+    from quadstep.io.atomic import refuse_other, write_beside
 
     if out.suffix != ".toml":
         raise UserError(f"{out}: the name of a vehicle file should end in .toml")
@@ -108,7 +108,7 @@ def said_of_residual(shares: tuple[float, ...], kept: bool) -> str:
 
 def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> None:
     """Say what is worth knowing of each log, and refuse what contradicts its mapping. Raises UserError."""
-    from quadstep.logs.judge import judge, refuse
+    from quadstep.identify.logs.judge import judge, refuse
 
     judged = [(flight, judge(flight, vehicle.geometry())) for flight in flights]
     for flight, findings in judged:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.commands.options import FiguresOption, JsonOption, OverwriteOption, StyleOption, WidthOption
-from quadstep.documents import read_toml
-from quadstep.errors import UserError
-from quadstep.extras import needed_by
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
+from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.terminal.bars import bar
-from quadstep.terminal.screen import command, say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.report.terminal.bars import bar
+from quadstep.report.terminal.screen import command, say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.linear.run import Done
@@ -66,7 +66,7 @@ def linear(
     with bar("linearising", "loops") as shown:
         if drawn:
             with needed_by("`quadstep linear` of a campaign"):
-                from quadstep.linear.drawn import draws
+                from quadstep.studies.linear_draws import draws
 
                 found = draws(file, samples, folder, overwrite, drawn_on, shown)
         elif along:

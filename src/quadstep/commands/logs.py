@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.errors import UserError
-from quadstep.terminal.tables import show_table
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.tables import show_table
 
 if TYPE_CHECKING:
+    from quadstep.identify.logs.flight import FlightRecord
     from quadstep.identify.table import Compared
-    from quadstep.logs.flight import FlightRecord
     from quadstep.mission.airframe import AirframeSection
 
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of flights.", show_default=False)]
@@ -33,7 +33,7 @@ def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]"
     """Flights, named like their files, with as much of their folders as tells them apart. Raises UserError."""
     from dataclasses import replace
 
-    from quadstep.logs.read import read_log
+    from quadstep.identify.logs.read import read_log
 
     paths = [log.resolve() for log in logs]
     if twice := next((log for log, path in zip(logs, paths, strict=True) if paths.count(path) > 1), None):

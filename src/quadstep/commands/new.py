@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from quadstep.errors import UserError
-from quadstep.terminal.screen import command, say_whole
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.screen import command, say_whole
 
 
 def new(

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from quadstep.errors import UserError
-from quadstep.flight.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
+from quadstep.engines.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
+from quadstep.io.errors import UserError
 
 
 def engine_option(work: str) -> object:

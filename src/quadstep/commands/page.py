@@ -6,12 +6,12 @@ from typing import Annotated
 
 import typer
 
-from quadstep.atomic import check_place, write_beside
 from quadstep.commands.options import OpenOption
-from quadstep.errors import UserError
-from quadstep.files import PAGE, read_bytes
-from quadstep.flight.engine import Engine
-from quadstep.terminal.screen import complain, say_whole
+from quadstep.engines.engine import Engine
+from quadstep.io.atomic import check_place, write_beside
+from quadstep.io.errors import UserError
+from quadstep.io.files import PAGE, read_bytes
+from quadstep.report.terminal.screen import complain, say_whole
 
 OWN_MARK = 'id="quadstep-data"'
 """Identifies a page that this command has written."""
@@ -55,7 +55,7 @@ def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
         from quadstep.page.missions import fly_missions
 
         return fly_missions(missions, engine, walk, quick_grade)
-    from quadstep.study.page import fly_paper
+    from quadstep.studies.paper.page import fly_paper
 
     return fly_paper(engine, walk)
 

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from quadstep.errors import UserError
-from quadstep.terminal.screen import say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.screen import say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 
 def prove(
@@ -56,9 +56,9 @@ def prove(
     Exit code 0: proved. 1: open (what was not closed is said), or a certificate that is not confirmed. 2: bad input. 3:
     disproved.
     """
-    from quadstep.prove import report, run
-    from quadstep.prove.target import check_target
-    from quadstep.prove.unknown import Unknown
+    from quadstep.proofs.prove import report, run
+    from quadstep.proofs.prove.target import check_target
+    from quadstep.proofs.prove.unknown import Unknown
 
     if mission is not None and check is not None:
         raise UserError(f"name a mission or a certificate with --check, not both: {mission} and {check}")

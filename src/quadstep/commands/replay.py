@@ -9,16 +9,16 @@ import typer
 
 from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, show_compared, vehicle_of
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.report.terminal.screen import complain, say, say_whole
+from quadstep.report.terminal.tables import show_table
 from quadstep.report.units import counted
-from quadstep.terminal.screen import complain, say, say_whole
-from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.identify.closed_loop import Beside
     from quadstep.identify.estimator import Estimated
-    from quadstep.logs.flight import FlightRecord
+    from quadstep.identify.logs.flight import FlightRecord
     from quadstep.mission.airframe import AirframeSection
 
 
@@ -56,8 +56,8 @@ def replay(
     ("constant"), or the rates are zero. --out writes report.html, figures/, prediction_errors.csv and, where they were
     asked for, tracking.csv and estimates.csv.
     """
+    from quadstep.identify.logs.judge import judge
     from quadstep.identify.replayed import Asked, replayed
-    from quadstep.logs.judge import judge
     from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):
@@ -113,8 +113,8 @@ def write_predictions(
     warnings: list[str],
 ) -> None:
     """Predict from given rows, for others to judge."""
-    from quadstep.atomic import write_beside
     from quadstep.identify.replay import as_json, predictions_of, read_starts, ready
+    from quadstep.io.atomic import write_beside
 
     numbers, guided = ready(flights, section, commands_only)
     rows = read_starts(starts, flights)
@@ -126,11 +126,11 @@ def write_predictions(
 
 def controller_of(given: str) -> dict[str, object]:
     """The keys of a controller: a type, or a file with a table [controller] or its keys. Raises UserError."""
-    from quadstep.control.controller import Measured
     from quadstep.control.registry import names
-    from quadstep.documents import read_toml
+    from quadstep.interfaces.controller import Measured
+    from quadstep.io.documents import read_toml
+    from quadstep.io.user_code.installed import CONTROLLERS, own_place
     from quadstep.mission.check import shorten
-    from quadstep.user_code.installed import CONTROLLERS, own_place
 
     if not given.endswith(".toml"):
         if given not in names(Measured) and own_place(given, CONTROLLERS) is None:

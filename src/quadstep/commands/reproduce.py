@@ -6,10 +6,10 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.options import EngineOption, FiguresOption, OverwriteOption, StyleOption, WidthOption
-from quadstep.flight.engine import Engine
+from quadstep.engines.engine import Engine
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.terminal.screen import say_whole, typeset
-from quadstep.terminal.tables import show_table
+from quadstep.report.terminal.screen import say_whole, typeset
+from quadstep.report.terminal.tables import show_table
 
 
 def reproduce(
@@ -21,7 +21,7 @@ def reproduce(
     style: StyleOption = SCREEN,
 ) -> None:
     """Fly the paper's cases and the stress flights, judge its claims, write figures, CSV, JSON and report.html."""
-    from quadstep.study.reproduce import reproduce as run
+    from quadstep.studies.paper.reproduce import reproduce as run
 
     claims = run(out, engine, overwrite, sheet(figures, width, style))
     rows = [(typeset(claim.name), typeset(claim.measured), claim.verdict) for claim in claims]

@@ -7,9 +7,9 @@ import typer
 
 from quadstep.commands.options import OpenOption
 from quadstep.commands.page import open_in_browser
-from quadstep.errors import UserError
-from quadstep.terminal.screen import complain, say, say_whole
-from quadstep.user_code.loading import refuse
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.loading import refuse
+from quadstep.report.terminal.screen import complain, say, say_whole
 
 PORT = 8765
 

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from quadstep.errors import UserError
-from quadstep.terminal.bars import bar
-from quadstep.terminal.screen import complain, say
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.bars import bar
+from quadstep.report.terminal.screen import complain, say
 
 ENDED = (
     "No more will come: unless its mode was changed, PX4 now leaves offboard by its failsafe (COM_OBL_RC_ACT), and ArduPilot "
@@ -31,7 +31,7 @@ def serve_setpoints(
 
     Exit code 2: bad input, or no vehicle responded.
     """
-    from quadstep.autopilot.setpoints import Kind, check_hold, check_rate, serve
+    from quadstep.bridges.autopilot.setpoints import Kind, check_hold, check_rate, serve
     from quadstep.mission.read import plan_mission, read_mission
 
     if kind not in list(Kind):

@@ -7,12 +7,12 @@ import typer
 
 from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOption, SeedsOption, check_seeds, run_study
 from quadstep.commands.options import OverwriteOption
-from quadstep.exit_codes import FAILED
-from quadstep.extras import needed_by
-from quadstep.flight.engine import Engine
+from quadstep.engines.engine import Engine
+from quadstep.io.exit_codes import FAILED
+from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.terminal.screen import say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.report.terminal.screen import say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 LOOPS = 5_000
 """Closed loops that the lines of Theorem B are tried on."""
@@ -27,7 +27,7 @@ def completion(
 
     Exit code 1 if a statement does not hold, or holds with 0.9 of a term of its bound as well.
     """
-    from quadstep.theory.completion import least_reached, sentences, study_completion, verdict
+    from quadstep.proofs.theory.completion import least_reached, sentences, study_completion, verdict
 
     found = study_completion(out, samples, overwrite)
     rows = [(m.number, m.statement, f"{m.worst:.2g}", least_reached(m), verdict(m)[0]) for m in found.margins]
@@ -49,9 +49,9 @@ def region(
 
     Exit code 1 if it does not hold, if a flight without nets exceeds what it allows, or L_dot its bound.
     """
-    from quadstep.theory.edge import default_region, fly_edge, least_frequency
-    from quadstep.theory.flow import Flow, draw, shares_of_lines
-    from quadstep.theory.words import edge_rows, line_rows, region_rows
+    from quadstep.proofs.theory.edge import default_region, fly_edge, least_frequency
+    from quadstep.proofs.theory.flow import Flow, draw, shares_of_lines
+    from quadstep.proofs.theory.words import edge_rows, line_rows, region_rows
 
     found = default_region(force, torque, bias)
     if found is None:
@@ -85,6 +85,6 @@ def controllers(
     """
     check_seeds(seeds)
     with needed_by("`quadstep study controllers`"):
-        from quadstep.comparison.shipped import shipped_study
+        from quadstep.studies.comparison.shipped import shipped_study
 
         run_study(shipped_study(), out, seeds, engine, retune, keep_going, overwrite, sheet(USUAL, None, SCREEN))

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
-from quadstep.errors import UserError
-from quadstep.extras import needed_by
+from quadstep.io.errors import UserError
+from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.terminal.bars import bar
-from quadstep.terminal.screen import command, say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.report.terminal.bars import bar
+from quadstep.report.terminal.screen import command, say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 if TYPE_CHECKING:
-    from quadstep.tuning.run import Tuned
+    from quadstep.studies.tuning.run import Tuned
 
 
 def tune(
@@ -40,7 +40,7 @@ def tune(
         raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
     folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", sheet(figures, width, style)
     with bar("tuning", "flights", budget) as progress, needed_by("`quadstep tune`"):
-        from quadstep.tuning.run import tune as run
+        from quadstep.studies.tuning.run import tune as run
 
         done = run(mission, budget, folder, seed, overwrite, progress, drawn_on)
     show(done, folder)
@@ -51,7 +51,7 @@ def show(done: "Tuned", folder: Path) -> None:
     from quadstep.linear.quick import quick_grade
     from quadstep.metrics.margins import at_rest_sentences
     from quadstep.mission.read import read_mission
-    from quadstep.tuning.unseen import AGGREGATES
+    from quadstep.studies.tuning.unseen import AGGREGATES
 
     found, compared = done.found, done.compared
     gains = [

@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.options import ReplaceOption
-from quadstep.errors import UserError
-from quadstep.terminal.screen import command, say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.io.errors import UserError
+from quadstep.report.terminal.screen import command, say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 
 def fit(
@@ -27,11 +27,11 @@ def fit(
     """
     from pydantic import ValidationError
 
-    from quadstep.atomic import check_place, refuse_other, write_beside
-    from quadstep.datasheet.campaign import campaign_text
-    from quadstep.datasheet.estimate import estimate, vehicle_of
-    from quadstep.datasheet.sheet import read_datasheet
+    from quadstep.identify.datasheet.campaign import campaign_text
+    from quadstep.identify.datasheet.estimate import estimate, vehicle_of
+    from quadstep.identify.datasheet.sheet import read_datasheet
     from quadstep.identify.vehicle_file import as_toml
+    from quadstep.io.atomic import check_place, refuse_other, write_beside
     from quadstep.mission.airframe import AirframeSection
     from quadstep.mission.check import explained
     from quadstep.mission.vehicle_list import parameters

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from quadstep.errors import one_line
-from quadstep.terminal.tables import show_table
+from quadstep.io.errors import one_line
+from quadstep.report.terminal.tables import show_table
 
 
 def vehicles(

@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from quadstep.exit_codes import FAILED
-from quadstep.extras import needed_by
-from quadstep.terminal.bars import bar
-from quadstep.terminal.screen import say, say_whole
-from quadstep.terminal.tables import show_table
+from quadstep.io.exit_codes import FAILED
+from quadstep.io.extras import needed_by
+from quadstep.report.terminal.bars import bar
+from quadstep.report.terminal.screen import say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 
 def verify(
@@ -25,7 +25,7 @@ def verify(
     Exit code 0: all evidence holds. 1: the evidence of some row fails. 2: bad input.
     """
     with needed_by("`quadstep verify`"):
-        from quadstep.verify import registry, report
+        from quadstep.proofs.verify import registry, report
 
     if json:
         report.check_target(json)

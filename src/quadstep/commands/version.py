@@ -8,8 +8,8 @@ def version_lines() -> list[str]:
     import llvmlite
     import numpy as np
 
-    from quadstep.flight.kernel import host
-    from quadstep.version import __version__
+    from quadstep.engines.kernel import host
+    from quadstep.io.version import __version__
 
     processor = host()
     llvm = ".".join(map(str, llvmlite.binding.llvm_version_info))

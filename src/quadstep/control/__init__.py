@@ -23,8 +23,8 @@ Give a plan another controller and fly it:
 20.0
 """
 
-from quadstep.control.controller import Command, Measured
 from quadstep.control.inversion import invert_force
 from quadstep.control.opaque import flying
+from quadstep.interfaces.controller import Command, Measured
 
 __all__ = ["Command", "Measured", "flying", "invert_force"]

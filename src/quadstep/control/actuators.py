@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from quadstep.control.controller import Measured
 from quadstep.control.vectoring import ZERO, Body, followed
 from quadstep.control.wanted_attitude import up_axis
+from quadstep.interfaces.controller import Measured
 from quadstep.numbers import Number, Vector, vector, where
 from quadstep.numbers.rotations import cross, rotation_matrix
 

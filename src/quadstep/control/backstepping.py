@@ -5,15 +5,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.controller import Command, Condition, Controller
-from quadstep.control.gain import ANGLES, AXES, believed, gain, given
 from quadstep.control.inversion import invert_force
-from quadstep.control.learning import net, nets_start, weights
-from quadstep.control.model import Model
-from quadstep.control.networks import Net, basis, output, weight_rate
-from quadstep.guidance.reference import Reference
+from quadstep.control.networks import basis, output, weight_rate
+from quadstep.interfaces.controller import Command, Condition, Controller
+from quadstep.interfaces.gain import ANGLES, AXES, believed, gain, given
+from quadstep.interfaces.learning import Net, net, nets_start, weights
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, largest, maximum, smallest, sqrt, vector, where
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 FORCE_INPUTS = 12
 """chi_1 = (xi, r1, eta, eta_dot), after Eq. 22."""

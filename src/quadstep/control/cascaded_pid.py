@@ -5,11 +5,11 @@ other.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.wanted_attitude import tilted_within, up_axis, wanted_attitude, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, exp, vector
 from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll
 

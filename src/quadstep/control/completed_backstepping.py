@@ -23,17 +23,16 @@ from quadstep.control.backstepping import (
     wanted_torque,
 )
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.controller import Command, Condition, Controller
-from quadstep.control.gain import ANGLES, NETS, believed, from_gains, gain
-from quadstep.control.model import Model
 from quadstep.control.networks import output
 from quadstep.control.projection import project, project_weights
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Condition, Controller
+from quadstep.interfaces.gain import ANGLES, NETS, believed, from_gains, gain
+from quadstep.interfaces.model import Kinematics, Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, cos, sin, vector, where
 from quadstep.numbers.functions import sinc
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import coriolis, effective_inertia
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
+from quadstep.vehicle.paper.state import State
 
 
 class CompletedGains(NamedTuple):

@@ -23,14 +23,14 @@ from typing import NamedTuple
 
 from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude, led_acceleration, led_filter
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import NETS, believed, gain, given, usual
 from quadstep.control.local_basis import NODES, growth, hats, values
 from quadstep.control.projection import project_weights
 from quadstep.control.rotation_backstepping import AIRBORNE
 from quadstep.control.vectoring import attitude_for
 from quadstep.control.wanted_attitude import up_axis, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import NETS, believed, gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, maximum, vector, where
 from quadstep.numbers.rotations import (
     conjugate,

@@ -12,13 +12,13 @@ goes with the square of the speed across, v_x^2 + v_y^2, not of v_x + v_y.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.commands import BodyRates
-from quadstep.control.controller import Controller, Measured
-from quadstep.control.gain import BELIEF, believed, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.vectoring import ZERO
 from quadstep.control.wanted_attitude import up_axis, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.commands import BodyRates
+from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.gain import BELIEF, believed, gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, cos, maximum, sin, vector, where
 from quadstep.numbers.rotations import (
     conjugate,

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.vectoring import turning_errors
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, yaw_pitch_roll
 

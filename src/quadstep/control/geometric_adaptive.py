@@ -14,8 +14,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import gain, usual
 from quadstep.control.projection import project
 from quadstep.control.vectoring import (
     ZERO,
@@ -30,7 +28,9 @@ from quadstep.control.vectoring import (
     turned,
 )
 from quadstep.control.wanted_attitude import up_axis
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import gain, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 

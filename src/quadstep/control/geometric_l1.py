@@ -18,8 +18,6 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.actuators import Made, accelerations, at_rest, lagged
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import gain, usual
 from quadstep.control.vectoring import (
     ZERO,
     Body,
@@ -35,7 +33,9 @@ from quadstep.control.vectoring import (
     turned,
 )
 from quadstep.control.wanted_attitude import up_axis
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import gain, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, exp
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed, gain, given, usual
-from quadstep.control.model import Model
 from quadstep.control.projection import project
 from quadstep.control.thrust_extension import Push, driving, motion
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, sqrt, vector
 from quadstep.numbers.riccati import riccati
 from quadstep.numbers.solve import cholesky

@@ -16,10 +16,6 @@ from typing import ClassVar, NamedTuple
 
 from quadstep.control.actuators import Made, lagged
 from quadstep.control.attitude_filter import LedAttitude, led_acceleration, led_filter
-from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import given, usual
-from quadstep.control.learning import net
-from quadstep.control.model import Model
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
     TORQUE_INPUTS,
@@ -30,7 +26,11 @@ from quadstep.control.rotation_backstepping import (
 )
 from quadstep.control.vectoring import attitude_for
 from quadstep.control.wanted_attitude import up_axis
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.gain import given, usual
+from quadstep.interfaces.learning import net
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, maximum, vector
 from quadstep.numbers.rotations import conjugate, multiply, rotation_matrix
 

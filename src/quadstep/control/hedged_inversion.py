@@ -19,10 +19,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude, led_acceleration, led_filter
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import NETS, believed, gain, given, usual
-from quadstep.control.learning import net, nets_start, weights
-from quadstep.control.networks import Net, basis, output, weight_rate
+from quadstep.control.networks import basis, output, weight_rate
 from quadstep.control.projection import project_weights
 from quadstep.control.rotation_backstepping import (
     AIRBORNE,
@@ -35,7 +32,10 @@ from quadstep.control.rotation_backstepping import (
 )
 from quadstep.control.vectoring import attitude_for
 from quadstep.control.wanted_attitude import up_axis, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import NETS, believed, gain, given, usual
+from quadstep.interfaces.learning import Net, net, nets_start, weights
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, maximum, sqrt, vector, where
 from quadstep.numbers.rotations import (
     conjugate,

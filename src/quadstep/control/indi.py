@@ -16,8 +16,6 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.actuators import Made, at_rest, lagged, of_speeds
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import gain, given, usual
 from quadstep.control.vectoring import (
     ZERO,
     Body,
@@ -31,7 +29,9 @@ from quadstep.control.vectoring import (
     turned,
 )
 from quadstep.control.wanted_attitude import up_axis
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.commands import BodyRates
-from quadstep.control.controller import Controller, Measured
-from quadstep.control.gain import believed, gain, given, usual
-from quadstep.control.model import Model
 from quadstep.control.projection import project
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.commands import BodyRates
+from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, vector
 from quadstep.numbers.riccati import dot, product, riccati, transposed
 from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll

@@ -12,14 +12,14 @@ from typing import ClassVar, NamedTuple
 
 from quadstep.control.admm import Bounds, Chain, Duals, idle, inputs_of, iterate, joined
 from quadstep.control.admm import within as bounded
-from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.disturbance_observer import observed
-from quadstep.control.gain import believed, gain, given, usual
-from quadstep.control.model import Model
 from quadstep.control.projection import project
 from quadstep.control.sampled_regulator import discretised, regulator
 from quadstep.control.wanted_attitude import WantedAttitude, up_axis, wanted_attitude, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, clip, cos, exp, matrix, maximum, scan, sin, vector
 from quadstep.numbers.rotations import (
     conjugate,

@@ -10,13 +10,13 @@ mean.
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.disturbance_observer import observed
-from quadstep.control.gain import believed, from_gains, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.vectoring import torque_for, turning_errors
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, matrix, minimum, scan, vector, where
 from quadstep.numbers.noise import Key, normals
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll

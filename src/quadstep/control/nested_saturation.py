@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple, Self
 
-from quadstep.control.controller import Command, Condition, Controller
-from quadstep.control.gain import believed, gain, given
-from quadstep.control.model import Model
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Condition, Controller
+from quadstep.interfaces.gain import believed, gain, given
+from quadstep.interfaces.model import Kinematics, Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, cos, vector
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import coriolis_torque, effective_inertia
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.lagrange import coriolis_torque, effective_inertia
+from quadstep.vehicle.paper.state import State
 
 PAIR = ("rate", "offset")
 

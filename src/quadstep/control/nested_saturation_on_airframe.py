@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from quadstep.control.controller import Controller
-from quadstep.control.gain import usual
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
 from quadstep.control.paper_on_airframe import PaperOnAirframe
-from quadstep.vehicle.kinematics import Kinematics
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.gain import usual
+from quadstep.interfaces.model import Kinematics
 
 
 @dataclass(frozen=True)

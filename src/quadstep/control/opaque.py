@@ -20,10 +20,10 @@ from typing import ClassVar, NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control.controller import Command, G, Measured, U
-from quadstep.control.controller import Controller as Law
-from quadstep.control.model import Model
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, G, Measured, U
+from quadstep.interfaces.controller import Controller as Law
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call
 from quadstep.numbers.registered import raise_pending, register, release

@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
-from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import from_gains
-from quadstep.control.learning import net
-from quadstep.control.model import Model
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.gain import from_gains
+from quadstep.interfaces.learning import net
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, largest, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 STEEPEST = 0.02
 """Least cos(theta) divided by: within 1.1 degrees of straight up the rates are those at 1.1 degrees."""

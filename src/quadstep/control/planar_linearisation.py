@@ -8,11 +8,11 @@ e = dd/dtheta. Mistler, Benallegue, M'Sirdi (2001).
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.controller import Controller
-from quadstep.control.gain import believed, gain, given
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.gain import believed, gain, given
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, maximum, vector
-from quadstep.plants.planar import PlanarCommand, PlanarState, plane, thrust_direction
+from quadstep.vehicle.plants.planar import PlanarCommand, PlanarState, plane, thrust_direction
 
 LEAST = 0.2
 """Share of the weight below which the thrust is not let: without thrust pitch moves nothing."""

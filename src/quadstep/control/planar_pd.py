@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.controller import Controller
-from quadstep.control.gain import believed, gain, given
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.gain import believed, gain, given
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, atan2, vector
-from quadstep.plants.planar import PlanarCommand, PlanarState, plane
+from quadstep.vehicle.plants.planar import PlanarCommand, PlanarState, plane
 
 
 class PlanarPdGains(NamedTuple):

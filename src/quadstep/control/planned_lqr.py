@@ -10,13 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.controller import Command, Measured
 from quadstep.control.lqr import Lqr, LqrGains, LqrMemory
 from quadstep.control.projection import project
-from quadstep.guidance.quintic import Point, Quintic, along, quintic
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, atan2, cos, sin, vector
 from quadstep.numbers.rotations import heading
+from quadstep.world.guidance.quintic import Point, Quintic, along, quintic
 
 HORIZON = 1.0
 """How far ahead a plan meets the path [s]."""

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.controller import NOTHING, Condition, Controller, Measured
-from quadstep.control.gain import kept
-from quadstep.control.model import Model
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import NOTHING, Condition, Controller, Measured
+from quadstep.interfaces.gain import kept
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, minimum, vector
 from quadstep.numbers.repeated import repeated
 from quadstep.numbers.rotations import from_rotation_vector, multiply, rotate

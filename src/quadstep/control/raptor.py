@@ -10,13 +10,13 @@ from functools import cache
 from importlib.resources import as_file, files
 from typing import Any, ClassVar, NamedTuple, Self
 
-from quadstep.control.commands import RotorSpeeds
-from quadstep.control.controller import Controller, Measured
-from quadstep.control.gain import gain, given
-from quadstep.control.model import Model
-from quadstep.errors import UserError
-from quadstep.extras import needed_by
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.commands import RotorSpeeds
+from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.gain import gain, given
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
+from quadstep.io.extras import needed_by
 from quadstep.numbers import Matrix, Number, Vector, clip, maximum, scan, sigmoid, vector
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply, rotation_matrix
 

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self
 
-from quadstep.control.commands import BodyRates
-from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import believed, gain, kept, usual
-from quadstep.control.model import Model
 from quadstep.control.projection import project
 from quadstep.control.vectoring import torque_for
-from quadstep.errors import UserError
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.commands import BodyRates
+from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, kept, usual
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Vector, vector
 
 

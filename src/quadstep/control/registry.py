@@ -2,11 +2,11 @@
 
 from importlib import import_module
 
-from quadstep.control.controller import Controller, Measured
-from quadstep.control.gain import kept
 from quadstep.control.rate_loop import following_rates
-from quadstep.plants.planar import PlanarState
-from quadstep.vehicle.state import State
+from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.gain import kept
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.planar import PlanarState
 
 BUILT_IN: dict[type, dict[str, str]] = {
     State: {

@@ -18,14 +18,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
-from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import AXES, NETS, believed, gain, given, usual
-from quadstep.control.learning import net, nets_start, weights
-from quadstep.control.model import Model
-from quadstep.control.networks import Net, basis, output, weight_rate
+from quadstep.control.networks import basis, output, weight_rate
 from quadstep.control.projection import project, project_weights
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.gain import AXES, NETS, believed, gain, given, usual
+from quadstep.interfaces.learning import Net, net, nets_start, weights
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, vector, where
 from quadstep.numbers.rotations import (
     conjugate,

@@ -13,13 +13,13 @@ whatever its gains. The rate of w_1 is its difference along the motion that the 
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.thrust_extension import turning
 from quadstep.control.vectoring import torque_for
 from quadstep.control.wanted_attitude import up_axis
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, clip, maximum, vector
 from quadstep.numbers.rotations import from_rotation_vector, multiply, rotation_matrix
 

@@ -11,12 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import gain, usual
-from quadstep.control.model import Model
 from quadstep.control.vectoring import ZERO, Body, attitude_for, boxed, errors_to, force_for, torque_for
 from quadstep.control.wanted_attitude import up_axis
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.gain import gain, usual
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, sqrt
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 

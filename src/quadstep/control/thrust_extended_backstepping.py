@@ -11,11 +11,11 @@ force and its rate,
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.thrust_extension import Push, driving, motion
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, vector
 
 

@@ -6,10 +6,10 @@ Mistler, Benallegue, M'Sirdi (2001), the paper's [20]; Mahony, Hamel, Dzul (1999
 
 from typing import NamedTuple, Protocol
 
-from quadstep.control.controller import Measured
 from quadstep.control.vectoring import torque_for
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, maximum, minimum, vector, where
 from quadstep.numbers.rotations import rotation_matrix
 

@@ -7,10 +7,10 @@ Position stiffness and damping ask for an acceleration, mass and gravity make a 
 
 from typing import NamedTuple, Protocol
 
-from quadstep.control.controller import Measured
-from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.wanted_attitude import WantedAttitude, wanted_attitude, within
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, clip, exp, vector
 from quadstep.numbers.rotations import cross, rotation_matrix
 

@@ -6,12 +6,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.c99.interface import Exported, loops
-from quadstep.c99.subject import exported
-from quadstep.errors import ToolError
+from quadstep.engines.fly import FlightPlan
 from quadstep.export.arm import Counted, Sizes, measured
+from quadstep.export.c.interface import Exported, loops
+from quadstep.export.c.subject import exported
 from quadstep.export.c99 import c99_files
-from quadstep.flight.engines import FlightPlan
+from quadstep.io.errors import ToolError
 
 
 class Alone(NamedTuple):

@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.c99.compiler import compile_c
-from quadstep.c99.interface import Exported, loops
-from quadstep.c99.structs import has_numbers
-from quadstep.c99.templates import filled
-from quadstep.errors import ToolError, UserError
+from quadstep.export.c.compiler import compile_c
+from quadstep.export.c.interface import Exported, loops
+from quadstep.export.c.structs import has_numbers
+from quadstep.export.c.templates import filled
+from quadstep.io.errors import ToolError, UserError
 from quadstep.numbers import flatten
 
 TEMPLATES = Path(__file__).parent / "templates"

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from quadstep.c99.compiler import BITS, WARNINGS
-from quadstep.c99.golden import golden, golden_header, test_source
-from quadstep.c99.interface import Exported, header, title
-from quadstep.c99.source import parameters, source
-from quadstep.c99.templates import filled
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.export.c.compiler import BITS, WARNINGS
+from quadstep.export.c.golden import golden, golden_header, test_source
+from quadstep.export.c.interface import Exported, header, title
+from quadstep.export.c.source import parameters, source
+from quadstep.export.c.templates import filled
 
 TEMPLATES = Path(__file__).parent / "templates"
 

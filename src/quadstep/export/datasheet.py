@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from quadstep.c99.compiler import BITS
-from quadstep.c99.interface import STATUS, Exported, loops
 from quadstep.export.arm import OnArm, state_size
+from quadstep.export.c.compiler import BITS
+from quadstep.export.c.interface import STATUS, Exported, loops
 from quadstep.export.misra import REASONS
 from quadstep.numbers import Table, flatten
 

@@ -4,15 +4,15 @@ import math
 from pathlib import Path
 from typing import cast
 
-from quadstep.airframe.allocation import mixing
-from quadstep.airframe.geometry import Geometry
-from quadstep.c99.interface import Exported, loops, title
-from quadstep.c99.structs import as_array, fields_of
-from quadstep.c99.templates import filled
-from quadstep.control.controller import Measured
-from quadstep.errors import UserError
+from quadstep.export.c.interface import Exported, loops, title
+from quadstep.export.c.structs import as_array, fields_of
+from quadstep.export.c.templates import filled
+from quadstep.interfaces.controller import Measured
+from quadstep.io.errors import UserError
 from quadstep.numbers.c_text import literal
-from quadstep.plants.multirotor import AirframeParameters, Multirotor
+from quadstep.vehicle.airframe.allocation import mixing
+from quadstep.vehicle.airframe.geometry import Geometry
+from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor
 
 TEMPLATES = Path(__file__).parent / "templates"
 

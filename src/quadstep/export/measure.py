@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.c99.flown import fly_c
-from quadstep.c99.interface import Exported
-from quadstep.errors import UserError
+from quadstep.engines.fly import FlightPlan, fly
 from quadstep.export import arm, misra
+from quadstep.export.c.flown import fly_c
+from quadstep.export.c.interface import Exported
 from quadstep.export.datasheet import Measured
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import FlightPlan, fly
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io.errors import UserError
 
 LONGEST = 8.0
 """Seconds of the flight in f32."""

@@ -7,7 +7,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 
 REASONS = {
     "2.3": "types of the interface that a caller may need and this file does not",

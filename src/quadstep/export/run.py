@@ -6,20 +6,21 @@ from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.c99.interface import Exported
-from quadstep.c99.subject import exported
-from quadstep.errors import UserError
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import FlightPlan
 from quadstep.export.arm import state_size
+from quadstep.export.c.interface import Exported
+from quadstep.export.c.subject import exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import NOTHING, Facts, Measured, datasheet
 from quadstep.export.firmware import firmware_files
 from quadstep.export.measure import measurements
-from quadstep.files import TOML, read_bytes
-from quadstep.flight.engines import FlightPlan
+from quadstep.io.errors import UserError
+from quadstep.io.files import TOML, read_bytes
+from quadstep.io.version import __version__
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.numbers import Table, flatten
-from quadstep.report.publish import fingerprint, publishing, write_json
-from quadstep.version import __version__
+from quadstep.report.publish import publishing, write_json
 
 MANIFEST = "export.json"
 """The file that identifies an export."""

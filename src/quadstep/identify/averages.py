@@ -11,13 +11,13 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.airframe.allocation import mixing
-from quadstep.airframe.geometry import Geometry
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Curve, PredictorParameters
 from quadstep.identify.starts import voltage_of
-from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import from_rotation_vector
+from quadstep.vehicle.airframe.allocation import mixing
+from quadstep.vehicle.airframe.geometry import Geometry
 
 BLOCK = 0.5
 """Length of an average [s]."""

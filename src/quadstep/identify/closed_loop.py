@@ -6,19 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.airframe.motion import AirframeState
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import FlightPlan, fly_all
-from quadstep.flight.log import FlightLog
-from quadstep.guidance.setpoints import SetpointParameters, Setpoints
+from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.identify.averages import BLOCK, blocks, rotor_speeds
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.starts import setpoint_of
-from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Table, Vector
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.world.guidance.setpoints import SetpointParameters, Setpoints
 
 SETTLING = 1.0
 """Time at the start that is not compared [s]."""

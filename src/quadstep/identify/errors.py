@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.mapping import product
 from quadstep.identify.starts import Starts
-from quadstep.logs.flight import FlightRecord, Floats
-from quadstep.logs.mapping import product
 
 HORIZONS = (1, 10, 50)
 GROUPS = ("position", "velocity", "attitude", "rates")

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.errors import UserError
 from quadstep.identify.averages import matrices
-from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
 from quadstep.sensing import estimator
 from quadstep.sensing.sensors import Navigation, Sensors

@@ -6,11 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.airframe.geometry import Effects
-from quadstep.airframe.observer import Observer
-from quadstep.errors import UserError
 from quadstep.identify.averages import Block, Told, blocks
 from quadstep.identify.intervals import AVERAGED, DYNAMIC, FROM_AVERAGES, IN_STEP, Spread, averaged, parts, spread, with_values
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import (
     ANSWERS,
     GAINS,
@@ -26,9 +24,11 @@ from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.problem import Problem
 from quadstep.identify.search import Prior, Weights, cost, curvature, search
 from quadstep.identify.starts import Starts, laid_out, setpoint_of, starts_at, usable
-from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import vector
+from quadstep.vehicle.airframe.geometry import Effects
+from quadstep.vehicle.airframe.observer import Observer
 
 SHORT, LONG = (1, 3), (1, 3, 10, 25, 50)
 """Horizons [samples] of the vehicle's fit and of the predictor's."""

@@ -6,10 +6,10 @@ import numpy as np
 
 from quadstep.identify.errors import HORIZONS, States, logged
 from quadstep.identify.fit import EFFECTS
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.problem import Batch, as_states
 from quadstep.identify.starts import laid_out, starts_at, usable
-from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 
 LONGEST = 20.0

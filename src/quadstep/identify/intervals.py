@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.airframe.geometry import Geometry
-from quadstep.analysis.statistics import student_quantile
 from quadstep.identify.averages import Block, Told, forces, torques
+from quadstep.identify.logs.flight import Floats
 from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
 from quadstep.identify.predictor import PredictorParameters
 from quadstep.identify.search import Curvature, Prior
-from quadstep.logs.flight import Floats
+from quadstep.metrics.statistics import student_quantile
+from quadstep.vehicle.airframe.geometry import Geometry
 
 FLIGHTS = 6
 """With this many flights or more, whole flights are left out, else stretches."""

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.airframe.observer import Observer
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Curve, PredictorParameters
 from quadstep.identify.starts import laid_out
-from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, flatten, leaf_names, rebuild, vector
+from quadstep.vehicle.airframe.observer import Observer
 
 PREFIX = "parameters."
 

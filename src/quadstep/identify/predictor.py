@@ -12,16 +12,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.airframe.geometry import Effects, Geometry
-from quadstep.airframe.motion import AirframeState
-from quadstep.airframe.observer import Observer
-from quadstep.airframe.plant import Airframe, derivative
-from quadstep.airframe.rigid_body import MassProperties, renormalised
-from quadstep.flight.closed_loop import Clock, Task
-from quadstep.flight.integrator import runge_kutta_4
+from quadstep.engines.integrator import runge_kutta_4
+from quadstep.interfaces.closed_loop import Clock, Task
 from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maximum, total, vector, where
 from quadstep.numbers.functions import number, word
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
+from quadstep.vehicle.airframe.geometry import Effects, Geometry
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.observer import Observer
+from quadstep.vehicle.airframe.plant import Airframe, derivative
+from quadstep.vehicle.airframe.rigid_body import MassProperties, renormalised
 
 STILL = vector(0.0, 0.0, 0.0)
 STANDING = 1e-3

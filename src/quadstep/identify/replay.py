@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.documents import read_json
-from quadstep.errors import UserError
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.predictor import PredictorParameters
 from quadstep.identify.starts import MASKED_HISTORY, setpoint_of
 from quadstep.identify.table import predicted
-from quadstep.logs.flight import FlightRecord
+from quadstep.io.documents import read_json
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 
 ENOUGH = 0.9

@@ -6,8 +6,8 @@ import numpy as np
 
 from quadstep.identify.errors import GROUPS
 from quadstep.identify.estimator import Deviation, Estimated
+from quadstep.identify.logs.flight import Floats
 from quadstep.identify.table import Compared
-from quadstep.logs.flight import Floats
 from quadstep.report.axes import logarithmic, plain_decades
 from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
 from quadstep.report.drawing import FigureJob

@@ -7,21 +7,21 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.analysis.statistics import Estimate
 from quadstep.identify import beside_page
 from quadstep.identify.beside_page import drawn_in, flight_picture
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Estimated
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay_picture import FACTOR, UNIT, draw_errors, estimate_picture
 from quadstep.identify.replayed import Asked, Predictions, Replayed
 from quadstep.identify.table import Compared
-from quadstep.logs.flight import FlightRecord
+from quadstep.io.version import __version__
+from quadstep.metrics.statistics import Estimate
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.units import after, counted, handy, interval, number, percent, quantity
-from quadstep.version import __version__
 
 REPORT = "report.html"
 AHEAD = 50

@@ -7,9 +7,9 @@ from typing import NamedTuple
 from quadstep.identify.closed_loop import Beside, fly_again, hover_ratio, later_ratio
 from quadstep.identify.errors import HORIZONS
 from quadstep.identify.estimator import Estimated, estimate
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ready
 from quadstep.identify.table import Compared, compare
-from quadstep.logs.flight import FlightRecord
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report.units import counted
 

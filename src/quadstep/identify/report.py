@@ -8,18 +8,18 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from matplotlib.axes import Axes
 
-from quadstep.atomic import write_beside
-from quadstep.errors import UserError
 from quadstep.identify.beside_page import SVG, drawn, flight_picture, sections
 from quadstep.identify.closed_loop import fly_again, hover_ratio
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import Identified
 from quadstep.identify.followed import Followed, followed
+from quadstep.identify.logs.flight import FlightRecord
+from quadstep.identify.logs.signals import spectrum
 from quadstep.identify.run import AHEAD, Run, answer
 from quadstep.identify.table import Compared
 from quadstep.identify.vehicle_file import identified_vehicle
-from quadstep.logs.flight import FlightRecord
-from quadstep.logs.signals import spectrum
+from quadstep.io.atomic import write_beside
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report.axes import plain_decades, powers
 from quadstep.report.canvas import LINES, drawing, new_figure

@@ -9,16 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.airframe.residual import INPUTS, Residual
 from quadstep.identify.averages import followed, matrices, rotor_speeds
 from quadstep.identify.errors import HORIZONS
 from quadstep.identify.fit import EFFECTS
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.problem import Batch
 from quadstep.identify.starts import laid_out, starts_at, usable, voltage_of
-from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Vector, matrix
+from quadstep.vehicle.airframe.residual import INPUTS, Residual
 
 HIDDEN = 12
 STRIDE = 5

@@ -5,17 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.airframe.residual import Residual
-from quadstep.errors import UserError
 from quadstep.identify.errors import GROUPS
 from quadstep.identify.fit import Identified, Say, identify
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ready
 from quadstep.identify.residual import trained
 from quadstep.identify.table import Compared, compare
 from quadstep.identify.vehicle_file import identified_vehicle, in_proportion
-from quadstep.logs.flight import FlightRecord
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection, ResidualSection
 from quadstep.report.units import counted, percent
+from quadstep.vehicle.airframe.residual import Residual
 
 AHEAD = 10
 """Samples ahead of which the first sentence and the figures of a report speak."""

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.errors import UserError
+from quadstep.identify.logs.flight import Floats
 from quadstep.identify.parameters import Free
 from quadstep.identify.problem import Problem
-from quadstep.logs.flight import Floats
+from quadstep.io.errors import UserError
 
 CORE = 0.15
 """Distances below this share of the error of "constant" count quadratically, larger ones linearly."""

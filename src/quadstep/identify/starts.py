@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Rows
-from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.numbers import Table
 
 HISTORY = 50

@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.analysis.statistics import Estimate, mean
-from quadstep.errors import UserError
 from quadstep.identify.errors import GROUPS, HORIZONS, States, constant, logged, norms, zero_rate
 from quadstep.identify.fit import EFFECTS
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.problem import Batch, as_states
 from quadstep.identify.starts import HISTORY, Starts, laid_out, starts_at, usable
-from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.io.errors import UserError
+from quadstep.metrics.statistics import Estimate, mean
 from quadstep.mission.airframe import AirframeSection
 
 MOST_PREDICTIONS = 20_000

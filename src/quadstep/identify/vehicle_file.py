@@ -5,14 +5,14 @@ from collections.abc import Iterable
 
 from pydantic import ValidationError
 
-from quadstep.airframe.observer import Observer
-from quadstep.errors import UserError
 from quadstep.identify.fit import Fitted, Identified
 from quadstep.identify.parameters import leaves_of
+from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import describe
 from quadstep.mission.vehicle_list import numbers
 from quadstep.numbers import Vector
+from quadstep.vehicle.airframe.observer import Observer
 
 GIVEN = "given; a flight cannot determine it"
 DIGITS = 6

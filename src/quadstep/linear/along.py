@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from quadstep.errors import UserError
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, worst_of
 from quadstep.linear.equilibrium import flown_to, quiet
 from quadstep.linear.margins import Limits

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
 from quadstep.linear.channels import Channel
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, Limits, Margins, margins
@@ -12,7 +12,7 @@ from quadstep.linear.reduced import Reduced
 from quadstep.linear.sampled import linearising
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
-from quadstep.plants.multirotor import Multirotor
+from quadstep.vehicle.plants.multirotor import Multirotor
 
 
 class Analysis(NamedTuple):

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from typing import NamedTuple, cast
 
-from quadstep.airframe.allocation import thrusts_of
-from quadstep.control.commands import RotorSpeeds, RotorThrusts
-from quadstep.control.controller import Command
-from quadstep.flight.loop import Loop
+from quadstep.engines.loop import Loop
+from quadstep.interfaces.commands import RotorSpeeds, RotorThrusts
+from quadstep.interfaces.controller import Command
 from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
-from quadstep.plants.multirotor import AirframeParameters, Multirotor
+from quadstep.vehicle.airframe.allocation import thrusts_of
+from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor
 
 BODY = "thrust", "roll", "pitch", "yaw"
 PAPER = "thrust", "yaw", "pitch", "roll"

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import FlightPlan, fly
-from quadstep.guidance.reference import Reference
+from quadstep.engines.fly import FlightPlan, fly
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.reference import Reference
 from quadstep.linear.channels import commanded
 from quadstep.linear.reduced import Reduced, reduced
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.linear.grade import UNSTABLE, Grade, grade
 from quadstep.mission.airframe import CommandSection
 from quadstep.mission.multirotor import MultirotorMission

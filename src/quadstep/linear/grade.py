@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, studied
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import NoRestError

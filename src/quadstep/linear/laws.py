@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from quadstep.control.registry import controllers
-from quadstep.documents import read_toml
-from quadstep.errors import UserError
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, studied
 from quadstep.mission.check import shorten
 from quadstep.mission.derived import ControllerSection

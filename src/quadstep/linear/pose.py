@@ -2,15 +2,15 @@
 
 from typing import NamedTuple, cast
 
-from quadstep.airframe.motion import Motion
-from quadstep.flight.loop import Loop, Numbers
+from quadstep.engines.loop import Loop, Numbers
 from quadstep.linear.states import Array, Flown, states, with_states
 from quadstep.numbers import Number, Structure
 from quadstep.numbers.dual import Seeds, slopes_of
 from quadstep.numbers.rotations import yaw_pitch_roll
-from quadstep.plants.lagrange import Lagrange
-from quadstep.plants.multirotor import Multirotor
-from quadstep.vehicle.state import State
+from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.lagrange import Lagrange
+from quadstep.vehicle.plants.multirotor import Multirotor
 
 
 class Pose(NamedTuple):

@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from quadstep.control.opaque import Opaque
-from quadstep.flight import code_cache
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.io import code_cache
+from quadstep.io.results.code import code_digest
 from quadstep.linear.analysis import limits, of_even_rotors, of_loop, worst_of
 from quadstep.linear.equilibrium import hovering, newton, warmed
 from quadstep.linear.grade import Grade, graded
 from quadstep.linear.sampled import Loops, linearising
 from quadstep.linear.states import states
 from quadstep.mission.schema import Mission
-from quadstep.report.publish import fingerprint
-from quadstep.results.code import code_digest
 
 MOST_STATES, MOST_TICKS = 120, 50
 """Of a loop that is linearised here; more take seconds."""

@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.errors import UserError
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.io.errors import UserError
+from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, Studied, studied
 from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
@@ -15,10 +17,9 @@ from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report import page
-from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
+from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
-from quadstep.version import __version__
 
 REPORT = "report.html"
 DRAWN = 600

@@ -12,10 +12,10 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from quadstep.flight.closed_loop import Clock
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.loop import Numbers
-from quadstep.guidance.reference import PathLaw, Reference
+from quadstep.engines.fly import FlightPlan
+from quadstep.engines.loop import Numbers
+from quadstep.interfaces.closed_loop import Clock
+from quadstep.interfaces.reference import PathLaw, Reference
 from quadstep.linear.channels import Channel, channels, commanded, moved
 from quadstep.linear.pose import Pose, pose
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, Side, apart

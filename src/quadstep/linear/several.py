@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.errors import UserError
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.io.errors import UserError
+from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
 from quadstep.linear.along import along
 from quadstep.linear.analysis import Analysis
@@ -15,11 +17,10 @@ from quadstep.linear.picture import draw_over
 from quadstep.linear.record import MARGIN_COLUMNS, margin_numbers, record
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.report import page
-from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
+from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
-from quadstep.terminal.progress import Progress
-from quadstep.version import __version__
+from quadstep.report.terminal.progress import Progress
 
 REPORT = "report.html"
 

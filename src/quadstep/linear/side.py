@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.linear.states import Array
 from quadstep.numbers import Number
 from quadstep.numbers.dual import NotDifferentiableError, Seeds, slopes_of

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.loop import Cycle
+from quadstep.engines.loop import Cycle
 from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
 
 Array = NDArray[np.float64]

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Generic, NamedTuple, Self, TypeVar
 
-from quadstep.airframe.plant import Airframe
-from quadstep.flight.own_metric import Metric
+from quadstep.interfaces.metric import Metric
 from quadstep.numbers import Number, Vector, absolute, maximum, sqrt, total, where
+from quadstep.vehicle.airframe.plant import Airframe
 
 B = TypeVar("B", float, Vector)
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import TypeAlias, cast
 
-from quadstep.flight.log import FlightLog
+from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import Seen
 from quadstep.metrics.registry import OTHER, PAPER, REAL, REPORTED
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.log import FlightLog
+from quadstep.interfaces.log import FlightLog
 from quadstep.numbers.kinds import ARRAYS
 
 Numbers = NDArray[np.float64]

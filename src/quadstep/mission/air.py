@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
 
-from quadstep.air.declared import DeclaredAir
-from quadstep.air.wind import Dryden, MovingAir, Wind
+from quadstep.io.user_code.installed import WINDS
 from quadstep.mission.fields import Duration, NonNegative, Positive, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
-from quadstep.user_code.installed import WINDS
+from quadstep.world.air.declared import DeclaredAir
+from quadstep.world.air.wind import Dryden, MovingAir, Wind
 
 KNOT = 1852.0 / 3600.0
 

@@ -6,18 +6,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from quadstep.airframe.aerodynamics import Drag
-from quadstep.airframe.agility import LATE, agility
-from quadstep.airframe.allocation import Allocation, allocation, mixing, rank
-from quadstep.airframe.battery import Battery
-from quadstep.airframe.contact import contact
-from quadstep.airframe.geometry import Effects, Geometry, Mount
-from quadstep.airframe.hover_drag import NO_DRAG, hover_drag
-from quadstep.airframe.observer import Observer
-from quadstep.airframe.plant import Airframe
-from quadstep.airframe.residual import INPUTS, OUTPUTS, Residual
-from quadstep.airframe.rotor import Rotor
-from quadstep.control.model import MARGIN, Model
+from quadstep.interfaces.model import MARGIN, Model
 from quadstep.mission.fields import (
     Coefficient,
     Finite,
@@ -35,6 +24,17 @@ from quadstep.mission.fields import (
 )
 from quadstep.mission.presets import completed
 from quadstep.numbers import Number, Vector, cos, matrix, maximum, sin, total
+from quadstep.vehicle.airframe.aerodynamics import Drag
+from quadstep.vehicle.airframe.agility import LATE, agility
+from quadstep.vehicle.airframe.allocation import Allocation, allocation, mixing, rank
+from quadstep.vehicle.airframe.battery import Battery
+from quadstep.vehicle.airframe.contact import contact
+from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
+from quadstep.vehicle.airframe.hover_drag import NO_DRAG, hover_drag
+from quadstep.vehicle.airframe.observer import Observer
+from quadstep.vehicle.airframe.plant import Airframe
+from quadstep.vehicle.airframe.residual import INPUTS, OUTPUTS, Residual
+from quadstep.vehicle.airframe.rotor import Rotor
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -226,7 +226,7 @@ def as_nested(value: object) -> object:
 
 
 class ResidualSection(Section):
-    """Weights of a small network for accelerations that the laws do not explain (`quadstep.airframe.residual`).
+    """Weights of a small network for accelerations that the laws do not explain (`quadstep.vehicle.airframe.residual`).
 
     Shapes: (hidden, 7), (hidden), (6, hidden), (6).
     """

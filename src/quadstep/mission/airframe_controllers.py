@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from quadstep.control.controller import Measured
 from quadstep.control.geometric import Geometric
+from quadstep.interfaces.controller import Measured
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_controller import any_controller
 

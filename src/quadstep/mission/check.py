@@ -10,7 +10,7 @@ from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from quadstep.errors import UserError, cut
+from quadstep.io.errors import UserError, cut
 from quadstep.mission.presets import origin
 
 INSIDE = "inside"

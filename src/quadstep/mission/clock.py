@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Ticks
+from quadstep.interfaces.closed_loop import Ticks
+from quadstep.io.errors import UserError
 from quadstep.mission.fields import Positive, Quantity, Section
 
 PERIODS = {"law": "control_period", "guide": "guidance_period"}

@@ -6,9 +6,9 @@ from typing import get_args
 
 from pydantic import BaseModel
 
-from quadstep.control.controller import Controller
-from quadstep.control.learning import DeclaredNet
-from quadstep.control.model import Model
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.learning import DeclaredNet
+from quadstep.interfaces.model import Model
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.fields import Quantity
 from quadstep.mission.nets import NetsSection

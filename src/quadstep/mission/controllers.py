@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from quadstep.control.backstepping import Backstepping
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_controller import any_controller
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 USUAL_CONTROLLER = section_of(Backstepping)(type="backstepping")
 

@@ -6,13 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import create_model
 
-from quadstep.control.gain import kept
-from quadstep.control.model import Model
 from quadstep.control.registry import controller, names
-from quadstep.errors import UserError
-from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Loop, Numbers
-from quadstep.flight.trial import try_plant
+from quadstep.engines.loop import Loop, Numbers
+from quadstep.engines.trial import try_plant
+from quadstep.interfaces.gain import kept
+from quadstep.interfaces.log import FlightLog
+from quadstep.interfaces.model import Model
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
+from quadstep.io.user_code.installed import installed
+from quadstep.io.user_code.loading import load
+from quadstep.io.user_code.places import place
 from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
@@ -27,12 +31,8 @@ from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Structure
-from quadstep.plants.declared import DeclaredPlant, PlantParameters
-from quadstep.plants.planar import Planar
-from quadstep.user_code.installed import PLANTS as PLANTS_OF_OTHERS
-from quadstep.user_code.installed import installed
-from quadstep.user_code.loading import load
-from quadstep.user_code.places import place
+from quadstep.vehicle.plants.declared import DeclaredPlant, PlantParameters
+from quadstep.vehicle.plants.planar import Planar
 
 PLANTS = {Planar.name: Planar}
 """Those of the package, by their `type` in [vehicle]."""

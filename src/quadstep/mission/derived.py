@@ -7,12 +7,12 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
 from pydantic import BeforeValidator, Field, create_model
 
-from quadstep.control.controller import Condition, Controller
-from quadstep.control.gain import Gain, Undecided, kept
-from quadstep.control.learning import DeclaredNet
-from quadstep.control.model import Model
 from quadstep.control.registry import BUILT_IN, controller
-from quadstep.errors import UserError
+from quadstep.interfaces.controller import Condition, Controller
+from quadstep.interfaces.gain import Gain, Undecided, kept
+from quadstep.interfaces.learning import DeclaredNet
+from quadstep.interfaces.model import Model
+from quadstep.io.errors import UserError
 from quadstep.mission.clock import PERIODS
 from quadstep.mission.fields import (
     MOST,

@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import SerializeAsAny, WrapValidator
 
+from quadstep.io.user_code.installed import DISTURBANCES
 from quadstep.mission.fields import Finite, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
-from quadstep.user_code.installed import DISTURBANCES
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.own_disturbance import DeclaredDisturbance
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance
 
 
 class DisturbanceSection(Section):

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
 
 INSTANTS = 400

@@ -6,7 +6,7 @@ from typing import TypeVar, cast
 
 from pydantic import BaseModel
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 
 Checked = TypeVar("Checked", bound=BaseModel)
 

@@ -7,8 +7,9 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field, model_validator
 
-from quadstep.flight.log import FlightLog
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.log import FlightLog
+from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.reference import Reference
 from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
 from quadstep.mission.clock import ClockSection
@@ -22,9 +23,8 @@ from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
-from quadstep.plants.lagrange import Lagrange, Limits, Parameters
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
 
 
 class StartSection(Section):

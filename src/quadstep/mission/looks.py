@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 
 MISSION, CAMPAIGN, STUDY = "mission", "campaign", "study"
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from quadstep.control.registry import names
-from quadstep.errors import cut
+from quadstep.io.errors import cut
 from quadstep.mission.check import LONGEST, sections, shorten, unknown
 from quadstep.mission.kinds import PAPER, REAL, kind
 

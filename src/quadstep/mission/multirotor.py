@@ -6,13 +6,11 @@ from typing import Annotated, ClassVar, cast
 
 from pydantic import BeforeValidator, Field
 
-from quadstep.airframe.allocation import allocate
-from quadstep.airframe.motion import AirframeState
-from quadstep.control.controller import Measured
-from quadstep.errors import UserError
-from quadstep.flight.log import FlightLog
-from quadstep.flight.own_metric import Metric
-from quadstep.guidance.reference import Reference
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.log import FlightLog
+from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
 from quadstep.metrics.effort import EffortMetric
 from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import rotor_thrusts
@@ -31,7 +29,9 @@ from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Vector
 from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import from_yaw_pitch_roll
-from quadstep.plants.multirotor import AirframeLimits, AirframeParameters, Multirotor
+from quadstep.vehicle.airframe.allocation import allocate
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.plants.multirotor import AirframeLimits, AirframeParameters, Multirotor
 
 
 class AirframeStart(Section):

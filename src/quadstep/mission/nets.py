@@ -5,9 +5,9 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, TypeAdapter
 
-from quadstep.control.learning import NEURONS, SEED, Learning
-from quadstep.documents import read_json
-from quadstep.errors import UserError
+from quadstep.interfaces.learning import NEURONS, SEED, Learning
+from quadstep.io.documents import read_json
+from quadstep.io.errors import UserError
 from quadstep.mission.fields import Finite, NonNegative, Quantity, Section, as_tuple
 from quadstep.numbers import Matrix, Vector
 

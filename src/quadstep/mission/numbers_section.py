@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 from pydantic import create_model
 
-from quadstep.control.gain import Gain, declared, gains_in
+from quadstep.interfaces.gain import Gain, declared, gains_in
 from quadstep.mission.derived import key_field
 from quadstep.mission.fields import Section
 from quadstep.numbers import Vector

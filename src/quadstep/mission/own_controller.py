@@ -12,22 +12,22 @@ from typing import Annotated, Any
 from pydantic import SerializeAsAny, WrapValidator
 from pydantic_core import PydanticCustomError
 
-from quadstep.autopilot.controller import AUTOPILOTS, AutopilotSection
-from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
-from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import Gain, declared
+from quadstep.bridges.autopilot.controller import AUTOPILOTS, AutopilotSection
 from quadstep.control.opaque import opaque_law
 from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import controller, names
-from quadstep.errors import UserError
+from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
+from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.gain import Gain, declared
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.blame import blamed, user_error
+from quadstep.io.user_code.installed import CONTROLLERS, own_place
+from quadstep.io.user_code.loading import load
+from quadstep.io.user_code.places import Place
 from quadstep.mission.check import INSIDE, shorten
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_table import or_own
-from quadstep.user_code.blame import blamed, user_error
-from quadstep.user_code.installed import CONTROLLERS, own_place
-from quadstep.user_code.loading import load
-from quadstep.user_code.places import Place
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""
@@ -91,7 +91,7 @@ def as_controller(thing: object, found: Place, measures: type) -> type[Controlle
             said = "a function flies a real vehicle or the paper's plant; this vehicle needs a Controller"
             raise UserError(f"{found.text}: {said}")
         return opaque_law(thing, found.name, measures)
-    raise UserError(f"{found.text}: should be a subclass of quadstep.control.controller.Controller, or a function")
+    raise UserError(f"{found.text}: should be a subclass of quadstep.interfaces.controller.Controller, or a function")
 
 
 def check_declared(law: type[Controller]) -> None:

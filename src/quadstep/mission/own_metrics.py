@@ -7,12 +7,12 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
 
-from quadstep.errors import UserError
-from quadstep.flight.own_metric import Metric
+from quadstep.interfaces.metric import Metric
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.installed import METRICS
 from quadstep.metrics.effort import EFFORT
 from quadstep.mission.fields import Quantity, as_tuple
 from quadstep.mission.own_thing import own_class, the_only
-from quadstep.user_code.installed import METRICS
 
 TAKEN = (
     "flight",

@@ -6,7 +6,7 @@ from pathlib import Path
 from pydantic import BaseModel, ValidationError, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.mission.check import INSIDE
 
 

@@ -6,12 +6,12 @@ from typing import ClassVar, Literal, TypeVar
 
 from pydantic import ValidationInfo
 
-from quadstep.control.gain import kept
-from quadstep.errors import UserError
+from quadstep.interfaces.gain import kept
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.installed import own_place
+from quadstep.io.user_code.loading import load
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_table import or_own
-from quadstep.user_code.installed import own_place
-from quadstep.user_code.loading import load
 
 T = TypeVar("T")
 

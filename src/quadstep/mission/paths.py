@@ -8,23 +8,23 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, model_validator
 
-from quadstep.errors import UserError
-from quadstep.guidance.declared import DeclaredPath
-from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
-from quadstep.guidance.orbit import Orbit, OrbitParameters
-from quadstep.guidance.piecewise import Piecewise
-from quadstep.guidance.reference import PathLaw, Reference
-from quadstep.guidance.spline import LEAST_SPAN, near_recording, through_waypoints
-from quadstep.guidance.step import Step, StepParameters
+from quadstep.interfaces.reference import PathLaw, Reference
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.installed import PATHS
 from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
 from quadstep.numbers import Vector, vector
-from quadstep.user_code.installed import PATHS
+from quadstep.world.guidance.declared import DeclaredPath
+from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.world.guidance.orbit import Orbit, OrbitParameters
+from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.guidance.spline import LEAST_SPAN, near_recording, through_waypoints
+from quadstep.world.guidance.step import Step, StepParameters
 
 
 class BuiltPath(NamedTuple):
-    """law and parameters as in `quadstep.guidance`; length: how long the path takes [s]."""
+    """law and parameters as in `quadstep.world.guidance`; length: how long the path takes [s]."""
 
     law: PathLaw
     parameters: object

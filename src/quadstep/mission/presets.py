@@ -6,12 +6,12 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from quadstep.documents import read_toml
-from quadstep.errors import UserError
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.blame import user_error
+from quadstep.io.user_code.installed import VEHICLES, installed, own_place
+from quadstep.io.user_code.loading import load
 from quadstep.mission.fields import plain
-from quadstep.user_code.blame import user_error
-from quadstep.user_code.installed import VEHICLES, installed, own_place
-from quadstep.user_code.loading import load
 
 WAYS_TO_PLACE_ROTORS = ({"layout", "arm"}, {"rotors"})
 """Keys that say where the rotors are, in two ways; the two are exclusive."""
@@ -31,7 +31,7 @@ def is_airframe(table: object) -> bool:
 
 def preset_folder() -> Traversable:
     """Where the vehicles of the package are."""
-    return files("quadstep.airframe") / "presets"
+    return files("quadstep.vehicle.airframe") / "presets"
 
 
 def preset_names() -> list[str]:

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from quadstep.documents import read_toml
-from quadstep.errors import UserError
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.kinds import kind_of
 from quadstep.mission.looks import MISSION, refuse_others
@@ -21,7 +21,7 @@ def read_mission(path: Path | str) -> Mission:
     'figure-eight'
     >>> read_mission("nowhere.toml")
     Traceback (most recent call last):
-    quadstep.errors.UserError: nowhere.toml: file not found
+    quadstep.io.errors.UserError: nowhere.toml: file not found
     """
     path = Path(path)
     return check_mission(read_toml(path), str(path), path.parent)

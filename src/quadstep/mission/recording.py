@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep import files
-from quadstep.errors import UserError, cut
+from quadstep.io import files
+from quadstep.io.errors import UserError, cut
 from quadstep.mission.check import shorten
 from quadstep.mission.fields import MOST
 

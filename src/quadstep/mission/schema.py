@@ -14,17 +14,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeAlias, ca
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
-from quadstep.control.controller import Controller
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Loop, Numbers
-from quadstep.flight.own_metric import Metric, of_log
-from quadstep.flight.plant import Air, Plant
-from quadstep.flight.scored import bare, score_names
-from quadstep.flight.trial import NotFiniteError, try_metrics, try_out
-from quadstep.guidance.reference import Reference
+from quadstep.engines.fly import FlightPlan
+from quadstep.engines.loop import Loop, Numbers
+from quadstep.engines.own_metrics import of_log
+from quadstep.engines.scored import bare, score_names
+from quadstep.engines.trial import NotFiniteError, try_metrics, try_out
+from quadstep.interfaces.closed_loop import Ticks
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.log import FlightLog
+from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.plant import Air, Plant
+from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
 from quadstep.metrics.effort import EFFORT
 from quadstep.metrics.margins import AT_REST, MARGINS, UNITS, is_margin
 from quadstep.metrics.of_log import Metrics
@@ -97,7 +98,7 @@ class Mission(Section):
     ('MultirotorMission', 2.0)
     >>> Mission(path={**circle, "radius": -2.0})
     Traceback (most recent call last):
-    quadstep.errors.UserError: Mission: path.radius: should be greater than 0, not -2.0
+    quadstep.io.errors.UserError: Mission: path.radius: should be greater than 0, not -2.0
     """
 
     if TYPE_CHECKING:

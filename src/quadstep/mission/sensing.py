@@ -6,9 +6,9 @@ from typing import Annotated, NamedTuple
 
 from pydantic import model_validator
 
-from quadstep.control.controller import Controller
 from quadstep.control.predictor import NEEDS, predicting
-from quadstep.errors import UserError
+from quadstep.interfaces.controller import Controller
+from quadstep.io.errors import UserError
 from quadstep.mission.fields import NonNegative, Positive, Quantity, Section
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite

@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import cast
 
-from quadstep.atomic import write_beside
-from quadstep.control.controller import Controller, Measured
 from quadstep.control.registry import controllers
-from quadstep.errors import UserError
+from quadstep.interfaces.controller import Controller, Measured
+from quadstep.io.atomic import write_beside
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.places import place
 from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.controller_lines import controller_lines, number_lines
 from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind, is_plant
@@ -19,8 +20,7 @@ from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.mission.vehicles import VehicleSection
-from quadstep.user_code.places import place
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 TEMPLATE = """\
 # A quadstep mission on the paper's plant, with the paper's controller. Fly it: quadstep fly THIS_FILE

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.metrics.margins import MARGINS, is_margin
 from quadstep.mission.check import Checked, check
 from quadstep.mission.distributions import Together, Varied

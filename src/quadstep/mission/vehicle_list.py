@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
-from quadstep.documents import read_toml
-from quadstep.errors import UserError, one_line
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError, one_line
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import check, explained
 from quadstep.mission.fields import Quantity

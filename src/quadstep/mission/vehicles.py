@@ -5,12 +5,11 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, model_validator
 
-from quadstep.control.model import MARGIN, Model
+from quadstep.interfaces.model import MARGIN, Kinematics, Model
 from quadstep.mission.fields import NonNegative, Positive, PositiveDiagonal, Quantity, Section, as_tuple
 from quadstep.numbers import Vector, total
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.lagrange import Vehicle
-from quadstep.vehicle.rotors import Rotors
+from quadstep.vehicle.paper.lagrange import Vehicle
+from quadstep.vehicle.paper.rotors import Rotors
 
 
 class RotorsSection(Section):

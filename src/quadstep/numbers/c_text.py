@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.numbers.script import ScriptNumber
 from quadstep.numbers.script_functions import ScriptSteps
 

@@ -8,12 +8,12 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
+from quadstep.io.version import __version__
 from quadstep.page.flights import RECORDED_NUMBERS, Flown, flight, outcomes, rules
 from quadstep.page.laws import Laws
 from quadstep.page.model import FORMAT, ClaimView, Link, Sharing
 from quadstep.page.story import Story, story_view
-from quadstep.version import __version__
 
 
 class Walk(NamedTuple):

@@ -4,7 +4,7 @@ import math
 from html import escape
 from urllib.parse import urlencode
 
-from quadstep.judging.verdict import scalars
+from quadstep.metrics.judging.verdict import scalars
 from quadstep.metrics.of_log import Metrics
 from quadstep.page.cards import best, picture
 from quadstep.page.folder import Result

@@ -2,10 +2,10 @@
 
 import contextlib
 
-from quadstep.control.controller import Controller
-from quadstep.control.model import Model
-from quadstep.errors import UserError
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.model import Model
+from quadstep.io.errors import UserError
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
 from quadstep.numbers.script import CONSTANT, INPUT, Record
 from quadstep.page.model import Condition

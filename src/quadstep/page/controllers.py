@@ -6,12 +6,12 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from quadstep.control.controller import Controller as Law
-from quadstep.control.controller import Measured
-from quadstep.control.learning import DeclaredNet
 from quadstep.control.registry import controllers as built_in
-from quadstep.errors import UserError
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.controller import Controller as Law
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.learning import DeclaredNet
+from quadstep.io.errors import UserError
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.schema import Mission
 from quadstep.page.conditions import page_conditions
@@ -19,7 +19,7 @@ from quadstep.page.identity import identity
 from quadstep.page.laws import Laws, widened
 from quadstep.page.model import Controller
 from quadstep.page.sliders import sliders
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
 
 GHOSTS = {
     State: ("backstepping", "completed-backstepping", "nested-saturation"),

@@ -5,18 +5,18 @@ from collections.abc import Sequence
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, cast
 
-from quadstep.air.wind import Wind
-from quadstep.airframe.events import Events
-from quadstep.control.gain import ANGLES, AXES, BELIEF, Gain, gains_in
-from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.closed_loop import Ticks
+from quadstep.interfaces.gain import ANGLES, AXES, BELIEF, Gain, gains_in
 from quadstep.mission.fields import LEAST, MOST
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath, OwnPathSection
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
-from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.airframe.events import Events
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.world.air.wind import Wind
 
 if TYPE_CHECKING:
     from quadstep.mission.multirotor import MultirotorMission

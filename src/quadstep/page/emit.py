@@ -2,8 +2,8 @@
 
 from typing import NamedTuple, cast
 
-from quadstep.flight.closed_loop import Clock, ClosedLoop
-from quadstep.flight.log import SAID
+from quadstep.interfaces.closed_loop import Clock, ClosedLoop
+from quadstep.interfaces.log import SAID
 from quadstep.numbers import Number, Table, flatten, leaf_names, rebuild
 from quadstep.numbers.script import ScriptTable
 from quadstep.numbers.script_scan import LoopRecord

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from quadstep.errors import UserError
-from quadstep.flight.cause import reason
-from quadstep.flight.closed_loop import Outcome, Ticks
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.log import LIMITS as LIMITS_PASSED
-from quadstep.flight.log import REASONS, FlightLog
-from quadstep.judging.grade import RULES, graded
+from quadstep.engines.cause import reason
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.closed_loop import Outcome, Ticks
+from quadstep.interfaces.log import LIMITS as LIMITS_PASSED
+from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.io.errors import UserError
+from quadstep.metrics.judging.grade import RULES, graded
 from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.derived import ControllerSection
@@ -23,7 +23,7 @@ from quadstep.page.laws import Laws
 from quadstep.page.model import Cell, Control, Controller, Flight, Recorded, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
 from quadstep.page.sliders import declared_controls, known_sliders
-from quadstep.plants.declared import DeclaredPlant
+from quadstep.vehicle.plants.declared import DeclaredPlant
 
 MOST_ROWS = 60_000
 """Rows of the longest log that the page flies."""
@@ -71,7 +71,7 @@ def outcomes() -> list[dict[str, object]]:
 
 
 def rules() -> list[dict[str, object]]:
-    """The rules of `quadstep.judging.grade`, by the front end's names of their measures."""
+    """The rules of `quadstep.metrics.judging.grade`, by the front end's names of their measures."""
     names = {metric: name for name, metric in SUMMED_UP.items()}
     return [{**rule._asdict(), "metric": names[rule.metric]} for rule in RULES]
 

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep import files
-from quadstep.documents import read_json
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.log import REASONS, FlightLog
-from quadstep.judging.grade import Grade
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.io import files
+from quadstep.io.documents import read_json
+from quadstep.io.errors import UserError
+from quadstep.metrics.judging.grade import Grade
 from quadstep.metrics.margins import AT_REST
 from quadstep.mission.clock import MOST_ROWS
 from quadstep.report.publish import MANIFEST
@@ -46,7 +46,8 @@ class Result(NamedTuple):
 
     place: below the folder that is served. says: how the flight ended, or what the report answers. changed: when its newest
     file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a
-    PNG of it, from there. rmse: of the position [m]. grade: of a flight, as in `quadstep.judging.grade`; empty if not known.
+    PNG of it, from there. rmse: of the position [m]. grade: of a flight, as in
+    `quadstep.metrics.judging.grade`; empty if not known.
     """
 
     place: Path

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from quadstep.control.learning import DeclaredNet, Weights
-from quadstep.control.networks import random_input_weights
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import ClosedLoop
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.closed_loop import ClosedLoop
+from quadstep.interfaces.learning import DeclaredNet, Weights, random_input_weights
+from quadstep.io.errors import UserError
 from quadstep.numbers import Matrix, Table, Vector, flatten, leaf_names
 from quadstep.page.emit import Law, emit
 from quadstep.page.model import numbers_text

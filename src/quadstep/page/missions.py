@@ -5,10 +5,10 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from quadstep.errors import UserError
-from quadstep.flight.engine import Engine
-from quadstep.flight.engines import FlightPlan, fly
-from quadstep.flight.log import FlightLog
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import FlightPlan, fly
+from quadstep.interfaces.log import FlightLog
+from quadstep.io.errors import UserError
 from quadstep.metrics.of_log import Metrics
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded

@@ -5,11 +5,11 @@ from typing import cast
 from quadstep.control.backstepping import Backstepping, BacksteppingGains, BacksteppingMemory, position_loop
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains, CompletedMemory
 from quadstep.control.networks import output
-from quadstep.flight.closed_loop import ClosedLoop
-from quadstep.flight.loop import Cycle, Loop, Numbers
+from quadstep.engines.loop import Cycle, Loop, Numbers
+from quadstep.interfaces.closed_loop import ClosedLoop
 from quadstep.numbers import Number, where
-from quadstep.plants.lagrange import Lagrange, Parameters
-from quadstep.vehicle.state import State
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.lagrange import Lagrange, Parameters
 
 
 def net_row(loop: ClosedLoop, cycle: object, p: object, time: Number) -> list[Number]:

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io.errors import UserError
 from quadstep.metrics.of_log import Metrics
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission

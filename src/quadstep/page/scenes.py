@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.log import FlightLog
-from quadstep.flight.plant import Drawn
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.log import FlightLog
+from quadstep.interfaces.plant import Drawn
 from quadstep.numbers import leaf_names
 from quadstep.page.model import Arrow, Line, Panel, RotorView, Scene
 

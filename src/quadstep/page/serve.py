@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.page.cards import list_page
 from quadstep.page.compared import compared_page
 from quadstep.page.folder import manifest, result_in, results

@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping
 from operator import attrgetter
 
-from quadstep.control.gain import AXES, BELIEF, GAINS, NETS, Gain, declared
-from quadstep.control.learning import DeclaredNet, LearningStart
-from quadstep.flight.engines import FlightPlan
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.gain import AXES, BELIEF, GAINS, NETS, Gain, declared
+from quadstep.interfaces.learning import DeclaredNet, LearningStart
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, in_matrix, leaf_names

@@ -8,9 +8,9 @@ from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
-from quadstep import files
-from quadstep.documents import parse_toml
-from quadstep.errors import UserError
+from quadstep.io import files
+from quadstep.io.documents import parse_toml
+from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.fields import Section
 from quadstep.page.laws import Laws

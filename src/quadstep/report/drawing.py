@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
 

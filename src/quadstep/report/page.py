@@ -17,8 +17,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
+from quadstep.io.version import __version__
 from quadstep.report.symbols import rich, unbroken
-from quadstep.version import __version__
 
 LOGO = (
     '<svg class="logo" viewBox="0 0 24 24" aria-hidden="true"><path d="M8.8 8.8l6.4 6.4M15.2 8.8l-6.4 6.4"/><circle cx="6" '

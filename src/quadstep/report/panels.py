@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.log import FlightLog
+from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel

@@ -16,9 +16,9 @@ from multiprocessing import forkserver, resource_tracker
 from types import ModuleType
 from typing import ParamSpec, TypeVar
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
+from quadstep.io.results.interrupts import interrupts_held
 from quadstep.report.writable import provide_writable
-from quadstep.results.interrupts import interrupts_held
 
 PRELOADED = "quadstep.report.preloaded"
 MOST_WORKERS = 4

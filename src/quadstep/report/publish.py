@@ -1,19 +1,16 @@
 """Writing results so that a folder always holds a complete result, the new one or the one before."""
 
 import contextlib
-import hashlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from quadstep.atomic import WRITING
-from quadstep.documents import parse_json
-from quadstep.errors import UserError
-from quadstep.files import JSON, PAGE
-from quadstep.flight.engines import FlightPlan
-from quadstep.numbers import Table, flatten
-from quadstep.results.folder import Folder, names_in, opened
-from quadstep.results.interrupts import signals_ignored
+from quadstep.io.atomic import WRITING
+from quadstep.io.documents import parse_json
+from quadstep.io.errors import UserError
+from quadstep.io.files import JSON, PAGE
+from quadstep.io.results.folder import Folder, names_in, opened
+from quadstep.io.results.interrupts import signals_ignored
 
 MANIFEST = "metrics.json"
 """The file that is moved last and identifies the results in a folder."""
@@ -22,16 +19,6 @@ MANIFEST = "metrics.json"
 OTHERS = {MANIFEST: "results of another kind", "export.json": "an exported law", "campaign.json": "a campaign",
           "rare.json": "an estimate of rare failures"}  # fmt: skip
 """What a folder holds by the file that identifies it."""
-
-
-def fingerprint(plans: list[FlightPlan]) -> str:
-    """A digest of everything that decides the flights: laws, every number, clock and start."""
-    digest = hashlib.sha256()
-    for plan in plans:
-        leaves = flatten((plan.parameters, plan.start, plan.ticks))
-        numbers = [leaf.values if isinstance(leaf, Table) else leaf for leaf in leaves]
-        digest.update(f"{plan.loop!r} {numbers!r}\n".encode())
-    return digest.hexdigest()[:16]
 
 
 @contextlib.contextmanager

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from quadstep.errors import UserError
+from quadstep.io.errors import UserError
 
 FORMATS = ("png", "svg", "pdf")
 USUAL, ON_SCREEN = "png,svg", "png"

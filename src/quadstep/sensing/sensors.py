@@ -7,10 +7,10 @@ moves by W sqrt(T) in T. A fix, a sample of position, velocity and attitude, has
 
 from typing import NamedTuple
 
-from quadstep.airframe.motion import Motion
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.noise import Key, normals
 from quadstep.numbers.rotations import from_rotation_vector, multiply
+from quadstep.vehicle.airframe.motion import Motion
 
 IMU = 16
 """Stream of the samples of the IMU: three numbers for the gyro, then three for the accelerometer."""

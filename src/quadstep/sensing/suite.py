@@ -7,12 +7,12 @@ camera system or a satellite receiver, comes at a slower rate, speaks of an inst
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias, cast
 
-from quadstep.airframe.motion import Motion
 from quadstep.numbers import Number, Vector, sqrt, vector, where
 from quadstep.numbers.noise import Key
 from quadstep.sensing import estimator
 from quadstep.sensing.delay import filled, passed, pushed
 from quadstep.sensing.sensors import FIX, IMU, START, Navigation, Sensors, draws, fixed, navigation
+from quadstep.vehicle.airframe.motion import Motion
 
 
 class Memory(NamedTuple):

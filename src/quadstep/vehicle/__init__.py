@@ -1,1 +1,4 @@
-"""The quadrotor: state, kinematics, Lagrange dynamics (Eqs 1-10, 66), rotor map (Eq. 5) and disturbance (Eq. 67)."""
+"""What flies: the paper's equations (`paper/`), a real vehicle's (`airframe/`), and the plants made of them (`plants/`).
+
+Laws over numbers; rooms from `control` up may import it.
+"""

@@ -1,1 +1,0 @@
-"""What a flight shows: metrics of a log."""

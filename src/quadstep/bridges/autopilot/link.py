@@ -1,0 +1,152 @@
+"""What flies a vehicle through a socket: it is told the sensors of a sample and says how fast the rotors should turn."""
+
+import math
+from collections.abc import Callable, Iterable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.io.errors import UserError
+from quadstep.numbers import Vector
+from quadstep.numbers.rotations import rotation_matrix
+
+GRAVITY = 9.80665
+
+STANDING = 600.0
+"""Seconds of its own time that an autopilot may leave the vehicle on the ground before it lifts it."""
+
+WAIT = 5.0
+"""Seconds that an autopilot may be silent in flight."""
+
+FIRST_WAIT = 60.0
+"""Seconds that it may take to appear."""
+
+
+class Sample(NamedTuple):
+    """What sensors say, in the axes of autopilots: north, east, down; front, right, down.
+
+    time [s]. position [m], velocity [m/s]: world. attitude: (w, x, y, z), body to world. rates [rad/s], force: specific force
+    [m/s^2], body.
+    """
+
+    time: float
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    attitude: tuple[float, float, float, float]
+    rates: tuple[float, float, float]
+    force: tuple[float, float, float]
+
+    def standing(self, time: float) -> "Sample":
+        """At rest on level ground at this place and heading."""
+        w, _, _, z = self.attitude
+        size = math.hypot(w, z) or 1.0
+        still = (0.0, 0.0, 0.0)
+        return Sample(time, self.position, still, (w / size, 0.0, 0.0, z / size), still, (0.0, 0.0, -GRAVITY))
+
+    def into_body(self, vector: tuple[float, float, float]) -> tuple[float, float, float]:
+        """A vector of the world in body axes."""
+        x, y, z = rotation_matrix(Vector(self.attitude)).T @ Vector(vector)
+        return x, y, z
+
+
+class Lost(Exception):  # noqa: N818 (it is no error of ours)
+    """The autopilot stopped sending or closed the connection in flight."""
+
+
+class Link(Protocol):
+    """A connection to an autopilot. period: from one sample to the next while the vehicle stands [s]."""
+
+    period: float
+
+    def meet(self, sample: Sample) -> None:
+        """Wait until it is there. sample: standing at the start. Raises UserError where it does not come."""
+        ...
+
+    def exchange(self, sample: Sample) -> list[float]:
+        """Tell a sample, and get the outputs, 0 to 1. Raises Lost, and UserError for a malformed packet."""
+        ...
+
+    def close(self) -> None:
+        """Hang up."""
+        ...
+
+
+class Piloted:
+    """The function that a flight asks: 17 numbers of a sample in, a share of full speed for each rotor out.
+
+    connect: makes a new link for each flight, given how long to wait for it [s]. lost: why the last flight ended before its
+    time; empty where it did not. told: of what is waited for.
+    """
+
+    def __init__(self, connect: Callable[[float], Link]) -> None:
+        self.connect, self.rotors, self.lost = connect, 0, ""
+        self.first_wait = FIRST_WAIT
+        self.told: Callable[[str], None] = lambda _: None
+        self.link: Link | None = None
+        self.stood = 0.0
+        self._asked, self._answer = b"", [0.0]
+
+    def begin(self, sample: Sample, rotors: int, lift: float) -> None:
+        """Before a flight: wait until the autopilot is there, and let the vehicle stand until the autopilot lifts it.
+
+        lift: the sum of the squares of the rotors' shares that carries the weight. Raises UserError.
+        """
+        self.end()
+        self.rotors, self.lost, self._asked, self.stood = rotors, "", b"", 0.0
+        self.link = self.connect(self.first_wait)
+        try:
+            self.told("waiting for the autopilot")
+            self.link.meet(sample.standing(0.0))
+            self.stand(self.link, sample, lift)
+        except BaseException:
+            self.end()
+            raise
+
+    def stand(self, link: Link, sample: Sample, lift: float) -> None:
+        """On the ground until the rotors carry the weight. The flight's clock starts then; the autopilot's goes on."""
+        for count in range(round(STANDING / link.period)):
+            time = count * link.period
+            if count % round(1.0 / link.period) == 0:
+                self.told(f"standing until the autopilot takes off: {time:.0f} s of its time")
+            try:
+                shares = self.within(link.exchange(sample.standing(time)))
+            except Lost as error:
+                raise UserError(f"{error} after {time:g} s on the ground, before it took off") from None
+            self.stood = time + link.period
+            if sum(one * one for one in shares) >= lift:
+                return
+        raise UserError(f"the autopilot did not take off within {STANDING:g} s of its time; it should be armed and told to")
+
+    def within(self, outputs: list[float]) -> list[float]:
+        """The rotors' shares of full speed."""
+        return [min(max(one, 0.0), 1.0) for one in outputs[: self.rotors]]
+
+    def end(self) -> None:
+        """After a flight: hang up."""
+        if self.link:
+            self.link.close()
+        self.link = None
+
+    def __call__(self, inputs: NDArray[np.float64]) -> list[float]:
+        question = inputs.tobytes()
+        if question == self._asked:  # lanes fill up a block with one flight
+            return self._answer
+        sample = sample_of(inputs)
+        self._asked = question
+        try:
+            later = sample._replace(time=self.stood + sample.time)
+            outputs = [] if self.lost or not self.link else self.link.exchange(later)
+        except Lost as error:
+            self.lost, outputs = f"{error} at {sample.time:g} s", []
+        except KeyboardInterrupt:
+            self.lost, outputs = f"Interrupted at {sample.time:g} s", []
+        shares = self.within(outputs)
+        self._answer = shares if len(shares) == self.rotors else [math.nan] * self.rotors
+        return self._answer
+
+
+def sample_of(inputs: Iterable[float]) -> Sample:
+    """A sample from our axes, z up and front, left, up."""
+    t, px, py, pz, vx, vy, vz, w, x, y, z, p, q, r, fx, fy, fz = (float(one) for one in inputs)
+    return Sample(t, (px, -py, -pz), (vx, -vy, -vz), (w, x, -y, -z), (p, -q, -r), (fx, -fy, -fz))

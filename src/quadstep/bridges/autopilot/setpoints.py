@@ -1,0 +1,187 @@
+"""A mission's path as setpoints of MAVLink, for a vehicle that flies in its own simulator or hangar: nothing else is sent.
+
+No command leaves here: neither arming nor a change of mode.
+"""
+
+import contextlib
+import io
+import time
+from collections.abc import Callable, Iterable
+from enum import StrEnum
+from typing import NamedTuple, Protocol, cast
+
+from quadstep.bridges.autopilot.address import refuse_strange
+from quadstep.control.wanted_attitude import wanted_attitude
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
+from quadstep.io.extras import optional
+from quadstep.numbers import vector
+from quadstep.numbers.rotations import quaternion_of
+from quadstep.vehicle.plants.multirotor import Multirotor
+
+HEARTBEAT_WAIT = 10.0
+"""Seconds in which the vehicle is to be heard."""
+
+SLOWEST, FASTEST = 2.0, 200.0
+"""Rates of setpoints [Hz]; autopilots leave offboard flight below 2 Hz."""
+
+HOLD = 10.0
+"""Seconds for which the last point of the path is sent after it, at rest."""
+
+MOST_HOLD = 3600.0
+
+POSITION_MASK = 0x000
+"""Position, velocity, acceleration, yaw and its rate are all asked."""
+
+ATTITUDE_MASK, RATES_MASK = 0b0000_0111, 0b1000_0000
+"""What of SET_ATTITUDE_TARGET is ignored: the rates, or the attitude."""
+
+LOCAL_NED = 1
+
+ADDRESSES = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT"
+
+
+class Kind(StrEnum):
+    """What a setpoint says."""
+
+    POSITION = "position"
+    ATTITUDE = "attitude"
+    RATES = "rates"
+
+
+class Setpoint(NamedTuple):
+    """In axes of autopilots: north, east, down; front, right, down. thrust: 0 to 1."""
+
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    acceleration: tuple[float, float, float]
+    yaw: float
+    yaw_rate: float
+    attitude: tuple[float, float, float, float]
+    rates: tuple[float, float, float]
+    thrust: float
+
+
+def setpoint(plan: FlightPlan, reference: Reference) -> Setpoint:
+    """The setpoint of a reference: the attitude and the rates whose thrust makes its acceleration, without drag."""
+    p = plan.parameters
+    mass, gravity = float(p.airframe.mass), float(p.airframe.gravity)
+    force = mass * (reference.acceleration + vector(0.0, 0.0, gravity))
+    wanted = wanted_attitude(force, mass * reference.jerk, mass * reference.snap, reference.yaw, reference.yaw_rate)
+    w, x, y, z = (float(one) for one in quaternion_of(wanted.rotation))
+    roll, pitch, yaw = (float(one) for one in wanted.rates)
+    full = float(p.allocation.most) * len(cast(Multirotor, plan.loop.plant).geometry.mounts)
+
+    def turned(v: Iterable[float]) -> tuple[float, float, float]:
+        a, b, c = (float(one) for one in v)
+        return a, -b, -c
+
+    return Setpoint(
+        turned(reference.position), turned(reference.velocity), turned(reference.acceleration),
+        -float(reference.yaw), -float(reference.yaw_rate), (w, x, -y, -z), (roll, -pitch, -yaw), float(force.norm()) / full,
+    )  # fmt: skip
+
+
+def check_rate(rate: float) -> None:
+    """Refuses a rate [Hz] that autopilots do not take. Raises UserError."""
+    if not SLOWEST <= rate <= FASTEST:
+        raise UserError(f"--rate {rate:g}: should be from {SLOWEST:g} to {FASTEST:g} Hz")
+
+
+def check_hold(hold: float) -> None:
+    """Refuses a time [s] to hold that is none. Raises UserError."""
+    if not 0.0 <= hold <= MOST_HOLD:
+        raise UserError(f"--hold {hold:g}: should be from 0 to {MOST_HOLD:g} s")
+
+
+def serve(
+    plan: FlightPlan,
+    connect: str,
+    kind: Kind,
+    rate: float,
+    hold: float,
+    told: Callable[[float], None],
+    heard: Callable[[], None] = lambda: None,
+) -> int:
+    """Send the path of a plan once, in its own time, then its last point at rest for `hold` [s]; the number of setpoints.
+
+    told: of the time [s] after each. heard: called once a vehicle was heard.
+
+    Raises UserError for an address that cannot be opened, a vehicle that is not heard, and where pymavlink is absent.
+    """
+    if not isinstance(plan.loop.plant, Multirotor):
+        raise UserError("serve-setpoints needs a mission for a real vehicle (docs/vehicles.md)")
+    mavutil = optional("`quadstep serve-setpoints`", "pymavlink.mavutil")
+    try:
+        if "/" not in connect:  # no device
+            refuse_strange(connect, 2, ADDRESSES)
+    except UserError as error:
+        raise UserError(f"--connect {error}") from None
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):  # pymavlink prints each failed try
+            link = mavutil.mavlink_connection(connect, source_system=255)
+    except ModuleNotFoundError as error:  # pymavlink takes what it does not know for a serial port, which needs pyserial
+        text = f"cannot be opened: serial ports need the module {error.name}; allowed over a network: {ADDRESSES}"
+        raise UserError(f"--connect {connect}: {text}") from None
+    except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
+        said = (isinstance(error, OSError) and error.strerror) or error
+        raise UserError(f"--connect {connect}: cannot be opened: {said}") from None
+    try:
+        if link.wait_heartbeat(timeout=HEARTBEAT_WAIT) is None:
+            raise UserError(f"--connect {connect}: no heartbeat from a vehicle within {HEARTBEAT_WAIT:g} s")
+        heard()
+        return stream(plan, link, kind, rate, hold, told)
+    finally:
+        link.close()
+
+
+class Sender(Protocol):
+    """Messages as pymavlink packs and sends them."""
+
+    def set_position_target_local_ned_send(self, *fields: float) -> None: ...
+    def set_attitude_target_send(self, *fields: float | tuple[float, ...]) -> None: ...
+
+
+class Connection(Protocol):
+    """What of pymavlink's connection is used."""
+
+    target_system: int
+    target_component: int
+    mav: Sender
+
+
+def at_rest(reference: Reference) -> Reference:
+    """A reference's place and heading, without motion."""
+    still = vector(0.0, 0.0, 0.0)
+    return Reference(reference.position, still, still, reference.yaw, 0.0, still, still, 0.0)
+
+
+def stream(plan: FlightPlan, link: Connection, kind: Kind, rate: float, hold: float, told: Callable[[float], None]) -> int:
+    """The setpoints, at their times."""
+    duration, started, count = plan.ticks.last * plan.ticks.step, time.monotonic(), 0
+    while count / rate <= duration + hold:
+        at = count / rate
+        time.sleep(max(0.0, started + at - time.monotonic()))
+        reference = plan.loop.path.reference(min(at, duration), plan.parameters.path)
+        one = setpoint(plan, reference if at <= duration else at_rest(reference))
+        stamp = round(1e3 * at)
+        target = link.target_system, link.target_component
+        if kind is Kind.POSITION:
+            link.mav.set_position_target_local_ned_send(
+                stamp,
+                *target,
+                LOCAL_NED,
+                POSITION_MASK,
+                *one.position,
+                *one.velocity,
+                *one.acceleration,
+                one.yaw,
+                one.yaw_rate,
+            )
+        else:
+            mask = ATTITUDE_MASK if kind is Kind.ATTITUDE else RATES_MASK
+            link.mav.set_attitude_target_send(stamp, *target, mask, one.attitude, *one.rates, one.thrust)
+        count += 1
+        told(at)
+    return count

@@ -1,0 +1,189 @@
+"""The command line: its commands, how errors are said, and the exit codes."""
+
+import gc
+import os
+import signal
+import sys
+from concurrent.futures.process import BrokenProcessPool
+from types import FrameType
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+from typer.exceptions import TyperException
+
+from quadstep.commands import study, vehicle
+from quadstep.commands.campaign import campaign
+from quadstep.commands.certify import certify
+from quadstep.commands.compare import compare
+from quadstep.commands.completion import VARIABLE, answer_shell, completion
+from quadstep.commands.envelope import envelope
+from quadstep.commands.export import export
+from quadstep.commands.fly import fly
+from quadstep.commands.given import plain, refuse_empty
+from quadstep.commands.identify import identify
+from quadstep.commands.linear import linear
+from quadstep.commands.new import new
+from quadstep.commands.page import page
+from quadstep.commands.prove import prove
+from quadstep.commands.replay import replay
+from quadstep.commands.reproduce import reproduce
+from quadstep.commands.serve import serve
+from quadstep.commands.serve_setpoints import serve_setpoints
+from quadstep.commands.tune import tune
+from quadstep.commands.vehicles import vehicles
+from quadstep.commands.verify import verify
+from quadstep.commands.version import version_lines
+from quadstep.io.errors import InterruptedRun, UserError
+from quadstep.io.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_LOST
+from quadstep.io.user_code.blame import NAMED, blamed, print_whole, user_error
+from quadstep.io.user_code.loading import refuse
+from quadstep.report.terminal.screen import complain, say, width
+from quadstep.report.terminal.streams import OutputError, prepare_streams
+from quadstep.report.writable import provide_writable
+
+SELDOM = 50_000
+"""Objects made between searches for garbage: nearly all that a command loads stays, and the search is a sixth of its start."""
+
+HELP_WIDTHS = 50, 100
+"""Fewest and most columns that help is set in."""
+
+
+class Commands(TyperGroup):
+    """Commands whose list in the help has the whole first sentence of each; without one of them the help is shown."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Takes nothing for a request for help."""
+        return super().parse_args(ctx, args or ["--help"])
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Writes the list."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, self.commands[name].get_short_help_str(1000)) for name in self.list_commands(ctx)])
+
+
+def built() -> typer.Typer:
+    """The application with all its commands."""
+    app = typer.Typer(
+        name="quadstep",
+        cls=Commands,
+        help="How well, and how reliably, will this controller keep my quadrotor on its path?",
+        add_completion=False,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(options)
+    everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, linear, vehicles)
+    for command in (*everyday, identify, replay, certify, prove, export, serve_setpoints, new, verify, completion):
+        app.command()(command)
+    studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
+    studies.command()(study.completion)
+    studies.command()(study.region)
+    studies.command()(study.controllers)
+    app.add_typer(studies, name="study")
+    making = typer.Typer(help="Make vehicles.", rich_markup_mode=None, cls=Commands)
+    making.callback()(lambda: None)
+    making.command()(vehicle.fit)
+    app.add_typer(making, name="vehicle")
+    return app
+
+
+def version(shown: bool) -> None:
+    """Print version, engine and processor, and stop."""
+    if shown:
+        for line in version_lines():
+            say(line)
+        raise typer.Exit
+
+
+OWN_CODE, TRACEBACK = "--no-user-code", "--traceback"
+"""Options that may stand anywhere on the command line."""
+
+
+def options(
+    shown: Annotated[
+        bool, typer.Option("--version", callback=version, is_eager=True, help="Print version, engine and processor.")
+    ] = False,
+    no_user_code: Annotated[bool, typer.Option(OWN_CODE, help="Run no Python file or module that a mission names.")] = False,
+    traceback: Annotated[
+        bool, typer.Option(TRACEBACK, help="Print the full traceback when your own Python code fails.")
+    ] = False,
+) -> None:
+    """Options of every command."""
+
+
+def everywhere(arguments: list[str]) -> list[str]:
+    """The arguments without the options that may stand anywhere, which are obeyed."""
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    if OWN_CODE in arguments[:end]:
+        refuse(f"{OWN_CODE} was given")
+    if TRACEBACK in arguments[:end]:
+        print_whole()
+    return [one for one in arguments[:end] if one not in (OWN_CODE, TRACEBACK)] + arguments[end:]
+
+
+def stop(_number: int, _frame: FrameType | None) -> None:
+    """A request to end counts as Ctrl-C, so that nothing half-written stays."""
+    raise KeyboardInterrupt
+
+
+def main() -> None:
+    """Run the command line; every error of the user is one line and exit code 2."""
+    gc.set_threshold(SELDOM)
+    prepare_streams()
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, stop)
+    provide_writable()
+    if VARIABLE in os.environ:
+        answer_shell()
+    try:
+        code = run()
+        sys.stdout.flush()
+    except OutputError as error:
+        complain(f"error: {error}")
+        code = OUTPUT_LOST
+    sys.exit(code)
+
+
+def run() -> int | None:
+    """The exit code of what the command line asks for; errors are said."""
+    try:
+        refuse_empty(sys.argv[1:])
+        code: int | None = built()(
+            everywhere(sys.argv[1:]),
+            standalone_mode=False,
+            prog_name="quadstep",
+            terminal_width=min(max(width(sys.stdout), HELP_WIDTHS[0]), HELP_WIDTHS[1]),
+        )
+    except BaseException as error:
+        text, code = explained(error)
+        complain(text)
+        return code
+    if code == INTERRUPTED:  # what typer makes of Ctrl-C
+        complain("interrupted; nothing was written")
+    return code
+
+
+def explained(error: BaseException) -> tuple[str, int]:
+    """An error as a line, and the exit code; raises the error itself where it is one of quadstep."""
+    match error:
+        case InterruptedRun():
+            return f"interrupted; {error}", INTERRUPTED
+        case KeyboardInterrupt() | typer.Abort():
+            return "interrupted; nothing was written", INTERRUPTED
+        case UserError():
+            return f"error: {error}", BAD_INPUT
+        case TyperException():
+            command = getattr(getattr(error, "ctx", None), "command_path", "quadstep")
+            return f"error: {plain(error)} (see {command} --help)", BAD_INPUT
+        case BrokenProcessPool():
+            return "error: a process that draws figures was killed (out of memory?); nothing was written", BAD_INPUT
+        case _ if theirs(error):
+            return f"error: {user_error(error, ', '.join(sorted(NAMED)))} ({TRACEBACK} prints all of it)", BAD_INPUT
+    raise error
+
+
+def theirs(error: BaseException) -> bool:
+    """Whether an error came from code of the user's, or from what that gave."""
+    known = (UserError, InterruptedRun, typer.Abort, TyperException, BrokenProcessPool, OutputError)
+    return blamed(error) is not None or (bool(NAMED) and isinstance(error, Exception) and not isinstance(error, known))

@@ -1,0 +1,55 @@
+"""Delivering a verdict: one JSON object on standard output, a JUnit file, an exit code."""
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import typer
+
+from quadstep.io.errors import UserError
+from quadstep.io.results.interrupts import signals_ignored
+from quadstep.metrics.judging.verdict import Verdict
+from quadstep.report.terminal.screen import complain
+
+START = 4096
+"""Characters of a file by which a JUnit file is known."""
+
+
+def check_junit(path: Path) -> None:
+    """Raises UserError at once where a JUnit file cannot or should not be written."""
+    try:
+        if path.is_dir():
+            raise UserError(f"--junit {path}: is a folder; give a file")
+        if path.exists() and not path.is_file():
+            raise UserError(f"--junit {path}: is not a regular file")
+        if path.is_file() and path.stat().st_size:
+            with path.open(encoding="utf-8", errors="replace") as file:
+                if "<testsuite" not in file.read(START):
+                    raise UserError(f"--junit {path}: exists and is not a JUnit file; choose another")
+        folder = next((one for one in path.absolute().parents if one.exists()), Path("/"))
+        if not folder.is_dir() or not os.access(folder, os.W_OK):
+            raise UserError(f"--junit {path}: cannot be written: {folder} is not writable")
+    except (OSError, ValueError) as error:
+        raise UserError(f"--junit {str(path)!r:.80}: cannot be written: {error}") from None
+
+
+def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float) -> None:
+    """Write and print what was requested, then exit with the verdict's exit code. seconds: how long the command took.
+
+    With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.
+    """
+    if junit:
+        from quadstep.metrics.judging.junit import write_junit
+
+        write_junit(junit, verdict, seconds)
+    if as_json:
+        text = json.dumps(verdict.as_json(), indent=2, allow_nan=False) + "\n"
+        with signals_ignored():  # an object is printed whole or not at all
+            sys.stdout.write(text)
+            sys.stdout.flush()
+        for case in verdict.cases:
+            if case.failure:
+                complain(case.sentence)
+    if verdict.exit_code:
+        raise typer.Exit(verdict.exit_code)

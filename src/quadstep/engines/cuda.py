@@ -1,0 +1,181 @@
+"""The functions of NVIDIA's driver that are needed, and nothing else of CUDA: load PTX, copy data, run and time kernels."""
+
+import ctypes
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.engines import gpu_driver
+from quadstep.engines.gpu_driver import CudaError, NoDeviceError, OutOfDeviceMemoryError
+
+__all__ = ["CudaError", "Device", "Kernel", "Memory", "Module", "NoDeviceError", "OutOfDeviceMemoryError"]
+
+LOG_SIZE = 8192
+
+# of enum CUjit_option, CUfunction_attribute and CUdevice_attribute in cuda.h
+JIT_MAX_REGISTERS, JIT_ERROR_LOG, JIT_ERROR_LOG_SIZE = 0, 5, 6
+LOCAL_BYTES, REGISTERS = 3, 4
+CLOCK, PROCESSORS, THREADS_A_PROCESSOR, CAPABILITY_MAJOR, CAPABILITY_MINOR = 13, 16, 39, 75, 76
+
+
+class Device:
+    """The first graphics processor of this machine. Its primary context is current, in the thread, within `with device:`.
+
+    Raises NoDeviceError where none is available.
+    """
+
+    def __init__(self) -> None:
+        self.driver = gpu_driver.library()
+        count, self.number, self.context = ctypes.c_int(), ctypes.c_int(), ctypes.c_void_p()
+        try:
+            self.call("cuInit", 0)
+            self.call("cuDeviceGetCount", ctypes.byref(count))
+            if count.value:
+                self.call("cuDeviceGet", ctypes.byref(self.number), 0)
+                self.call("cuDevicePrimaryCtxRetain", ctypes.byref(self.context), self.number)
+        except CudaError as error:
+            raise NoDeviceError(str(error)) from error
+        if not count.value:
+            raise NoDeviceError("the NVIDIA driver finds no graphics processor")
+        name = ctypes.create_string_buffer(256)
+        self.call("cuDeviceGetName", name, len(name), self.number)
+        self.name = name.value.decode()
+        self.capability = 10 * self.attribute(CAPABILITY_MAJOR) + self.attribute(CAPABILITY_MINOR)
+
+    def __enter__(self) -> "Device":
+        self.call("cuCtxPushCurrent_v2", self.context)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))
+
+    def call(self, name: str, *arguments: object) -> None:
+        """Call a function of the driver; raises CudaError with the reason if it fails."""
+        gpu_driver.call(self.driver, name, *arguments)
+
+    def attribute(self, which: int) -> int:
+        """A number that describes the device."""
+        value = ctypes.c_int()
+        self.call("cuDeviceGetAttribute", ctypes.byref(value), which, self.number)
+        return value.value
+
+    def free_memory(self) -> int:
+        """Bytes."""
+        free, total = ctypes.c_size_t(), ctypes.c_size_t()
+        self.call("cuMemGetInfo_v2", ctypes.byref(free), ctypes.byref(total))
+        return free.value
+
+    def discard(self, name: str, handle: object) -> None:
+        """Release something; a failure is ignored, above all after another error."""
+        self.driver.cuCtxPushCurrent_v2(self.context)
+        getattr(self.driver, name)(handle)
+        self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))
+
+
+def discarded(owner: object, device: Device, name: str, handle: object) -> Callable[[], object]:
+    """A function to release `owner`'s resource; called automatically when nothing refers to the owner any more."""
+    finalizer = weakref.finalize(owner, device.discard, name, handle)
+    finalizer.atexit = False  # at exit the driver cleans up itself, and may be gone already
+    return finalizer
+
+
+class Module:
+    """PTX compiled by the driver. registers: the most that a thread may use, None for no limit."""
+
+    def __init__(self, device: Device, ptx: str, registers: int | None = None) -> None:
+        self.device, self.handle = device, ctypes.c_void_p()
+        log = ctypes.create_string_buffer(LOG_SIZE)
+        given = {JIT_ERROR_LOG: ctypes.addressof(log), JIT_ERROR_LOG_SIZE: LOG_SIZE}
+        if registers:
+            given[JIT_MAX_REGISTERS] = registers
+        keys = (ctypes.c_int * len(given))(*given)
+        values = (ctypes.c_void_p * len(given))(*given.values())
+        image = ctypes.create_string_buffer(ptx.encode())
+        try:
+            device.call("cuModuleLoadDataEx", ctypes.byref(self.handle), image, len(given), keys, values)
+        except CudaError as error:
+            raise type(error)(f"{error} {log.value.decode(errors='replace')}") from error
+        self.close = discarded(self, device, "cuModuleUnload", self.handle)
+
+    def kernel(self, name: str) -> "Kernel":
+        """A kernel by name."""
+        function = ctypes.c_void_p()
+        self.device.call("cuModuleGetFunction", ctypes.byref(function), self.handle, name.encode())
+        return Kernel(self, function)
+
+    def fill(self, name: str, values: NDArray[np.generic]) -> None:
+        """Write into a variable of the module."""
+        address, size = ctypes.c_uint64(), ctypes.c_size_t()
+        self.device.call("cuModuleGetGlobal_v2", ctypes.byref(address), ctypes.byref(size), self.handle, name.encode())
+        if values.nbytes > size.value:
+            raise ValueError(f"{values.nbytes} bytes do not fit into the {size.value} of {name}")
+        self.device.call("cuMemcpyHtoD_v2", address, values.ctypes.data, values.nbytes)
+
+
+class Kernel:
+    """A kernel ready to run."""
+
+    def __init__(self, module: Module, function: ctypes.c_void_p) -> None:
+        self.module, self.device, self.function = module, module.device, function
+
+    def attribute(self, which: int) -> int:
+        """REGISTERS or LOCAL_BYTES per thread."""
+        value = ctypes.c_int()
+        self.device.call("cuFuncGetAttribute", ctypes.byref(value), which, self.function)
+        return value.value
+
+    def resident_blocks(self, threads: int) -> int:
+        """Blocks of this many threads that one multiprocessor holds at once."""
+        count = ctypes.c_int()
+        self.device.call("cuOccupancyMaxActiveBlocksPerMultiprocessor", ctypes.byref(count), self.function, threads, 0)
+        return count.value
+
+    def run(self, blocks: int, threads: int, *arguments: Any) -> float:
+        """Run it to the end; returns the seconds it took. arguments: ctypes values."""
+        addresses = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(argument) for argument in arguments))
+        call, events = self.device.call, [ctypes.c_void_p(), ctypes.c_void_p()]
+        took = ctypes.c_float()
+        try:
+            for event in events:
+                call("cuEventCreate", ctypes.byref(event), 0)
+            call("cuEventRecord", events[0], None)
+            call("cuLaunchKernel", self.function, blocks, 1, 1, threads, 1, 1, 0, None, addresses, None)
+            call("cuEventRecord", events[1], None)
+            call("cuEventSynchronize", events[1])
+            call("cuEventElapsedTime", ctypes.byref(took), *events)
+        finally:
+            for event in events:
+                if event.value:
+                    self.device.discard("cuEventDestroy_v2", event)
+        return took.value / 1e3
+
+
+class Memory:
+    """A block of memory on the device; freed when the `with` block ends, or with this object."""
+
+    def __init__(self, device: Device, size: int) -> None:
+        self.device, self.address = device, ctypes.c_uint64()
+        device.call("cuMemAlloc_v2", ctypes.byref(self.address), max(1, size))
+        self.free = discarded(self, device, "cuMemFree_v2", self.address)
+
+    @classmethod
+    def holding(cls, device: Device, array: NDArray[np.generic]) -> "Memory":
+        """A buffer with a copy of an array."""
+        memory = cls(device, array.nbytes)
+        array = np.ascontiguousarray(array)
+        if array.nbytes:
+            device.call("cuMemcpyHtoD_v2", memory.address, array.ctypes.data, array.nbytes)
+        return memory
+
+    def read(self, array: NDArray[np.generic]) -> None:
+        """Copy into a contiguous array."""
+        self.device.call("cuMemcpyDtoH_v2", array.ctypes.data, self.address, array.nbytes)
+
+    def __enter__(self) -> "Memory":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.free()

@@ -1,0 +1,141 @@
+"""Very many flights on a graphics processor, one thread a flight."""
+
+import ctypes
+from collections.abc import Sequence
+from contextlib import ExitStack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from quadstep.engines.cuda import Device, Memory, Module, OutOfDeviceMemoryError
+from quadstep.engines.gpu_portions import Portions
+from quadstep.engines.loop import Numbers
+from quadstep.engines.ptx import ptx
+from quadstep.engines.scored import Scored
+from quadstep.engines.sweep import Batch, Swept
+from quadstep.engines.sweep_trace import Generate
+from quadstep.interfaces.closed_loop import Advance, Ticks
+
+THREADS = 128
+"""Threads of a block."""
+
+REGISTERS = 168
+"""Most registers of a thread, in f32: as many as let three blocks share a processor. The paper's loop then has some 112 bytes
+in local memory; with 200 registers, and two blocks, none.
+"""
+
+MOST_FLIGHTS = 2**32
+"""Number of possible flight numbers."""
+
+
+class GpuSweep(Batch):
+    """Like `Sweep`, on the first graphics processor. Raises `NoDeviceError` if there is none, `CudaError` if it fails.
+
+    Its results equal those of the lanes to the bit.
+
+    generate: a law that gives the varying numbers of the flight high * 65536 + low from these two numbers, in the order of
+    their places; they are then drawn on the processor, see `generated`, else passed to `fly`.
+    seconds: the time that the kernels of the last call took by themselves.
+    """
+
+    def __init__(
+        self,
+        loop: Scored,
+        ticks: Ticks,
+        start: tuple[object, ...],
+        parameters: Numbers,
+        varying: Sequence[int],
+        double: bool = False,
+        registers: int | None = None,
+        generate: Generate | None = None,
+    ) -> None:
+        super().__init__(loop, ticks, start, parameters, varying, double)
+        self.device, self.generates = Device(), generate is not None
+        text = ptx(loop, start, parameters, frozenset(self.varying), double, self.device.capability, generate)
+        with self.device:
+            self.module = Module(self.device, text, registers or (None if double else REGISTERS))
+            self.module.fill("constants", self.constants)
+            self.kernel = self.module.kernel("sweep")
+        self.seconds = 0.0
+
+    def fly(
+        self,
+        values: ArrayLike,
+        progress: Advance | None = None,
+        threads: int = THREADS,
+        portion: int | None = None,
+    ) -> Swept:
+        """Fly a flight for each row of values, shape (flights, len(varying)).
+
+        progress: called with the number of newly finished flights. threads: per block. portion: flights per launch.
+        """
+        if self.generates:
+            raise ValueError("these flights draw their own numbers: `generated` flies them")
+        rows = self.rows(values)
+        return self.swept(self._flown(0, len(rows), rows, progress, threads, portion))
+
+    def generated(
+        self,
+        first: int,
+        past: int,
+        progress: Advance | None = None,
+        threads: int = THREADS,
+        portion: int | None = None,
+    ) -> tuple[Swept, NDArray[np.float64]]:
+        """Fly the flights of these numbers with the values that `generate` draws; returns those too, as rows for `fly`."""
+        if not self.generates:
+            raise ValueError("nothing generates these flights' numbers: give `generate`, or fly rows of values")
+        if not 0 <= first <= past <= MOST_FLIGHTS:
+            raise ValueError(f"flights {first} to {past}: their numbers are from 0 to 2^32 - 1")
+        results = self._flown(first, past - first, None, progress, threads, portion)
+        drawn = results[self.row_count :][np.argsort(np.argsort(self.varying))]
+        return self.swept(results[: self.row_count]), drawn.T.astype(np.float64)
+
+    def _flown(
+        self,
+        first: int,
+        flights: int,
+        rows: NDArray[np.float64] | None,
+        progress: Advance | None,
+        threads: int,
+        portion: int | None,
+    ) -> NDArray[np.floating]:
+        """Results in the order of `SweepTrace`, launch by launch."""
+        results = np.zeros((self.row_count + (len(self.varying) if self.generates else 0), flights), dtype=self.number)
+        bytes_a_flight = (self.row_count + len(self.varying)) * results.itemsize
+        self.seconds, done = 0.0, 0
+        with self.device, Memory.holding(self.device, self.every) as every, Memory.holding(self.device, self.tables) as tables:
+            portions = Portions(self.device, self.kernel, threads, bytes_a_flight, portion)
+            while done < flights:
+                past = min(done + portions.size, flights)
+                given = None if rows is None else self.columns(rows[done:past], past - done)
+                try:
+                    over, seconds = self._launch(first + done, past - done, given, (every, tables), threads)
+                except OutOfDeviceMemoryError:
+                    if not portions.smaller():
+                        raise
+                    continue
+                results[:, done:past] = over
+                portions.took(past - done, seconds)
+                self.seconds += seconds
+                if progress:
+                    progress(past - done)
+                done = past
+        return results
+
+    def _launch(
+        self, first: int, flights: int, given: NDArray[np.floating] | None, common: tuple[Memory, Memory], threads: int
+    ) -> tuple[NDArray[np.floating], float]:
+        """The results of one launch and the seconds it took; the kernel's arguments are as `SweepTrace` has them."""
+        over = np.empty((self.row_count + (len(self.varying) if given is None else 0), flights), dtype=self.number)
+        every, tables = common
+        counters = [flights, self.ticks.last] if given is not None else [first, flights, self.ticks.last]
+        step = ctypes.c_double(self.ticks.step) if self.double else ctypes.c_float(self.ticks.step)
+        with ExitStack() as stack:
+            varying = [] if given is None else [stack.enter_context(Memory.holding(self.device, given))]
+            results = stack.enter_context(Memory(self.device, over.nbytes))
+            buffers = [memory.address for memory in (every, *varying, tables, results)]
+            arguments = [*map(ctypes.c_int64, counters), step, *buffers]
+            seconds = self.kernel.run(-(-flights // threads), threads, *arguments)
+            results.read(over)
+        return over, seconds

@@ -1,0 +1,122 @@
+"""A traced loop as machine code of this computer."""
+
+import ctypes
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import llvmlite
+from llvmlite import binding as llvm
+
+from quadstep.engines import sweep_trace, trace
+from quadstep.io import code_cache
+from quadstep.io.errors import UserError
+
+SCHEDULER = "-pre-RA-sched=list-ilp"
+"""Instructions scheduled so that independent ones are adjacent: a tenth to a fifth more steps per second (AVX2). On x86
+only: on ARM it crashes LLVM 22.
+"""
+
+DIRECTION = "-misched-prera-direction=topdown"
+"""And once more before register allocation, from the first instruction down: another tenth, whatever the loop."""
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """Compiled code. fly: a C function as described in `Trace` or `SweepTrace`; engine: keeps it in memory."""
+
+    engine: llvm.ExecutionEngine
+    fly: Callable[..., None]
+
+
+WIDTHS = {"x86-64": 2, "nehalem": 2, "haswell": 4, "skylake-avx512": 8, "znver4": 8}
+"""Processors that $QUADSTEP_CPU may name (LLVM ends the process for a name that it does not know), and how many f64 numbers
+a vector register of each holds.
+"""
+
+
+class Processor(NamedTuple):
+    """The target of generated code. name, features: LLVM's, empty features for the name's default; doubles: numbers in f64
+    that a vector register holds.
+    """
+
+    name: str
+    features: str
+    doubles: int
+
+
+@lru_cache(maxsize=1)
+def host() -> Processor:
+    """The processor of this machine, or the one that $QUADSTEP_CPU names; prepares LLVM for it. Raises UserError.
+
+    A flight has the same bits for any of them. Instructions that this machine lacks end the process.
+    """
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    native = llvm.Target.from_default_triple().name.startswith("x86")
+    if native:
+        for option in (SCHEDULER, DIRECTION):
+            llvm.set_option("", option)
+    chosen = os.environ.get("QUADSTEP_CPU")
+    if chosen:
+        if not native or chosen not in WIDTHS:
+            allowed = ", ".join(WIDTHS) if native else "none on this machine"
+            raise UserError(f"QUADSTEP_CPU: {chosen!r:.60} is not known; allowed: {allowed}")
+        return Processor(chosen, "", WIDTHS[chosen])
+    features = llvm.get_host_cpu_features().flatten()
+    return Processor(llvm.get_host_cpu_name(), features, 8 if "+avx512f" in features else 4 if "+avx," in features else 2)
+
+
+def host_width(double: bool) -> int:
+    """Numbers in one vector register of that processor."""
+    return host().doubles * (1 if double else 2)
+
+
+def compile_module(text: str, double: bool) -> Kernel:
+    """Machine code of an LLVM module that defines `fly`, as `Trace` writes it."""
+    engine = machine_code(text)
+    return Kernel(engine, function(engine, "fly", len(trace.COUNTERS), double, 1 + len(trace.BUFFERS)))
+
+
+def compile_sweep(text: str, double: bool) -> Kernel:
+    """Machine code of an LLVM module that defines `sweep`, as `SweepTrace` writes it."""
+    engine = machine_code(text)
+    counters, buffers = len(sweep_trace.COUNTERS), 1 + len(sweep_trace.BUFFERS)
+    return Kernel(engine, function(engine, "sweep", counters, double, buffers))
+
+
+def function(engine: llvm.ExecutionEngine, name: str, counters: int, double: bool, buffers: int) -> Callable[..., None]:
+    """A compiled function of some counters, a number and some addresses; it runs without the interpreter's lock."""
+    number = ctypes.c_double if double else ctypes.c_float
+    kinds: Sequence[Any] = [ctypes.c_int64] * counters + [number] + [ctypes.c_void_p] * buffers
+    compiled: Callable[..., None] = ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address(name))
+    return compiled
+
+
+def machine_code(text: str) -> llvm.ExecutionEngine:
+    """An LLVM module compiled and in memory; taken from the cache if it was compiled before."""
+    cpu, features, _ = host()
+    target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
+    name = code_cache.key(text, cpu, features, llvmlite.__version__, target.triple, SCHEDULER, DIRECTION)
+    code = code_cache.read(name)
+    if code is None:
+        code = object_code(text, target)
+        code_cache.write(name, code)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target)
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return engine
+
+
+def object_code(text: str, target: llvm.TargetMachine) -> bytes:
+    """An LLVM module as an object file of this kind of machine, optimised without a change to any result."""
+    module = llvm.parse_assembly(text)
+    module.verify()
+    tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+    tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
+    passes = llvm.create_pass_builder(target, tuning)
+    passes.getModulePassManager().run(module, passes)
+    code: bytes = target.emit_object(module)
+    return code

@@ -1,0 +1,103 @@
+"""Which numbers a function computes together, and which only in one branch of a choice."""
+
+from collections.abc import Mapping, Sequence
+from heapq import heappop, heappush
+from typing import NamedTuple
+
+from quadstep.export.c.scans import FILLED, SCAN
+from quadstep.numbers.operation import OPERATIONS
+from quadstep.numbers.rows import LEFT
+from quadstep.numbers.script import Node
+
+HALVES = {"sin": "sine", "cos": "cosine"}
+"""Functions that are members of what `qs_sincos` returns: both cost little more than one."""
+
+MANY = 4
+"""As many choices by one condition are worth one too."""
+
+FIXED = frozenset(("loop", SCAN, FILLED, "sum", LEFT, "item"))
+"""Operations that stay where they are: they are about memory."""
+
+
+def pairs(nodes: Sequence[Node], needed: Sequence[int]) -> dict[int, int]:
+    """Sines and cosines of the same angle, by the one that comes first."""
+    found: dict[tuple[int, ...], int] = {}
+    both = {}
+    for place in needed:
+        operation, angle, _ = nodes[place]
+        if operation in HALVES:
+            if angle in found:
+                both[found[angle]] = place
+            found[angle] = place
+    return both
+
+
+class Branches(NamedTuple):
+    """Choices by one condition that become one `if`. sides: what only its first and only its second branch needs, in order."""
+
+    choices: list[int]
+    sides: tuple[list[int], list[int]]
+
+
+class Uses:
+    """Which numbers use which. wanted: results. joined: by a number, the later one that is computed with it."""
+
+    def __init__(self, nodes: Sequence[Node], needed: Sequence[int], wanted: set[int], joined: Mapping[int, int]) -> None:
+        self.nodes, self.wanted = nodes, wanted
+        self.joined, self.earlier = joined, {other: one for one, other in joined.items()}
+        self.users: dict[int, set[int]] = {place: set() for place in needed}
+        for place in needed:
+            for operand in nodes[place].operands:
+                if operand in self.users:
+                    self.users[operand].add(place)
+        for one, other in joined.items():
+            self.users[one] = self.users[other] = self.users[one] | self.users[other]
+
+    def only(self, choices: Sequence[int], side: int) -> set[int]:
+        """The numbers that nothing but this operand of some choices needs."""
+        others = {self.nodes[choice].operands[one] for choice in choices for one in (0, 3 - side)}
+        found: set[int] = set()
+        waiting: list[int] = []
+
+        def ask(place: int) -> None:
+            heappush(waiting, -self.earlier.get(place, place))
+
+        for choice in choices:
+            ask(self.nodes[choice].operands[side])
+        while waiting:
+            place = -heappop(waiting)  # users before what they use
+            together = {place, self.joined.get(place, place)}
+            if place in found or place not in self.users or together & self.wanted or together & others:
+                continue
+            if self.nodes[place].operation not in FIXED and self.users[place] <= found.union(choices):
+                found |= together
+                for operand in self.nodes[place].operands:
+                    ask(operand)
+        return found
+
+
+def branches(nodes: Sequence[Node], needed: Sequence[int], wanted: set[int], joined: Mapping[int, int]) -> dict[int, Branches]:
+    """The choices worth an `if`, by the last of each: outer ones first, so that a number ends in the innermost."""
+    uses = Uses(nodes, needed, wanted, joined)
+    choosing: dict[int, list[int]] = {}
+    for place in needed:
+        if nodes[place].operation == "where":
+            choosing.setdefault(nodes[place].operands[0], []).append(place)
+    found: dict[int, list[int]] = {}
+    owners: dict[int, tuple[int, int]] = {}
+    taken: set[int] = set()
+    for last in sorted((place for places in choosing.values() for place in places), reverse=True):
+        if last in taken:
+            continue
+        alike = [one for one in choosing[nodes[last].operands[0]] if one <= last and owners.get(one) == owners.get(last)]
+        choices = [one for one in alike if one not in taken and all(user > last for user in uses.users[one])]
+        sides = uses.only(choices, 1), uses.only(choices, 2)
+        if len(choices) >= MANY or any(nodes[place].operation in OPERATIONS for side in sides for place in side):
+            taken.update(choices)
+            found[last] = choices
+            owners |= {place: (last, number) for number, side in enumerate(sides) for place in side}
+    result = {last: Branches(choices, ([], [])) for last, choices in found.items()}
+    for place in sorted(owners):
+        last, number = owners[place]
+        result[last].sides[number].append(place)
+    return result

@@ -1,0 +1,124 @@
+"""Recorded numbers as C99 expressions: the name of each, and what it reads."""
+
+import re
+from collections import Counter
+from typing import NamedTuple
+
+from quadstep.export.c.scans import ScanRecord
+from quadstep.numbers.c_text import C_TEXT, bare, literal
+from quadstep.numbers.operation import OPERATIONS
+from quadstep.numbers.rows import LEFT
+from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT
+
+LONGEST = 84
+"""Longest expression that is written inside another one [characters]."""
+
+INDICES = "ijkl"
+"""Loop counters, from the outermost inwards."""
+
+MEMORY = re.compile(r"^(s\d+)\.|\[([is]\d+)\]")
+"""Placeholders in a text for loops: the memory of a scan, a row."""
+
+
+class Naming(NamedTuple):
+    """The law's names for its numbers, and the lines that compute them; by place."""
+
+    names: dict[int, str]
+    origins: dict[int, str]
+
+
+class Expressions:
+    """The numbers of one record as text. given: names that are taken. memories: of scans; indices: of loops, by counter.
+
+    halves: sines and cosines that are members of one local.
+    """
+
+    def __init__(self, record: ScanRecord, precise: bool, naming: Naming, taken: frozenset[str] = frozenset()) -> None:
+        self.record, self.nodes, self.precise, self.naming = record, record.nodes, precise, naming
+        self.given = set(taken)
+        self.names: dict[int, str] = {}
+        self.memories: dict[str, str] = {}
+        self.indices: dict[str, str] = {}
+        self.halves: dict[int, str] = {}
+        self.uses: Counter[int] = Counter()
+        self.reads: frozenset[str] = frozenset()
+        self.all_reads: set[str] = set()
+        self.depth = 0
+
+    def leaf(self, place: int) -> bool:
+        """Whether a number exists without being computed."""
+        return self.nodes[place].operation in (CONSTANT, INPUT)
+
+    def kind(self, place: int) -> str:
+        """The type of a local."""
+        operation = self.nodes[place].operation
+        return "bool" if operation in CONDITIONS else "uint32_t" if operation.startswith("word") else "real"
+
+    def name(self, place: int, usual: str = "v") -> str:
+        """A unique name: the law's, shortened to the length that C distinguishes."""
+        wanted = re.sub(r"\W", "", self.naming.names.get(place, ""), flags=re.ASCII)[:26].strip("_") or usual
+        wanted = wanted if not wanted[0].isdigit() else f"v{wanted}"
+        name, number = wanted, 1
+        while name in self.given:
+            number += 1
+            name = f"{wanted}_{number}"
+        self.given.add(name)
+        return name
+
+    def scoped(self, text: str) -> str:
+        """A text with the names of loops' memory and counters."""
+        return MEMORY.sub(lambda one: f"{self.memories[one[1]]}." if one[1] else f"[{self.indices[one[2]]}]", text)
+
+    def taken_reads(self) -> frozenset[str]:
+        """The targets that expressions written since the last call have read."""
+        reads, self.reads = self.reads, frozenset()
+        return reads
+
+    def text(self, place: int) -> str:
+        """A number where it is used."""
+        if place in self.names:
+            return self.names[place]
+        node = self.nodes[place]
+        if node.operation == CONSTANT:
+            return literal(float(node.text), self.precise)
+        if node.operation in (INPUT, LEFT):
+            text = self.scoped(node.text)
+            self.reads |= {text}
+            self.all_reads.add(text)
+            return text
+        return self.expression(place)
+
+    def expression(self, place: int) -> str:
+        """The expression that computes it."""
+        if place in self.halves:
+            return self.halves[place]
+        node = self.nodes[place]
+        if node.operation == "item":
+            return self.text(node.operands[0]) + self.scoped(node.text)
+        if node.operation == "bit":
+            x, mask = node.operands
+            return C_TEXT["bit"].format(self.text(x), f"{int(float(self.nodes[mask].text))}u")
+        if node.operation in OPERATIONS:
+            return f"qs_{node.operation}({', '.join(bare(self.text(operand)) for operand in node.operands)})"
+        if node.operation not in C_TEXT:
+            raise TypeError(f"the operation {node.operation!r} cannot be written in C")
+        word = node.operation.startswith("word ")
+        texts = [self._bits(operand) if word else self.text(operand) for operand in node.operands]
+        called = C_TEXT[node.operation].startswith("qs_")
+        return C_TEXT[node.operation].format(*(map(bare, texts) if called else texts))
+
+    def _bits(self, place: int) -> str:
+        """An operand of an operation on words: a constant is one too."""
+        node = self.nodes[place]
+        return f"{int(float(node.text)) & 0xFFFFFFFF}u" if node.operation == CONSTANT else self.text(place)
+
+    def kept(self, place: int) -> bool:
+        """Whether a number has a local of its own."""
+        return self.uses[place] > 1 or place in self.naming.names or self.nodes[place].operation == "item"
+
+    def long(self, place: int) -> bool:
+        """Whether its expression is too long to stand in another one."""
+        reads = self.reads
+        long = len(self.expression(place)) > LONGEST
+        self.reads = reads
+        return long

@@ -1,0 +1,216 @@
+"""A controller that flies as its own export: compiled by this machine's C compiler and called sample by sample.
+
+Every call takes the whole memory and returns it, so a sample depends on nothing else, like a law over numbers.
+"""
+
+import ctypes
+import math
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.engines.fly import FlightPlan, Flown, on_lanes
+from quadstep.engines.loop import Loop
+from quadstep.export.c.compiler import compile_c
+from quadstep.export.c.interface import Exported, header
+from quadstep.export.c.law import measured_part
+from quadstep.export.c.source import parameters, source
+from quadstep.export.c.structs import fields_of
+from quadstep.export.c.subject import Planned, exported, refuse_opaque
+from quadstep.interfaces.closed_loop import Advance
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.log import FlightLog
+from quadstep.interfaces.reference import Reference
+from quadstep.numbers import Number, flatten, leaf_names, rebuild
+from quadstep.numbers.opaque import call
+from quadstep.numbers.registered import raise_pending, register, release
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class CompiledGains(NamedTuple):
+    """handle: of the function that calls the compiled code."""
+
+    handle: Number
+
+
+@dataclass(frozen=True)
+class Compiled(Controller):
+    """The law in C. inner: the law in Python. shape: names of all leaves of memory and command.
+
+    told: fields of a measurement. memory, command: of the right structure.
+    """
+
+    inner: Controller
+    shape: tuple[str, ...]
+    told: tuple[str, ...]
+    memory: object = field(compare=False)
+    command: object = field(compare=False)
+
+    def loops(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The law's."""
+        return self.inner.loops()
+
+    @property
+    def also_measures(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The law's."""
+        return self.inner.also_measures
+
+    @property
+    def preview(self) -> tuple[float, ...]:  # type: ignore[override]
+        """The law's."""
+        return self.inner.preview
+
+    def start(self, measured: object, gains: CompiledGains) -> object:
+        """The memory before the first sample."""
+        return self._asked(-1, self.memory, measured, (), gains, 0.0, 0.0)[0]
+
+    def slower(
+        self, loop: str, memory: object, measured: object, reference: Reference, gains: CompiledGains, t: Number,
+        period: Number,
+    ) -> object:  # fmt: skip
+        """One of its loops; does nothing if it has none of this name."""
+        if loop not in self.loops():
+            return memory
+        return self._asked(self.loops().index(loop), memory, measured, reference, gains, t, period)[0]
+
+    def law(
+        self, memory: object, measured: object, reference: Reference, gains: CompiledGains, t: Number, period: Number
+    ) -> tuple[object, object]:
+        """The law."""
+        memory, command = self._asked(len(self.loops()), memory, measured, reference, gains, t, period)
+        return command, memory
+
+    def _measured(self, measured: object) -> list[Number]:
+        """The fields of a measurement that the code takes."""
+        return [leaf for name in self.told for leaf in flatten(getattr(measured, name))]
+
+    def _asked(
+        self, which: int, memory: object, measured: object, reference: object, gains: CompiledGains, t: Number,
+        period: Number,
+    ) -> tuple[object, object]:  # fmt: skip
+        """Memory and command after a call. which: -1 start, then the slower loops, then the law."""
+        inputs = [float(which), t, period, *flatten(memory), *self._measured(measured), *flatten(reference)]
+        count = len(flatten((self.memory, self.command)))
+        answer = call(gains.handle, inputs, count)
+        return rebuild((self.memory, self.command), iter(answer))
+
+
+class Library:
+    """The compiled code, in a folder of its own."""
+
+    def __init__(self, law: Exported, folder: Path) -> None:
+        for end, text in ((".h", header(law)), (".c", source(law)), ("_params.c", parameters(law))):
+            (folder / f"{law.name}{end}").write_text(text, encoding="utf-8")
+        compile_c(folder, ["-O2", "-fPIC", "-shared", "-o", "law.so", f"{law.name}.c", f"{law.name}_params.c", "-lm"])
+        self.law, self.code = law, ctypes.CDLL(str(folder / "law.so"))
+        self.real = ctypes.c_double if law.precise else ctypes.c_float
+        self.names = (*law.subject.controller.loops(), "law")
+        self.memory, self.command = len(flatten(law.code.memory)), len(flatten(law.code.command))
+        self.measured = len(flatten(measured_part(law.subject.measured)))
+        self.params = ctypes.byref((ctypes.c_char * 1).in_dll(self.code, f"{law.name}_mission"))
+
+        class State(ctypes.Structure):
+            _fields_ = [
+                ("memory", self.real * self.memory),
+                ("held", self.real * self.command),
+                ("ready", ctypes.c_uint32),
+            ]
+
+        class Clock(ctypes.Structure):
+            _fields_ = [
+                ("tick", ctypes.c_uint32),
+                ("step", self.real),
+                ("period", self.real),
+                ("age", self.real),
+            ]
+
+        self.state, self.clock = State, Clock
+
+    def answer(self, inputs: Array) -> list[float]:
+        """Memory and command after a call; NaN if the code rejects its input."""
+        which, t, period = int(inputs[0]), float(inputs[1]), float(inputs[2])
+        after = 3 + self.memory
+        state = self.state()
+        state.ready = 1
+        state.memory[:] = inputs[3:after].tolist()
+        measured = (self.real * self.measured)(*inputs[after : after + self.measured].tolist())
+        name = self.law.name
+        if which < 0:
+            status = getattr(self.code, f"{name}_start")(self.params, ctypes.byref(state), measured)
+            return self.given(state, status, [0.0] * self.command)
+        wanted = inputs[after + self.measured :].tolist()
+        reference = (self.real * len(wanted))(*wanted)
+        step = self.law.clocked.step
+        clock = self.clock(round(t / step), step, period, 0.0)
+        command = (self.real * self.command)()
+        function = getattr(self.code, f"{name}_{self.names[which]}")
+        given = [self.params, ctypes.byref(state), measured, reference, ctypes.byref(clock)]
+        if self.names[which] == "law":
+            given.append(command)
+        return self.given(state, function(*given), list(command))
+
+    def given(self, state: ctypes.Structure, status: int, command: list[float]) -> list[float]:
+        """The result of a call."""
+        if status:
+            return [math.nan] * (self.memory + self.command)
+        return [*state.memory, *command]
+
+
+def remembering(function: Callable[[Array], list[float]]) -> Callable[[Array], list[float]]:
+    """The function, which returns the same answer when called again with the same input: lanes pad a block with one flight."""
+    asked, answer = b"", [0.0]
+
+    def asking(inputs: Array) -> list[float]:
+        nonlocal asked, answer
+        question = inputs.tobytes()
+        if question != asked:
+            asked, answer = question, function(inputs)
+        return answer
+
+    return asking
+
+
+@contextmanager
+def through_c(plan: Planned, precise: bool) -> Iterator[tuple[Compiled, CompiledGains]]:
+    """A controller and gains that fly the plan's own controller as compiled C while the block runs.
+
+    Raises UserError for a law that cannot be written in C, and if there is no C compiler.
+    """
+    law = exported(plan, precise, logged=True)
+    with tempfile.TemporaryDirectory(prefix="quadstep-c-") as folder:
+        library = Library(law, Path(folder))
+        handle = register(remembering(library.answer))
+        try:
+            controller = plan.loop.controller
+            memory = controller.start(law.subject.measured, law.subject.gains)
+            told = tuple(fields_of(measured_part(law.subject.measured)))
+            shape = tuple(leaf_names((memory, law.code.asked)))
+            yield Compiled(controller, shape, told, memory, law.code.asked), CompiledGains(float(handle))
+            raise_pending(handle)
+        finally:
+            release(handle)
+
+
+def on_c(plans: Sequence[FlightPlan]) -> Flown:
+    """What flies these on lanes, each controller as C. Raises UserError for one that cannot be written in C."""
+    for plan in plans:
+        if isinstance(plan.loop, Loop):
+            refuse_opaque(plan.loop.controller)
+    return lambda progress: [fly_c(plan, progress) for plan in plans]
+
+
+def fly_c(plan: FlightPlan, progress: Advance | None = None, precise: bool = True) -> FlightLog:
+    """A flight whose controller is compiled from C. precise: in f64; else in f32, the rest of the loop in f64.
+
+    Raises UserError for a controller that cannot be written in C, and if there is no C compiler.
+    """
+    with through_c(plan, precise) as (law, gains):
+        loop, parameters = replace(plan.loop, controller=law), plan.parameters._replace(gains=gains)
+        return on_lanes([plan._replace(loop=loop, parameters=parameters)])(progress)[0]

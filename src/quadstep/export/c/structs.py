@@ -1,0 +1,258 @@
+"""Structures of numbers as C structs, and as inputs of a law that is being recorded."""
+
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, cast
+
+from quadstep.io.errors import UserError
+from quadstep.numbers import Matrix, Number, Structure, Table, Vector, flatten, leaf_names
+from quadstep.numbers.c_text import bare, literal
+from quadstep.numbers.rows import FEWEST_ROWS, LEFT, Body, RowMatrix, RowRecord, RowVector
+from quadstep.numbers.script import INPUT, ScriptNumber, ScriptTable
+
+INDENT = "    "
+
+
+class Array(NamedTuple):
+    """A C array. sizes: from the outside in. entries: its numbers, in order."""
+
+    sizes: tuple[int, ...]
+    entries: tuple[object, ...]
+
+
+def as_array(value: Structure) -> Array | None:
+    """A vector, a matrix, a table or a plain tuple of these as an array; None for anything else."""
+    if isinstance(value, Table):
+        return Array((value.size,), tuple(value.values))
+    if isinstance(value, Vector):
+        return Array((len(value),), tuple(value))
+    if isinstance(value, Matrix):
+        rows = [as_array(row) for row in value]
+    elif isinstance(value, tuple) and not hasattr(value, "_fields") and not any(hasattr(one, "_fields") for one in value):
+        rows = [as_array(one) or Array((), (one,)) for one in value]
+    else:
+        return None
+    known = [row for row in rows if row is not None]
+    if len({row.sizes for row in known}) > 1:
+        raise TypeError("a tuple of vectors of different lengths does not fit a C array")
+    return Array((len(known), *(known[0].sizes if known else ())), tuple(entry for row in known for entry in row.entries))
+
+
+def fields_of(value: Structure) -> Mapping[str, Structure]:
+    """The fields of a NamedTuple."""
+    names: tuple[str, ...] = getattr(value, "_fields", ())
+    return {name: getattr(value, name) for name in names}
+
+
+def has_numbers(value: Structure) -> bool:
+    """Whether a structure holds any: a struct of C cannot be empty."""
+    return bool(flatten(value))
+
+
+def as_structs(value: Structure) -> tuple[Structure, ...]:
+    """A NamedTuple, or a tuple of alike ones, as these; none for anything else."""
+    if hasattr(value, "_fields"):
+        return (value,)
+    return value if isinstance(value, tuple) and value and all(hasattr(one, "_fields") for one in value) else ()
+
+
+def as_struct(value: Structure, name: str) -> Structure:
+    """A structure with named fields; a value without any becomes the only field, with this name."""
+    if hasattr(value, "_fields"):
+        return value
+    if isinstance(value, tuple) and not value:
+        return namedtuple("Nothing", ())()
+    return namedtuple("Named", (name,))(cast(Any, value))
+
+
+def as_given(value: Structure, like: Structure) -> Structure:
+    """The inverse of `as_struct` for something of this shape."""
+    return value if hasattr(like, "_fields") or not value else cast("tuple[Structure, ...]", value)[0]
+
+
+def unlike(value: Structure) -> bool:
+    """Whether a tuple has parts of different shapes, each of which then becomes a separate member."""
+    if not isinstance(value, tuple) or hasattr(value, "_fields"):
+        return False
+    return len({tuple(leaf_names(one)) for one in value}) > 1
+
+
+def parts_of(value: Structure) -> Mapping[str, Structure]:
+    """The members of a struct: fields, and parts that are separate members, `chains_0` and so on."""
+    parts: dict[str, Structure] = {}
+    for name, field in fields_of(value).items():
+        parts |= (
+            {f"{name}_{i}": one for i, one in enumerate(cast("tuple[Structure, ...]", field))}
+            if unlike(field)
+            else {name: field}
+        )
+    return parts
+
+
+def members(value: Structure, comment: Callable[[str], str], path: str = "", depth: int = 1) -> list[str]:
+    """The members of a struct. comment: of a member, by dotted name."""
+    lines = []
+    for name, field in parts_of(value).items():
+        if not has_numbers(field):
+            continue
+        place, indent = f"{path}{name}", INDENT * depth
+        array, structs = as_array(field), as_structs(field)
+        if structs:
+            inner = members(structs[0], comment, f"{place}.", depth + 1)
+            size = "" if hasattr(field, "_fields") else f"[{len(structs)}]"
+            lines += [f"{indent}struct", f"{indent}{{", *inner, f"{indent}}} {name}{size};{remarked(comment(place))}"]
+            continue
+        sizes = "".join(f"[{size}]" for size in array.sizes) if array else ""
+        lines.append(f"{indent}real {name}{sizes};{remarked(comment(place))}")
+    return lines
+
+
+def remarked(text: str) -> str:
+    """A comment at the end of a line; nothing for no text."""
+    return f" /* {text} */" if text else ""
+
+
+def initialiser(value: Structure, precise: bool, path: str = "", depth: int = 1) -> list[str]:
+    """The numbers of a struct, member by member. Raises UserError naming a number that does not fit."""
+    lines = []
+    for name, field in parts_of(value).items():
+        if not has_numbers(field):
+            continue
+        indent, array, structs = INDENT * depth, as_array(field), as_structs(field)
+        if structs:
+            brackets = ("{", "}") if hasattr(field, "_fields") else ("{{", "}}")
+            texts = ["\n".join(initialiser(one, precise, f"{path}{name}.", depth + 1)) for one in structs]
+            lines += [f"{indent}.{name} =", indent + brackets[0], f"\n{indent}}},{{\n".join(texts), f"{indent}{brackets[1]},"]
+        elif array is None:
+            lines.append(f"{indent}.{name} = {said(f'{path}{name}', Array((), (field,)), precise)},")
+        else:
+            lines.append(f"{indent}.{name} = {said(f'{path}{name}', array, precise)},")
+    return lines
+
+
+def said(path: str, array: Array, precise: bool) -> str:
+    """A number, or an array's in braces. Raises UserError naming it where one does not fit."""
+    try:
+        return braced(array, precise) if array.sizes else number(array.entries[0], precise)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+
+
+def braced(array: Array, precise: bool) -> str:
+    """An array's numbers in braces."""
+    if len(array.sizes) == 1:
+        return "{" + ", ".join(number(entry, precise) for entry in array.entries) + "}"
+    size, inner = len(array.entries) // array.sizes[0], array.sizes[1:]
+    rows = (Array(inner, array.entries[at : at + size]) for at in range(0, len(array.entries), size))
+    return "{" + ", ".join(braced(row, precise) for row in rows) + "}"
+
+
+def number(value: object, precise: bool) -> str:
+    """A number without brackets."""
+    return bare(literal(float(cast(float, value)), precise))
+
+
+def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...] = ()) -> Structure:
+    """The structure as a law finds it in memory under this name (`memory->`): long arrays stay in memory.
+
+    after: places of the numbers that produce it there; none if it exists beforehand.
+    """
+    if isinstance(value, Table):
+        return ScriptTable(record, text, value.size)
+    if isinstance(value, Matrix | Vector) and is_long(value):
+        array = placed(record, text, after)
+        if isinstance(value, Vector):
+            return RowVector.found(record, len(value), array)
+        return RowMatrix.found(record, (len(value), len(value.rows[0])), array)
+    if isinstance(value, Vector | Matrix):
+        entries = value.entries if isinstance(value, Vector) else value.rows
+        made = [found(record, entry, f"{text}[{i}]", after) for i, entry in enumerate(entries)]
+        return type(value)(cast(Any, made))  # numbers or vectors
+    if isinstance(value, tuple):
+        return inner(value, lambda one, at: found(record, one, at, after), text)
+    return ScriptNumber(record, placed(record, text, after))
+
+
+def is_long(value: Matrix | Vector) -> bool:
+    """Whether it stays in memory."""
+    return len(value) >= FEWEST_ROWS * (1 if isinstance(value, Matrix) else 2)
+
+
+def placed(record: RowRecord, text: str, after: tuple[int, ...]) -> int:
+    """The place of the number in memory under this name."""
+    return record.place(LEFT if after else INPUT, *after, text=text)
+
+
+def inner(value: tuple[Structure, ...], made: Callable[[Structure, str], Structure], text: str) -> Structure:
+    """A tuple with a function applied to each part and its name in memory."""
+    if hasattr(value, "_fields"):
+        start = text if text[-1] in ">." else f"{text}."
+        return value._make(made(field, start + name) for name, field in fields_of(value).items())  # type: ignore[attr-defined]
+    at = "_{}" if unlike(value) else "[{}]"
+    return tuple(made(one, text + at.format(i)) for i, one in enumerate(value))
+
+
+class Output(NamedTuple):
+    """target: what the result is assigned to, as text. place: of the number, or of the loop that makes an array."""
+
+    target: str
+    place: int
+
+
+class Stored(NamedTuple):
+    """The assignments that store structures in memory: numbers, and arrays by the loops that make them."""
+
+    numbers: list[Output]
+    arrays: list[Output]
+
+
+def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Stored:
+    """Store structures at places in memory. The inputs of every array are read before any array is stored."""
+    numbers: list[Output] = []
+    waiting: list[tuple[str, RowMatrix | RowVector]] = []
+
+    def walk(value: Structure, target: str) -> Structure:
+        if isinstance(value, RowMatrix | RowVector):
+            waiting.append((target, value))
+        elif isinstance(value, Matrix) and is_long(value) and same(value):
+            waiting.append((target, RowMatrix(record, (len(value), len(value.rows[0])), lambda _: value.rows[0])))
+        elif isinstance(value, Vector | Matrix):
+            for i, entry in enumerate(value.entries if isinstance(value, Vector) else value.rows):
+                walk(entry, f"{target}[{i}]")
+        elif isinstance(value, tuple):
+            inner(value, walk, target)
+        elif not isinstance(value, Table):
+            numbers.append(Output(target, record.at(cast(Number, value))))
+        return ()
+
+    for target, value in results:
+        walk(value, target)
+    targets = {target for target, _ in waiting}
+    settled = [(target, read_first(record, array, targets - {target})) for target, array in waiting]
+    kept = [(target, array) for target, array in settled if array.array is None or record.nodes[array.array].text != target]
+    return Stored(numbers, [Output(target, looped(record, array)) for target, array in kept])
+
+
+def read_first(record: RowRecord, array: RowMatrix | RowVector, others: set[str]) -> RowMatrix | RowVector:
+    """The array; one not yet computed while others are stored, or stored where another goes, is computed now."""
+    if array.array is not None and record.nodes[array.array].text not in others:
+        return array
+    if array.array is None and not others:
+        return array
+    place = looped(record, array)
+    if isinstance(array, RowVector):
+        return RowVector.found(record, len(array), place)
+    return RowMatrix.found(record, array.shape, place)
+
+
+def same(value: Matrix) -> bool:
+    """Whether all entries are one constant."""
+    entries = flatten(value)
+    return all(isinstance(one, float | int) and one == entries[0] for one in entries)
+
+
+def looped(record: RowRecord, value: RowMatrix | RowVector) -> int:
+    """A loop that makes the rows of an array."""
+    index = record.index()
+    row = value.row(index) if isinstance(value, RowMatrix) else [value.entry(index)]
+    return record.loop(Body(len(value), index, tuple(map(record.at, row))))

@@ -1,0 +1,199 @@
+"""The interfaces of a plant, and of the air that it flies in."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
+
+from typing_extensions import TypeVar
+
+from quadstep.interfaces.closed_loop import Clock
+from quadstep.interfaces.reference import Reference
+from quadstep.numbers import Number, Vector
+
+
+class Rotor(NamedTuple):
+    """A rotor as it is drawn: place in body axes [m], sense (1: counter-clockwise), column of its thrust."""
+
+    position: tuple[float, float, float]
+    spin: int
+    column: str | None = None
+
+
+class Drawn(NamedTuple):
+    """How a vehicle is drawn. thrust, attitude: columns, three for the paper's angles or four for a quaternion.
+
+    ground: its height [m], radius: of a rotor [m], if the vehicle knows them.
+    """
+
+    rotors: tuple[Rotor, ...] = ()
+    thrust: str | None = None
+    attitude: tuple[str, ...] = ("psi", "theta", "phi")
+    ground: float | None = None
+    radius: float | None = None
+
+
+class Body(Protocol):
+    """A vehicle's mass [kg], its inertia about each axis [kg m^2] and gravity [m/s^2]."""
+
+    @property
+    def mass(self) -> Number: ...
+
+    @property
+    def inertia(self) -> Vector: ...
+
+    @property
+    def gravity(self) -> Number: ...
+
+
+P_contra = TypeVar("P_contra", contravariant=True, default=Any)
+"""A plant's parameters."""
+
+X = TypeVar("X", default=Any)
+"""Its state."""
+
+C_contra = TypeVar("C_contra", contravariant=True, default=Any)
+"""The commands that it takes, of one form or several."""
+
+U = TypeVar("U", default=Any)
+"""A command as it is logged."""
+
+H = TypeVar("H", default=Any)
+"""What its actuators are told."""
+
+K = TypeVar("K", default=Any)
+"""What perfect sensors would measure."""
+
+Y = TypeVar("Y", default=Any)
+"""What its controller gets to know."""
+
+A = TypeVar("A", default=Any)
+"""The state of air that moves."""
+
+
+class Plant(Protocol[P_contra, X, C_contra, U, H, K, Y]):
+    """A vehicle as laws over numbers. Structure only, hashable; its numbers are in the flight's parameters `p`.
+
+    State, actuators (`held`: their inputs until the next sample) and parameters are the plant's own NamedTuples.
+    """
+
+    @property
+    def compact(self) -> bool:
+        """Whether the compiler emits the derivative as one function that a step calls four times."""
+        ...
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Name and unit of every logged column, in the order of `row`."""
+        ...
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Columns of the position; those of the desired position have the suffix _d, its error is `error`."""
+        ...
+
+    @property
+    def efforts(self) -> Mapping[str, str]:
+        """Name and unit of each entry of `inputs`, as used by metrics."""
+        ...
+
+    @property
+    def norms(self) -> tuple[str, ...]:
+        """Name of each entry of `weight_norms`."""
+        ...
+
+    def body(self, p: P_contra) -> Body:
+        """The part of the parameters with the vehicle's mass [kg], inertia [kg m^2] and gravity [m/s^2]."""
+        ...
+
+    def rest(self, state: X, p: P_contra) -> tuple[U, H]:
+        """The command and the actuators before the first sample."""
+        ...
+
+    def truth(self, state: X) -> K:
+        """The motion that perfect sensors would measure."""
+        ...
+
+    def felt(self, p: P_contra, state: X, rate: X) -> Vector:
+        """What an accelerometer measures [m/s^2], body axes. rate: of the state. Used only with an estimator."""
+        ...
+
+    def told(self, known: K, held: H) -> Y:
+        """What the controller measures: the motion, and the actuators' inputs."""
+        ...
+
+    def rotor_speeds(self, state: X) -> Vector:
+        """The rotor speeds [rad/s]; used only by a law that measures them."""
+        ...
+
+    def asked(self, p: P_contra, command: C_contra) -> U:
+        """A law's command as it is logged: without limits, and in one form, whatever forms the plant accepts."""
+        ...
+
+    def actuate(self, p: P_contra, command: C_contra) -> H:
+        """The actuators' inputs for a command, within their limits."""
+        ...
+
+    def rate(self, p: P_contra, state: X, held: H, wind: Vector, time: Number) -> X:
+        """Rate of every state. wind [m/s]: world axes."""
+        ...
+
+    def settled(self, state: X) -> X:
+        """The state after a step, projected back onto its manifold."""
+        ...
+
+    def outcome(self, p: P_contra, state: X, command: U, reference: Reference) -> Number:
+        """The `Outcome` that ends the flight at a sample, or 0; a non-finite number takes precedence.
+
+        command: before limits, since a limit would hide NaN.
+        """
+        ...
+
+    def error(self, state: X, reference: Reference) -> Vector:
+        """The desired position less the true one [m], along the plant's axes."""
+        ...
+
+    def inputs(self, held: H) -> Vector:
+        """The actuators' inputs, as metrics sum them."""
+        ...
+
+    def weight_norms(self, command: U) -> Vector:
+        """Norms of the weights that a law has learned, as its command reports them."""
+        ...
+
+    def drawn(self, p: P_contra) -> Drawn:
+        """How the vehicle is drawn."""
+        ...
+
+    def row(
+        self,
+        p: P_contra,
+        state: X,
+        told: Y,
+        command: U,
+        held: H,
+        reference: Reference,
+        wind: Vector,
+        time: Number,
+    ) -> list[Number]:
+        """One row of the log, in the order of `columns`."""
+        ...
+
+
+class Air(Protocol[A, P_contra]):
+    """Moving air. Its numbers are `p.wind`, the key of its noise `p.key`."""
+
+    @property
+    def stirs(self) -> bool:
+        """Whether it has a state that persists from step to step."""
+        ...
+
+    def start(self) -> A:
+        """Its state before the first tick."""
+        ...
+
+    def stir(self, air: A, p: P_contra, clock: Clock) -> A:
+        """Its state one period later."""
+        ...
+
+    def wind(self, air: A, p: P_contra, time: Number) -> Vector:
+        """The wind [m/s] at time t [s], world axes."""
+        ...

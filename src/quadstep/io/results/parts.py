@@ -1,0 +1,122 @@
+"""The parts of a long computation, in a folder of results: those that an unfinished run left, and those of a finished one.
+
+Each is named by a digest of all that decides it and one of its content, which is compared before the content is used. So an
+interrupted run goes on, one that has grown computes only what is new, and no damaged part is taken for a result.
+"""
+
+import contextlib
+import hashlib
+import json
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from quadstep.io.documents import parse_json
+from quadstep.io.errors import UserError
+from quadstep.io.files import FLIGHTS as ANY_PART
+from quadstep.io.results.code import code_digest
+from quadstep.io.results.folder import RUNNING, Folder, opened
+from quadstep.io.results.interrupts import interruptible
+from quadstep.io.results.sealed import sealed
+from quadstep.io.version import __version__
+
+FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, JOURNALS = "flights", "gains", "margins", "linear", "costs", "journals"
+"""Folders of results, and of what a search has flown so far."""
+
+ENDINGS = {FLIGHTS: "parquet", GAINS: "json", MARGINS: "json", LINEAR: "json", COSTS: "json"}
+
+
+class Parts:
+    """The parts in a folder that one run has for itself. Made by `parts_in`."""
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder = folder
+
+    def find(self, kind: str, key: str) -> str | None:
+        """The name of a part in the folder; None where it is still to be computed."""
+        for inner in (f"{RUNNING}/{kind}", kind):
+            with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+                for name in self.folder.names(inner):
+                    if name.startswith(f"{key}-"):
+                        return f"{inner}/{name}"
+        return None
+
+    def read(self, kind: str, key: str) -> bytes | None:
+        """The content of a part; None where it is still to be computed. Raises UserError where it is not what was written."""
+        name = self.find(kind, key)
+        if name is None:
+            return None
+        content = self.folder.read(name, ANY_PART)
+        if not is_whole(name, kind, key, content):
+            raise changed(self.folder.path / name)
+        return content
+
+    def add(self, kind: str, key: str, content: bytes) -> None:
+        """Keep a part, in place of an earlier one. Raises UserError where the disk does not take it."""
+        content = sealed(json.loads(content)) if kind == COSTS else content
+        name = f"{RUNNING}/{kind}/{file_name(kind, key, content)}"
+        try:
+            self.folder.write(name, content)
+            for other in self.folder.names(f"{RUNNING}/{kind}"):
+                if other.startswith(f"{key}-") and other != Path(name).name:
+                    self.folder.remove(f"{RUNNING}/{kind}/{other}")
+        except OSError as error:
+            raise UserError(
+                f"{self.folder.path}: cannot be written: {error.strerror or error}; finished results are kept"
+            ) from None
+
+    def publish(self, out: Path, wanted: Iterable[tuple[str, str]]) -> None:
+        """Put these parts, by kind and key, into the folder of a finished run; equal entrants share theirs."""
+        for kind, key in dict.fromkeys(wanted):
+            content = self.read(kind, key)
+            assert content is not None
+            (out / kind).mkdir(exist_ok=True)
+            (out / kind / file_name(kind, key, content)).write_bytes(content)
+
+
+def file_name(kind: str, key: str, content: bytes) -> str:
+    """Of a part: what decides it, and what it holds; times differ whenever they are measured, so names do not tell them."""
+    digest = "measured" if kind == COSTS else hashlib.sha256(content).hexdigest()[:16]
+    return f"{key}-{digest}.{ENDINGS[kind]}"
+
+
+def is_whole(name: str, kind: str, key: str, content: bytes) -> bool:
+    """Whether a part of this name holds what was written."""
+    if kind != COSTS:
+        return Path(name).name == file_name(kind, key, content)
+    with contextlib.suppress(UserError):
+        found = parse_json(content, name)
+        return isinstance(found, dict) and sealed(found) == content
+    return False
+
+
+def changed(path: Path) -> UserError:
+    """The error for a part whose content is not what was written."""
+    return UserError(f"{path}: was changed after `quadstep compare` wrote it; delete it to compute it again")
+
+
+@contextlib.contextmanager
+def parts_in(path: Path) -> Iterator[Parts]:
+    """The parts in a folder, which is made if absent, and locked while the block runs.
+
+    When the block ends well, they have been published; else they are kept for the next run. Raises UserError, and
+    InterruptedRun on Ctrl-C.
+    """
+    with contextlib.ExitStack() as stack:
+        try:
+            folder = stack.enter_context(opened(path))
+            handle = stack.enter_context(folder.inside([RUNNING], make=True))
+            stack.callback(folder.remove_empty, RUNNING)
+            stack.enter_context(Folder(path / RUNNING, handle).locked(wait=False))
+        except BlockingIOError:
+            raise UserError(f"{path}: another run is writing into this folder; choose another --out") from None
+        except OSError as error:
+            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+        with interruptible(lambda: f"finished flights are kept in {path}; run the same command to continue"):
+            yield Parts(folder)
+        folder.remove_tree(RUNNING)
+
+
+def key(*decisive: object) -> str:
+    """A digest of all that decides a part, and of the code that computes it."""
+    text = json.dumps([__version__, code_digest(), *decisive], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,0 +1,123 @@
+"""Running the user's files: each once for each content, apart from all others."""
+
+import builtins
+import contextlib
+import importlib
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.blame import FILES, NAMED, user_error
+from quadstep.io.user_code.places import Place, digest_of, package_files, sibling, sources
+
+PREFIX = "quadstep_user_"
+"""How the modules of users are called in sys.modules, followed by a digest."""
+
+families: dict[str, "Family"] = {}
+refused = ""
+"""Why no code of users may run; nothing where it may."""
+trusted: Sequence[str] | None = None
+"""The files and modules that may run where a mission is a stranger's; None where all may."""
+
+
+def refuse(reason: str) -> None:
+    """From now on no code of users is run."""
+    global refused  # noqa: PLW0603 (a policy of the process)
+    refused = reason
+
+
+@contextlib.contextmanager
+def only(given: Sequence[str]) -> Iterator[None]:
+    """Meanwhile no code of users is run but these files, wherever a mission looks for ones of their names, and modules."""
+    global trusted  # noqa: PLW0603 (a policy of the process)
+    trusted = given
+    try:
+        yield
+    finally:
+        trusted = None
+
+
+def refuse_stranger(found: Place, folder: Path) -> Path:
+    """The folder in which to look for what a mission names. Raises UserError for code that may not run."""
+    if trusted is None:
+        return folder
+    for one in trusted:
+        file = Path(one)
+        if one == found.where or file.name == Path(found.where).name or (file.suffix == ".py" and file.stem == found.where):
+            return file.parent
+    raise UserError(f"{found.text}: is code, which is not run unless you name its file: --controller {found.where}")
+
+
+def load(found: Place, folder: Path) -> object:
+    """The class or function that a mission names. folder: the mission's. Raises UserError."""
+    if refused:
+        raise UserError(f"{found.text}: user code is not run: {refused}")
+    own = refuse_stranger(found, folder)
+    path = (found if own is folder else found._replace(where=Path(found.where).name)).file(own)
+    if path is None and found.text not in NAMED:
+        with contextlib.suppress(UserError):  # too many files
+            FILES.update(map(str, package_files(found.where.partition(".")[0])))
+    NAMED.add(found.text)
+    try:
+        module = family_of(path).module(path) if path else importlib.import_module(found.where)
+    except (UserError, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # SystemExit too
+        raise user_error(error, str(path or found.text)) from error
+    if not hasattr(module, found.name):
+        known = [name for name, one in vars(module).items() if getattr(one, "__module__", "") == module.__name__]
+        raise UserError(f"{path or found.where}: has no {found.name!r}; it defines {', '.join(known) or 'nothing'}")
+    return getattr(module, found.name)
+
+
+class Family:
+    """A file and those beside it that it imports, as modules of their own."""
+
+    def __init__(self, folder: Path, contents: Mapping[Path, bytes], name: str) -> None:
+        self.folder, self.contents, self.name = folder, contents, name
+
+    def module(self, path: Path) -> ModuleType:
+        """The module of a file, run when first asked for."""
+        name = f"{self.name}_{path.stem}"
+        if name in sys.modules:
+            return sys.modules[name]
+        module = ModuleType(name)
+        module.__file__ = str(path)
+        module.__dict__["__builtins__"] = {**vars(builtins), "__import__": self.own_import, "print": said}
+        sys.modules[name] = module
+        FILES.add(str(path))
+        try:
+            exec(compile(self.contents[path], str(path), "exec", dont_inherit=True), module.__dict__)
+        except BaseException:
+            del sys.modules[name]
+            raise
+        return module
+
+    def own_import(
+        self,
+        name: str,
+        spaces: Mapping[str, object] | None = None,
+        locally: Mapping[str, object] | None = None,
+        fromlist: Sequence[str] | None = (),
+        level: int = 0,
+    ) -> object:
+        """What `import` does in these files: a file beside the others goes before what Python finds."""
+        path = None if level else sibling(self.folder, name)
+        if path is None or path not in self.contents:
+            return builtins.__import__(name, spaces, locally, fromlist or (), level)
+        return self.module(path)
+
+
+def said(*values: Any, file: Any = None, **how: Any) -> None:
+    """What `print` does in these files: standard output is for results."""
+    print(*values, file=file or sys.stderr, **how)
+
+
+def family_of(path: Path) -> Family:
+    """The family of a file, with its present content."""
+    contents = sources(path)
+    name = PREFIX + digest_of([(str(path), b""), *((str(one), contents[one]) for one in sorted(contents))])[:16]
+    return families.setdefault(name, Family(path.parent, contents, name))

@@ -1,0 +1,74 @@
+"""How good a flight was: as asked; flown, but not as asked; or lost. The page grades by the same rules (`as_json`)."""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import NamedTuple
+
+from quadstep.metrics.judging.verdict import scalars
+
+
+class Grade(StrEnum):
+    """as asked: to its end, and no rule is broken. flew, but: to its end, and a rule is broken. lost: it ended early."""
+
+    AS_ASKED = "as asked"
+    FLEW_BUT = "flew, but"
+    LOST = "lost"
+
+
+class Rule(NamedTuple):
+    """A flight is as asked while `metric`, as in metrics.json, is at most `most`.
+
+    label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor`.
+    """
+
+    metric: str
+    most: float
+    label: str
+    text: str
+    factor: float = 1.0
+
+
+HALF_TURN = 180.0 / 3.141592653589793
+
+RULES = (
+    Rule("relative_error", 0.1, "large error", "its error is large for its path ({} %; more than 10 %)", 100.0),
+    Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (more than 90°)", HALF_TURN),
+    Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (more than 10 %)", 100.0),
+    Rule("error_growth", 2.0, "error still growing",
+         "its error was still growing at the end ({} times over the last half; more than 2)"),
+    Rule("rate_growth", 2.0, "rates still growing",
+         "its rates were still growing at the end ({} times over the last half; more than 2)"),
+)  # fmt: skip
+"""In the order in which they are said."""
+
+
+class Graded(NamedTuple):
+    """reasons: why it is not as asked, one clause each; empty for a flight that is, and for one that was lost."""
+
+    grade: Grade
+    reasons: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, object]:
+        """For metrics.json."""
+        return {"grade": self.grade.value, "grade_reasons": list(self.reasons)}
+
+    @property
+    def sentence(self) -> str:
+        """`Flew, but its error is large for its path (23 %; more than 10 %).`; empty where a flight was as asked or lost."""
+        return f"Flew, but {', and '.join(self.reasons)}." if self.reasons else ""
+
+
+def graded(metrics: Mapping[str, object]) -> Graded:
+    """The grade of a flight by its metrics.
+
+    >>> graded({"outcome": "completed", "relative_error": 0.02}).grade.value
+    'as asked'
+    >>> graded({"outcome": "completed", "saturated_share": 0.431}).sentence
+    'Flew, but its rotors were saturated 43.1 % of the time (more than 10 %).'
+    """
+    if metrics.get("outcome") != "completed":
+        return Graded(Grade.LOST)
+    measured = scalars(dict(metrics))
+    values = ((rule, measured.get(rule.metric)) for rule in RULES)
+    reasons = tuple(rule.text.format(f"{rule.factor * value:.3g}") for rule, value in values if value and value > rule.most)
+    return Graded(Grade.FLEW_BUT if reasons else Grade.AS_ASKED, reasons)

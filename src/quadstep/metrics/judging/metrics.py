@@ -1,0 +1,87 @@
+"""`quadstep fly --require METRIC=MOST`: an upper limit for a metric of one flight."""
+
+import math
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
+
+from quadstep.io.errors import UserError
+from quadstep.metrics.judging.verdict import Case
+
+OPTION = "--require"
+
+
+class Requirement(NamedTuple):
+    """metric: dotted name as in metrics.json, with or without its unit. most: its upper limit, in that unit."""
+
+    metric: str
+    most: float
+
+
+class Judged(NamedTuple):
+    """A requirement applied to a flight. metric: with its unit. measured: None where the flight has no such number."""
+
+    metric: str
+    most: float
+    measured: float | None
+    failure: str | None
+
+    @property
+    def case(self) -> Case:
+        """For a report."""
+        return Case(f"{bare(self.metric)} at most {quantity(self.most, unit(self.metric))}", self.failure)
+
+    def as_json(self) -> dict[str, object]:
+        """For `--json`."""
+        return {"metric": self.metric, "most": self.most, "measured": self.measured, "met": self.failure is None}
+
+
+def parsed(text: str) -> Requirement:
+    """`position_rmse=0.05`. Raises UserError."""
+    name, separator, number = (part.strip() for part in text.partition("="))
+    try:
+        most = float(number)
+    except ValueError:
+        most = math.nan
+    if not (name and separator) or not (math.isfinite(most) and most >= 0.0):
+        raise UserError(f"{OPTION} {text!r:.80}: should be METRIC=MOST with a number from 0, like position_rmse=0.05")
+    return Requirement(name, most)
+
+
+def unit(metric: str) -> str:
+    """`m` of `position_rmse[m]`; empty for a number without a unit."""
+    return metric.partition("[")[2].rstrip("]")
+
+
+def bare(metric: str) -> str:
+    """`position_rmse` of `position_rmse[m]`."""
+    return metric.partition("[")[0]
+
+
+def named(wanted: Collection[Requirement], known: Collection[str]) -> list[Requirement]:
+    """The requirements with the full names of their metrics. Raises UserError for metrics that are not known."""
+    full = {bare(metric): metric for metric in known} | {metric: metric for metric in known}
+    for one in wanted:
+        if one.metric not in full:
+            allowed = ", ".join(sorted(known))
+            raise UserError(
+                f"{OPTION}: {one.metric!r:.60} is not a metric of this flight; allowed, with or without the unit: {allowed}"
+            )
+    return [one._replace(metric=full[one.metric]) for one in wanted]
+
+
+def judge(one: Requirement, measured: Mapping[str, float | None], diverged: str | None) -> Judged:
+    """Hold a requirement against the metrics of a flight. diverged: how it ended, if that was before its time."""
+    value = measured.get(one.metric)
+    number, most = quantity(value, unit(one.metric)), quantity(one.most, unit(one.metric))
+    failure = None
+    if diverged:
+        until = f", {number} until then" if value is not None else ""
+        failure = f"{bare(one.metric)} should be at most {most}, but the flight {diverged}{until}"
+    elif value is None or not value <= one.most:
+        failure = f"{bare(one.metric)} should be at most {most}, but is {number}"
+    return Judged(one.metric, one.most, value, failure)
+
+
+def quantity(value: float | None, unit: str) -> str:
+    """A number with its unit."""
+    return "never reached" if value is None else f"{value:.6g} {unit}".rstrip()

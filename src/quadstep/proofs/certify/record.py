@@ -1,0 +1,177 @@
+"""A certificate as JSON and as a table for the screen."""
+
+from typing import Any
+
+import numpy as np
+
+from quadstep.proofs.certify.arrays import Array, Mask, lengths
+from quadstep.proofs.certify.certificate import Certificate
+from quadstep.proofs.certify.verdict import kind, verdict
+
+TERMS = ("dissipation", "residual", "learning", "coupling", "filtering")
+
+
+def number(value: float | None) -> float | None:
+    """A finite number, or None."""
+    return None if value is None or not np.isfinite(value) else float(value)
+
+
+def rms(values: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def share(condition: Mask) -> float | None:
+    """The share of samples for which a condition holds; None for no samples."""
+    return float(np.mean(condition)) if len(condition) else None
+
+
+def rate_record(c: Certificate) -> dict[str, object]:
+    """L and L_dot: ends, work of each term, and how well the three ways to L_dot agree."""
+    rate, value = c.lyapunov.rate, c.lyapunov.value
+    mean = 0.5 * (rate[1:] + rate[:-1])
+    scale = rms(rate) or 1.0
+    outside, period = c.outside, c.history.period
+    return {
+        "first[J]": float(value[0]),
+        "last[J]": float(value[-1]),
+        "largest[J]": float(value.max()),
+        "work[J]": {name: float(getattr(c.lyapunov, name).sum() * period) for name in TERMS},
+        "samples_outside_b_r": int(outside.sum()),
+        "share_falling_outside_b_r": share(rate[outside] < 0.0),
+        "share_falling_outside_b_r_differenced": share(c.lyapunov.differenced[outside[:-1]] < 0.0),
+        "share_falling": share(rate < 0.0),
+        "share_rising_only_by_coupling": share((rate - c.lyapunov.coupling)[rate > 0.0] <= 0.0),
+        "formula_less_plant": float(np.abs(c.lyapunov.terms - rate).max()) / (float(np.abs(rate).max()) or 1.0),
+        "formula_less_differenced_rms": rms(c.lyapunov.differenced - mean) / scale,
+        "same_sign_as_differenced": share((c.lyapunov.differenced < 0.0) == (mean < 0.0)),
+        "largest_skew_term[W]": float(np.abs(c.lyapunov.skew).max()),
+    }
+
+
+def coupling_record(c: Certificate) -> dict[str, object]:
+    """The term -r1^T delta that the proof leaves out."""
+    ratio, h = c.coupling_ratio, c.history
+    tilt = np.sqrt(np.square(h.e2[:, 1:]).sum(axis=1))
+    bound = h.thrust * tilt + lengths(h.lag)
+    return {
+        "largest_delta[N]": float(lengths(h.delta).max()),
+        "largest_delta_of_filter[N]": float(lengths(h.lag).max()),
+        "largest_term[W]": float(np.abs(c.lyapunov.coupling).max()),
+        "largest_ratio": number(ratio.max()) if len(ratio) else None,
+        "median_ratio": number(float(np.median(ratio))) if len(ratio) else None,
+        "ratio_in_the_mean": number(
+            float((lengths(h.r1) * lengths(h.delta)).mean() / (c.conditions.k_min * np.square(c.r).mean()))
+        )
+        if c.conditions.k_min > 0.0 and c.r.any()
+        else None,
+        "share_within_u_e2_and_filter": share(lengths(h.delta) <= bound * (1.0 + 1e-9) + 1e-9),
+    }
+
+
+def flight_record(c: Certificate) -> dict[str, object]:
+    """Where |r| and |W_tilde| really were."""
+    entered = c.entered
+    return {
+        "largest_r": float(c.r.max()),
+        "largest_r1[m/s]": float(lengths(c.history.r1).max()),
+        "largest_r2[rad/s]": float(lengths(c.history.r2).max()),
+        "transient_ends[s]": None if entered is None else float(c.history.t[entered]),
+        "largest_r_after_transient": None if entered is None else float(c.r[entered:].max()),
+        "final_r": float(c.r[-1]),
+        "largest_W_tilde": float(c.missing.max()),
+        "share_outside_b_w": None if c.b_w is None else share(c.missing > c.b_w),
+    }
+
+
+def record(c: Certificate) -> dict[str, Any]:
+    """Everything, with units in the keys; r mixes m/s and rad/s as the paper does."""
+    k, (first, second) = c.conditions, c.ideal.fits
+    return {
+        "kind": kind(c),
+        "verdict": verdict(c),
+        "outcome": c.outcome.name.lower(),
+        "ended[s]": c.ended,
+        "looked_at_until[s]": c.until,
+        "samples": len(c.history.t),
+        "conditions": {
+            "J_M_visited[kg m^2]": k.j_visited,
+            "J_M_anywhere[kg m^2]": k.j_anywhere,
+            "K_r1 - m Lambda1 [N s/m]": k.position,
+            "printed: K_r2 - J_M Lambda2 [N m s]": {"visited": k.printed_visited, "anywhere": k.printed_anywhere},
+            "corrected: K_r2 - J_M max(Lambda2) [N m s]": {"visited": k.corrected_visited, "anywhere": k.corrected_anywhere},
+            "printed_hold": k.printed_hold,
+            "corrected_hold": k.hold,
+            "coupling_holds": k.coupling_holds,
+            "u_max[N]": k.thrust,
+            "u_max_allowed[N]": {"visited": number(k.thrust_bound), "anywhere": number(k.thrust_bound_anywhere)},
+            "broken": k.broken(),
+        },
+        "K_min": k.k_min,
+        "K_min_printed": k.k_min_printed,
+        "nets": {
+            "used": c.ideal.used,
+            "learning_from[s]": number(float(c.history.t[np.argmax(c.history.on)])) if c.ideal.used else None,
+            "W_B": c.weight_bound,
+            "eps_N": c.residual_bound,
+            "ridges": [number(first.ridge), number(second.ridge)],
+            "norm_W": [float(np.linalg.norm(first.weights)), float(np.linalg.norm(second.weights))],
+            "largest_target": [float(lengths(t).max()) for t in target_rows(c)],
+            "least_squares": {"W_B": c.weight_bound_plain, "eps_N": c.residual_bound_plain, "b_r": number(c.b_r_plain)},
+            "condition_numbers": [number(value) for value in c.ideal.conditions],
+            "W1": first.weights.tolist(),
+            "W2": second.weights.tolist(),
+        },
+        "bounds": {"b_r": number(c.b_r), "b_r_printed": number(c.b_r_printed), "b_w": number(c.b_w)},
+        "flight": flight_record(c),
+        "lyapunov": rate_record(c),
+        "coupling": coupling_record(c),
+    }
+
+
+def target_rows(c: Certificate) -> list[Array]:
+    """The nets' targets at each sample: what the ideal weights say and the error they leave."""
+    pairs = zip(c.ideal.fits, (c.history.mu_1, c.history.mu_2), strict=True)
+    return [fit.residual + mu @ fit.weights for fit, mu in pairs]
+
+
+def shown(value: float | None) -> str:
+    """A number on the screen."""
+    return "-" if value is None else f"{value:.4g}"
+
+
+def table(c: Certificate) -> list[list[str]]:
+    """What is measured, its value, and what it is held against."""
+    k, full = c.conditions, record(c)
+    nets, flight, rate, coupling = full["nets"], full["flight"], full["lyapunov"], full["coupling"]
+    plain = nets["least_squares"]
+    ridges = ", ".join("W = 0" if ridge is None else f"{ridge:g}" for ridge in nets["ridges"])
+    work = rate["work[J]"]
+    fell = rate["share_falling_outside_b_r"]
+    return [
+        ["K_r1 - m Lambda1, smallest", shown(k.k_1), "> 0"],
+        ["K_r2 - J_M Lambda2, smallest, as printed", shown(min(k.printed_visited)),
+         f"> 0; any attitude: {min(k.printed_anywhere):.4g}"],
+        ["K_r2 - J_M max(Lambda2), smallest, corrected", shown(k.k_2),
+         f"> 0; any attitude: {min(k.corrected_anywhere):.4g}"],
+        ["J_M on this flight", f"{k.j_visited:.4g} kg m^2", f"any attitude: {k.j_anywhere:.4g} kg m^2"],
+        ["largest thrust (coupling condition)", f"{k.thrust:.4g} N",
+         f"< {shown(k.thrust_bound)} N; any attitude: {shown(k.thrust_bound_anywhere)} N"],
+        ["K_min, smallest eigenvalue of K_v", shown(k.k_min), f"as printed: {k.k_min_printed:.4g}"],
+        ["W_B, eps_N of the ideal weights", f"{c.weight_bound:.4g}, {c.residual_bound:.4g}",
+         f"ridges {ridges}" if c.ideal.used else "no nets: zero weights"],
+        ["  by plain least squares", f"{plain['W_B']:.4g}, {plain['eps_N']:.4g}", f"b_r would be {shown(plain['b_r'])}"],
+        ["largest |r|", shown(flight["largest_r"]), f"b_r = {shown(c.b_r)} (as printed {shown(c.b_r_printed)})"],
+        ["largest |r| after the transient", shown(flight["largest_r_after_transient"]),
+         f"from t = {shown(flight['transient_ends[s]'])} s, the first |r| <= b_r"],
+        ["largest |W_tilde|", shown(flight["largest_W_tilde"]), f"b_w = {shown(c.b_w)}"],
+        ["samples outside b_r, with L_dot < 0", f"{rate['samples_outside_b_r']} of {len(c.r)}",
+         "-" if fell is None else f"{100.0 * fell:.4g} %"],
+        ["L, first and last", f"{rate['first[J]']:.4g}, {rate['last[J]']:.4g} J", f"largest {rate['largest[J]']:.4g} J"],
+        ["work on L of K_v, eps, weights, coupling",
+         ", ".join(f"{work[name]:.3g}" for name in TERMS[:4]) + " J", f"command filter's part {work['filtering']:.3g} J"],
+        ["L_dot: formula against plant", shown(rate["formula_less_plant"]), "largest difference, share of the largest"],
+        ["L_dot: formula against differences of L", shown(rate["formula_less_differenced_rms"]), "rms, share of the rms"],
+        ["coupling |r1| |delta| / K_min |r|^2", f"median {shown(coupling['median_ratio'])}",
+         f"largest {shown(coupling['largest_ratio'])}, ratio of means {shown(coupling['ratio_in_the_mean'])}"],
+    ]  # fmt: skip

@@ -1,0 +1,78 @@
+"""`quadstep certify`: one mission from file to folder."""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io.errors import UserError
+from quadstep.io.version import __version__
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.proofs.certify.arrays import Array, lengths
+from quadstep.proofs.certify.certificate import Certificate, certify_plan
+from quadstep.proofs.certify.record import record, table
+from quadstep.proofs.certify.report import write_report
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import LOG, SIGNED_LOG, Panel
+from quadstep.report.pool import drawing_pool
+from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.sheet import Sheet
+
+
+class CertifiedFlight(NamedTuple):
+    """What the command line prints: rows of the table, the verdict line; and whether the flight was completed."""
+
+    name: str
+    rows: list[list[str]]
+    verdict: str
+    completed: bool
+
+
+def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | None = None) -> CertifiedFlight:
+    """Fly the mission in `path`, certify it, write `folder`, and return the findings. Raises UserError."""
+    mission = read_mission(path)
+    plan = plan_mission(mission, path)
+    with publishing(folder, "certificate-" + fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
+        try:
+            found = certify_plan(plan)
+        except UserError as error:
+            raise UserError(f"{path}: no certificate: {error}") from None
+        figure = pool.submit(figure_of(found, mission.name).draw, out, sheet and sheet.shown())
+        full = record(found)
+        write_json(out / "certificate.json", full)
+        about = {"name": mission.name, "version": __version__, "kind": full["kind"], "verdict": full["verdict"]}
+        write_json(out / MANIFEST, {**about, "mission": json.loads(mission.model_dump_json())})
+        figure.result()
+        write_report(out / "report.html", found, mission.name, full["verdict"], "certificate")
+    return CertifiedFlight(mission.name, table(found), full["verdict"], found.outcome is Outcome.COMPLETED)
+
+
+def bounded(name: str, values: Array, bound: str, radius: float | None) -> Panel:
+    """A line and the radius it is held against."""
+    lines = {name: values}
+    if radius is not None:
+        lines[f"{bound} = {radius:.3g}"] = np.full(len(values), radius)
+    return Panel(name, "-" if name != "|r|" else "m/s, rad/s", lines, LOG)
+
+
+def figure_of(c: Certificate, name: str) -> FigureJob:
+    """L and its parts, L_dot, |r| with b_r, |W_tilde| with b_w, and the coupling term beside what should outweigh it.
+
+    All axes are logarithmic, time too: a transient takes milliseconds, what it leaves is thousands of times smaller.
+    """
+    h = c.history
+    damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
+    panels = [
+        Panel("L", "J", {"L": c.lyapunov.value, "errors": c.lyapunov.of_errors, "integrals": c.lyapunov.of_integrals,
+                         "weights": c.lyapunov.of_weights}, LOG),
+        Panel("L_dot", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}, SIGNED_LOG),
+        bounded("|r|", c.r, "b_r", c.b_r),
+        bounded("|W_tilde|", c.missing, "b_w", c.b_w),
+        Panel("coupling", "W", {"|r1| |delta|": lengths(h.r1) * lengths(h.delta), "K_min |r|^2": damping}, LOG),
+        Panel("terms of L_dot", "W", {"K_v": c.lyapunov.dissipation, "eps": c.lyapunov.residual,
+                                      "weights": c.lyapunov.learning, "coupling": c.lyapunov.coupling}, SIGNED_LOG),
+    ]  # fmt: skip
+    return FigureJob("certificate", f"{name}: Theorem 5.1 on this flight", h.t, panels, 2, log_time=True)

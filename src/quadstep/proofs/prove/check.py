@@ -1,0 +1,131 @@
+"""An independent check of a certificate: it shares the laws and the enclosure arithmetic with the prover, nothing else.
+
+The prover propagates the effect of every sample forwards; here each bound is computed backwards from its end: a row c of the
+quantity goes back by c A from block to block, and the sum of |c| times each block's addition is the bound. Rounding of c A
+counts as an addition too. The centre line need not be trusted: its defect from sample to sample is counted.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from quadstep.io.documents import parse_toml
+from quadstep.io.errors import UserError
+from quadstep.mission.read import check_mission, plan_mission
+from quadstep.numbers import Number
+from quadstep.numbers.enclosure import Array, Enclosure, Fresh, UndefinedError
+from quadstep.proofs.prove.backwards import Block, Passage, block, from_the_start, grown, passage, rounding
+from quadstep.proofs.prove.certificate import Certificate, read_certificate
+from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, UP, Loop, all_finite, number, pushed
+from quadstep.proofs.prove.unknown import Unknown
+
+
+class Checked(NamedTuple):
+    """failed: what does not hold, empty if everything does. position: bound of each axis [m]; off_path: from the path [m]."""
+
+    name: str
+    axes: tuple[str, ...]
+    unknown: Unknown
+    failed: str
+    position: Array
+    off_path: Array
+    seconds: float
+
+
+def over_its_box(loop: Loop, found: Certificate, place: int) -> Block:
+    """A block, over its box of z, e = spread z. Raises UndefinedError, UserError."""
+    n, box, known = len(found.states), found.boxes[place], len(found.states) + PUSHES + CONSTANTS
+    begin, end = place * found.block, min((place + 1) * found.block, len(found.flown) - 1)
+    samples, total = end - begin, known + 6
+    width, fresh = found.spread * box, Fresh(known, total)
+    x = [number(found.flown[begin:end, i].copy(), width[i], total, fresh) for i in range(n)]
+    p = pushed(loop.plan.parameters, found.unknown, n, total, samples)
+    after = loop.after(x, np.arange(begin, end, dtype=np.float64) * float(loop.span), p)
+    linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))
+    for i, one in enumerate(after):
+        if not isinstance(one, Enclosure) or one.parts is None:
+            raise UserError(f"{found.states[i]} is not returned by the loop as a state is")
+        linear[:, i] = one.parts.T
+        rest[:, i] = one.rest + np.abs(one.centre - found.flown[begin + 1 : end + 1, i]) * UP
+    into = 2.0 * np.eye(n) - found.spread  # its inverse, as it is a shear
+    middle, reach = linear[samples // 2, :, :known], np.abs(found.spread) @ box
+    step = (middle[:, :n] / np.where(box > 0.0, box, 1.0)) @ into
+    kept = np.concatenate([(step @ found.spread) * box, middle[:, n:]], axis=1)
+    rest += np.abs(linear[:, :, :known] - kept).sum(axis=2) + np.abs(linear[:, :, known:]).sum(axis=2)
+    rest += 3.0 * rounding(n) * (np.abs(step) @ (np.abs(into) @ reach + reach))  # `kept`
+    all_finite(linear, rest, step, kept)
+    once = passage(step, kept[:, n : n + PUSHES], kept[:, n + PUSHES :], rest.max(axis=0) * UP, reach)
+    return block(once, samples, box, into, found.spread)
+
+
+def beginning(loop: Loop, flown: Array) -> Passage:
+    """All starts, off the flown one."""
+    n = len(flown)
+    columns, rest = np.zeros((n, STARTS)), np.zeros(n)
+    for i, place in enumerate(loop.places):
+        one = loop.begun[place]
+        if isinstance(one, Enclosure):
+            rest[i] = one.rest[0] + abs(one.centre[0] - flown[i]) * UP
+            columns[i] = 0.0 if one.parts is None else one.parts[:, 0]
+        elif one != flown[i]:
+            rest[i] = np.inf
+    return passage(np.zeros((n, n)), columns, np.zeros((n, CONSTANTS)), rest, np.zeros(n))
+
+
+def failing(loop: Loop, found: Certificate) -> str:
+    """What is not shown, in words; empty if everything is. Raises UserError."""
+    axes, seconds = len(found.position), loop.span * loop.plan.ticks.step
+    blocks, most = [], np.zeros(axes)
+    for place in range(len(found.boxes)):
+        try:
+            blocks.append(over_its_box(loop, found, place))
+        except UndefinedError as error:
+            return f"at {place * found.block * seconds:g} s: {error}"
+    start = beginning(loop, found.flown[0])
+    known = from_the_start(blocks, start, axes)
+    for place, box in enumerate(found.boxes):
+        inside = grown(blocks, start, place, known, axes)
+        kept = inside.max(axis=0) <= box  # false for NaN
+        if not np.all(kept):
+            name = found.states[int(np.argmin(kept))]
+            return f"at {place * found.block * seconds:g} s: {name} is not shown to stay in its box"
+        most = np.maximum(most, inside[:, :axes].max(axis=0))
+    if not np.all(most <= found.position):
+        return f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within the bound that the file claims"
+    return ""
+
+
+def refuse_unfit(loop: Loop, found: Certificate) -> None:
+    """Raises UserError for a certificate that is not one of its mission's flight."""
+    n, axes = len(found.states), len(loop.plan.loop.plant.axes)
+    shear = found.spread - np.eye(n)
+    moved, used = np.any(shear != 0.0, axis=1), np.any(shear != 0.0, axis=0)
+    if np.any(moved & used) or np.any(moved[:axes]) or found.states[:axes] != tuple(f"position.{i}" for i in range(axes)):
+        raise UserError("its coordinates are not a shear that keeps the position")
+    if (len(found.flown) - 1) * loop.span != loop.plan.ticks.last // loop.span * loop.span or len(found.position) != axes:
+        raise UserError("its samples do not match its mission")
+    if not np.array_equal(found.flown[0], [loop.start[place] for place in loop.places]):
+        raise UserError("its flight does not start where its mission does")
+
+
+def check_certificate(path: Path) -> Checked:
+    """Whether the claim of the certificate in `path` holds. Raises UserError if it contains nothing that can be checked."""
+    found = read_certificate(path)
+    folder = path.parent / found.folder
+    mission = check_mission(parse_toml(found.mission, str(path)), str(path), folder)
+    plan = plan_mission(mission, path, folder)
+    try:
+        loop = Loop(plan, found.states, found.unknown)
+        refuse_unfit(loop, found)
+        with np.errstate(all="ignore"):  # what is not finite fails
+            failed = failing(loop, found)
+    except (UserError, UndefinedError) as error:
+        raise UserError(f"{path}: {error}") from None
+    time, axes = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step, tuple(plan.loop.plant.axes)
+    wanted = plan.loop.path.reference(cast(Number, time), plan.parameters.path).position
+    off = [np.abs(found.flown[:, i] - wanted["xyz".index(axis)]).max() for i, axis in enumerate(axes)]
+    off_path = (np.array(off) + found.position) * UP
+    return Checked(mission.name, axes, found.unknown, failed, found.position, off_path, float(time[-1]))

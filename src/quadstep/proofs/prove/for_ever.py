@@ -1,0 +1,109 @@
+"""The verdict on hover that holds for ever, and on a certificate that claims it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from quadstep.proofs.prove.certificate import seen_from
+from quadstep.proofs.prove.check_set import check_set
+from quadstep.proofs.prove.hold import Hold, Left, described, each
+from quadstep.proofs.prove.rest import LONGEST
+from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.set_certificate import SetCertificate, write_set
+from quadstep.proofs.prove.unknown import Unknown
+from quadstep.proofs.prove.verdict import Kind, Verdict, down, millimetres, off, under, up
+
+COLUMNS = ("", "verdict", "begins within", "stays within")
+
+NOTHING = 1e-15
+"""Lengths [m] that are not told from zero."""
+
+
+def held_for_ever(name: str, path: Path, text: str, loop: Sampled, unknown: Unknown, kept: Hold, out: Path | None) -> Verdict:
+    """Hover in a set that no flight leaves. path, text: the mission's file and what it says."""
+    axes, start = loop.loop.plant.axes, kept.found.start
+    position = kept.reach[: len(axes)] * 1.001
+    at = kept.at
+    if out is not None:
+        names, found = tuple(loop.names), kept.found
+        content = text, unknown, names, at.state, at.live, at.twins, at.unit, kept.modes.spread, kept.modes.pairs, found.radii
+        write_set(out, SetCertificate(*content, kept.own, start, position, seen_from(out, path)))
+    enough = start >= unknown.start
+    said = "proved" if enough else "open"
+    rows = rows_of(axes, said, start, position)
+    rows += [[quantity, said, "-", reach] for quantity, reach in described(loop, kept.reach)]
+    begun = loop.at_rest(loop.like) if kept.own else at.state.tolist()
+    says = [
+        "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period),
+        f"What stopped a larger set: {kept.found.limit}.",
+    ]
+    if not enough:
+        says.append(f"open: starts within {1e3 * unknown.start:g} mm were requested.")
+    return Verdict(name, Kind.PROVED if enough else Kind.OPEN, rows, says, out, COLUMNS)
+
+
+def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdict:
+    """Hover that flights leave from a start close to it."""
+    axes, begins, box = loop.loop.plant.axes, each(loop, found.begun), each(loop, found.reach)
+    rows = [
+        [axis, "disproved", above(float(one)), below(float(far)) if far else "0 mm"]
+        for axis, one, far in zip(axes, found.begun, found.reach, strict=False)
+    ]
+    for quantity, (far, unit) in box.items():
+        begun = listed(begins[quantity][0], up, NOTHING)
+        said = [f"{one} {unit}".replace(" °", "°") for one in (begun, listed(far, down, 0.0))]
+        rows.append([quantity, "disproved", *said])
+    others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
+    says = (
+        f"disproved: hover is unstable{others}. From a state this close to the loop's rest (third column; the law's memory is "
+        f"off too, along the fastest growing mode), met at any sample from {loop.period:g} s on, every flight gets out of a "
+        f"box about the rest within {up(found.seconds, 3):g} s: at a sample, one of its numbers is farther off than the last "
+        "column says, or one of the law's memory than a bound of its own. This holds for the law as flown, rounding included."
+    )
+    return Verdict(name, Kind.DISPROVED, rows, [says], columns=("", "verdict", "from within", "out of"))
+
+
+def listed(values: Sequence[float], rounded: Callable[[float, int], float], least: float) -> str:
+    """Numbers of one quantity, rounded up or down; `least` for those that are not told from zero."""
+    return ", ".join(f"{rounded(one, 3) if one >= NOTHING else least:.3g}" for one in values)
+
+
+def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> list[list[str]]:
+    """A row for each axis."""
+    return [[axis, said, below(start), f"{millimetres(float(one))} mm"] for axis, one in zip(axes, position, strict=True)]
+
+
+def above(metres: float) -> str:
+    """In millimetres, rounded up."""
+    return f"{millimetres(metres)} mm" if metres >= NOTHING else f"below {1e3 * NOTHING:g} mm"
+
+
+def below(metres: float) -> str:
+    """In millimetres, rounded down."""
+    return f"{down(1e3 * metres, 3):.3g} mm"
+
+
+def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float) -> str:
+    """What holds."""
+    others = f" {under(Unknown(*unknown[:4]))}," if any(unknown[:4]) else ""
+    also = off(unknown._replace(start=0.0))
+    moved = f", off it by {' and '.join(also)} at most in the other parts of its state" if also else ""
+    point = ", ".join(f"{one:.6g}" for one in begun)
+    else_ = "else as the mission's" if own else "else, with the law's memory, as at rest (the mission's start is too far off)"
+    return (
+        f"every flight{others} whose start is within {below(start)} of ({point}) m on each axis{moved}, {else_}, is in this "
+        f"set about the loop's rest at all samples from {period:g} s on, for ever: {LONGEST:g} s, beyond which no clock is "
+        "followed."
+    )
+
+
+def check_for_ever(path: Path) -> Verdict:
+    """The verdict on a certificate. Raises UserError."""
+    found = check_set(path)
+    if found.failed:
+        rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
+        return Verdict(found.name, Kind.OPEN, rows, [f"not confirmed: {found.failed}"], columns=COLUMNS)
+    says = "confirmed: " + sentence(found.unknown, found.start, found.begun.tolist(), found.own, found.seconds)
+    rows = rows_of(found.axes, "proved", found.start, found.position)
+    return Verdict(found.name, Kind.PROVED, rows, [says], columns=COLUMNS)

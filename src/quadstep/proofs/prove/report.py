@@ -1,0 +1,119 @@
+"""The report of a proof: the answer, the tube around the path, the boxes over time, and what stayed open."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from quadstep.io.atomic import write_beside
+from quadstep.io.errors import UserError
+from quadstep.proofs.prove.sampled import Array
+from quadstep.proofs.prove.verdict import Kind, Traced, Verdict
+from quadstep.report import canvas, page, units
+from quadstep.report.sheet import Sheet
+
+KIND = "Proof"
+MARK = f"quadstep · {KIND}"
+"""By which a report of this kind is known before it is replaced."""
+
+LARGEST = 8
+"""Most quantities whose boxes are drawn."""
+
+
+def place_beside(certificate: Path) -> Path:
+    """Where the report of a certificate goes. Raises UserError for a file that is no such report."""
+    path = certificate.with_suffix(".html")
+    if path == certificate:
+        raise UserError(f"{path}: the report is written there; give the certificate another ending, such as .json")
+    if path.exists() and (not path.is_file() or MARK not in path.read_text(encoding="utf-8", errors="replace")):
+        raise UserError(f"{path}: exists and is not a report of `quadstep prove`; choose another --out")
+    return path
+
+
+def write_report(path: Path, verdict: Verdict, traced: Traced | None) -> None:
+    """Write it. traced: None where no tube was followed. Raises UserError."""
+    answer, *others = verdict.says
+    figures, more = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        if traced is not None and len(traced.time) > 1:
+            sheet = Sheet(formats=("svg",))
+            with canvas.drawing(sheet):
+                canvas.write(tube(traced), Path(folder) / "tube", sheet)
+            caption = "Distance from the path: the flight (line), and where every flight is (band)"
+            figures = [page.figure(Path(folder) / "tube", caption)]
+            if len(traced.boxes):
+                with canvas.drawing(sheet):
+                    canvas.write(widths(traced), Path(folder) / "boxes", sheet)
+                caption = "Half widths of the boxes about the flight, the widest of each quantity, in SI units"
+                more = [page.heading("Boxes over time", "boxes"), page.figure(Path(folder) / "boxes", caption)]
+                more += [page.table(("state", "widest box, half width [SI]"), widest(traced))]
+    opened = [line for line in others if line.startswith("open: ")]
+    body = [
+        page.summary(sentence(answer), facts(verdict), figures),
+        page.heading("The bounds", "bounds"),
+        page.table(verdict.columns, verdict.rows),
+        *([page.heading("What stayed open", "open"), page.listing(map(sentence, opened))] if opened else []),
+        *(page.paragraph(line) for line in others if line not in opened),
+        *more,
+        page.note(
+            "The bounds hold at the samples of the law, for the plant's Runge-Kutta steps and rounding as flown, not between "
+            "samples, and not for a vehicle that differs from the mission's beyond what is named above."
+        ),
+    ]
+    write_beside(path, page.page_text(verdict.name, body, KIND), parents=True)
+
+
+def sentence(text: str) -> str:
+    """`proved: every flight …` as a sentence of a report."""
+    return text[0].upper() + text[1:]
+
+
+def facts(verdict: Verdict) -> list[page.Fact]:
+    """The verdict, and the last column of the table for each row that is a position."""
+    word = {Kind.PROVED: "proved", Kind.OPEN: "open", Kind.DISPROVED: "disproved"}[verdict.kind]
+    return [page.Fact("verdict", word), *(page.Fact(f"{row[0]}, {verdict.columns[-1]}", row[-1]) for row in verdict.rows[:3])]
+
+
+def tube(traced: Traced) -> Figure:
+    """A panel for each axis, in millimetres."""
+    figure = Figure(figsize=(7.2, 1.5 * len(traced.axes) + 0.4), layout="constrained")
+    panels = figure.subplots(len(traced.axes), 1, sharex=True, squeeze=False)[:, 0]
+    for panel, axis, error, bound in zip(panels, traced.axes, 1e3 * traced.error.T, 1e3 * traced.bound.T, strict=True):
+        panel.fill_between(traced.time, error - bound, error + bound, color="#2166ac", alpha=0.3, linewidth=0.0)
+        panel.plot(traced.time, error, **canvas.LINES[0])
+        panel.set_ylabel(f"{axis} [mm]")
+    panels[-1].set_xlabel("time [s]")
+    return figure
+
+
+def widths(traced: Traced) -> Figure:
+    """The widest box of each quantity, on a logarithmic scale."""
+    figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+    panel = figure.subplots()
+    names, boxes = quantities(traced)
+    order = [place for place in np.argsort(-boxes.max(axis=0), kind="stable") if boxes[:, place].max() > 0.0][:LARGEST]
+    for turn, place in enumerate(order):
+        style = {**canvas.LINES[turn % len(canvas.LINES)], "alpha": 1.0 if turn < len(canvas.LINES) else 0.5}
+        panel.step(traced.blocks, np.maximum(boxes[:, place], 1e-18), where="post", label=names[place], **style)
+    panel.set_yscale("log")
+    panel.set_xlabel("time [s]")
+    panel.set_ylabel("half width [SI]")
+    figure.legend(loc="outside right upper")
+    return figure
+
+
+def quantities(traced: Traced) -> tuple[list[str], Array]:
+    """Names of quantities, as `speeds` of `speeds.0` to `speeds.3`, and the widest of their boxes, (blocks, quantities)."""
+    names = [name.rpartition(".")[0] or name for name in traced.states]
+    every = list(dict.fromkeys(names))
+    columns = [traced.boxes[:, [i for i, name in enumerate(names) if name == one]].max(axis=1) for one in every]
+    return every, np.stack(columns, axis=1)
+
+
+def widest(traced: Traced) -> list[tuple[str, str]]:
+    """The widest box of each state that has one."""
+    most = traced.boxes.max(axis=0)
+    return [(name, units.number(float(one))) for name, one in zip(traced.states, most, strict=True) if one > 0.0]

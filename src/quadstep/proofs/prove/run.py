@@ -1,0 +1,254 @@
+"""`quadstep prove`: one mission from file to verdict, and certificates from file to verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from quadstep.control.backstepping import Backstepping, BacksteppingGains, largest_inertia
+from quadstep.engines.fly import FlightPlan, fly
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.io import files
+from quadstep.io.documents import parse_toml
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.loading import only
+from quadstep.linear.equilibrium import check_equilibrium
+from quadstep.mission.read import check_mission, plan_mission
+from quadstep.numbers.enclosure import UndefinedError
+from quadstep.proofs.prove.certificate import Certificate, seen_from, write_certificate
+from quadstep.proofs.prove.check import check_certificate
+from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_hover
+from quadstep.proofs.prove.hold import Left, held
+from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
+from quadstep.proofs.prove.linear import Coordinates, block, coordinates
+from quadstep.proofs.prove.products import UP
+from quadstep.proofs.prove.rest import holds
+from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.set_certificate import is_set
+from quadstep.proofs.prove.tube import SAMPLES, Open, Tube, beginning, tube
+from quadstep.proofs.prove.unknown import Unknown, check_unknown
+from quadstep.proofs.prove.verdict import Kind, Traced, Verdict, down, millimetres, under, up
+from quadstep.report.terminal.bars import bar
+from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.plants.lagrange import Parameters
+
+PUSH = 2.3e-4
+"""The largest force [N] and torque [N m] of the paper's disturbance (Eq. 67) on its own first case."""
+
+
+NOTHING = Unknown()
+
+
+def usual(plan: FlightPlan, force: float | None, torque: float | None, others: Unknown) -> Unknown:
+    """The unknowns, with the defaults of the paper's plant for those not given."""
+    push = PUSH if isinstance(plan.parameters, Parameters) and isinstance(plan.parameters.disturbance, Disturbance) else 0.0
+    return others._replace(force=push if force is None else force, torque=push if torque is None else torque)
+
+
+def prove_mission(
+    path: Path,
+    force: float | None = None,
+    torque: float | None = None,
+    others: Unknown = NOTHING,
+    out: Path | None = None,
+) -> Verdict:
+    """The verdict on the mission in `path`; a tube that closes is written to `out`. others: besides force and torque.
+
+    Raises UserError.
+    """
+    text = files.read_text(path, files.TOML)
+    mission = check_mission(parse_toml(text, str(path)), str(path), path.parent)
+    plan = plan_mission(mission, path)
+    unknown = usual(plan, force, torque, others)
+    try:
+        check_equilibrium(mission)
+        check_unknown(plan, unknown)
+        loop = Sampled(plan)
+        at = hover(mission, plan, loop)
+        loop.starts(unknown)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+    except UndefinedError as error:
+        raise UserError(f"{path}: no bound of the starts: {error}") from None
+    found = instability(loop, at) if at else None
+    if at and found:
+        return unstable(mission.name, plan, at, found)
+    why = ""
+    if holds(loop):
+        with bar("proving", "sets") as progress:
+            kept = held(loop, unknown, progress.to)
+        if isinstance(kept, Left):
+            return left_hover(mission.name, loop, unknown, kept)
+        if not isinstance(kept, str):
+            return held_for_ever(mission.name, path, text, loop, unknown, kept, out)
+        why = kept
+    flown, log = loop.flown()
+    if log.outcome is not Outcome.COMPLETED:
+        ended = fly(plan)
+        return Verdict(mission.name, Kind.DISPROVED, flown_rows(plan, ended), [f"disproved: {flight_says(ended)}"])
+    chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
+    refuse_singular(path, loop, flown, unknown, chosen)
+    with bar("proving", "samples", loop.samples) as progress:
+        shown = counted(progress.to)
+        result = tube(loop, flown, unknown, chosen, axes, shown)
+    apart = flown[:, :axes] - wanted(loop, len(flown))
+    off, traced = np.abs(apart), followed(loop, apart, result, chosen)
+    if isinstance(result, Open):
+        return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(traced=traced)
+    position = result.position.max(axis=0) * 1.001
+    if out is not None:
+        names = tuple(loop.names)
+        content = text, unknown, names, flown, SAMPLES, chosen.spread, result.boxes, position
+        write_certificate(out, Certificate(*content, seen_from(out, path)))
+    return Verdict(
+        mission.name,
+        Kind.PROVED,
+        [
+            [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(float(o))} mm"]  # as the check of the certificate has them
+            for axis, p, o in zip(plan.loop.plant.axes, position, (off.max(axis=0) + position) * UP, strict=True)
+        ],
+        [
+            f"proved: every flight of {loop.samples * loop.period:g} s {under(unknown)} stays within these bounds at all "
+            f"{len(flown)} samples.",
+            *not_for_ever(why),
+        ],
+        out,
+        traced=traced,
+    )
+
+
+def followed(loop: Sampled, error: Array, result: Tube | Open, chosen: Coordinates) -> Traced:
+    """A tube as far as it is closed. error: flown less desired position, (samples + 1, axes) [m]."""
+    count, blocks = len(result.position), len(result.boxes)
+    time: Array = np.arange(count, dtype=np.float64) * loop.period
+    boxes = result.boxes @ np.abs(chosen.spread).T
+    axes = tuple(loop.loop.plant.axes)
+    return Traced(axes, time, error[:count], result.position, tuple(loop.names), time[::SAMPLES][:blocks], boxes)
+
+
+def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
+    """Raises UserError if the law has no bounded value on the requested starts."""
+    try:
+        columns, weights = beginning(loop, unknown)
+        block(loop, flown, unknown, chosen, np.maximum(np.abs(chosen.into @ columns) @ weights, 1e-12), 0, 1)
+    except UndefinedError as error:
+        raise UserError(f"{path}: no bound of the first sample over the starts and unknowns: {error}") from None
+
+
+def check(path: Path, code: Sequence[str] = ()) -> Verdict:
+    """The verdict on a certificate. code: the only files and modules of users that are run. Raises UserError."""
+    with only(code):
+        found = checked(path)
+    ran = f"Of users' code, no more than {', '.join(code)} was run, as you said." if code else "No code of users was run."
+    return found._replace(says=[*found.says, ran])
+
+
+def checked(path: Path) -> Verdict:
+    """The same."""
+    if is_set(path):
+        return check_for_ever(path)
+    found = check_certificate(path)
+    if found.failed:
+        rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
+        return Verdict(found.name, Kind.OPEN, rows, [f"not confirmed: {found.failed}"])
+    rows = [
+        [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(o)} mm"]
+        for axis, p, o in zip(found.axes, found.position, found.off_path, strict=True)
+    ]
+    says = (
+        f"confirmed: every flight of {found.seconds:g} s {under(found.unknown)} stays within these bounds at all its samples."
+    )
+    return Verdict(found.name, Kind.PROVED, rows, [says])
+
+
+def counted(to: Callable[[int], None]) -> Callable[[int], None]:
+    """Progress by increments, from a function that is called with totals."""
+    done = 0
+
+    def more(samples: int) -> None:
+        nonlocal done
+        done += samples
+        to(done)
+
+    return more
+
+
+def wanted(loop: Sampled, count: int) -> Array:
+    """The path at every sample, (samples, axes) [m]."""
+    time = np.arange(count) * float(loop.span) * loop.ticks.step
+    position = loop.loop.path.reference(time, loop.parameters.path).position  # type: ignore[arg-type]
+    along = ["xyz".index(axis) for axis in loop.loop.plant.axes]
+    return np.stack([np.broadcast_to(position[i], count) for i in along], axis=1)
+
+
+def not_for_ever(why: str) -> list[str]:
+    """The note that hover was not shown to hold for ever, if that was tried."""
+    return [f"open: no set was found that hover never leaves: {why}."] if why else []
+
+
+def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: Open, off: Array, why: str) -> Verdict:
+    """The verdict on a tube that did not close: what was closed, and what was not."""
+    closed = len(result.position)
+    position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
+    rows = [
+        [axis, f"open after {seconds:g} s", f"{millimetres(p)} mm until then", f"{millimetres(o)} mm until then"]
+        for axis, p, o in zip(plan.loop.plant.axes, position, (off[:closed] + result.position).max(axis=0), strict=True)
+    ]
+    says = [
+        f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}.",
+        *not_for_ever(why),
+    ]
+    return Verdict(name, Kind.OPEN, rows, says)
+
+
+def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verdict:
+    """The verdict that hover is not a stable equilibrium."""
+    log = fly(plan)
+    place = ", ".join(f"{one:g}" for one in at.position)
+    says = [
+        f"disproved: hover at the path's end ({place}) m is an exact equilibrium of the sampled loop, and it is unstable: "
+        f"{found.unstable} of the {found.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in "
+        f"exact arithmetic. The fastest error grows at {down(found.slowest):g} to {up(found.fastest):g} 1/s, doubling every "
+        f"{math.log(2.0) / found.slowest:.3g} s: there are starts arbitrarily near to it that are driven away from it.",
+        *consequence(plan),
+        flight_says(log),
+    ]
+    return Verdict(name, Kind.DISPROVED, flown_rows(plan, log), says)
+
+
+def consequence(plan: FlightPlan) -> list[str]:
+    """What this means for Theorem 5.1, if its printed conditions hold."""
+    gains = plan.parameters.gains
+    if not isinstance(plan.loop.controller.alone, Backstepping) or not isinstance(gains, BacksteppingGains):
+        return []
+    outer = min(gains.gain_1 - gains.mass * gains.slope_1)
+    inner = min(gains.gain_2 - largest_inertia(plan.parameters.vehicle.inertia) * gains.slope_2)
+    if min(outer, inner) <= 0.0:
+        return []
+    return [
+        f"Theorem 5.1: its printed conditions hold here (least K_r1 - m Lambda1 = {outer:g} N s/m, least K_r2 - J_M Lambda2 = "
+        f"{inner:g} N m s at any attitude), so they do not keep the law as flown, sampled every "
+        f"{1e3 * plan.ticks.step * plan.ticks.every[-1]:g} ms with its command filter, near its equilibrium. The theorem "
+        "itself speaks of continuous time."
+    ]
+
+
+def flight_says(log: FlightLog) -> str:
+    """How the mission's own flight ended."""
+    if log.outcome is Outcome.COMPLETED:
+        return f"The mission's own flight was completed in {log.ended:g} s; the table shows how far it was off the path."
+    return (
+        f"The mission's own flight ends at {log.ended:.4g} s ({REASONS[log.outcome]}); the table shows how far it was off the "
+        "path by then."
+    )
+
+
+def flown_rows(plan: FlightPlan, log: FlightLog) -> list[list[str]]:
+    """A row for each axis: how far the flight was off its path."""
+    axes = plan.loop.plant.axes
+    off = np.abs(log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes))).max(axis=0)
+    return [[axis, "disproved", "-", f"{1e3 * one:.6g} mm flown"] for axis, one in zip(axes, off, strict=True)]

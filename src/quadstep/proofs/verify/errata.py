@@ -1,0 +1,68 @@
+"""The page `docs/errata.md`, made from the rows: `python -m quadstep.proofs.verify.errata [FILE]`."""
+
+import sys
+from pathlib import Path
+
+from quadstep.io.atomic import write_beside
+from quadstep.proofs.verify.registry import all_rows, verify
+from quadstep.proofs.verify.rows import Result, Verdict
+
+PAGE = Path("docs/errata.md")
+
+OPENING = """\
+# Errata of the paper, equation by equation
+
+A. Das, F. Lewis, K. Subbarao, "Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics" (2009),
+checked against the code of this package. `quadstep verify` evaluates the functions that fly with symbols (for the steps of
+the proof, at random moments of flight) and compares the results with the printed equations. `make errata` writes this page
+from the same rows; do not edit it.
+
+Dots, hats and transposes may have been lost in the copy of the paper that was read (Eqs 2, 29, 60): there the slip may not be
+the authors'. s_th, c_th are sin theta, cos theta; the order of angles is (psi, theta, phi).
+"""
+
+
+def row_of(*cells: str) -> str:
+    """One line of a table."""
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def table(header: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
+    """A table."""
+    return "\n".join([row_of(*header), "|" + "---|" * len(header), *(row_of(*line) for line in lines)]) + "\n"
+
+
+def named(result: Result) -> str:
+    """The name of a row."""
+    return f"Eq. {result.row.number}" if result.row.number.isdigit() else result.row.number
+
+
+def page(results: list[Result]) -> str:
+    """The whole page."""
+    wrong = [r for r in results if r.row.verdict is Verdict.CORRECTED]
+    kept = [r for r in results if r.row.verdict is not Verdict.CORRECTED and r.evidence.counterexample]
+    noted = [r for r in results if r.row.verdict is not Verdict.CORRECTED and not r.evidence.counterexample and r.row.reason]
+    return "\n".join([
+        OPENING,
+        f"## Corrected ({len(wrong)})\n",
+        table(("where", "printed", "what is wrong, what is right", "counterexample"),
+              [(named(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in wrong]),
+        "## Kept as printed, with a limit\n",
+        table(("where", "printed", "limit", "numbers"),
+              [(named(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in kept]),
+        "## Notes\n",
+        table(("where", "printed", "note"), [(named(r), r.row.printed, r.row.reason) for r in noted]),
+        "## Every row\n",
+        table(("number", "what", "where in the code", "verdict", "checks"),
+              [(r.row.number, r.row.what, f"`{r.row.where}`", r.row.verdict if r.passed else "FAILED",
+                str(len(r.evidence.checks))) for r in results]),
+    ])  # fmt: skip
+
+
+def main() -> None:
+    """Write the page."""
+    write_beside(Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE, page(verify(all_rows())))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,81 @@
+"""A second implementation for the rows of the completed and the rotation law: their parts in plain NumPy, batches first."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.numbers import Matrix, Vector
+from quadstep.proofs.certify.arrays import lengths
+from quadstep.proofs.verify.algebra import holds
+from quadstep.proofs.verify.rows import Check
+
+Plain = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+STEP = 1e-30
+"""Imaginary step, for derivatives without differences."""
+
+
+def rows(numbers: Vector) -> Plain:
+    """A vector of batches as (count, entries)."""
+    return np.stack(np.broadcast_arrays(*numbers), axis=-1)
+
+
+def blocks(m: Matrix) -> Plain:
+    """A matrix of batches as (count, rows, columns)."""
+    entries = np.broadcast_arrays(*(entry for row in m for entry in row))
+    return np.stack(entries, axis=-1).reshape(-1, len(m.rows), len(m.rows[0].entries))
+
+
+def size(entries: Plain) -> Plain:
+    """Norm over all entries of each closed loop, (count, 1)."""
+    return lengths(entries)[:, None]
+
+
+def kept(entries: Plain, bound: Plain) -> Plain:
+    """The vectors scaled down to a length of at most the bound, (count, 1)."""
+    shorter = np.minimum(1.0, bound / size(entries))
+    short: Plain = entries * shorter.reshape(len(entries), *[1] * (entries.ndim - 1))
+    return short
+
+
+def neurons(input_weights: Matrix, inputs: Plain) -> Plain:
+    """mu of a net: sigmoids of weighted inputs and a bias."""
+    weights = blocks(input_weights)
+    mu: Plain = 1.0 / (1.0 + np.exp(-(np.einsum("bni,bi->bn", weights[:, :, :-1], inputs) + weights[:, :, -1])))
+    return mu
+
+
+def learnt(weights: Plain, mu: Plain, r: Plain, length: Plain, rate: Plain, kappa: Plain, period: Plain) -> Plain:
+    """The weights after a sample of Eq. 54. length, rate, kappa, period: (count, 1)."""
+    growth = mu[:, :, None] * r[:, None, :] - (kappa * length)[:, :, None] * weights
+    return weights + (period * rate)[:, :, None] * growth
+
+
+def body_rates(eta: Plain | Complex) -> Complex:
+    """T_eta of R = Rz Ry Rx, from the columns of rates about z, then y, then x."""
+    theta, phi = eta[:, 1], eta[:, 2]
+    zero, one = 0.0 * theta, 1.0 + 0.0 * theta
+    by_psi = [-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)]
+    columns = [by_psi, [zero, np.cos(phi), -np.sin(phi)], [one, zero, zero]]
+    return np.stack([np.stack(column, axis=-1) for column in columns], axis=-1)
+
+
+def inertia(eta: Plain | Complex, sigma: Plain) -> Complex:
+    """J of Eq. 4."""
+    t = body_rates(eta)
+    j: Complex = np.einsum("bki,bk,bkj->bij", t, sigma, t)
+    return j
+
+
+def christoffel(eta: Plain, rates: Plain, sigma: Plain) -> Plain:
+    """C of Christoffel's symbols, from derivatives of J by an imaginary step."""
+    slopes = np.stack([inertia(eta + 1j * STEP * axis, sigma).imag / STEP for axis in np.eye(3)], axis=1)
+    first = np.einsum("bkij,bk->bij", slopes, rates)
+    second = np.einsum("bjik,bk->bij", slopes, rates)
+    c: Plain = 0.5 * (first + second - second.swapaxes(1, 2))
+    return c
+
+
+def agree(what: str, ours: Plain, theirs: Plain) -> Check:
+    """Check: two batches are the same, relative to their size."""
+    gap = float(np.max(np.abs(ours - theirs) / (1.0 + np.abs(theirs))))
+    return holds(what, ours.shape == theirs.shape and gap < 1e-10, f"off by {gap:.0e} at {len(ours)} closed loops", "equal")

@@ -1,0 +1,249 @@
+"""The connection to a Ray cluster: the one at RAY_ADDRESS, or one of this machine's cores that nobody else can reach.
+
+Whoever controls a cluster can run any Python on its nodes and in the driver. So a cluster is joined only if named, and one
+that is started here listens on the loopback interface only and requires a token that only its own processes know.
+"""
+
+import json
+import logging
+import os
+import re
+import secrets
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext, suppress
+from pathlib import Path
+from types import ModuleType
+
+from quadstep.io.errors import UserError
+
+QUIET = {
+    "RAY_USAGE_STATS_ENABLED": "0",  # nothing is sent anywhere
+    "RAY_DEDUP_LOGS_SKIP_REGEX": ".*",  # messages about lost workers are not for the user's screen
+    "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # else Ray warns about graphics processors, unasked
+}
+"""Settings that Ray reads when it is imported."""
+
+OWN = {
+    "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0",  # Ray's switch for nodes at 127.0.0.1, on Linux too
+    "RAY_AUTH_MODE": "token",
+    "RAY_AUTH_TOKEN": secrets.token_hex(32),
+}
+"""The same for a cluster of this machine's cores. Other users of the machine reach its loopback interface, hence a token.
+Ray keeps the first token that it reads, hence one token per process.
+"""
+
+KEEPER = Path(__file__).with_name("cluster_keeper.py")
+
+ANSWER = 5.0
+"""Longest time for a head node to accept a connection [s]."""
+
+JOINING = 60.0
+"""Longest time for it to admit a driver [s]. Ray itself would try for minutes, and then end the process."""
+
+START = 120.0
+"""How long a cluster of this machine's cores may take to start [s]; on an idle machine it takes some seconds."""
+
+END = 20.0
+"""Longest time for it to end [s]."""
+
+TRIAL = "import logging, sys, ray; ray.init(address=sys.argv[1], log_to_driver=False, logging_level=logging.CRITICAL)"
+
+
+@contextmanager
+def connected() -> Iterator[ModuleType]:
+    """The module of Ray, connected: to the cluster of RAY_ADDRESS, else to one of this machine's cores, which ends with the
+    block. A program around this one that is connected already stays so. Raises UserError.
+    """
+    loaded = sys.modules.get("ray")
+    if loaded and loaded.is_initialized():
+        yield loaded
+        return
+    given = os.environ.get("RAY_ADDRESS", "").strip()
+    quiet = {name: os.environ.get(name, value) for name, value in QUIET.items()}
+    with environment(quiet), own_cluster() if given in ("", "local") else nullcontext(cluster_at(given)) as address:
+        import ray  # noqa: PLC0415 (an extra, loaded where it is used)
+
+        try:
+            with own_handler():
+                join(ray, address)
+            yield ray
+        finally:
+            with own_handler(), muted():  # messages about tasks that an interrupted driver leaves behind are for nobody
+                ray.shutdown()
+
+
+def join(ray: ModuleType, address: str) -> None:
+    """Connect. Raises UserError."""
+    try:
+        ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
+    except (Exception, SystemExit) as error:  # Ray ends the process where its head does not answer
+        raise UserError(f"--engine ray: the cluster at {address} cannot be joined: {first_line(error)}") from None
+
+
+@contextmanager
+def environment(values: Mapping[str, str]) -> Iterator[None]:
+    """Environment variables for the duration of the block."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+# A cluster of this machine's cores
+
+
+@contextmanager
+def own_cluster() -> Iterator[str]:
+    """The address of a cluster of this machine's cores, which ends with the block or with this process, whatever ends that.
+
+    Raises UserError.
+    """
+    with environment(OWN):
+        import ray  # noqa: PLC0415
+
+        where: str = ray.util.get_node_ip_address()  # type: ignore[no-untyped-call]
+        if where not in ("127.0.0.1", "::1"):
+            raise UserError(
+                f"--engine ray: this program has imported ray itself, and Ray would now listen on {where}; call ray.init() "
+                "first, or leave the import to quadstep"
+            )
+        keeper = subprocess.Popen(
+            [sys.executable, "-P", str(KEEPER)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # Ctrl-C is for the driver
+        )
+        with keeper:
+            try:
+                yield answered(keeper)
+            finally:
+                ended(keeper)
+
+
+def answered(keeper: subprocess.Popen[bytes]) -> str:
+    """The address of the cluster that was started. Raises UserError if there is none."""
+    assert keeper.stdout
+    wrong = "--engine ray: Ray could not be started on this machine"
+    if not select.select([keeper.stdout], [], [], START)[0]:
+        raise UserError(f"{wrong}: not ready after {START:g} s")
+    line = keeper.stdout.readline()
+    said: dict[str, str] = json.loads(line) if line else {"error": "it ended before it was ready"}
+    if "error" in said:
+        raise UserError(f"{wrong}: {shortened(said['error'])}")
+    return said["address"]
+
+
+def ended(keeper: subprocess.Popen[bytes]) -> None:
+    """End the cluster, and wait for it and for its folder to go."""
+    assert keeper.stdin
+    assert keeper.stdout
+    keeper.stdin.close()
+    with suppress(subprocess.TimeoutExpired):
+        keeper.wait(END)
+    with suppress(ProcessLookupError):  # the normal case
+        os.killpg(keeper.pid, signal.SIGKILL)
+    while select.select([keeper.stdout], [], [], END)[0] and os.read(keeper.stdout.fileno(), 4096):
+        pass
+
+
+# A cluster elsewhere
+
+
+def cluster_at(address: str) -> str:
+    """The address, if a cluster accepts drivers there. Raises UserError.
+
+    A process of its own finds out: where something is wrong, Ray writes to the error stream, tries for minutes, and may abort.
+    """
+    if address != "auto":
+        reach(address)
+    wrong = f"--engine ray: the cluster at RAY_ADDRESS = {address} cannot be joined"
+    try:
+        trial = subprocess.run(
+            [sys.executable, "-P", "-c", TRIAL, address],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=JOINING,
+            check=False,
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "RAY_NUM_REDIS_GET_RETRIES": "5"},
+        )
+    except subprocess.TimeoutExpired:
+        raise UserError(f"{wrong}: no Ray has answered in {JOINING:g} s") from None
+    if "AuthToken" in trial.stderr or "AuthenticationError" in trial.stderr:
+        raise UserError(f"{wrong}: it requires its token; set RAY_AUTH_MODE=token and RAY_AUTH_TOKEN or RAY_AUTH_TOKEN_PATH")
+    if trial.returncode:
+        last = trial.stderr.strip().rpartition("\n")[2]
+        raise UserError(f"{wrong}: {shortened(last) or 'Ray gave up without a message'}")
+    return address
+
+
+def reach(address: str) -> None:
+    """Raises UserError for an address where nothing listens."""
+    host, _, port = address.rpartition(":")
+    if not re.fullmatch(r"[^\s:/]+|\[[0-9a-fA-F:]+\]", host) or not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:
+        raise UserError(
+            f"--engine ray: RAY_ADDRESS = {address:.80}: should be HOST:PORT of the head node (usually HOST:6379), auto or "
+            "local"
+        )
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=ANSWER).close()
+    except OSError as error:
+        raise UserError(
+            f"--engine ray: the cluster at RAY_ADDRESS = {address} cannot be reached: {error.strerror or error}; is its head "
+            "node running (ray status)?"
+        ) from None
+
+
+@contextmanager
+def own_handler() -> Iterator[None]:
+    """Restore the handler of SIGTERM that Ray replaces."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def muted() -> Iterator[None]:
+    """Silence the error stream, including output that libraries write to its descriptor."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def cores(ray: ModuleType) -> int:
+    """Of all nodes that are alive."""
+    return int(ray.cluster_resources().get("CPU", 0))
+
+
+def first_line(error: BaseException) -> str:
+    """The first line of an error."""
+    return shortened(f"{type(error).__name__}: {error}")
+
+
+def shortened(text: str) -> str:
+    """The first line of a text, as a part of one."""
+    return text.strip().partition("\n")[0][:300]

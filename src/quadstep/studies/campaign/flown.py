@@ -1,0 +1,184 @@
+"""Spans of a campaign's flights: drawn, built, flown, and returned as a table with one row per flight."""
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from typing import Protocol, TypeAlias, TypeVar
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from quadstep.engines.fly import announce
+from quadstep.engines.sweep import Sweep, Swept, joined
+from quadstep.interfaces.closed_loop import Advance, Outcome
+from quadstep.numbers import Table, flatten
+from quadstep.studies.campaign.draws import Drawn, draw
+from quadstep.studies.campaign.planner import TYPICAL, Batch, planner
+from quadstep.studies.campaign.schema import Campaign
+
+MOST_SWEEPS = 256
+"""Number of sweeps kept ready."""
+
+FLIGHT, OUTCOME, TIME, SUCCESS = "flight", "outcome", "time_of_failure[s]", "success"
+OUTCOMES = tuple(outcome.name.lower().replace("_", "-") for outcome in Outcome)
+
+log = logging.getLogger(__name__)
+
+
+class Span(Protocol):
+    """Flights from `first` up to `past`."""
+
+    @property
+    def first(self) -> int:
+        """The number of the first."""
+        ...
+
+    @property
+    def past(self) -> int:
+        """The number after the last."""
+        ...
+
+
+S = TypeVar("S", bound=Span)
+Fly: TypeAlias = Callable[[Sequence[S], Advance], Iterator[tuple[S, pa.Table]]]
+"""Flies spans of a campaign, in any order, and yields each with its table as it finishes."""
+
+
+class Sweeper(Protocol):
+    """What flies a batch: `Sweep` or a class with its methods."""
+
+    def fly(self, values: NDArray[np.float64], *, progress: Advance | None = None) -> Swept:
+        """Fly a flight for each row of values."""
+        ...
+
+
+class Flyer:
+    """Flies spans of a campaign's flights. sweeper: what flies a batch, `Sweep` by its arguments."""
+
+    def __init__(self, campaign: Campaign, sweeper: Callable[..., Sweeper] = Sweep) -> None:
+        self.campaign, self.sweeper = campaign, sweeper
+        self.planner = planner(campaign)
+        self.sweeps: dict[object, Sweeper] = {}
+
+    def fly(self, first: int, past: int, progress: Advance | None = None) -> pa.Table:
+        """The flights from `first` up to `past`. Raises UserError for values that cannot be flown."""
+        flights = np.arange(first, past)
+        return self.fly_drawn(flights, draw(self.campaign.file, flights), progress)
+
+    def fly_spans(self, spans: Sequence[S], progress: Advance) -> Iterator[tuple[S, pa.Table]]:
+        """One after the other. Raises UserError for values that cannot be flown."""
+        return ((span, self.fly(span.first, span.past, progress)) for span in spans)
+
+    def fly_drawn(self, flights: NDArray[np.int64], drawn: dict[str, Drawn], progress: Advance | None = None) -> pa.Table:
+        """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
+        outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
+        metrics = np.empty((len(flights), len(self.campaign.metrics)))
+        for batch in self.planner.batches(flights, drawn):
+            swept = self.swept(batch, progress)
+            outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
+            metrics[batch.members] = swept.metrics
+        return table(self.campaign, flights, drawn, outcome, ended, metrics)
+
+    def swept(self, batch: Batch, progress: Advance | None) -> Swept:
+        """The flights of a batch. Raises what an opaque controller raised."""
+        sweep, loop = self.sweep(batch), batch.loop.loop
+        if not loop.controller.one_at_a_time:
+            found = sweep.fly(batch.rows, progress=progress)
+            loop.controller.landed(batch.parameters.gains)
+            return found
+        flights = []
+        for row in batch.rows:
+            start, parameters = batch.flight(row)
+            announce(loop, parameters, start)
+            flights.append(sweep.fly(row[None], progress=progress))
+            loop.controller.landed(parameters.gains)
+        return joined(flights)
+
+    def rehearse(self) -> None:
+        """Build the first flights, so that impossible ones are refused before anything is written, and slow ones are
+        announced. Raises UserError.
+        """
+        flights = np.arange(TYPICAL)
+        for _ in self.planner.batches(flights, self.planner.typical):
+            pass
+        if self.planner.singly:
+            log.warning("quadstep: note: %s", self.planner.price())
+
+    def sweep(self, batch: Batch) -> Sweeper:
+        """The sweep for a batch, kept for the next one like it."""
+        leaves, varying = flatten((batch.start, batch.parameters)), set(batch.places)
+        constants = tuple(
+            tuple(leaf.values) if isinstance(leaf, Table) else leaf
+            for place, leaf in enumerate(leaves)
+            if place not in varying
+        )
+        key = (batch.loop, batch.ticks, batch.places, constants)
+        if key not in self.sweeps:
+            if len(self.sweeps) >= MOST_SWEEPS:
+                self.sweeps.pop(next(iter(self.sweeps)))
+            self.sweeps[key] = self.sweeper(
+                batch.loop, batch.ticks, batch.start, batch.parameters, batch.places, self.campaign.double
+            )
+        return self.sweeps[key]
+
+
+def on_lanes(campaign: Campaign) -> Fly[Span]:
+    """What flies a campaign on the cores of this machine. Raises UserError for one that cannot be flown."""
+    flyer = Flyer(campaign)
+    flyer.rehearse()
+    return flyer.fly_spans
+
+
+def table(
+    campaign: Campaign,
+    flights: NDArray[np.int64],
+    drawn: dict[str, Drawn],
+    outcome: NDArray[np.int8],
+    ended: NDArray[np.float64],
+    metrics: NDArray[np.float64],
+) -> pa.Table:
+    """One row per flight; missing values are null, never NaN."""
+    number = np.float64 if campaign.double else np.float32
+    lost = outcome != Outcome.COMPLETED
+    columns: dict[str, object] = {FLIGHT: arrow(flights)}
+    columns |= {name: drawn_column(column) for name, column in drawn.items()}
+    columns[OUTCOME] = pa.DictionaryArray.from_arrays(arrow(outcome), pa.array(OUTCOMES))
+    columns[TIME] = arrow(ended, known=lost)
+    for name, values in zip(campaign.metrics, metrics.T, strict=True):
+        known = np.isfinite(values)
+        with np.errstate(over="ignore", invalid="ignore"):
+            columns[name] = arrow(values.astype(number), known)
+    return judged(pa.table(columns), campaign)
+
+
+def judged(table: pa.Table, campaign: Campaign) -> pa.Table:
+    """The flights with a last column that says which succeed: those completed, every metric known and not above its
+    limit.
+    """
+    success = table[OUTCOME].to_numpy() == OUTCOMES[Outcome.COMPLETED]
+    for name in campaign.metrics:
+        success &= np.isfinite(table[name].to_numpy())
+    for name, most in campaign.file.failure.items():
+        success &= table[campaign.thresholds[name]].to_numpy() <= most
+    column = pa.Array.from_buffers(pa.bool_(), len(success), [None, bits(success)])
+    rest = table.drop_columns([SUCCESS]) if SUCCESS in table.column_names else table
+    return rest.append_column(SUCCESS, column)
+
+
+def drawn_column(drawn: Drawn) -> pa.Array:
+    """A column of drawn values: numbers, booleans or text."""
+    if drawn.options is None:
+        return arrow(drawn.values)
+    return pa.array(drawn.shown_options()).take(arrow(drawn.values.astype(np.int64)))
+
+
+def arrow(values: NDArray[np.generic], known: NDArray[np.bool_] | None = None) -> pa.Array:
+    """Numbers as a column, null where not known. (`pyarrow.array` would load pandas where it is installed: a second.)"""
+    kinds = {"int8": pa.int8(), "int64": pa.int64(), "float32": pa.float32(), "float64": pa.float64()}
+    valid = None if known is None or known.all() else bits(known)
+    return pa.Array.from_buffers(kinds[values.dtype.name], len(values), [valid, pa.py_buffer(np.ascontiguousarray(values))])
+
+
+def bits(flags: NDArray[np.bool_]) -> pa.Buffer:
+    """One bit per flag."""
+    return pa.py_buffer(np.packbits(flags, bitorder="little"))

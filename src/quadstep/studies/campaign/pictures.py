@@ -1,0 +1,299 @@
+"""The figures of a campaign: how its flights ended, how far they were from the path, and what that depends on."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from numpy.typing import NDArray
+
+from quadstep.metrics.statistics import Estimate, share
+from quadstep.report import units
+from quadstep.report.axes import STEPS, plain, powers
+from quadstep.report.canvas import drawing, headline, margins, new_figure, write
+from quadstep.report.fitting import wrapped
+from quadstep.report.sheet import Sheet
+from quadstep.studies.campaign.varied import Bins, spans_decades
+
+Numbers = NDArray[np.float64]
+
+FILL, LINE, LIMIT = "0.8", "black", "#b2182b"
+PLACES = 60
+"""Most bars of a histogram."""
+
+POINTS = 300
+"""Of a curve."""
+
+QUANTILES = (0.1, 0.5, 0.9)
+
+SCREEN = Sheet()
+
+
+class Metric(NamedTuple):
+    """What is drawn for a metric. values: of completed flights, finite; limit: above it a flight has failed."""
+
+    name: str
+    values: Numbers
+    limit: float | None
+
+
+def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, sheet: Sheet = SCREEN) -> None:
+    """Above, a histogram of each metric; below, the share of all flights that are worse, including those that ended early."""
+    with drawing(sheet):
+        columns = sheet.side_by_side(len(metrics), 2.2)
+        rows, width = -(-len(metrics) // columns), 0.4 + 4.3 * len(metrics)
+        figure = new_figure(sheet, width, 5.6, 4.0 * rows)
+        grid = figure.subplots(2 * rows, columns, squeeze=False)
+        margins(figure, sheet, 0.75 / width, 0.09, 0.985, 0.95, 0.24, 0.1)
+        pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
+        for place, (above, below) in enumerate(pairs):
+            if place >= len(metrics):
+                above.set_axis_off()
+                below.set_axis_off()
+                continue
+            above.sharex(below)
+            above.tick_params(labelbottom=False)
+            draw_metric(above, below, metrics[place], flights)
+            if place % columns == 0:
+                above.set_ylabel("flights")
+                below.set_ylabel("share of all flights that are worse" if sheet.width is None else "share worse")
+        write(figure, path, sheet)
+
+
+def draw_metric(above: Axes, below: Axes, metric: Metric, flights: int) -> None:
+    """One column of `draw_distributions`, in a unit that suits it."""
+    words, unit = units.metric(metric.name)
+    unit, factor = units.handy(unit, float(metric.values.max()))
+    limit = None if metric.limit is None else factor * metric.limit
+    ordered = factor * np.sort(metric.values)
+    count = len(ordered)
+    low, high = float(ordered[0]), float(ordered[-1])
+    places = min(PLACES, int(4.0 * count ** (1.0 / 3.0)))
+    log = spans_decades(max(low, float(ordered[count // 1000])), high)
+    if log:
+        low = low if low > 0.0 else float(ordered[ordered > 0.0][0])
+        edges = np.geomspace(low, high, places + 1)
+    else:
+        margin = 0.05 * abs(low) or 0.05 if high - low <= 1e-9 * abs(high) else 0.0
+        edges = np.linspace(low - margin, high + margin, places + 1)
+    counts, edges = np.histogram(np.clip(ordered, edges[0], edges[-1]), edges)
+    above.stairs(counts, edges, fill=True, color=FILL)
+    above.stairs(counts, edges, color=LINE, linewidth=0.8)
+    above.set_ylim(bottom=0.0)
+    above.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    rank = np.unique(np.concatenate([np.linspace(0, count - 1, POINTS), count - np.geomspace(1, count, POINTS)]).astype(int))
+    below.step(ordered[rank], (flights - rank) / flights, color=LINE, linewidth=1.2, where="post")
+    lost = (flights - count) / flights
+    below.set_ylim(0.3 * lost if lost else 0.5 / flights, 1.5)
+    logarithmic(below, "y")
+    if lost:
+        below.axhline(lost, color="0.45", linestyle=":", linewidth=1.6)
+        side = "bottom" if lost < 0.3 else "top"
+        below.text(0.01, lost, "ended early", transform=below.get_yaxis_transform(), va=side)
+    for axes in (above, below):
+        if log:
+            logarithmic(axes)
+        if limit is not None and limit <= 3.0 * high:
+            axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
+    if limit is not None and limit <= 3.0 * high:
+        above.text(limit, 0.97, " failed", color=LIMIT, transform=above.get_xaxis_transform(), va="top")
+    above.set_title(f"{count} completed", fontsize=9, loc="left")
+    if not log:
+        below.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
+    below.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
+
+
+def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
+    """The number of flights by outcome, and the times at which flights ended early. ended: times by outcome [s]."""
+    flights = sum(outcomes.values())
+    timed = {name: times for name, times in ended.items() if len(times)}
+    with drawing(sheet):
+        count = 2 if timed else 1
+        columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
+        figure = new_figure(sheet, 9.0, height, 0.8 * height * count / columns)
+        axes = figure.subplots(count // columns, columns, squeeze=False).ravel()
+        margins(figure, sheet, 0.19, 0.55 / height, 0.97 if timed else 0.6, 0.94, 0.5)
+        counts = list(outcomes.values())
+        axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], color=FILL, edgecolor=LINE, height=0.6)
+        narrow = sheet.inches(9.0) < NARROW
+        for row, count in enumerate(counts):
+            said = f" {count}" if narrow else f" {count} ({100.0 * count / flights:.3g} %)"
+            axes[0].text(102.0 * count / flights, row, said, va="center")
+        names = [wrapped(name, 0.3 * sheet.inches(9.0), rcParams["font.size"]) for name in outcomes]
+        axes[0].set_yticks(range(len(counts)), names)
+        axes[0].set_ylim(len(counts) - 0.5, -0.5)
+        axes[0].set_xlim(0.0, 150.0)
+        axes[0].set_xticks([0, 25, 50, 75, 100])
+        axes[0].set_xlabel("share of the flights [%]")
+        axes[0].grid(axis="y", visible=False)
+        if timed:
+            last = max(float(times.max()) for times in timed.values())
+            edges = np.linspace(0.0, last or 1.0, PLACES + 1)
+            for (name, times), style in zip(timed.items(), ("-", "--", "-.", ":", (0, (6, 2, 1, 2, 1, 2))), strict=False):
+                axes[1].stairs(np.histogram(times, edges)[0], edges, color=LINE, linestyle=style, linewidth=1.2, label=name)
+            axes[1].set_xlabel("time at which it ended [s]")
+            axes[1].set_ylabel("flights")
+            axes[1].set_ylim(bottom=0.0)
+            axes[1].yaxis.set_major_locator(MaxNLocator(5, integer=True))
+            axes[1].legend()
+        write(figure, path, sheet)
+
+
+NARROW = 3.0
+"""Width of a figure [in] that has no room for shares beside numbers of flights."""
+
+
+def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], sheet: Sheet = SCREEN) -> None:
+    """A bar for each key and each explained quantity. ranking: by key, then by quantity; the first on top."""
+    explained = list(dict.fromkeys(name for found in ranking.values() for name in found))
+    with drawing(sheet):
+        height = 0.9 + 0.24 * len(ranking) * (len(explained) + 0.5)
+        figure = new_figure(sheet, 8.4, height)
+        axes = figure.subplots()
+        widest = max(len(key) for key in ranking)
+        margins(figure, sheet, min(0.45, 0.03 + 0.0095 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
+        step = len(explained) + 0.5
+        for place, (name, colour) in enumerate(zip(explained, ("0.35", "white"), strict=False)):
+            rows = [i * step + place for i in range(len(ranking))]
+            found = [estimates.get(name) for estimates in ranking.values()]
+            known = [(row, one) for row, one in zip(rows, found, strict=True) if one]
+            axes.barh(
+                [row for row, _ in known],
+                [100.0 * one.value for _, one in known],
+                0.8,
+                color=colour,
+                edgecolor=LINE,
+                label=name,
+            )
+            for row, one in known:
+                axes.plot([100.0 * one.low, 100.0 * one.high], [row, row], color=LIMIT, linewidth=1.4, solid_capstyle="butt")
+                axes.text(100.0 * one.high + 0.6, row, units.percent(one.value), va="center", fontsize=8)
+        axes.set_yticks([i * step + 0.5 * (len(explained) - 1) for i in range(len(ranking))], list(ranking))
+        axes.set_ylim(len(ranking) * step - 1.0, -0.8)
+        axes.set_xlim(0.0, min(112.0, 8.0 + 108.0 * max(one.high for found in ranking.values() for one in found.values())))
+        axes.set_xlabel(
+            "share of the variance that this key explains by itself [%], with its 95 % interval"
+            if sheet.inches(8.4) > 5.0
+            else "share of the variance [%], 95 % interval"
+        )
+        axes.grid(axis="y", visible=False)
+        if sheet.width is None:
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        else:
+            figure.legend(loc="outside upper left", ncols=sheet.side_by_side(2, 2.0))
+        write(figure, path, sheet)
+
+
+class ByKey(NamedTuple):
+    """What is drawn over a key. good: share of successes by bin, for bins that have flights; errors: `QUANTILES` of the
+    position RMSE of completed flights by bin, for bins that have any.
+    """
+
+    good: dict[int, Estimate]
+    errors: dict[int, Numbers]
+
+
+def by_key(found: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
+    """The flights of each bin. rmse: one number per flight, NaN where it did not complete."""
+    counts = np.bincount(found.places, minlength=found.size)
+    good = np.bincount(found.places, success, minlength=found.size).astype(int)
+    known = np.isfinite(rmse)
+    places, values = found.places[known], rmse[known]
+    small = places.astype(np.int16)  # sorted by counting
+    apart = np.split(values[np.argsort(small, kind="stable")], np.cumsum(np.bincount(places, minlength=found.size))[:-1])
+    errors = {place: np.quantile(some, QUANTILES) for place, some in enumerate(apart) if len(some)}
+    return ByKey({i: share(int(good[i]), int(counts[i])) for i in np.flatnonzero(counts).tolist()}, errors)
+
+
+def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCREEN) -> None:
+    """Success rate and position RMSE over one key."""
+    with drawing(sheet):
+        crowded = len(found.labels) > 5 or any(len(label) > 10 for label in found.labels)
+        height = 4.0 if crowded else 2.7
+        columns = sheet.side_by_side(2, 3.0)
+        figure = new_figure(sheet, 9.0, height, 0.8 * height * 2 / columns)
+        axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
+        margins(figure, sheet, 0.075, (1.6 if crowded else 0.35) / height, 0.985, 1.0 - 0.52 / height, 0.2)
+        headline(figure, sheet, (0.01, 1.0 - 0.2 / height), key)
+        success, errors = axes
+        draw_success(success, found, shown.good)
+        draw_errors(errors, found, shown.errors)
+        for one in axes:
+            if found.edges is None:
+                one.set_xticks(range(found.size), found.labels)
+                one.tick_params(axis="x", rotation=35 if crowded else 0)
+                for label in one.get_xticklabels() if crowded else ():
+                    label.set_horizontalalignment("right")
+                    label.set_rotation_mode("anchor")
+                one.set_xlim(-0.6, found.size - 0.4)
+                one.grid(axis="x", visible=False)
+            elif found.log:
+                logarithmic(one)
+        write(figure, path, sheet)
+
+
+def draw_success(axes: Axes, found: Bins, good: Mapping[int, Estimate]) -> None:
+    """The share of successes in each bin, with its interval."""
+    places = list(good)
+    value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
+    bottom = max(0.0, 100.0 - 1.15 * (100.0 - float(low.min())))
+    if found.edges is None:
+        at = np.array(places, dtype=float)
+        axes.hlines(value, at - 0.3, at + 0.3, color=LINE, linewidth=1.2)
+        axes.vlines(at, low, high, color=LINE, linewidth=1.2)
+    else:
+        left, right = found.edges[places], found.edges[[place + 1 for place in places]]
+        at = middles(found, places)
+        axes.hlines(value, left, right, color=LINE, linewidth=1.2)
+        axes.vlines(at, low, high, color="0.4", linewidth=1.0)
+    axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=LINE)
+    axes.set_ylim(bottom if bottom < 100.0 else 99.0, 100.0 + 0.04 * (100.0 - bottom or 1.0))
+    axes.set_title("succeed [%], with exact 95 % intervals", fontsize=9, loc="left")
+    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
+
+
+def draw_errors(axes: Axes, found: Bins, errors: Mapping[int, Numbers]) -> None:
+    """Median and the middle 80 % of the position RMSE in each bin."""
+    unit, factor = units.handy("m", max((float(some[-1]) for some in errors.values()), default=0.0))
+    axes.set_title(f"position RMSE [{unit}]: median and middle 80 %", fontsize=9, loc="left")
+    if not errors:
+        axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
+        return
+    places = list(errors)
+    low, middle, high = factor * np.array(list(errors.values())).T
+    if found.edges is None:
+        at = np.array(places, dtype=float)
+        axes.bar(at, high - low, 0.6, low, color=FILL, edgecolor="0.5")
+        axes.hlines(middle, at - 0.3, at + 0.3, color=LINE, linewidth=1.6)
+    else:
+        at = middles(found, places)
+        axes.fill_between(at, low, high, color=FILL, linewidth=0.0)
+        axes.plot(at, middle, color=LINE, linewidth=1.4, marker="o", markersize=2.5)
+    if spans_decades(float(low.min()), float(high.max())):
+        axes.set_ylim(0.8 * float(low.min()), 1.25 * float(high.max()))
+        logarithmic(axes, "y")
+    else:
+        axes.set_ylim(bottom=0.0)
+
+
+def middles(found: Bins, places: Sequence[int]) -> Numbers:
+    """The middle of some ranges as it appears on the axis."""
+    assert found.edges is not None
+    left, right = found.edges[list(places)], found.edges[[place + 1 for place in places]]
+    middle: Numbers = np.sqrt(left * right) if found.log else 0.5 * (left + right)
+    return middle
+
+
+def logarithmic(axes: Axes, which: str = "x") -> None:
+    """A logarithmic axis with plain numbers: at 1, 2 and 5 where it is short."""
+    (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
+    decades = np.log10(high / low)
+    axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0) if decades < 2.0 else (1.0,)))
+    axis.set_major_formatter(plain() if decades < 2.0 else powers())
+    axis.set_minor_locator(NullLocator())

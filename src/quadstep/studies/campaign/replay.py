@@ -1,0 +1,56 @@
+"""A single flight of a campaign, to be flown again with its full log."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.engines.fly import FlightPlan
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
+from quadstep.io.extras import needed_by
+from quadstep.mission.looks import MISSION, look
+from quadstep.mission.schema import Mission
+from quadstep.report.terminal.screen import command
+from quadstep.studies.campaign.draws import draw
+from quadstep.studies.campaign.manifest import check_replay
+from quadstep.studies.campaign.planner import planner
+from quadstep.studies.campaign.schema import Campaign, read_campaign
+
+
+class Replay(NamedTuple):
+    """A flight. values: as drawn, by key. mission: with these values. plan: of the flight, with its own noise."""
+
+    values: dict[str, object]
+    mission: Mission
+    plan: FlightPlan
+
+
+def replay(campaign: Campaign, flight: int) -> Replay:
+    """The flight of this number."""
+    drawn = draw(campaign.file, np.arange(flight, flight + 1))
+    values = {name: column.at(0) for name, column in drawn.items()}
+    builder = planner(campaign)
+    mission = builder.mission(values, flight)
+    named = mission.model_copy(update={"name": f"{mission.name}, flight {flight}"})
+    return Replay(values, named, builder.plan(values, flight))
+
+
+def replay_of(path: Path, flight: int, results: Path | None = None) -> tuple[Campaign, Replay]:
+    """A campaign file and one of its flights. results: the campaign's folder, if not the default. Raises UserError."""
+    if look(read_toml(path)) == MISSION:
+        raise UserError(f"--flight: needs a campaign, and {path} looks like a mission")
+    campaign = read_campaign(path)
+    flights, warning = check_replay(campaign, results or Path("out") / path.stem, results is not None)
+    if not 0 <= flight < flights:
+        raise UserError(f"--flight: should be from 0 to {flights - 1}, the last flight of {path}, not {flight}")
+    with needed_by("`quadstep fly --flight`"):
+        found = replay(campaign, flight)
+    plan = found.plan
+    return campaign, found._replace(plan=plan._replace(warnings=(*plan.warnings, warning)) if warning else plan)
+
+
+def replay_command(file: Path, flight: int, folder: Path) -> str:
+    """The command that flies one flight of the campaign in `folder` again."""
+    elsewhere = [] if folder == Path("out") / file.stem else ["--results", folder]
+    return command("fly", file, "--flight", flight, *elsewhere)

@@ -1,0 +1,249 @@
+"""report.html of a campaign, and its pictures."""
+
+import warnings
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from quadstep.engines.fly import fly_all
+from quadstep.engines.scored import LARGEST, RMSE
+from quadstep.interfaces.log import FlightLog
+from quadstep.io.errors import UserError
+from quadstep.io.results.folder import names_in
+from quadstep.metrics.statistics import Estimate
+from quadstep.mission.key_units import label
+from quadstep.report import page
+from quadstep.report.sheet import Sheet
+from quadstep.studies.campaign import report_text as text
+from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.studies.campaign.pictures import (
+    SCREEN,
+    Metric,
+    by_key,
+    draw_distributions,
+    draw_key,
+    draw_outcomes,
+    draw_ranking,
+)
+from quadstep.studies.campaign.replay import Replay, replay
+from quadstep.studies.campaign.replay_pictures import draw_flight, for_a_picture
+from quadstep.studies.campaign.schema import Campaign
+from quadstep.studies.campaign.sensitivity import Interaction, Parts, Result, first_order, strongest_interaction
+from quadstep.studies.campaign.store import Store
+from quadstep.studies.campaign.summary import Summary
+from quadstep.studies.campaign.varied import Varied, bins, varied
+
+REPORT, FIGURES, TABLE = "report.html", "figures", "table.tex"
+
+GLANCE = {
+    "outcomes": "How the flights ended, and when those that ended early did",
+    "distributions": "Distance from the path: completed flights, and the share of all flights that are farther away",
+    "ranking": "Sensitivity: the share of the variance that each key explains, with its interval",
+}
+"""Figures of the summary, if they are drawn."""
+
+FEWEST, FEWEST_EITHER = 40, 10
+"""Fewest flights for a statement on what explains the error; fewest failures and successes, each, for one on failure."""
+
+MOST_PICTURES = 12
+"""Most keys that get a figure: those that explain most."""
+
+
+class Explained(NamedTuple):
+    """The sensitivity indices of the keys for one result, largest first, and the strongest pair; said: why there are none."""
+
+    shares: dict[str, Estimate]
+    pair: Interaction | None
+    said: str = ""
+
+
+class Again(NamedTuple):
+    """One of the worst flights, flown again. said: why it could not be."""
+
+    replay: Replay | None
+    log: FlightLog | None
+    said: str = ""
+
+
+def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet = SCREEN) -> list[str]:
+    """Write it to a temporary folder, then move it into place; returns its files' names. path: of the campaign file, as given.
+
+    Raises UserError if it cannot be written.
+    """
+    with store.explained(), store.files.draft() as draft:
+        out = draft.path
+        (out / FIGURES).mkdir()
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
+            body = sections(store, campaign, summary, path, out / FIGURES, sheet.with_svg())
+        page.write_page(out / REPORT, campaign.file.name, body, "Campaign")
+        (out / TABLE).write_text(text.for_a_paper(summary, campaign.file.name), encoding="utf-8")
+        names, before = draft.files(), names_in(store.manifest.get("files"))
+        store.save(files=sorted({*before, *names}))  # so that files left by a killed run are known to be ours
+        store.files.check_free(names)
+        store.files.take(draft, names, REPORT)
+        for name in set(before) - set(names):
+            if name.startswith(f"{FIGURES}/"):
+                store.files.remove(name)
+        return names
+
+
+def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet = SCREEN) -> list[str]:
+    """The body of the page; its figures are drawn into `folder`."""
+    flown = store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
+    through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
+    success = flown[SUCCESS].to_numpy()
+    rmse = np.where(through, number(flown[RMSE]), np.nan)
+    evidence = [
+        *distribution_section(store, campaign, summary, flown, through, folder, sheet),
+        *key_sections(store, campaign, rmse, success, summary.copies, folder, sheet),
+        *worst_section(store, campaign, summary, path, folder, sheet),
+    ]
+    drawn = [page.figure(folder / name, caption) for name, caption in GLANCE.items() if (folder / f"{name}.svg").is_file()]
+    return [
+        text.glance(summary, drawn),
+        *evidence,
+        *text.opening(store, campaign, summary, path),
+        *text.closing(summary.copies),
+    ]
+
+
+def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
+    """A column, with NaN for missing or non-finite values."""
+    values: NDArray[np.float64] = column.to_numpy().astype(float)
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def distribution_section(
+    store: Store,
+    campaign: Campaign,
+    summary: Summary,
+    flown: pa.Table,
+    through: NDArray[np.bool_],
+    folder: Path,
+    sheet: Sheet,
+) -> list[str]:
+    """How the flights ended, and how far from the path they were."""
+    times = {name: number(flown[TIME])[over_as(flown, name)] for name in summary.outcomes if name != OUTCOMES[0]}
+    times = {name: some[np.isfinite(some)] for name, some in times.items()}
+    draw_outcomes(folder / "outcomes", text.ended(summary), times, sheet)
+    body = [
+        page.heading("How the flights ended", "outcomes"),
+        *text.outcomes(summary),
+    ]
+    limits = {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
+    metrics = []
+    for name in dict.fromkeys((RMSE, LARGEST, *limits)):
+        column = flown[name] if name in flown.column_names else store.read([name])[name]
+        values = number(column)[through]
+        metrics.append(Metric(name, values[np.isfinite(values)], limits.get(name)))
+    metrics = [metric for metric in metrics if len(metric.values)]
+    if metrics:
+        draw_distributions(folder / "distributions", metrics, summary.flights, sheet)
+        body += [page.heading("Distance from the path", "distributions"), *text.distributions(summary)]
+    return body
+
+
+def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
+    """The flights with this outcome."""
+    column = flown[OUTCOME].combine_chunks()
+    chosen: NDArray[np.bool_] = np.asarray(column.indices) == column.dictionary.to_pylist().index(name)
+    return chosen
+
+
+def key_sections(
+    store: Store, campaign: Campaign, rmse: NDArray[np.float64], success: NDArray[np.bool_], copies: bool, folder: Path,
+    sheet: Sheet,
+) -> list[str]:  # fmt: skip
+    """What the result depends on: the ranking, then key by key. copies: whether the flights do not differ."""
+    keys = campaign.file.keys
+    if not keys:
+        what = "Nothing" if copies else "Only the noise"
+        return [page.heading("Sensitivity", "ranking"), page.paragraph(f"{what} varies from flight to flight.")]
+    columns = {key: varied(store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
+    mission = campaign.mission
+    found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
+    ranking = ranked(keys, {name: one.shares for name, one in found.items()})
+    body = [page.heading("Sensitivity", "ranking")]
+    if any(ranking.values()):
+        draw_ranking(folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), sheet)
+    body += text.ranking(campaign, ranking, {name: (one.said, one.pair) for name, one in found.items()})
+    body += [page.heading("Individual keys", "keys"), *text.keys(len(keys), MOST_PICTURES)]
+    for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
+        cut = bins(columns[key], campaign.file.vary.get(key))
+        name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
+        draw_key(folder / name, label(mission, key), cut, by_key(cut, success, rmse), sheet)
+        body.append(page.figure(folder / f"{name}.svg", f"Success and error over {key}"))
+    return body
+
+
+def ranked(keys: list[str], found: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:
+    """All keys with the share of each result that they explain, the key with the largest share first."""
+    ranking = {key: {name: shares[key] for name, shares in found.items() if key in shares} for key in keys}
+    return dict(sorted(ranking.items(), key=lambda item: -max((one.value for one in item[1].values()), default=-1.0)))
+
+
+def explained_error(columns: Mapping[str, Varied], rmse: NDArray[np.float64], campaign: Campaign) -> Explained:
+    """Indices for the logarithm of the position RMSE of completed flights."""
+    known = np.nan_to_num(rmse) > 0.0
+    count = int(known.sum())
+    if count < FEWEST:
+        return Explained({}, None, f"too few flights completed with an error above 0 ({count})")
+    return explained(Result(np.log10(rmse[known])), {key: one.parts.among(known) for key, one in columns.items()}, campaign)
+
+
+def explained_failure(columns: Mapping[str, Varied], success: NDArray[np.bool_], campaign: Campaign) -> Explained:
+    """Indices for failure, as 0 or 1, over all flights."""
+    good, flights = int(success.sum()), len(success)
+    for count, what in ((flights - good, "failed"), (good, "succeeded")):
+        if count < FEWEST_EITHER:
+            return Explained({}, None, f"too few flights {what} ({count} of {flights})")
+    return explained(Result((~success).astype(float)), {key: one.parts for key, one in columns.items()}, campaign)
+
+
+def explained(result: Result, parts: Mapping[str, Parts], campaign: Campaign) -> Explained:
+    """The indices, and the strongest pair of the first keys, which has no meaning where keys are correlated."""
+    shares = first_order(result, parts)
+    if not shares:
+        return Explained({}, None, "it does not vary")
+    most = {key: parts[key] for key in list(shares)[:MOST_PICTURES]}
+    return Explained(shares, None if campaign.file.correlated else strongest_interaction(result, most))
+
+
+def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet) -> list[str]:
+    """The worst flights: what was drawn, how to fly each again, and its picture, flown again."""
+    again = flown_again(campaign, [one.flight for one in summary.worst])
+    values = [
+        {label(one.replay.mission, key): value for key, value in one.replay.values.items()} if one.replay else {}
+        for one in again
+    ]
+    body = [page.heading("The worst flights", "worst"), *text.worst(summary, values, path, store.folder)]
+    for worst, (_, log, said) in zip(summary.worst, again, strict=True):
+        title = text.of_flight(worst)
+        if log is not None and len(log.rows) > 1:
+            name = f"flight-{worst.flight}"
+            draw_flight(folder / name, log, title, sheet)
+            body.append(page.figure(folder / f"{name}.svg", title))
+        else:
+            why = f"cannot be replayed: {said}" if log is None else "it ended before it could be drawn"
+            body.append(page.paragraph(f"{title}; {why}."))
+        differs = text.differing(worst, log, campaign) if log else ""
+        body += [page.paragraph(differs)] * bool(differs)
+    return body
+
+
+def flown_again(campaign: Campaign, flights: list[int]) -> list[Again]:
+    """These flights with their logs, if they can be replayed."""
+    replays: list[Replay | str] = []
+    for flight in flights:
+        try:
+            replays.append(replay(campaign, flight))
+        except UserError as error:
+            replays.append(str(error))
+    plans = [for_a_picture(one.plan) for one in replays if isinstance(one, Replay)]
+    logs: Iterator[FlightLog] = iter(fly_all(plans))
+    return [Again(one, next(logs)) if isinstance(one, Replay) else Again(None, None, one) for one in replays]

@@ -1,0 +1,297 @@
+"""The text of a campaign's report.html."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from pathlib import Path
+
+from quadstep.interfaces.log import FlightLog
+from quadstep.metrics.quantities import position_errors
+from quadstep.metrics.statistics import Estimate, share
+from quadstep.mission.key_units import label
+from quadstep.report import page, units
+from quadstep.report.latex import booktabs
+from quadstep.studies.campaign.flown import OUTCOMES
+from quadstep.studies.campaign.manifest import FLIGHTS
+from quadstep.studies.campaign.replay import replay_command
+from quadstep.studies.campaign.schema import Campaign
+from quadstep.studies.campaign.sensitivity import Interaction
+from quadstep.studies.campaign.store import Store
+from quadstep.studies.campaign.summary import COPIES, FEW, QUANTILES, Spread, Summary, Worst, sentences, within
+from quadstep.studies.campaign.varied import text_of, told
+
+ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
+"""Names of the explained quantities."""
+
+SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
+
+
+def glance(summary: Summary, figures: Sequence[str]) -> str:
+    """The findings: one sentence, three numbers with their intervals, and figures that show them."""
+    good, low, high = summary.success
+    if summary.copies:
+        answer = f"{succeeded(summary)}. {' '.join([COPIES.format(summary.flights), *summary.graded])}"
+        return page.summary(answer, [page.Fact("succeed", units.percent(good)), *map(alone, summary.spreads)], figures)
+    answer = f"{succeeded(summary)}; the 95 % interval is {' '.join([f'{within(low, high)}.', *summary.graded])}"
+    facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
+    for spread in summary.spreads:
+        words, unit = units.metric(spread.metric)
+        share, one = list(spread.quantiles.items())[-1]
+        what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g}th percentile of {words}"
+        span = page.Span("", one.low, one.value, one.high, 0.0, 1.3 * one.high)
+        interval = f"95 %: {units.interval(*one, unit)}" if one.bounded else FEW
+        facts.append(page.Fact(what, units.estimate(*one, unit), interval, span))
+    return page.summary(answer, facts, figures)
+
+
+def succeeded(summary: Summary) -> str:
+    """How many flights did."""
+    if summary.success.value == 1.0:
+        return f"All {summary.flights} flights succeeded"
+    return f"{units.percent(summary.success.value)} of {summary.flights} flights succeeded"
+
+
+def alone(spread: Spread) -> page.Fact:
+    """A metric where the flights do not differ."""
+    words, unit = units.metric(spread.metric)
+    return page.Fact(words, units.quantity(spread.quantiles[QUANTILES[0]].value, unit))
+
+
+def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
+    """What was flown."""
+    file, manifest = campaign.file, store.manifest
+    limits = " or ".join(f"{campaign.thresholds[name]} above {limit:g}" for name, limit in file.failure.items())
+    rows = [
+        ("campaign", f"{file.name}, {path}"),
+        ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
+        ("flights", str(summary.flights)),
+        ("a flight fails", f"if it ends early{f', or {limits}' if limits else ''}"),
+        ("seed, precision, engine", f"{file.seed}, {file.precision}, {manifest.get('engine')}"),
+        ("error sampled every", f"{file.score_period:g} s" if file.score_period else "log period of the mission"),
+        ("quadstep", f"{manifest.get('version')}, with {pairs(manifest.get('packages', {}))}"),
+        ("version of the draws", str(manifest.get("draws"))),
+        *(("machine", pairs(one)) for one in manifest["machines"]),
+    ]
+    body = [
+        page.heading("Campaign settings", "flown"),
+        *(page.paragraph(line, escape) for line in sentences(summary)),
+        page.table(("", ""), rows, escape),
+    ]
+    if file.keys:
+        mission = campaign.mission
+        body.append(page.table(("what varies", "how"), [(label(mission, key), told(file, key)) for key in file.keys], escape))
+    files = ((f"campaign file {path.name}", campaign.text),)
+    body += [f"<details><summary>{escape(name)}</summary><pre>{escape(content)}</pre></details>" for name, content in files]
+    return body
+
+
+def pairs(table: Mapping[str, object]) -> str:
+    """A small table in one line."""
+    return ", ".join(f"{name} {value}" for name, value in table.items())
+
+
+def ended(summary: Summary) -> dict[str, int]:
+    """The number of flights by outcome; completed ones are split by whether they succeeded."""
+    good = round(summary.success.value * summary.flights)
+    completed = summary.outcomes.get(OUTCOMES[0], 0)
+    counts = {SUCCEEDED: good, ABOVE: completed - good}
+    rest = sorted(((name, count) for name, count in summary.outcomes.items() if name != OUTCOMES[0]), key=lambda one: -one[1])
+    return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
+
+
+def outcomes(summary: Summary) -> list[str]:
+    """Every outcome with its exact interval; without it where the flights do not differ."""
+    if summary.copies:
+        return [page.table(("outcome", "flights"), [(name, str(count)) for name, count in ended(summary).items() if count])]
+    shares = {name: share(count, summary.flights) for name, count in ended(summary).items()}
+    rows = [(name, str(count), spanned(shares[name])) for name, count in ended(summary).items()]
+    return [page.table(("outcome", "flights", "share of all [%]"), rows)]
+
+
+def for_a_paper(summary: Summary, name: str) -> str:
+    """Outcomes and quantiles as a LaTeX table; copies of one flight have no intervals."""
+    shares = {what: share(count, summary.flights) for what, count in ended(summary).items()}
+    ends = [(what, "", str(ended(summary)[what]) if summary.copies else units.percent(*one)) for what, one in shares.items()]
+    rows = [
+        (words, f"{100.0 * q:g} %", units.quantity(one.value, unit) if summary.copies else units.interval(*one, unit))
+        for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
+        for q, one in known.items()
+    ]
+    comment = f"{name}: {units.counted(summary.flights, 'flight')}{'' if summary.copies else ', 95 % intervals'}"
+    return booktabs(("", "share below", "flights" if summary.copies else "value"), [ends, rows], [comment])
+
+
+def spanned(one: Estimate) -> page.Span:
+    """A share as a bar."""
+    return page.Span(percent(one), one.low, one.value, one.high)
+
+
+def percent(one: Estimate) -> str:
+    """A share with its interval."""
+    return units.percent(*one).removesuffix(" %")
+
+
+def distributions(summary: Summary) -> list[str]:
+    """The quantiles as a table; of copies their value is all."""
+    if summary.copies:
+        facts = map(alone, summary.spreads)
+        return [page.table(("of completed flights", "value"), [(one.what, one.value) for one in facts])]
+    rows = [
+        (
+            words,
+            f"{100.0 * q:g} %",
+            page.Span(units.interval(*one, unit), *(one.low, one.value, one.high), 0.0, largest(known.values())),
+        )
+        for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
+        for q, one in known.items()
+    ]
+    return [
+        page.paragraph(
+            "Upper panel: completed flights; lower panel: the share of all flights with a larger value. A flight that "
+            "ended early counts as worse than any other. Dashed: the limit above which a flight counts as failed."
+        ),
+        page.table(("of completed flights", "share below", "value with its 95 % interval"), rows),
+    ]
+
+
+def largest(known: Iterable[Estimate]) -> float:
+    """The largest number that is there."""
+    return max(number for one in known for number in one if not math.isnan(number))
+
+
+def ranking(
+    campaign: Campaign,
+    found: Mapping[str, Mapping[str, Estimate]],
+    said: Mapping[str, tuple[str, Interaction | None]],
+) -> list[str]:
+    """The ranking, in words and as a table."""
+    lines = []
+    for name, (why, pair) in said.items():
+        if why:
+            lines.append(f"The causes of {name} are not analysed: {why}.")
+            continue
+        shares = {key: one[name] for key, one in found.items() if name in one}
+        clear = {key: one for key, one in shares.items() if one.low > 0.0}
+        if clear:
+            key = max(clear, key=lambda key: clear[key].value)
+            line = f"Of {name}, {key} explains most: {percent(clear[key])} % of the variance."
+        else:
+            line = f"No single key explains a share of {name} that differs significantly from zero."
+        if clear and not campaign.file.correlated:
+            together = min(1.0, sum(one.value for one in shares.values()))
+            line += f" Together the keys explain {100.0 * together:.3g} % on their own;"
+            line += " the rest is due to interactions and noise."
+        if pair and pair.share.low > 0.0:
+            line += (
+                f" {pair.keys[0]} and {pair.keys[1]} together explain {percent(pair.share)} % more than each does alone"
+                f"{f' (the strongest of {pair.pairs} pairs)' if pair.pairs > 1 else ''}."
+            )
+        lines.append(line)
+    if campaign.file.correlated:
+        groups = "; ".join(", ".join(one.keys) for one in campaign.file.correlated)
+        lines.append(
+            "Correlated keys partly explain the same variance, so their shares overlap and may add up to more than "
+            f"100 %: {groups}."
+        )
+    body = [page.paragraph(line, escape) for line in lines]
+    if any(found.values()):
+        names = list(dict.fromkeys(name for one in found.values() for name in one))
+        rows = [(key, *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in found.items()]
+        body.append(page.table(("key", *(f"{name} [% of variance]" for name in names)), rows, escape))
+        body.append(
+            page.paragraph(
+                "First-order index: the share of the variance that would vanish if the key were known. A key explains "
+                "much if it "
+                "has a large effect and was varied widely."
+            )
+        )
+    return body
+
+
+def keys(count: int, most: int) -> list[str]:
+    """Explanation of the keys' figures."""
+    chosen = (
+        f" These are the {most} of {count} keys that explain most; the others are in the flight files." if count > most else ""
+    )
+    return [
+        page.paragraph(
+            "All flights, in ranges of equal width of the key (end ranges merged until they have 20 flights), or by "
+            f"value; all other keys vary within each range.{chosen}"
+        )
+    ]
+
+
+def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[str]:
+    """A table with a column per flight, and the command that replays it. path: of the campaign; folder: of its results."""
+    flights = summary.worst
+    names = list(dict.fromkeys(name for one in values for name in one))
+    rows = [
+        ["outcome", *(one.outcome for one in flights)],
+        ["ended [s]", *(known(one.time) for one in flights)],
+        ["RMSE", *(length(one.rmse) for one in flights)],
+        ["largest error", *(length(one.largest) for one in flights)],
+        *([name, *(text_of(drawn[name]) if name in drawn else "–" for drawn in values)] for name in names),
+    ]
+    commands = "\n".join(escape(replay_command(path, one.flight, folder)) for one in flights)
+    return [
+        page.paragraph("Flights that failed come first: those that ended first, then those farthest from the path."),
+        page.table(("flight", *(str(one.flight) for one in flights)), rows, escape),
+        page.paragraph("To replay them with their full logs:"),
+        f"<pre>{commands}</pre>",
+        page.paragraph(
+            "The figures show these flights replayed in f64 (o: start, x: end). Parts far from the desired path are outside "
+            "the figure."
+        ),
+    ]
+
+
+def known(value: float | None) -> str:
+    """A number, or a dash."""
+    return "–" if value is None else f"{value:.4g}"
+
+
+def length(value: float | None) -> str:
+    """A length [m] in a suitable unit, or a dash."""
+    return "–" if value is None else units.quantity(value, "m", 4)
+
+
+def of_flight(one: Worst) -> str:
+    """A title."""
+    if one.time is not None:
+        return f"Flight {one.flight}: {one.outcome} at {one.time:.4g} s"
+    return f"Flight {one.flight}: {one.outcome}, largest error {length(one.largest)}"
+
+
+def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
+    """A note on a flight that ends differently from the campaign's, or far from it."""
+    now = log.outcome.name.lower().replace("_", "-")
+    largest = max((float((error @ error) ** 0.5) for error in position_errors(log)), default=0.0)
+    if now != one.outcome:
+        what = f"its outcome is {now} (largest error {length(largest)})"
+    elif one.time is not None and abs(log.ended - one.time) > 0.01 * one.time:
+        what = f"it ends at {log.ended:.4g} s"
+    else:
+        return ""
+    why = "in f32, whose round-off such a flight amplifies" if not campaign.double else "with another version"
+    return f"When replayed in f64, {what}; the campaign flew it {why}."
+
+
+def closing(copies: bool) -> list[str]:
+    """How to read the report. copies: whether the flights do not differ, so that there are no intervals."""
+    intervals = [
+        page.paragraph(
+            "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
+            "distribution-free (Conover 1999). Indices: from the flights, grouped by similar values (Plischke, "
+            "Borgonovo, Smith 2013), minus the share expected by chance for that many groups; intervals by bootstrap over the "
+            "flights. An interval says how certain a number is if the keys vary as they did here; whether they do is for you "
+            "to judge."
+        )
+    ]
+    return [
+        page.heading("How to read this", "reading"),
+        *(intervals if not copies else []),
+        page.paragraph(
+            f"All flights are in {FLIGHTS}/*.parquet next to this page, one row per flight; campaign.json records what was "
+            "flown, by which version and on which machine. The same campaign file gives the same flights."
+        ),
+    ]

@@ -1,0 +1,238 @@
+"""A campaign file: which mission, what varies in it, and what counts as failure."""
+
+import contextlib
+import hashlib
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from quadstep.engines.scored import bare
+from quadstep.io import files
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.installed import all_installed
+from quadstep.io.user_code.places import digest, place
+from quadstep.mission.check import check
+from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key
+from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple
+from quadstep.mission.keys import parts
+from quadstep.mission.looks import CAMPAIGN, refuse_others
+from quadstep.mission.presets import DEEPEST
+from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
+from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
+from quadstep.studies.campaign.rare import RareSection
+
+CHUNK = 65_536
+"""Flights in one file of results: what a killed run loses at most."""
+
+MOST_KEYS = 512
+"""Most keys that may vary; each takes 8 bytes per flight."""
+
+NOT_FLOWN = {
+    "name": "a name does not affect flights",
+    "seed": "every flight already has its own noise",
+    "score_from": "when scoring starts does not affect flights",
+    "metrics": "what is measured does not affect flights",
+    "margins": "what margins are asked for does not affect flights",
+    "tune": "what is tuned does not affect flights",
+}
+"""Keys of a mission that cannot vary, and why."""
+
+
+class CampaignFile(Section):
+    """A campaign file: which mission, how often, what varies, what counts as failure."""
+
+    name: Annotated[Name, Quantity("", "name of the campaign, shown in its results")] = "Campaign"
+    mission: Annotated[
+        str | dict[str, object],
+        Quantity("", "a mission file, relative to this file's folder, or a whole mission as a table"),
+    ]
+    flights: Annotated[
+        Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None,
+        Quantity("", "number of flights; default: each combination of the grids once"),
+    ] = None
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all draws")] = 1
+    precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"
+    score_period: Annotated[
+        Positive | None, Quantity("s", "sampling period of the metrics; default: the mission's log period")
+    ] = None
+    chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK), Quantity("", "flights per results file")] = CHUNK
+    vary: Annotated[
+        dict[str, Distribution],
+        BeforeValidator(by_key),
+        Quantity("", "a distribution for each mission key that varies"),
+    ] = Field(default_factory=dict)
+    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary jointly")] = ()
+    failure: Annotated[
+        dict[str, Positive],
+        Quantity("", "limits of metrics above which a flight counts as failed; one that ends early always does"),
+    ] = Field(default_factory=dict)
+    rare: Annotated[RareSection, Quantity("", "settings of `--rare`")] = RareSection()
+
+    @model_validator(mode="after")
+    def _known(self) -> "CampaignFile":
+        keys = self.keys
+        try:
+            _ = [parts(key) for key in keys]
+        except UserError as error:
+            raise ValueError(f"vary: {error}") from None
+        if self.combinations > MOST_FLIGHTS:
+            raise ValueError(f"vary: the grids make {self.combinations:.3g} flights; allowed are at most {MOST_FLIGHTS}")
+        if len(keys) > MOST_KEYS:
+            raise ValueError(f"vary: {len(keys)} keys; allowed are at most {MOST_KEYS}")
+        twice = [key for key in keys if keys.count(key) > 1]
+        if twice:
+            raise ValueError(f"{twice[0]}: varies twice")
+        for key in keys:
+            longer = [other for other in keys if other.startswith(f"{key}.")]
+            if longer:
+                raise ValueError(f"vary: {longer[0]} is inside {key}, which varies as a whole")
+        return self
+
+    @model_validator(mode="after")
+    def _flown(self) -> "CampaignFile":
+        for key in self.keys:
+            if key.partition(".")[0] in NOT_FLOWN:
+                raise ValueError(f"vary: {key}: {NOT_FLOWN[key.partition('.')[0]]}")
+        return self
+
+    @property
+    def combinations(self) -> int:
+        """The number of combinations of the grids' values."""
+        return math.prod(len(one.options) for one in self.vary.values() if isinstance(one, Grid))
+
+    @property
+    def keys(self) -> list[str]:
+        """Everything that varies, in order."""
+        return [*self.vary, *(key for one in self.correlated for key in one.keys)]
+
+
+class Campaign(NamedTuple):
+    """A campaign and its mission as they were read.
+
+    file: as checked. text: of the campaign file. content: of the mission, as the user wrote it; defaults: the same with every
+    default. source, folder: of the mission, for errors and for the files it names. metrics: of its flights, with units.
+    """
+
+    file: CampaignFile
+    text: str
+    content: dict[str, object]
+    defaults: dict[str, Any]
+    source: str
+    folder: Path
+    metrics: tuple[str, ...]
+
+    @property
+    def thresholds(self) -> dict[str, str]:
+        """Metrics that can define a failure, by their names without units."""
+        return bare(self.metrics)
+
+    @property
+    def mission(self) -> Mission:
+        """As written, nothing of it drawn."""
+        return check_mission(self.content, self.source, self.folder)
+
+    @property
+    def flights(self) -> int:
+        """The number of flights if the command line does not set it."""
+        return self.file.flights or self.file.combinations
+
+    @property
+    def varies(self) -> bool:
+        """Whether any key differs from flight to flight."""
+        return bool(self.file.keys)
+
+    def check_count(self, flights: int) -> None:
+        """Refuses a number of flights that would make too many files, or too large ones. Raises UserError."""
+        columns = len(self.file.keys) + len(self.metrics) + 4
+        if 8 * columns * min(flights, self.file.chunk) > files.FLIGHTS.most:
+            raise UserError(
+                f"chunk: {self.file.chunk} flights of {columns} columns make a file larger than "
+                f"{files.FLIGHTS.most / 1e6:g} MB; choose a chunk of {files.FLIGHTS.most // (8 * columns)} or less"
+            )
+        made = -(-flights // self.file.chunk)
+        if made > MOST_CHUNKS:
+            raise UserError(
+                f"flights, chunk: {flights} flights, {self.file.chunk} a file, make {made} files; allowed are at most "
+                f"{MOST_CHUNKS}: choose a chunk of {-(-flights // MOST_CHUNKS)} or more"
+            )
+
+    @property
+    def double(self) -> bool:
+        """Whether it is flown in f64."""
+        return self.file.precision == "f64"
+
+    @property
+    def fingerprint(self) -> str:
+        """A digest of everything that affects a flight's result; the number of flights does not."""
+        decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission", "rare"})
+        text = json.dumps([decides, self.content, digests([decides, self.content], self.folder)], default=str)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def digests(content: object, folder: Path, depth: int = 0) -> list[str]:
+    """A digest of each file that a string in parsed TOML names, and of those that these name or import in turn."""
+    found, installed = [], all_installed()
+    for name in sorted(set(strings(content))):
+        named = place(name)
+        for own in [named] if named else installed.get(name, []):
+            with contextlib.suppress(UserError):  # not a file of the user's, or flying will report it
+                found.append(digest(own, folder))
+        if named or name in installed:
+            continue
+        path = folder / name
+        try:
+            with files.opened(path, files.ANY) as file:
+                found.append(hashlib.file_digest(file, "sha256").hexdigest())
+        except (OSError, UserError):  # no file, or not readable: flying will report it
+            continue
+        if path.suffix == ".toml" and depth < DEEPEST:
+            with contextlib.suppress(UserError):
+                found += digests(read_toml(path), path.parent, depth + 1)
+    return found
+
+
+def strings(content: object) -> list[str]:
+    """Every string in parsed TOML."""
+    if isinstance(content, str):
+        return [content]
+    inside = content.values() if isinstance(content, dict) else content if isinstance(content, list | tuple) else ()
+    return [text for one in inside for text in strings(one)]
+
+
+def read_campaign(path: Path) -> Campaign:
+    """The campaign in a TOML file. Raises UserError naming file, key and what is allowed."""
+    content = read_toml(path)
+    refuse_others(content, CAMPAIGN, str(path))
+    file = check(CampaignFile, content, str(path))
+    if isinstance(file.mission, str):
+        source = path.parent / file.mission
+        try:
+            mission, folder = read_toml(source), source.parent
+        except UserError as error:
+            raise UserError(f"{path}: mission: {error}") from None
+    else:
+        source, mission, folder = path, file.mission, path.parent
+    return campaign_of(file, files.read_text(path, files.TOML), mission, str(source), folder, str(path))
+
+
+def campaign_of(
+    file: CampaignFile, text: str, mission: dict[str, object], source: str, folder: Path, about: str = ""
+) -> Campaign:
+    """A campaign from the content of its files. about: the campaign's own file.
+
+    Raises UserError for a mission that could not be flown by itself, and for an unknown metric.
+    """
+    flown = check_mission(mission, source, folder)
+    campaign = Campaign(file, text, mission, flown.model_dump(), source, folder, flown.scores)
+    for name in file.failure:
+        if name not in campaign.thresholds:
+            raise UserError(f"{about or source}: failure.{name}: unknown key; allowed here: {', '.join(campaign.thresholds)}")
+    for name in file.rare.score or ():
+        if name not in campaign.thresholds:
+            raise UserError(f"{about or source}: rare.score: {name!r:.60}: allowed here: {', '.join(campaign.thresholds)}")
+    return campaign

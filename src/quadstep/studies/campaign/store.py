@@ -1,0 +1,256 @@
+"""The folder of a campaign: Parquet files of flights as they finish, and a manifest that lists them.
+
+A file appears whole or not at all, and counts once the manifest names it with its digest. So however a run is killed, the
+finished files can be read, and the run can be resumed.
+"""
+
+import contextlib
+import hashlib
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from quadstep.io import files
+from quadstep.io.atomic import WRITING
+from quadstep.io.errors import UserError
+from quadstep.io.results.folder import Folder, names_in
+from quadstep.io.results.folder import opened as open_folder
+from quadstep.io.results.sealed import SEAL, sealed
+from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
+from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, cannot_continue, new_manifest, nothing_there, read_manifest
+from quadstep.studies.campaign.schema import Campaign
+
+
+class Chunk(NamedTuple):
+    """A file of flights, from `first` up to `past`."""
+
+    file: str
+    first: int
+    past: int
+
+
+class Store:
+    """The folder of one campaign, held by one run. Made by `opened`."""
+
+    def __init__(self, files: Folder, manifest: dict[str, Any]) -> None:
+        self.files, self.folder, self.manifest = files, files.path, manifest
+        self.digests: dict[str, dict[str, int | str]] = {one["file"]: one for one in manifest["chunks"]}
+
+    @property
+    def flights(self) -> int:
+        """The number of flights of the campaign."""
+        count: int = self.manifest["flights"]
+        return count
+
+    @property
+    def chunks(self) -> list[Chunk]:
+        """All files, in order, whether present or not."""
+        return [self.chunk(i) for i in range(self.count)]
+
+    @property
+    def count(self) -> int:
+        """The number of all files."""
+        return len(range(0, self.flights, self.manifest["chunk"]))
+
+    def chunk(self, i: int) -> Chunk:
+        """File i."""
+        size: int = self.manifest["chunk"]
+        return Chunk(f"{FLIGHTS}/{i:05d}.parquet", i * size, min(i * size + size, self.flights))
+
+    @property
+    def present(self) -> list[Chunk]:
+        """The files that are present, in order; a manifest may claim millions that are not."""
+        named = {int(one["first"]) // self.manifest["chunk"] for one in self.digests.values()}
+        return [chunk for chunk in map(self.chunk, sorted(i for i in named if 0 <= i < self.count)) if self.has(chunk)]
+
+    @property
+    def missing(self) -> list[Chunk]:
+        """The files still to be flown."""
+        return [chunk for chunk in self.chunks if not self.has(chunk)]
+
+    def has(self, chunk: Chunk) -> bool:
+        """Whether a file is present, with all its flights."""
+        known = self.digests.get(chunk.file, {})
+        return (known.get("first"), known.get("past")) == chunk[1:] and self.files.status(chunk.file) is not None
+
+    def write(self, chunk: Chunk, table: pa.Table) -> None:
+        """Add a file, and then name it in the manifest. Raises UserError if it cannot be written."""
+        content = parquet(table)
+        digest: dict[str, int | str] = {
+            "file": chunk.file,
+            "first": chunk.first,
+            "past": chunk.past,
+            "sha256": hashlib.sha256(content).hexdigest(),
+        }
+        with self.explained():
+            self.files.write(chunk.file, content)
+            self.digests[chunk.file] = digest
+            self.save()
+
+    def save(self, **more: object) -> None:
+        """Write the manifest. Raises UserError."""
+        self.manifest |= {**more, "chunks": [self.digests[name] for name in sorted(self.digests)]}
+        with self.explained():
+            self.files.write(MANIFEST, sealed(self.manifest))
+
+    @contextlib.contextmanager
+    def explained(self) -> Iterator[None]:
+        """Turns an error of the disk into a UserError of one line."""
+        try:
+            yield
+        except OSError as error:
+            raise UserError(
+                f"{self.folder}: cannot be written: {error.strerror or error}; {len(self.present)} of {self.count} files of "
+                "flights are kept, --resume continues from there"
+            ) from None
+
+    def read(self, columns: Sequence[str] | None = None) -> pa.Table:
+        """The finished flights, in order. Raises UserError for a file that cannot be read."""
+        tables = [self.read_chunk(chunk, columns) for chunk in self.present]
+        try:
+            return pa.concat_tables(tables, promote_options="permissive").unify_dictionaries()
+        except pa.ArrowException as error:
+            raise UserError(f"{self.folder / FLIGHTS}: files from different campaigns: {error}") from None
+
+    def read_chunk(self, chunk: Chunk, columns: Sequence[str] | None = None) -> pa.Table:
+        """The flights of one file. Raises UserError."""
+        path = self.folder / chunk.file
+        with self.files.file(chunk.file, files.FLIGHTS) as file:
+            try:
+                parquet = pq.ParquetFile(file)
+                check_kind(path, parquet.metadata, chunk, columns or (*KINDS, *self.manifest["metrics"]))
+                table = parquet.read(columns=None if columns is None else list(columns))
+            except (OSError, ValueError, pa.ArrowException) as error:
+                raise UserError(f"{path}: cannot be read: {error}") from None
+        if any(table[name].null_count for name in table.column_names if name not in (TIME, *self.manifest["metrics"])):
+            raise not_flights(path, chunk)
+        return table
+
+    def shorten(self, flights: int) -> None:
+        """Forget and remove files of flights beyond this number, left from a longer run. Raises UserError."""
+        self.manifest["flights"] = flights
+        wanted = {chunk.file for chunk in self.chunks}
+        with self.explained():
+            for name in self.digests.keys() - wanted:
+                del self.digests[name]
+                self.files.remove(name)
+
+    def judge_again(self, campaign: Campaign) -> None:
+        """Rewrite the existing flights with the campaign's current definition of success. Raises UserError."""
+        for chunk in self.present:
+            self.write(chunk, judged(self.read_chunk(chunk), campaign))
+
+    def verify(self) -> None:
+        """Raises UserError for a file whose content is not what was written."""
+        for chunk in self.present:
+            with self.files.file(chunk.file, files.FLIGHTS) as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            if digest != self.digests[chunk.file]["sha256"]:
+                raise UserError(
+                    f"{self.folder / chunk.file}: corrupted (its content is not what was written); delete this file, and "
+                    f"--resume flies flights {chunk.first} to {chunk.past - 1} again"
+                )
+
+
+@contextlib.contextmanager
+def opened(
+    folder: Path, campaign: Campaign, flights: int, engine: str, resume: bool = False, overwrite: bool = False
+) -> Iterator[Store]:
+    """The folder of a campaign, created or resumed, and locked while the block runs.
+
+    Raises UserError: for a folder that holds something else or another campaign, a campaign that has changed, a corrupted
+    file, a folder that another run is writing into.
+    """
+    with held(folder, resume) as inside:
+        yield prepared(inside, campaign, flights, engine, resume, overwrite)
+
+
+@contextlib.contextmanager
+def held(path: Path, resume: bool) -> Iterator[Folder]:
+    """A folder, created if absent and locked while the block runs. Raises UserError."""
+    if resume and not path.exists():
+        raise UserError(nothing_there(path))
+    with contextlib.ExitStack() as stack:
+        try:
+            folder = stack.enter_context(open_folder(path))
+            stack.enter_context(folder.locked(wait=False))
+        except BlockingIOError:
+            raise UserError(f"{path}: another campaign is being flown into this folder; choose another --out") from None
+        except OSError as error:
+            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+        stack.callback(folder.sweep, FLIGHTS)  # Ctrl-C may have come between making a file and guarding it
+        yield folder
+
+
+def prepared(inside: Folder, campaign: Campaign, flights: int, engine: str, resume: bool, overwrite: bool) -> Store:
+    """The store in a folder that is locked."""
+    folder = inside.path
+    found = read_manifest(folder)
+    mine = new_manifest(campaign, flights, engine)
+    inside.sweep(FLIGHTS)
+    if found is None:
+        if resume:
+            raise UserError(nothing_there(folder))
+        empty = inside.is_folder(FLIGHTS) and not inside.names(FLIGHTS)
+        strange = [name for name in inside.names() if not name.startswith(WRITING) and not (empty and name == FLIGHTS)]
+        if strange:
+            raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
+    if found is not None and not resume and (overwrite or not found["chunks"]):
+        for name in (MANIFEST, *(one["file"] for one in found["chunks"]), *names_in(found.get("files"))):
+            inside.remove(name)
+        found = None
+    if found is None:
+        store = Store(inside, mine)
+        store.save()
+        return store
+    found.setdefault("metrics", mine["metrics"])
+    store = Store(inside, found)
+    if not resume:
+        kept, all_of = len(store.present), store.count
+        state = "complete" if kept == all_of else f"{kept} of {all_of} files"
+        raise UserError(
+            f"{folder}: holds the campaign {found['name']!r} ({state}); continue with --resume, choose another --out, or "
+            "replace it with --overwrite"
+        )
+    changed = cannot_continue(found, campaign)
+    if any(found.get(key) != mine[key] for key in ("chunk", "metrics")) or SEAL not in found:
+        changed.append("its manifest has changed")
+    if changed:
+        raise UserError(f"{folder}: cannot be resumed: {changed[0]}; choose another --out, or start over with --overwrite")
+    store.verify()
+    store.shorten(flights)
+    if found.get("failure") != mine["failure"]:
+        store.judge_again(campaign)
+    store.manifest |= {key: mine[key] for key in ("name", "campaign", "flights", "failure", "engine")}
+    store.manifest["machines"] = [*found["machines"], *(one for one in mine["machines"] if one not in found["machines"])]
+    store.save(complete=False)
+    return store
+
+
+KINDS = {FLIGHT: "int64", OUTCOME: "dictionary", TIME: "double", SUCCESS: "bool"}
+"""Columns that every campaign has, and what the names of their types begin with."""
+
+
+def check_kind(path: Path, about: pq.FileMetaData, chunk: Chunk, columns: Iterable[str]) -> None:
+    """Refuses a file without these columns, or with other flights, before it is read. Raises UserError."""
+    size = sum(about.row_group(i).total_byte_size for i in range(about.num_row_groups))
+    kinds = {field.name: str(field.type) for field in about.schema.to_arrow_schema()}
+    good = all(name in kinds and kinds[name].startswith(KINDS.get(name, "")) for name in columns)
+    if about.num_rows != chunk.past - chunk.first or not good or size > 4 * files.FLIGHTS.most:
+        raise not_flights(path, chunk)
+
+
+def not_flights(path: Path, chunk: Chunk) -> UserError:
+    """The error for a file with other content."""
+    return UserError(f"{path}: does not hold flights {chunk.first} to {chunk.past - 1}; delete it, and --resume")
+
+
+def parquet(table: pa.Table) -> bytes:
+    """A table as the content of a Parquet file, the same bytes for the same table."""
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink, compression="zstd", version="2.6")
+    content: bytes = sink.getvalue().to_pybytes()
+    return content

@@ -1,0 +1,159 @@
+"""The results of a campaign, every number with its interval."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+
+from quadstep.engines.scored import LARGEST, RMSE
+from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
+from quadstep.metrics.statistics import Estimate, quantile, share
+from quadstep.report import units
+from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.studies.campaign.store import Store
+
+QUANTILES = (0.5, 0.9, 0.99, 0.999)
+WORST = 5
+FEWEST = 20
+"""Fewest flights beyond a quantile for its interval to mean anything."""
+
+
+FEW = "too few flights for a 95 % interval"
+
+COPIES = "Its {} flights do not differ, so nothing is statistical."
+"""Of a campaign of copies of one flight, whatever varies: wind, say, on a vehicle without drag."""
+
+
+class Spread(NamedTuple):
+    """Quantiles of a metric over completed flights. quantiles: by share."""
+
+    metric: str
+    flights: int
+    quantiles: dict[float, Estimate]
+
+
+class Worst(NamedTuple):
+    """One of the worst flights. time: of its end, None if it completed."""
+
+    flight: int
+    outcome: str
+    time: float | None
+    rmse: float | None
+    largest: float | None
+
+
+class Summary(NamedTuple):
+    """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
+    differ in any result, as where nothing varies, or nothing that has an effect.
+    """
+
+    flights: int
+    success: Estimate
+    outcomes: dict[str, int]
+    spreads: list[Spread]
+    worst: list[Worst]
+    copies: bool = False
+    rest: Mapping[str, str] = {}
+
+    @property
+    def graded(self) -> list[str]:
+        """The grade of the loop at rest in words, if it is known."""
+        return at_rest_sentences(self.rest, WRITTEN)
+
+
+def summarise(store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({})) -> Summary:
+    """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
+
+    Raises UserError for files that cannot be read.
+    """
+    flown = store.read([FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
+    count = flown.num_rows
+    good = int(pc.sum(flown[SUCCESS]).as_py() or 0)
+    counted = {entry["values"]: entry["counts"] for entry in pc.value_counts(flown[OUTCOME]).to_pylist()}
+    through = pc.equal(flown[OUTCOME].cast(pa.string()), OUTCOMES[0])
+    spreads = []
+    for metric in (RMSE, LARGEST):
+        values = finite(flown.filter(through)[metric])
+        if len(values):
+            known = {q: quantile(values, q) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
+            spreads.append(Spread(metric, len(values), known))
+    scored = not varied or flown[RMSE].null_count == 0
+    copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
+    return Summary(count, share(good, count), counted, spreads, worst(flown), copies, rest)
+
+
+def alike(flown: pa.Table) -> bool:
+    """Whether several flights end alike."""
+    results = flown.select([name for name in flown.column_names if name != FLIGHT]).combine_chunks()
+    return flown.num_rows > 1 and all(len(pc.unique(column)) == 1 for column in results.columns)
+
+
+def beyond(count: int, q: float) -> float:
+    """How many of a number of values are above a quantile."""
+    return round(count * (1.0 - q), 6)
+
+
+def finite(column: pa.ChunkedArray) -> NDArray[np.float64]:
+    """The numbers of a column, without missing values."""
+    values: NDArray[np.float64] = column.drop_null().to_numpy().astype(np.float64)
+    return values[np.isfinite(values)]
+
+
+def worst(flown: pa.Table) -> list[Worst]:
+    """Flights that failed first: of these and of the others those that ended first, then the farthest from the path; among
+    equals the lower number first.
+    """
+    keys = [("good", "ascending"), (TIME, "ascending"), (LARGEST, "descending"), (FLIGHT, "ascending")]
+    known = flown.append_column("good", flown[SUCCESS].cast(pa.int8()))
+    order = pc.select_k_unstable(known, k=min(WORST, flown.num_rows), sort_keys=keys)
+    rows = flown.take(order).to_pylist()
+    return [Worst(row[FLIGHT], row[OUTCOME], row[TIME], row[RMSE], row[LARGEST]) for row in rows]
+
+
+def within(low: float, high: float) -> str:
+    """An interval of a share in words."""
+    return f"{units.percent(low)} to {units.percent(high)}"
+
+
+def sentences(summary: Summary) -> list[str]:
+    """The summary in words."""
+    value, low, high = summary.success
+    interval = "" if summary.copies else f"; the 95 % interval is {within(low, high)}"
+    lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{interval}."]
+    if summary.copies:
+        lines.append(COPIES.format(summary.flights))
+    lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
+    if lost:
+        lines.append(f"Ended early: {lost}.")
+    lines += summary.graded
+    for spread in summary.spreads:
+        words, unit = units.metric(spread.metric)
+        parts = [f"{100 * q:g} % below {units.interval(*e, unit)}" for q, e in spread.quantiles.items()]
+        median = spread.quantiles[QUANTILES[0]]
+        if summary.copies or spread.flights == 1:
+            parts = [units.quantity(median.value, unit)]
+        elif not median.bounded:
+            parts = [f"{parts[0]} ({FEW})"]
+        whose = "the completed flight" if spread.flights == 1 else f"the {spread.flights} completed flights"
+        lines.append(f"{words[0].upper()}{words[1:]} of {whose}: {'; '.join(parts)}.")
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]  # which pages have between number and unit
+
+
+def as_json(summary: Summary) -> dict[str, Any]:
+    """The summary for the manifest."""
+    return {
+        "flights": summary.flights,
+        "copies": summary.copies,
+        AT_REST: dict(summary.rest),
+        "success": summary.success._asdict(),
+        "outcomes": summary.outcomes,
+        "quantiles": {
+            spread.metric: {str(q): estimate.as_json() for q, estimate in spread.quantiles.items()}
+            for spread in summary.spreads
+        },
+        "worst": [one._asdict() for one in summary.worst],
+    }

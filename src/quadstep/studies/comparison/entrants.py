@@ -1,0 +1,185 @@
+"""Who takes part in a study: every controller with what it knows, and with the gains that it flies with on each vehicle."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
+from quadstep.interfaces.controller import Command, Controller
+from quadstep.io.documents import parse_json, read_json
+from quadstep.io.errors import MissingExtraError, UserError
+from quadstep.io.results.folder import RUNNING
+from quadstep.io.results.parts import JOURNALS, Parts
+from quadstep.io.user_code.blame import in_one_line
+from quadstep.studies.comparison import training
+from quadstep.studies.comparison.jobs import Tune
+from quadstep.studies.comparison.schema import Content, ControllerEntry
+from quadstep.studies.comparison.study import Study
+
+FROM_FILE = "from {}"
+
+NEWER = training.Trained._field_defaults
+"""What older files of gains do not say."""
+
+COMMANDS = {
+    Command: "thrust and torque",
+    BodyRates: "thrust and body rates",
+    RotorThrusts: "rotor thrusts",
+    RotorSpeeds: "rotor speeds",
+}
+
+
+class Entrant(NamedTuple):
+    """A controller on a vehicle. table: of a mission, with all that it knows and its gains. origin: of the gains, in words.
+
+    trained: how they were found; None where they are frozen. law: what it is. others: with the gains of other searches.
+    """
+
+    vehicle: str
+    name: str
+    table: Content
+    origin: str
+    law: type[Controller]
+    trained: training.Trained | None = None
+    others: tuple["Entrant", ...] = ()
+
+    @property
+    def differs(self) -> tuple[str, str, str, str]:
+        """In what it differs from others beside its law: commands, what more it measures, how far it looks ahead, sample
+        times.
+        """
+        law = self.law
+        loops = ", ".join(f"{name} {1e3 * period:g} ms" for name, period in law.rates.items())
+        ahead = f"{max(law.preview):g} s" if law.preview else ""
+        return COMMANDS.get(law.commands, law.commands.__name__), ", ".join(law.also_measures), ahead, loops
+
+
+class Asked(NamedTuple):
+    """An entrant whose gains are to be found. jobs: a search each; none where they are given."""
+
+    entrant: Entrant
+    jobs: tuple[Tune, ...] = ()
+
+
+class Problem(NamedTuple):
+    """What keeps a controller from taking part. controller: vehicle and name; None where it is all of a situation's."""
+
+    controller: tuple[str, str] | None
+    line: str
+
+
+class Entry(NamedTuple):
+    """Who takes part in a study. problems: who cannot. left_out: optional ones whose package is absent, a sentence each."""
+
+    asked: list[Asked]
+    problems: list[Problem]
+    left_out: tuple[str, ...]
+
+
+def entrants(study: Study, kept: Parts, again: bool, local: bool) -> Entry:
+    """Everybody. again: tune also what the study has gains for. local: whether journals can be kept.
+
+    Raises UserError for a file of gains that cannot be read.
+    """
+    given = {} if again else gains_file(study)
+    found: list[Asked] = []
+    problems: list[Problem] = []
+    absent: dict[str, str] = {}
+    for vehicle in study.file.vehicles:
+        for name, entry in study.controllers(vehicle).items():
+            try:
+                with in_one_line():
+                    found.append(entrant(study, kept, vehicle, name, entry, given, local))
+            except UserError as error:
+                if entry.optional and isinstance(error, MissingExtraError):
+                    absent[name] = f"{name} is left out: {error}"
+                    continue
+                said = str(error).removeprefix(f"{study.source}: ")
+                named = said.startswith(f"{name} ") or f"{name} on {vehicle}" in said
+                line = str(error) if named else f"{study.source}: {name} cannot fly {vehicle}: {said}"
+                problems.append(Problem((vehicle, name), line))
+    return Entry(found, problems, tuple(absent.values()))
+
+
+def entrant(
+    study: Study,
+    kept: Parts,
+    vehicle: str,
+    name: str,
+    entry: ControllerEntry,
+    given: Mapping[str, list[Content]],
+    local: bool,
+) -> Asked:
+    """One of them. Raises UserError."""
+    table = study.knowing(vehicle, entry.controller)
+    mission = study.nominal(vehicle, table)
+    mission.plan(study.folder, warn=True)
+    law = mission.controller.controller
+    if entry.frozen is not None or study.file.tuning is None:
+        return Asked(Entrant(vehicle, name, table, entry.frozen or "as given", law))
+    tasks = [training.task(study, vehicle, name, entry, table, repeat) for repeat in range(study.file.tuning.repeats)]
+    known = given.get(f"{name} on {vehicle}")
+    if known:
+        origin = FROM_FILE.format(study.file.tuning.gains)
+        return Asked(tuned(study, Entrant(vehicle, name, table, origin, law), [trained_of(one) for one in known]))
+    training.check_task(tasks[0])
+    jobs = [Tune(task, None) for task in tasks]
+    if local:
+        place = kept.folder.path.absolute()
+        jobs = [job._replace(journal=training.Place(place, f"{RUNNING}/{JOURNALS}/{job.key}.jsonl")) for job in jobs]
+    return Asked(Entrant(vehicle, name, table, "tuned", law), tuple(jobs))
+
+
+def with_gains(study: Study, asked: Asked, kept: Parts) -> Entrant:
+    """An entrant with the gains that were found for it."""
+    if not asked.jobs:
+        return asked.entrant
+    parts = [(job, kept.read(job.kind, job.key)) for job in asked.jobs]
+    return tuned(study, asked.entrant, [trained_of(parse_json(part, job.label)) for job, part in parts if part])
+
+
+def tuned(study: Study, entrant: Entrant, found: list[training.Trained]) -> Entrant:
+    """An entrant with the best gains of some searches, and others with those of each other search."""
+    first, *others = (
+        entrant._replace(table=study.tuned(entrant.vehicle, entrant.table, one.values), trained=one)
+        for one in sorted(found, key=lambda one: one.order)
+    )
+    return first._replace(others=tuple(others))
+
+
+def trained_of(content: Content) -> training.Trained:
+    """Gains from JSON. Raises UserError."""
+    try:
+        found = training.Trained._make(
+            content.get(name, NEWER[name]) if name in NEWER else content[name] for name in training.Trained._fields
+        )
+        _ = {str(key): float(value) for one in (found.values, found.before) for key, value in one.items()}
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise UserError("gains: not in the form that `quadstep compare` writes") from None
+    return found
+
+
+def gains_file(study: Study) -> dict[str, list[Content]]:
+    """The gains that a study brings along, by controller and vehicle, of each search. Raises UserError."""
+    name = study.file.tuning.gains if study.file.tuning else None
+    if name is None:
+        return {}
+    path = study.folder / name
+    try:
+        content = read_json(path)
+        entries: dict[str, list[Content]] = {}
+        for one in content["gains"]:
+            entries.setdefault(str(one["controller"]), []).append(one)
+    except (KeyError, TypeError):
+        raise UserError(f"{path}: is not a file of gains written by `quadstep compare`") from None
+    except UserError as error:
+        raise UserError(f"{study.source}: tuning.gains: {error}") from None
+    return entries
+
+
+def write_gains(path: Path, found: list[Entrant]) -> None:
+    """gains.json: what was tuned, the best search first, so that another study can take it from there."""
+    every = [each for one in found for each in (one, *one.others)]
+    gains = [{"controller": f"{one.name} on {one.vehicle}", **one.trained._asdict()} for one in every if one.trained]
+    path.write_text(json.dumps({"gains": gains}, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,239 @@
+"""How much of a disturbance a controller bears: it is raised for every flight until that flight fails.
+
+Each flight has draws of its own, the same for every controller. Where the disturbance can be any number, each flight is
+bisected by itself, all flights of a step in one sweep: the 50 % and 5 % points are quantiles of what the flights bore. Where
+it can only be a multiple of something (a latency), all flights share each value, and the two points are bisected by the share
+that fails.
+"""
+
+import math
+from pathlib import Path
+from typing import NamedTuple, TypedDict, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.engines.scored import LARGEST
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Controller
+from quadstep.io.errors import UserError
+from quadstep.metrics.statistics import Estimate, ordered_quantile, share
+from quadstep.mission.check import check
+from quadstep.mission.read import check_mission
+from quadstep.studies.campaign.cluster import OneThread
+from quadstep.studies.campaign.draws import Drawn, draw
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.planner import planner
+from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of, digests
+from quadstep.studies.comparison.schema import Content, MarginEntry
+from quadstep.studies.comparison.study import FIRST, Situation, Study
+
+HALVINGS = 8
+"""Of the range: what a flight bears is known to 1/256 of it."""
+
+POINTS = (0.5, 0.05)
+"""Shares of flights that fail."""
+
+UNKNOWN = "unknown"
+"""In a file, an end of an interval that too few flights leave open."""
+
+AGAIN = 2**19
+"""How far the flights are that a point is tried on afterwards."""
+
+
+class Raise(NamedTuple):
+    """A disturbance raised for one controller and vehicle. entry: of the study. mission: with the controller's gains."""
+
+    vehicle: str
+    controller: str
+    name: str
+    entry: MarginEntry
+    mission: Content
+    draws: Content
+    source: str
+    folder: Path
+    seed: int
+    precision: str
+
+    @property
+    def decisive(self) -> list[object]:
+        """What decides its result."""
+        content = [self.entry.model_dump(), self.mission, self.draws]
+        return [*content, digests(content, self.folder), self.seed, self.precision]
+
+    @property
+    def law(self) -> type[Controller]:
+        """What flies it."""
+        return check_mission(self.mission, self.source, self.folder).controller.controller
+
+    @property
+    def label(self) -> str:
+        """In words."""
+        return f"{self.controller}: {self.vehicle}, margin {self.name}"
+
+
+class Margin(NamedTuple):
+    """What a controller bears. half, few: where 50 % and 5 % of flights fail, with 95 % intervals; infinite where fewer fail
+    at the end of the range. checked: share of other flights that fail at `half`, None where that is beyond the range.
+    flights: flown.
+    """
+
+    half: Estimate
+    few: Estimate
+    checked: Estimate | None
+    flights: int
+
+
+def raised(study: Study, vehicle: str, name: str, controller: str, table: Content) -> Raise:
+    """A margin to be found. table: of the controller, with its gains. Raises UserError."""
+    entry = (study.file.margins or {})[name]
+    situation = Situation(vehicle, entry.path, entry.scenario)
+    found = Raise(
+        vehicle, controller, name, entry, study.content(situation, table), study.draws(entry.scenario), study.source,
+        study.folder, study.file.seed, study.file.precision,
+    )  # fmt: skip
+    try:
+        _, campaign = campaigns(found)
+        for end in (entry.low, entry.high if entry.step is None else values_of(entry)[-1]):
+            planner(campaign).plan(dict.fromkeys(entry.keys, end))
+    except UserError as error:
+        said = str(error).removeprefix(f"{study.source}: ")
+        raise UserError(f"{study.source}: margins.{name}: {controller} on {vehicle}: {said}") from None
+    return found
+
+
+def values_of(entry: MarginEntry) -> list[float]:
+    """The multiples of the step."""
+    assert entry.step
+    return [entry.low + place * entry.step for place in range(1 + math.floor((entry.high - entry.low) / entry.step + 1e-9))]
+
+
+def campaigns(asked: Raise) -> tuple[CampaignFile, Campaign]:
+    """What is drawn, and what is flown: the same with the keys that are raised. Raises UserError."""
+    shared: Content = {"mission": asked.mission, "seed": asked.seed, "precision": asked.precision}
+    shared["correlated"] = asked.draws["correlated"]
+    entry, vary = asked.entry, cast(Content, asked.draws["vary"])
+    ends: Content = {"type": "uniform", "low": entry.low, "high": entry.high}
+    if entry.step:
+        ends = {"type": "grid", "values": values_of(entry)}
+    drawing = check(CampaignFile, {**shared, "vary": vary}, asked.source)
+    flying = check(CampaignFile, {**shared, "vary": {**vary, **dict.fromkeys(entry.keys, ends)}}, asked.source)
+    return drawing, campaign_of(flying, "", asked.mission, asked.source, asked.folder)
+
+
+class Proving:
+    """Flies the flights of a margin at given values."""
+
+    def __init__(self, asked: Raise) -> None:
+        self.asked, self.entry, self.flown = asked, asked.entry, 0
+        self.drawing, campaign = campaigns(asked)
+        self.flyer = Flyer(campaign, OneThread)
+        self.largest = campaign.metrics.index(LARGEST)
+
+    def failed(self, values: NDArray[np.float64], first: int) -> NDArray[np.bool_]:
+        """Which of the flights from this number on fail, each at its value. Raises UserError."""
+        flights = np.arange(first, first + len(values))
+        drawn = draw(self.drawing, flights)
+        raised = Drawn(values)
+        if self.entry.step:
+            options = values_of(self.entry)
+            raised = Drawn(np.searchsorted(np.array(options), values - 0.25 * self.entry.step), tuple(options))
+        drawn |= dict.fromkeys(self.entry.keys, raised)
+        result = np.ones(len(values), dtype=bool)
+        for batch in self.flyer.planner.batches(flights, drawn):
+            swept = self.flyer.swept(batch, None)
+            error = swept.metrics[:, self.largest]
+            result[batch.members] = (swept.outcome != Outcome.COMPLETED) | ~(error <= self.entry.error)
+        self.flown += len(values)
+        return result
+
+
+def find(asked: Raise) -> Margin:
+    """Fly. Raises UserError."""
+    proving = Proving(asked)
+    half, few = by_steps(proving) if asked.entry.step else flight_by_flight(proving)
+    return Margin(half, few, tried(proving, half.value), proving.flown)
+
+
+def flight_by_flight(proving: Proving) -> tuple[Estimate, Estimate]:
+    """The points from what each flight bore: infinite where it never failed, `low` where it always did."""
+    entry = proving.entry
+    low, high = np.full(entry.flights, entry.low), np.full(entry.flights, entry.high)
+    at_once, ever = proving.failed(low, FIRST), proving.failed(high, FIRST)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        failed = proving.failed(middle, FIRST)
+        low, high = np.where(failed, low, middle), np.where(failed, middle, high)
+    bore = np.where(at_once, entry.low, np.where(ever, 0.5 * (low + high), math.inf))
+    half, few = (ordered_quantile(bore, point) for point in POINTS)
+    return half, few
+
+
+def by_steps(proving: Proving) -> tuple[Estimate, Estimate]:
+    """The points from the share of flights that fail at each multiple of the step: the first at which more do."""
+    values = values_of(proving.entry)
+    known: dict[int, int] = {}
+
+    def failing(place: int) -> int:
+        if place not in known:
+            known[place] = int(proving.failed(np.full(proving.entry.flights, values[place]), FIRST).sum())
+        return known[place]
+
+    def first(most: float, low: int = 0) -> float:
+        high = len(values)  # the first that fails is in [low, high]
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if failing(middle) > most else (middle + 1, high)
+        return values[low] if low < len(values) else math.inf
+
+    found = []
+    for point in POINTS:
+        fewest, most = tolerance(point, proving.entry.flights)
+        value = first(point * proving.entry.flights)
+        found.append(Estimate(value, first(fewest), first(most)))
+    return found[0], found[1]
+
+
+def tolerance(point: float, flights: int) -> tuple[int, int]:
+    """The numbers of failed flights between which a share of `point` cannot be told from theirs, at 95 % confidence."""
+    inside = [count for count in range(flights + 1) if share(count, flights).low <= point <= share(count, flights).high]
+    return inside[0] - 1, inside[-1]
+
+
+def tried(proving: Proving, value: float) -> Estimate | None:
+    """The share that fails at a point, of as many other flights."""
+    if not math.isfinite(value):
+        return None
+    failed = proving.failed(np.full(proving.entry.flights, value), FIRST + AGAIN)
+    return share(int(failed.sum()), len(failed))
+
+
+def as_json(margin: Margin) -> Content:
+    """For a file; infinity is null, an end that too few flights leave unknown is named so."""
+
+    def numbers(one: Estimate | None) -> list[float | str | None] | None:
+        return one and [UNKNOWN if math.isnan(part) else part if math.isfinite(part) else None for part in one]
+
+    return {**margin._asdict(), "half": numbers(margin.half), "few": numbers(margin.few), "checked": numbers(margin.checked)}
+
+
+class Kept(TypedDict):
+    """A margin in a file."""
+
+    half: list[float | str | None]
+    few: list[float | str | None]
+    checked: list[float | str | None] | None
+    flights: int
+
+
+def from_json(content: Kept) -> Margin:
+    """Back again."""
+
+    def estimate(one: list[float | str | None]) -> Estimate:
+        value, low, high = (math.inf if part is None else math.nan if part == UNKNOWN else float(part) for part in one)
+        return Estimate(value, low, high)
+
+    checked = content["checked"]
+    return Margin(
+        estimate(content["half"]), estimate(content["few"]), estimate(checked) if checked else None, content["flights"]
+    )

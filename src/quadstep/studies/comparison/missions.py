@@ -1,0 +1,107 @@
+"""`quadstep compare` of missions side by side."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
+from quadstep.io.results.parts import key, parts_in
+from quadstep.mission.check import check
+from quadstep.mission.looks import MISSION, refuse_others
+from quadstep.mission.presets import is_airframe
+from quadstep.mission.read import check_mission
+from quadstep.report.publish import publishing
+from quadstep.studies.campaign.schema import CampaignFile, campaign_of
+from quadstep.studies.comparison.entrants import Entrant, Problem
+from quadstep.studies.comparison.found import Comparison, ranks, result
+from quadstep.studies.comparison.report import write_results
+from quadstep.studies.comparison.run import Finished, How, Run, costs, fly, laws, linearised, reported
+from quadstep.studies.comparison.schema import EFFORTS, MarginEntry
+from quadstep.studies.comparison.study import Cell, Situation
+
+MISSION_METRICS = ("position_rmse", "largest_error")
+
+
+def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) -> Finished:
+    """Missions that may differ in anything, each flown with the same draws. Raises UserError, and InterruptedRun on Ctrl-C."""
+    with parts_in(folder) as kept:
+        return compared(paths, folder, seeds, Run(kept, how))
+
+
+def compared(paths: Sequence[Path], folder: Path, seeds: int, run: Run) -> Finished:
+    """The comparison, its parts kept by the run."""
+    found_cells: list[Cell] = []
+    names = names_of(paths)
+    places = dict(zip(names, paths, strict=True))
+    for name, path in places.items():
+        try:
+            found_cells.append(cell_of(name, path, seeds))
+        except UserError as error:
+            run.met(Problem(("", name), str(error)))
+    identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
+    with publishing(folder, identity, run.how.overwrite) as out:
+        flights, flown = fly(run, found_cells, seeds)
+        asked_of_laws = laws(flights)
+        run.work("linearising", asked_of_laws)
+        metrics = reported("missions", MISSION_METRICS, found_cells)
+        found = Comparison(
+            name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
+            source=", ".join(map(str, paths)),
+            seeds=seeds,
+            seed=1,
+            metrics=metrics,
+            situations=tuple(flown),
+            results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
+            ranked=ranks(flown, next(iter(metrics))),
+            entrants=tuple(as_flown(one, places[one.controller]) for one in found_cells),
+            margins={},
+            raised=dict[str, MarginEntry](),
+            costs=costs(run, asked_of_laws),
+            linear=linearised(run, asked_of_laws),
+            problems=tuple(run.problems),
+        )
+        write_results(out, found, flights, run.how.sheet)
+        run.publish(out, [*flights, *asked_of_laws])
+    return Finished(found, folder)
+
+
+def cell_of(name: str, path: Path, seeds: int) -> Cell:
+    """A mission as a cell: the flights of its own noise. Raises UserError."""
+    content = read_toml(path)
+    refuse_others(content, MISSION, str(path), "with several files, `quadstep compare` takes missions")
+    given = content.get("metrics", [])
+    own = list(given) if isinstance(given, list) else []
+    if is_airframe(content.get("vehicle")):
+        content = {**content, "metrics": [*own, *(one for one in EFFORTS if one not in own)]}
+    check_mission(content, str(path), path.parent)
+    file = check(CampaignFile, {"mission": content, "flights": seeds}, str(path))
+    return Cell(Situation("", "", ""), name, campaign_of(file, "", content, str(path), path.parent.resolve()))
+
+
+def as_flown(cell: Cell, path: Path) -> Entrant:
+    """Who takes part with the mission of a cell, from this file."""
+    return Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}", cell.law)
+
+
+def names_of(paths: Sequence[Path]) -> list[str]:
+    """What the missions are called: by their own names, or by their files' where a name is missing or not its own."""
+    own = [name_in(path) for path in paths]
+    return own if all(own) and len(set(own)) == len(own) else unique([path.stem for path in paths])
+
+
+def name_in(path: Path) -> str:
+    """The name that a mission file states; empty where it states none, or cannot be read."""
+    try:
+        name = read_toml(path).get("name")
+    except UserError:
+        return ""
+    return name if isinstance(name, str) else ""
+
+
+def unique(names: Sequence[str]) -> list[str]:
+    """Names with a number where one comes twice."""
+    found: list[str] = []
+    for name in names:
+        candidates = [name, *(f"{name} ({number})" for number in range(2, len(names) + 2))]
+        found.append(next(one for one in candidates if one not in found))
+    return found

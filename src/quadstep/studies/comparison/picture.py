@@ -1,0 +1,91 @@
+"""A comparison as pictures: for each vehicle, what every controller does in every situation."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from quadstep.report.axes import plain_decades
+from quadstep.report.canvas import drawing, write
+from quadstep.report.fitting import beside
+from quadstep.report.sheet import Sheet
+from quadstep.studies.comparison.found import Comparison, Result
+from quadstep.studies.comparison.heat import draw_heat
+from quadstep.studies.comparison.words import below, share_lost, title, unit_of
+
+SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")
+"""Of marks: told apart by shape and fill."""
+
+MANY = 10
+"""Controllers."""
+
+A_CONTROLLER, BETWEEN = 0.13, 0.22
+"""Height of a controller's line, and between situations [in]."""
+
+
+def mark(place: int) -> tuple[str, str]:
+    """Shape and fill of a controller."""
+    return SHAPES[place % len(SHAPES)], FACES[(place // len(SHAPES) + place) % len(FACES)]
+
+
+def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None:
+    """A group of rows for each situation, a row for each controller: median with its interval, a line to the 95 % quantile.
+
+    Of more controllers than marks can tell apart, a square for each.
+    """
+    if len(found.controllers) > MANY:
+        draw_heat(path, found, vehicle, sheet)
+        return
+    situations = [one for one in found.situations if one.vehicle == vehicle]
+    names = found.controllers
+    group = A_CONTROLLER * len(names) + BETWEEN
+    unit = unit_of(found.metrics[found.metric])
+    with drawing(sheet):
+        height = 1.1 + group * len(situations) + 0.2 * math.ceil(len(names) / 4)
+        figure = Figure(figsize=(sheet.inches(9.0), height), layout="constrained")
+        axes = figure.add_subplot()
+        for row, situation in enumerate(situations):
+            for one in found.of(situation):
+                place = names.index(one.controller)
+                draw_result(axes, one, found.metric, -row * group - place * A_CONTROLLER, unit.factor, mark(place))
+        for place, name in enumerate(names):
+            shape, face = mark(place)
+            axes.plot([], [], linestyle="", marker=shape, color="black", markerfacecolor=face, label=name)
+        middle = 0.5 * A_CONTROLLER * (len(names) - 1)
+        labels = [below(one) for one in situations]
+        axes.set_yticks([-row * group - middle for row in range(len(situations))], labels)
+        axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, 0.5 * BETWEEN + A_CONTROLLER)
+        axes.grid(visible=False, axis="y")
+        scaled(axes)
+        axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the 95 % quantile")
+        figure.legend(loc="outside upper left", ncols=beside(figure.get_figwidth(), list(names), 4), fontsize=8)
+        write(figure, path, sheet)
+
+
+def draw_result(axes: Axes, one: Result, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
+    """One controller in one situation; an arrow where its 95 % quantile is lost."""
+    median, high = one.spreads[metric].median, one.spreads[metric].high.value
+    if not math.isfinite(median.value):
+        axes.annotate("lost", (0.995, height), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=6)
+        return
+    value, low, top = (factor * part for part in median)
+    if math.isfinite(high):
+        axes.plot([value, factor * high], [height, height], color="0.65", linewidth=0.8, zorder=1)
+    else:
+        axes.annotate(
+            share_lost(one), (value, height), (12, 0), textcoords="offset points", va="center",
+            fontsize=6, arrowprops={"arrowstyle": "<-", "linewidth": 0.6},
+        )  # fmt: skip
+    if math.isfinite(low) and math.isfinite(top):
+        axes.plot([low, top], [height, height], color="black", linewidth=1.6, zorder=2)
+    shape, face = looks
+    axes.plot(value, height, marker=shape, color="black", markerfacecolor=face, markersize=4.0, linestyle="", zorder=3)
+
+
+def scaled(axes: Axes) -> None:
+    """A logarithmic axis with plain numbers, where there is anything to be shown."""
+    if any(np.size(line.get_xdata()) for line in axes.lines):
+        axes.set_xscale("log")
+        plain_decades(axes.xaxis)

@@ -1,0 +1,225 @@
+"""Which of several controllers is better in a situation, from the same flights of each: pairs, ranks, and what is decided.
+
+Every pair is tested by Wilcoxon's signed ranks (1945) of the flights' differences, a lost flight worse than any other, and by
+the exact test of McNemar (1947) of who loses which flights. All tests of one kind in a study are one family, whose p-values
+are corrected by Holm (1979): with 95 % confidence not one of the pairs called decided is wrong. Friedman's test (1937) asks
+whether any controller of a situation differs. Pairs, not mean ranks, decide who is better, as mean ranks depend on who else
+takes part (Benavoli, Corani and Mangili 2016).
+
+Where controllers were tuned several times, a pair is decided only if the gains of each search for the one are better than
+those of each search for the other: its p-value is the largest of all these (an intersection-union test, Berger 1982).
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import combinations, product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import binomtest, friedmanchisquare, rankdata, wilcoxon
+
+from quadstep.metrics.statistics import LEVEL, RESAMPLES, Estimate
+from quadstep.studies.comparison.spread import Floats, Flown, hull
+
+ALPHA = 1.0 - LEVEL
+
+FEW = 50
+"""Flights up to which Wilcoxon's test is exact."""
+
+
+class Pair(NamedTuple):
+    """Two controllers in a situation.
+
+    difference: median of the first's metric less the second's, flight by flight, over those that both complete; NaN without
+    any. better: share of flights in which the first is better, ties counting half. effect: rank-biserial correlation, from -1
+    where the first is always better to 1. p: of Wilcoxon's test; p_lost: of McNemar's, each corrected by Holm. lost: share
+    that the first loses less that of the second.
+    """
+
+    first: str
+    second: str
+    difference: Estimate
+    better: float
+    effect: float
+    p: float
+    lost: float
+    p_lost: float
+
+    @property
+    def winner(self) -> str | None:
+        """Who certainly tracks better; None where that is undecided."""
+        if self.p >= ALPHA or self.effect == 0.0:
+            return None
+        return self.first if self.effect < 0.0 else self.second
+
+    @property
+    def keeper(self) -> str | None:
+        """Who certainly loses fewer flights; None where that is undecided."""
+        if self.p_lost >= ALPHA or self.lost == 0.0:
+            return None
+        return self.first if self.lost < 0.0 else self.second
+
+
+class Ranked(NamedTuple):
+    """The controllers of a situation. ranks: mean over flights, 1 the best. friedman: its p-value, not corrected. copies:
+    whether its flights do not differ, so that nothing of them is statistical.
+    """
+
+    ranks: dict[str, float]
+    friedman: float
+    pairs: tuple[Pair, ...]
+    copies: bool = False
+
+
+def compare(flown: Mapping[str, Flown], metric: str) -> Ranked:
+    """One situation, p-values not yet corrected. flown: by controller, the same flights of each.
+
+    Several copies of one flight are one observation, which decides nothing.
+    """
+    columns = {name: one.ranked(metric) for name, one in flown.items()}
+    table = np.stack(list(columns.values()), axis=1)
+    ranks = rankdata(table, axis=1).mean(axis=0)
+    pairs = tuple(of_searches(one, other, flown[one], flown[other], metric) for one, other in combinations(flown, 2))
+    found = Ranked(dict(zip(flown, map(float, ranks), strict=True)), friedman(table), pairs)
+    if not all(map(alike, flown.values())) or all(one.lost.all() for one in flown.values()):
+        return found
+    pairs = tuple(pair._replace(p=1.0, p_lost=1.0) for pair in pairs)
+    return found._replace(friedman=1.0, pairs=pairs, copies=True)
+
+
+def alike(flown: Flown) -> bool:
+    """Whether several flights of a controller do not differ."""
+    columns = (flown.lost, *flown.metrics.values())
+    return len(flown.lost) > 1 and all(np.array_equal(one, np.full_like(one, one[0]), equal_nan=True) for one in columns)
+
+
+def friedman(table: Floats) -> float:
+    """The p-value of Friedman's test; 1 where all are alike, that of the pair where there are two."""
+    if table.shape[1] < 3:
+        return signed_ranks(differences(table[:, 0], table[:, 1])) if table.shape[1] == 2 else 1.0
+    if (table == table[:, :1]).all():
+        return 1.0
+    ranks = rankdata(table, axis=1)  # which is what it depends on, and which is finite
+    return float(friedmanchisquare(*ranks.T).pvalue)
+
+
+def of_searches(first: str, second: str, one: Flown, other: Flown, metric: str) -> Pair:
+    """One pair over all searches for its gains: numbers of the best gains, decided by all of them."""
+    found, *others = (pair(first, second, *both, metric) for both in product(one.every, other.every))
+    if not others:
+        return found
+    every = (found, *others)
+    return found._replace(
+        difference=hull([each.difference for each in every]),
+        p=max(each.p if each.effect * found.effect > 0.0 else 1.0 for each in every),
+        p_lost=max(each.p_lost if each.lost * found.lost > 0.0 else 1.0 for each in every),
+    )
+
+
+def pair(first: str, second: str, one: Flown, other: Flown, metric: str) -> Pair:
+    """One pair, its p-values not yet corrected."""
+    gap = differences(one.ranked(metric), other.ranked(metric))
+    both, ranks = ~one.lost & ~other.lost, rankdata(np.abs(gap))
+    wins, ties = int((gap < 0.0).sum()), int((gap == 0.0).sum())
+    only_first, only_second = int((one.lost & ~other.lost).sum()), int((other.lost & ~one.lost).sum())
+    discordant = only_first + only_second
+    return Pair(
+        first,
+        second,
+        median_difference((one.metrics[metric] - other.metrics[metric])[both]),
+        (wins + 0.5 * ties) / len(gap),
+        float((np.sign(gap) * ranks).sum() / ranks.sum()),
+        signed_ranks(gap),
+        (only_first - only_second) / len(gap),
+        float(binomtest(only_first, discordant, 0.5).pvalue) if discordant else 1.0,
+    )
+
+
+def differences(one: Floats, other: Floats) -> Floats:
+    """Flight by flight: 0 where both are lost, infinite where one is."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isinf(one) & np.isinf(other), 0.0, one - other)
+
+
+def signed_ranks(gap: Floats) -> float:
+    """The p-value of Wilcoxon's test, zeros as Pratt (1959) has them: of few flights exact, as ties make a normal
+    approximation decide what they cannot. What is infinite ranks above all else; nothing but its rank counts.
+    """
+    if not gap.any():
+        return 1.0
+    sizes = rankdata(np.abs(gap))
+    if len(gap) <= FEW:
+        return exact_signed_ranks(sizes[gap != 0.0], sizes[gap > 0.0])
+    return float(wilcoxon(np.sign(gap) * sizes, zero_method="pratt", method="asymptotic").pvalue)
+
+
+def exact_signed_ranks(sizes: Floats, positive: Floats) -> float:
+    """The chance that the sum of positive ranks is as far from its mean as here, if every sign is as likely as the other.
+
+    sizes: all ranks, of which `positive` are those of positive differences; multiples of one half.
+    """
+    doubled = (2.0 * sizes).astype(int)
+    chances = np.ones(1)
+    for size in doubled:  # the distribution of twice the sum, rank by rank
+        chances = 0.5 * (np.pad(chances, (0, size)) + np.pad(chances, (size, 0)))
+    far = abs(2 * int(2.0 * positive.sum()) - int(doubled.sum()))
+    return min(1.0, float(chances[np.abs(2 * np.arange(len(chances)) - doubled.sum()) >= far].sum()))
+
+
+def median_difference(gap: Floats) -> Estimate:
+    """The median with its bootstrap interval (Efron 1979), flights being drawn in pairs; the same on every call."""
+    if not len(gap):
+        return Estimate(math.nan, math.nan, math.nan)
+    value = float(np.median(gap))
+    if len(gap) == 1:
+        return Estimate(value, math.nan, math.nan)
+    random = np.random.default_rng(0)
+    medians = np.median(gap[random.integers(0, len(gap), (RESAMPLES, len(gap)))], axis=1)
+    low, high = np.quantile(medians, [0.5 * ALPHA, 1.0 - 0.5 * ALPHA])
+    return Estimate(value, float(low), float(high))
+
+
+def corrected(situations: Sequence[Ranked]) -> list[Ranked]:
+    """All situations of a study with the p-values of every pair corrected, tracking and losses each as a family."""
+    tested = [one for one in situations if not one.copies]
+    tracking = iter(holm([pair.p for one in tested for pair in one.pairs]))
+    losing = iter(holm([pair.p_lost for one in tested for pair in one.pairs]))
+    return [
+        one
+        if one.copies
+        else one._replace(pairs=tuple(pair._replace(p=next(tracking), p_lost=next(losing)) for pair in one.pairs))
+        for one in situations
+    ]
+
+
+def by_chance(searches: int) -> float:
+    """The chance that so many searches for each of two equal controllers all rank the same way, whichever way that is."""
+    return 2.0 / math.comb(2 * searches, searches)
+
+
+def fewest(pairs: int) -> int:
+    """Fewest flights with which any of so many pairs can differ significantly.
+
+    Wilcoxon's and McNemar's tests of n flights give no p-value below 2^(1 - n), and Holm's correction multiplies the smallest
+    by the number of pairs.
+    """
+    return math.floor(2.0 + math.log2(pairs / ALPHA))
+
+
+def holm(ps: Sequence[float]) -> list[float]:
+    """Holm's step-down correction."""
+    order = sorted(range(len(ps)), key=lambda place: ps[place])
+    found, least = [0.0] * len(ps), 0.0
+    for done, place in enumerate(order):
+        least = max(least, min(1.0, (len(ps) - done) * ps[place]))
+        found[place] = least
+    return found
+
+
+def overall(situations: Sequence[Ranked]) -> dict[str, float]:
+    """The mean over situations of each controller's mean rank, as a share of those that took part: 0 best of all, 1 worst."""
+    shares: dict[str, list[float]] = {}
+    for one in situations:
+        for name, rank in one.ranks.items():
+            shares.setdefault(name, []).append((rank - 1.0) / max(1, len(one.ranks) - 1))
+    return {name: float(np.mean(found)) for name, found in sorted(shares.items(), key=lambda item: float(np.mean(item[1])))}

@@ -1,0 +1,282 @@
+"""`quadstep compare`: from a study to a folder with what was found."""
+
+import contextlib
+import itertools
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from quadstep.engines.engine import Engine
+from quadstep.io.documents import parse_json
+from quadstep.io.errors import UserError
+from quadstep.io.results.parts import COSTS, LINEAR, Parts, changed, key, parts_in
+from quadstep.report.publish import publishing
+from quadstep.report.sheet import Sheet
+from quadstep.report.terminal.progress import SILENT, Progress
+from quadstep.report.units import counted
+from quadstep.studies.comparison import cost, margins
+from quadstep.studies.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
+from quadstep.studies.comparison.found import Comparison, ranks, result
+from quadstep.studies.comparison.jobs import Bear, Fly, Job, OfLaw, Tune, Worked
+from quadstep.studies.comparison.linear import Linear
+from quadstep.studies.comparison.report import write_results
+from quadstep.studies.comparison.spread import Flown, flown_of
+from quadstep.studies.comparison.study import Cell, Situation, Study
+from quadstep.studies.comparison.training import flown_in, read_lines
+from quadstep.studies.comparison.workers import alone, work
+
+J = TypeVar("J")
+Read = TypeVar("Read")
+
+
+class How(NamedTuple):
+    """engine: what flies. keep_going: whether others go on where one controller cannot. again: tune what the study has gains
+    for. sheet: what figures are drawn on.
+    """
+
+    engine: Engine = Engine.LANES
+    overwrite: bool = False
+    keep_going: bool = False
+    again: bool = False
+    progress: Progress = SILENT
+    sheet: Sheet = Sheet()
+
+
+class Finished(NamedTuple):
+    """A comparison that is over, and where it is."""
+
+    found: Comparison
+    folder: Path
+
+
+class Run:
+    """Working out the pieces of a comparison. problems: so far; whoever has one takes part no more."""
+
+    def __init__(self, kept: Parts, how: How) -> None:
+        self.kept, self.how = kept, how
+        self.problems: list[Problem] = []
+
+    def met(self, problem: Problem) -> None:
+        """Something cannot go on. Raises UserError unless others shall."""
+        if not self.how.keep_going:
+            raise UserError(problem.line)
+        self.problems.append(problem)
+
+    def out(self, vehicle: str, controller: str) -> bool:
+        """Whether a controller takes part no more."""
+        return any(one.controller == (vehicle, controller) for one in self.problems)
+
+    def work(self, what: str, jobs: Sequence[Job]) -> None:
+        """Do these, but for what is kept; those that want the machine to themselves one after the other, after all others."""
+        self.how.progress.doing(what)
+        going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None or self.failed(job)}
+        missing = list(going.values())
+        total = sum(job.flights for job in jobs)
+        over = total - sum(job.flights for job in missing)
+        self.how.progress.to(over, total)
+
+        def look() -> None:
+            self.how.progress.to(min(total, over + sum(map(so_far, going.values()))), total)
+
+        single = [job for job in missing if job.by_itself]
+        others = [job for job in missing if job not in single]
+        for job, worked in itertools.chain(work(others, self.how.engine, look), alone(single)):
+            del going[job.key]
+            over += job.flights
+            for one in (other for other in jobs if other.key == job.key) if worked.wrong else (job,):
+                self.keep(one, worked)
+            self.how.progress.to(over, total)
+
+    def failed(self, job: Job) -> bool:
+        """Whether what is kept is a cost that lacks its instructions because a tool failed: by now it may work."""
+        found = self.read(job, cost.from_json) if job.kind == COSTS else None
+        return found is not None and found.failed
+
+    def keep(self, job: Job, worked: Worked) -> None:
+        """Keep what a job gave."""
+        if worked.wrong and self.out(*job.controller):
+            return  # of which enough has been said
+        if worked.wrong:
+            self.met(Problem(job.controller, f"{job.label}: {worked.wrong}"))
+        else:
+            self.kept.add(job.kind, job.key, worked.content)
+
+    def read(self, job: Job, made: Callable[[J], Read]) -> Read | None:
+        """What a job gave, from its file of JSON; None where it gave nothing. Raises UserError for a file that was changed."""
+        content = self.kept.read(job.kind, job.key)
+        if content is None:
+            return None
+        path = self.kept.folder.path / str(self.kept.find(job.kind, job.key))
+        try:
+            return made(parse_json(content, str(path)))
+        except (KeyError, TypeError, ValueError):
+            raise changed(path) from None
+
+    def publish(self, out: Path, jobs: Sequence[Job]) -> None:
+        """Put what these jobs gave into the folder of a finished study."""
+        self.kept.publish(out, [(job.kind, job.key) for job in jobs if self.kept.find(job.kind, job.key)])
+
+
+def so_far(job: Job) -> int:
+    """Flights that an unfinished search has noted."""
+    lines = read_lines(job.journal) if isinstance(job, Tune) and job.journal else []
+    return int(lines[-1]["flights"]) if lines else 0
+
+
+def compare_study(study: Study, folder: Path, how: How) -> Finished:
+    """Tune, fly, judge, and write `folder`. What was worked out is kept there, and the same command goes on from it.
+
+    Raises UserError, and InterruptedRun on Ctrl-C.
+    """
+    identity = key(study.file.model_dump(exclude={"name"}), study.text)
+    with (
+        parts_in(folder) as kept,
+        publishing(folder, identity, how.overwrite) as out,
+    ):
+        run = Run(kept, how)
+        asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is Engine.LANES)
+        for problem in problems:
+            run.met(problem)
+        if not asked:
+            raise UserError(f"no controller is left to compare: {[*left_out, *(one.line for one in problems)][0]}")
+        metrics = check_all(study, run, [one.entrant for one in asked])
+        jobs = [job for one in asked for job in one.jobs if not run.out(*job.controller)]
+        run.work("tuning", jobs)
+        everybody = [with_gains(study, one, run.kept) for one in asked if not run.out(one.entrant.vehicle, one.entrant.name)]
+        flights, flown = fly(run, cells(study, run, everybody), study.file.seeds)
+        bears = raises(study, run, everybody)
+        run.work("raising", bears)
+        asked_of_laws = laws(flights)
+        run.work("linearising", asked_of_laws)
+        found = Comparison(
+            name=study.file.name,
+            source=study.source,
+            seeds=study.file.seeds,
+            seed=study.file.seed,
+            metrics=metrics,
+            situations=tuple(flown),
+            results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
+            ranked=ranks(flown, next(iter(metrics))),
+            entrants=tuple(everybody),
+            margins={(one.asked.name, *one.controller): found for one in bears if (found := run.read(one, margins.from_json))},
+            raised=study.file.margins or {},
+            tuned_in=frozenset(one for one in flown if study.file.tuning and one[1:] in flown_in(study)),
+            costs=costs(run, asked_of_laws),
+            linear=linearised(run, asked_of_laws),
+            problems=tuple(run.problems),
+            notes=study.file.notes,
+            left_out=left_out,
+        )
+        write_results(out, found, flights, how.sheet)
+        write_gains(out / "gains.json", everybody)
+        run.publish(out, [*jobs, *flights, *bears, *asked_of_laws])
+    return Finished(found, folder)
+
+
+def cells(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Cell]:
+    """Everybody in every situation, with the gains of each search."""
+    found = []
+    for situation in study.situations():
+        for one in everybody:
+            if one.vehicle == situation.vehicle and not run.out(one.vehicle, one.name):
+                try:
+                    found += [study.cell(situation, one.name, each.table, i) for i, each in enumerate((one, *one.others))]
+                except UserError as error:
+                    run.met(Problem((one.vehicle, one.name), str(error)))
+    return found
+
+
+def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[Situation, dict[str, Flown]]]:
+    """Fly all cells, and read them back. Raises UserError for a situation that nobody survives."""
+    jobs = [Fly(cell, seeds) for cell in wanted]
+    run.work("flying", jobs)
+    there = [job for job in jobs if not run.out(*job.controller)]
+    flown: dict[Situation, dict[str, Flown]] = {}
+    for job in there:
+        row, one = flown.setdefault(job.cell.situation, {}), read_back(run.kept, job)
+        first = row.get(job.cell.controller)
+        row[job.cell.controller] = first._replace(others=(*first.others, one)) if first else one
+    if not there:
+        raise UserError(
+            f"no controller is left to compare: {run.problems[0].line}" if run.problems else "there is nothing to fly"
+        )
+    for situation, many in list(flown.items()):
+        if all(one.lost.all() for one in many.values()):
+            where = situation.label or "the missions"
+            run.met(Problem(None, f"{where}: no controller completes any of {counted(seeds, 'flight')}"))
+    return there, flown
+
+
+def read_back(kept: Parts, job: Fly) -> Flown:
+    """The flights of a cell. Raises UserError for a file that is not what was written."""
+    content = kept.read(job.kind, job.key)
+    assert content is not None
+    with contextlib.suppress(OSError, ValueError, KeyError):
+        found = flown_of(pq.read_table(pa.BufferReader(content)), job.cell.campaign)
+        if len(found.lost) == job.seeds:
+            return found
+    raise changed(kept.folder.path / str(kept.find(job.kind, job.key)))
+
+
+def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str, str]:
+    """The metrics to report. Looks at every cell and margin before hours of tuning. Raises UserError."""
+    run.how.progress.doing("checking")
+    wanted = cells(study, run, everybody)
+    for cell in wanted:
+        if not run.out(cell.situation.vehicle, cell.controller):
+            try:
+                study.check_cell(cell)
+            except UserError as error:
+                run.met(Problem((cell.situation.vehicle, cell.controller), str(error)))
+    raises(study, run, everybody)
+    left = [cell for cell in wanted if not run.out(cell.situation.vehicle, cell.controller)]
+    return reported(study.source, study.reported(), left or wanted)
+
+
+def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Bear]:
+    """The margins to be found."""
+    jobs: list[Bear] = []
+    for name, entry in (study.file.margins or {}).items():
+        for one in everybody:
+            if entry.suits(one.vehicle) and not run.out(one.vehicle, one.name):
+                try:
+                    jobs.append(Bear(margins.raised(study, one.vehicle, name, one.name, one.table)))
+                except UserError as error:
+                    run.met(Problem((one.vehicle, one.name), str(error)))
+    return jobs
+
+
+def laws(flights: Sequence[Fly]) -> list[OfLaw]:
+    """What is asked of each controller's law, in the first of its cells."""
+    first: dict[tuple[str, str], Cell] = {}
+    for job in flights:
+        first.setdefault(job.controller, job.cell)
+    return [OfLaw(kind, cell) for kind in (LINEAR, COSTS) for cell in first.values()]
+
+
+def costs(run: Run, jobs: Sequence[OfLaw]) -> dict[tuple[str, str], cost.Cost]:
+    """What each controller costs to compute."""
+    return {job.controller: one for job in jobs if job.kind == COSTS and (one := run.read(job, cost.from_json))}
+
+
+def read_linear(content: dict[str, Any]) -> Linear:
+    """From JSON."""
+    return Linear(**content)
+
+
+def linearised(run: Run, jobs: Sequence[OfLaw]) -> dict[tuple[str, str], Linear]:
+    """The loop of each controller at rest, or why it has none."""
+    return {job.controller: one for job in jobs if job.kind == LINEAR and (one := run.read(job, read_linear))}
+
+
+def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[str, str]:
+    """The metrics to report, with units. Raises UserError for one that not all flights have."""
+    known = [cell.campaign.thresholds for cell in flown]
+    common = {name: full for name, full in known[0].items() if all(name in one for one in known)}
+    for name in wanted:
+        if name not in common:
+            raise UserError(f"{source}: metrics: {name!r:.60} is not known; allowed: {', '.join(common)}")
+    return {name: common[name] for name in wanted}

@@ -1,0 +1,234 @@
+"""A comparison as tables: CSV and Parquet for machines, LaTeX for a paper, and rows of text for the screen and the report."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import pyarrow as pa
+
+from quadstep.report import latex
+from quadstep.report.tables import write_csv
+from quadstep.report.units import counted
+from quadstep.studies.campaign.store import parquet
+from quadstep.studies.comparison.cost import BOARD
+from quadstep.studies.comparison.found import Comparison, Result
+from quadstep.studies.comparison.study import Situation
+from quadstep.studies.comparison.words import NOTHING, percent, share_lost, shown, title, unit_of
+
+Row = dict[str, object]
+
+
+def cell_rows(found: Comparison) -> Iterator[Row]:
+    """One row per cell, SI units; what is infinite (lost) or missing is None."""
+    for one in found.results:
+        ranked = found.ranked[one.situation]
+        row: Row = {**one.situation._asdict(), "controller": one.controller, "flights": one.flights}
+        row |= {"lost_share": one.lost.value, "lost_low": one.lost.low, "lost_high": one.lost.high}
+        for name, spread in one.spreads.items():
+            unit = found.metrics[name].removeprefix(name)
+            row[f"{name}_mean{unit}"] = spread.mean
+            for what, estimate in (("median", spread.median), ("p95", spread.high)):
+                row |= {f"{name}_{what}{unit}": estimate.value}
+                row |= {f"{name}_{what}_low{unit}": estimate.low, f"{name}_{what}_high{unit}": estimate.high}
+        row["rank"] = ranked.ranks[one.controller]
+        row |= {
+            "energy[J]": one.effort.energy,
+            "rotor_activity[N/s]": one.effort.activity,
+            "saturation": one.effort.saturation,
+        }
+        yield {name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()}
+
+
+def pair_rows(found: Comparison) -> Iterator[Row]:
+    """One row per pair of controllers and situation, SI units."""
+    unit = found.metrics[found.metric].removeprefix(found.metric)
+    for situation, ranked in found.ranked.items():
+        for one in ranked.pairs:
+            row: Row = {
+                **situation._asdict(),
+                "first": one.first,
+                "second": one.second,
+                f"difference{unit}": one.difference.value,
+                f"difference_low{unit}": one.difference.low,
+                f"difference_high{unit}": one.difference.high,
+                "first_better_share": one.better,
+                "rank_biserial": one.effect,
+                "p_holm": one.p,
+                "better": one.winner,
+                "lost_difference": one.lost,
+                "p_lost_holm": one.p_lost,
+                "loses_fewer": one.keeper,
+            }
+            yield {
+                name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
+            }
+
+
+def write_tables(out: Path, found: Comparison) -> None:
+    """cells.csv, cells.parquet, pairs.csv, pairs.parquet, table.tex, and times.csv: what is measured, never twice the same."""
+    for name, rows in (("cells", list(cell_rows(found))), ("pairs", list(pair_rows(found)))):
+        if rows:
+            write_csv(out / f"{name}.csv", list(rows[0]), (list(row.values()) for row in rows))
+            (out / f"{name}.parquet").write_bytes(parquet(pa.Table.from_pylist(rows)))
+    times = [(*controller, one.nanoseconds) for controller, one in found.costs.items()]
+    write_csv(out / TIMES, ("vehicle", "controller", "nanoseconds_per_sample"), times)
+    (out / "table.tex").write_text(latex_tables(found), encoding="utf-8")
+
+
+# Text
+
+
+def short(found: Comparison, one: Result) -> str:
+    """A cell in few words: median, 95 % quantile, and what is lost."""
+    spread, factor = one.spreads[found.metric], unit_of(found.metrics[found.metric]).factor
+    parts = [f"{factor * value:.3g}" if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]
+    lost = f", {share_lost(one)}" if one.lost.value > 0.0 else ""
+    return f"{parts[0]} ({parts[1]}){lost}"
+
+
+def matrix(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: situations of a vehicle by controller."""
+    names = list(dict.fromkeys(one.controller for one in found.results if one.situation.vehicle == vehicle))
+    rows = []
+    for situation in found.situations:
+        if situation.vehicle == vehicle:
+            there = {one.controller: short(found, one) for one in found.of(situation)}
+            rows.append(
+                [", ".join(filter(None, situation[1:])) or "the missions", *(there.get(name, NOTHING) for name in names)]
+            )
+    return ["", *names], rows
+
+
+def full_rows(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: every cell of a vehicle with all its intervals."""
+    names = [title(full) for full in found.metrics.values()]
+    header = [
+        "situation",
+        "controller",
+        "rank",
+        "lost",
+        *(f"{what} {name}" for name in names for what in ("median", "95 %", "mean")),
+    ]
+    rows = []
+    for one in found.results:
+        if one.situation.vehicle == vehicle:
+            row = [
+                ", ".join(filter(None, one.situation[1:])),
+                one.controller,
+                f"{found.ranked[one.situation].ranks[one.controller]:.2f}",
+            ]
+            row.append(percent(one.lost))
+            for name, full in found.metrics.items():
+                spread, factor = one.spreads[name], unit_of(full).factor
+                mean = f"{factor * spread.mean:.3g}" if math.isfinite(spread.mean) else NOTHING
+                row += [shown(spread.median, factor), shown(spread.high, factor), mean]
+            rows.append(row)
+    return header, rows
+
+
+def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
+    """What tracking takes, cell by cell."""
+    return [
+        [
+            ", ".join(filter(None, one.situation[1:])),
+            one.controller,
+            *(f"{value:.4g}" if math.isfinite(value) else NOTHING for value in one.effort[:2]),
+            f"{100.0 * one.effort.saturation:.2g} %" if math.isfinite(one.effort.saturation) else NOTHING,
+        ]
+        for one in found.results
+        if one.situation.vehicle == vehicle
+    ]
+
+
+TIMES = "times.csv"
+EFFORT_HEADER = ("situation", "controller", "energy [J]", "rotor activity [N/s]", "rotors saturated")
+WHO_HEADER = (
+    "vehicle",
+    "controller",
+    "gains",
+    "tuned",
+    "flights",
+    "flights per gain",
+    f"instructions ({BOARD})",
+    "memory [B]",
+    "numbers [B]",
+)
+DIFFERS_HEADER = ("vehicle", "controller", "commands", "measures also", "looks ahead", "sample times")
+MARGIN_HEADER = ("margin", "vehicle", "controller", "50 % fail at", "5 % fail at", "other flights failing at the 50 % point")
+
+
+def who_rows(found: Comparison) -> list[list[str]]:
+    """How each controller was tuned, and what it costs."""
+    rows = []
+    for one in found.entrants:
+        trained, cost = one.trained, found.costs.get((one.vehicle, one.name))
+        tuned = [NOTHING] * 3
+        if trained:
+            tuned = [str(trained.tuned), str(trained.flights), f"{trained.flights / trained.tuned:.0f}"]
+        costs = [NOTHING] * 3
+        if cost:
+            instructions = NOTHING if cost.instructions is None else str(cost.instructions)
+            costs = [instructions, str(cost.memory), str(cost.numbers)]
+        rows.append([one.vehicle or NOTHING, one.name, one.origin, *tuned, *costs])
+    return rows
+
+
+def differing_rows(found: Comparison) -> list[list[str]]:
+    """What is not the same for all controllers beside their laws."""
+    return [[one.vehicle or NOTHING, one.name, *(part or NOTHING for part in one.differs)] for one in found.entrants]
+
+
+def margin_rows(found: Comparison) -> list[list[str]]:
+    """What each controller bears."""
+    rows = []
+    for (name, vehicle, controller), one in found.margins.items():
+        entry = found.raised[name]
+        points = []
+        for estimate in (one.half, one.few):
+            value, low, high = (beyond(part, entry.low, entry.high) for part in estimate)
+            points.append(f"{value} [{low}, {high}]{f' {entry.unit}' if entry.unit else ''}")
+        rows.append([name, vehicle, controller, *points, percent(one.checked) if one.checked else NOTHING])
+    return rows
+
+
+def beyond(value: float, low: float, high: float) -> str:
+    """A value within a range, or that it is beyond it; a dash for one that too few flights leave unknown."""
+    if math.isnan(value):
+        return NOTHING
+    if value == math.inf:
+        return f"> {high:g}"
+    return f"{value:.3g}" if value > low else f"<= {low:g}"
+
+
+# LaTeX
+
+LOOP = (
+    ("gain margin [dB]", lambda one: min(one["gain_margin_up"], one["gain_margin_down"])),
+    ("phase margin [\u00b0]", lambda one: math.degrees(one["phase_margin"])),
+    ("delay margin [ms]", lambda one: 1e3 * one["delay_margin"]),
+)
+
+
+def latex_tables(found: Comparison) -> str:
+    """A table for each vehicle: medians with 95 % quantiles, the smallest median of a situation in bold, and margins."""
+    metric, tables = title(found.metrics[found.metric]), []
+    for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
+        header, rows = matrix(found, vehicle)
+        there = [one for one in found.situations if one.vehicle == vehicle]
+        bold = [(0, i, header.index(best(found, situation))) for i, situation in enumerate(there)]
+        text = f"{found.name}: median (95 % quantile) of {metric}, {counted(found.seeds, 'flight')} per cell"
+        loops = [[name, *(loop_cell(found, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
+        comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
+        tables.append(latex.booktabs(header, [rows, loops], comments, bold))
+    return "\n".join(tables)
+
+
+def best(found: Comparison, situation: Situation) -> str:
+    """The controller with the smallest median."""
+    return min(found.of(situation), key=lambda one: one.spreads[found.metric].median.value).controller
+
+
+def loop_cell(found: Comparison, vehicle: str, controller: str, value: Callable[[Mapping[str, float]], float]) -> str:
+    """A margin of a loop at rest; a dash where it is not linearised."""
+    one = found.linear.get((vehicle, controller))
+    return NOTHING if one is None or not one.metrics else f"{value(one.metrics):.3g}"

@@ -1,0 +1,354 @@
+"""Gains found for one controller and vehicle, on the same flights and with the same budget as every other controller's.
+
+The objective is the mean, over the situations that are tuned on, of an aggregate of the flights' costs; its unit is the same
+for all controllers. Gains must leave margins of stability, where the loop can be linearised: that is looked at for candidates
+that would be the best so far, as it costs more than their flights. A generation that was flown is written into a journal,
+from which an interrupted search goes on.
+"""
+
+import contextlib
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple, TypedDict, cast
+
+import numpy as np
+
+from quadstep.io.errors import UserError
+from quadstep.io.files import LOG as JOURNAL
+from quadstep.io.results.folder import opened
+from quadstep.io.results.parts import changed
+from quadstep.linear.analysis import limits
+from quadstep.linear.metrics import margin_metrics
+from quadstep.metrics.margins import MARGINS
+from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
+from quadstep.mission.tune import Constraint, Range
+from quadstep.report.terminal.progress import SILENT
+from quadstep.report.units import counted
+from quadstep.studies.campaign.cluster import OneThread
+from quadstep.studies.campaign.schema import digests
+from quadstep.studies.comparison.linear import without_estimator
+from quadstep.studies.comparison.schema import Content, ControllerEntry
+from quadstep.studies.comparison.study import Situation, Study
+from quadstep.studies.tuning.gains import with_numbers
+from quadstep.studies.tuning.ground import Ground, asked_of
+from quadstep.studies.tuning.judge import Judge, Judged, squashed
+from quadstep.studies.tuning.search import FEWEST_GENERATIONS, Search, population
+
+
+class Task(NamedTuple):
+    """A controller to be tuned for a vehicle. missions: with their tables [tune], one for each situation. rest: the mission
+    whose loop is linearised, and margins that it must leave.
+    """
+
+    vehicle: str
+    controller: str
+    missions: tuple[Content, ...]
+    rest: Content
+    margins: dict[str, Constraint]
+    source: str
+    folder: Path
+    budget: int
+    seed: int
+
+    @property
+    def decisive(self) -> list[object]:
+        """What decides its result."""
+        margins = {name: one.model_dump() for name, one in self.margins.items()}
+        return [self.missions, self.rest, margins, digests(list(self.missions), self.folder), self.budget, self.seed]
+
+    @property
+    def label(self) -> str:
+        """In words."""
+        return f"{self.controller} on {self.vehicle}"
+
+
+class Trained(NamedTuple):
+    """Gains that were found. values: by key of the mission; before: what they were. objective: of the former on the flights
+    that were tuned on [m, where it is a length]. lost: of these flights. flights: used of the budget. tuned: how many
+    gains. seed: of the search. violation: by what share constraints are missed. margins: those that were asked for;
+    unconstrained: why there are none.
+    """
+
+    values: dict[str, float]
+    before: dict[str, float]
+    objective: float
+    objective_before: float
+    lost: int
+    flights: int
+    seeds: int
+    tuned: int
+    seed: int = 0
+    violation: float = 0.0
+    margins: Mapping[str, float] = {}
+    unconstrained: str = ""
+
+    @property
+    def order(self) -> tuple[bool, int, float]:
+        """Of searches for the same controller: the first is the best."""
+        return self.violation > 0.0, self.lost, self.objective
+
+
+def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controller: Content, repeat: int = 0) -> Task:
+    """The tuning of a controller. controller: its table with all that it knows. repeat: number of the search.
+
+    Raises UserError.
+    """
+    tuning = study.file.tuning
+    assert tuning
+    situations = [Situation(vehicle, *place) for place in study.places(vehicle) if place in flown_in(study)]
+    if not situations:
+        raise UserError(f"{study.source}: tuning.flown: {vehicle} flies none of these")
+    mission = study.nominal(vehicle, controller)
+    gains = {f"controller.{key.removeprefix('controller.')}": one for key, one in ranges(entry, mission).items()}
+    if not gains:
+        raise UserError(f'{study.source}: {name} has no tunable gain; set frozen = "as shipped", or give ranges')
+    section = {
+        "gains": gains,
+        "seeds": tuning.seeds,
+        "objective": tuning.objective,
+        "aggregate": tuning.aggregate,
+        "constraints": {key: one.model_dump() for key, one in (tuning.constraints or {}).items() if key not in MARGINS},
+        "precision": study.file.precision,
+        **({} if study.file.score_period is None else {"score_period": study.file.score_period}),
+    }
+    missions = tuple(
+        {**study.content(one, controller), "tune": {**section, **study.draws(one.scenario)}} for one in situations
+    )
+    margins = sound(mission) if tuning.constraints is None else {k: c for k, c in tuning.constraints.items() if k in MARGINS}
+    rest = {**study.at_rest(vehicle), "controller": controller}
+    seed = study.file.seed + repeat
+    return Task(vehicle, name, missions, rest, margins, study.source, study.folder, tuning.budget, seed)
+
+
+def sound(mission: Mission) -> dict[str, Constraint]:
+    """The margins of a sound loop of a mission, as constraints."""
+    gain, phase, delay = limits(without_estimator(mission))
+    least = {"gain_margin_up": gain, "gain_margin_down": gain, "phase_margin": phase, "delay_margin": delay}
+    return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
+
+
+def flown_in(study: Study) -> list[tuple[str, str]]:
+    """The paths and scenarios that are tuned on."""
+    assert study.file.tuning
+    return [(one.path, one.scenario) for one in study.file.tuning.flown]
+
+
+def ranges(entry: ControllerEntry, mission: Mission) -> dict[str, Content]:
+    """What is searched: as the study says, or every gain that the controller declares, each entry by itself where they
+    differ.
+    """
+    if entry.ranges is not None:
+        asked = cast("dict[str, Range | None]", entry.ranges)
+        return {key: {} if one is None else one.model_dump() for key, one in asked.items()}
+    found: dict[str, Content] = {}
+    for key, (_, gain) in mission.controller.controller.by_key().items():
+        if gain.tunable:
+            parts = () if gain.stands_for_three else gain.parts
+            found |= {f"{key}.{place}": {} for place in range(len(parts))} if parts else {key: {}}
+    nets = mission.controller.table
+    if nets is not None and nets.enabled:
+        found |= {f"nets.{key}": {} for key, value in nets if type(value) is float and value > 0.0}
+    return found
+
+
+class Line(TypedDict):
+    """A generation. judged: as `Judged`, in the order of `values`."""
+
+    flights: int
+    values: list[dict[str, float]]
+    judged: list[Judged]
+
+
+class Place(NamedTuple):
+    """Of a journal: a folder of results, and the name in it."""
+
+    folder: Path
+    name: str
+
+    @property
+    def path(self) -> Path:
+        """For messages."""
+        return self.folder / self.name
+
+
+class Journal:
+    """The generations of a search that were flown, a line of JSON each with its digest. place: None to keep none."""
+
+    def __init__(self, place: Place | None) -> None:
+        self.place = place
+        self.lines = read_lines(place) if place else []
+        self.next = 0
+        if place:  # go on after the last whole line
+            with opened(place.folder) as folder:
+                if folder.has(place.name):
+                    folder.write(place.name, "".join(map(as_text, self.lines)).encode())
+
+    def taken(self, values: Sequence[dict[str, float]]) -> list[Judged] | None:
+        """The judgements of the next generation, if it is there and of these candidates."""
+        if self.next < len(self.lines) and self.lines[self.next]["values"] == list(values):
+            found = [Judged(*judged) for judged in self.lines[self.next]["judged"]]
+            self.next += 1
+            return found
+        return None
+
+    def add(self, flights: int, values: Sequence[dict[str, float]], judged: Sequence[Judged]) -> None:
+        """One more generation."""
+        if self.place:
+            line: Line = {"flights": flights, "values": list(values), "judged": list(judged)}
+            with opened(self.place.folder) as folder:
+                folder.append(self.place.name, as_text(line).encode())
+
+
+def as_text(line: Line) -> str:
+    """A line of a journal, begun with the digest of what follows."""
+    text = json.dumps(line)
+    return f"{hashlib.sha256(text.encode()).hexdigest()[:16]} {text}\n"
+
+
+def read_lines(place: Place) -> list[Line]:
+    """The whole lines of a journal; one that was cut short by a kill ends it. Raises UserError for one that was changed."""
+    with contextlib.suppress(OSError), opened(place.folder) as folder:
+        if not folder.has(place.name):
+            return []
+        found: list[Line] = []
+        for content in folder.read(place.name, JOURNAL).decode(errors="replace").split("\n")[:-1]:
+            line: Line = {"flights": 0, "values": [], "judged": []}
+            with contextlib.suppress(ValueError, RecursionError):
+                line = json.loads(content.partition(" ")[2])
+            if f"{content}\n" != as_text(line):
+                raise changed(place.path)
+            found.append(line)
+        return found
+    return []
+
+
+class Stability:
+    """The margins that the gains of a task must leave. unconstrained: why the present gains have none to look at."""
+
+    def __init__(self, asked: Task) -> None:
+        self.asked = asked
+        self.mission = check_mission(asked.rest, asked.source, asked.folder)
+        self.unconstrained = ""
+
+    def begin(self, present: Mapping[str, float]) -> None:
+        """Look whether the loop can be linearised at all."""
+        if self.asked.margins:
+            try:
+                self.margins(present)
+            except UserError as error:
+                self.unconstrained = str(error).removeprefix(f"{self.asked.source}: ")
+
+    def margins(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The margins of these gains by name, in their units. Raises UserError where the loop cannot be linearised."""
+        if not self.asked.margins or self.unconstrained:
+            return {}
+        content = with_numbers(self.asked.rest, self.mission, dict(values))
+        mission = check_mission(content, self.asked.source, self.asked.folder)
+        return margin_metrics(without_estimator(mission), self.asked.margins)
+
+    def violation(self, values: Mapping[str, float]) -> float:
+        """By what share the limits are missed, summed; infinite for a loop that cannot be linearised with these gains."""
+        try:
+            margins = self.margins(values)
+        except UserError:
+            return math.inf
+        return sum(limit.excess(np.array([margins[name]])) for name, limit in self.asked.margins.items() if name in margins)
+
+
+class Training(Search):
+    """A search whose candidates fly in several situations, and must leave margins of stability."""
+
+    def __init__(self, grounds: Sequence[Ground], asked: Task, journal: Journal) -> None:
+        super().__init__(grounds[0], asked.budget, asked.seed, SILENT)
+        self.grounds, self.journal, self.stability = grounds, journal, Stability(asked)
+        first = self.asked
+        every = first.section.model_copy(update={"seeds": sum(one.asked.seeds for one in grounds)})
+        self.asked = first._replace(section=every, different=True)
+        self.stability.begin(first.present)
+
+    def judged(self, values: list[dict[str, float]]) -> list[Judged]:
+        """Candidates flown in every situation, and judged."""
+        found = self.journal.taken(values)
+        if found is None:
+            flown = [one.fly(values, 0, one.asked.seeds) for one in self.grounds]
+            judges = [Judge(one.asked.section, one.duration) for one in self.grounds]
+            each = [[judge.judge(one) for one in many] for judge, many in zip(judges, flown, strict=True)]
+            found = self.stable([over_all(list(one), judges) for one in zip(*each, strict=True)], values)
+            self.journal.add(self.flights + len(values) * self.asked.seeds, values, found)
+        self.flights += len(values) * self.asked.seeds
+        return found
+
+    def stable(self, judged: list[Judged], values: Sequence[Mapping[str, float]]) -> list[Judged]:
+        """Judgements that count missed margins as `Judge` counts missed constraints, of candidates that would be the best."""
+        found, least = list(judged), math.inf if self.best is None else self.best.judged.cost
+        for place in sorted(range(len(found)), key=lambda place: found[place].cost):
+            one = found[place]
+            if one.lost or one.cost >= least:
+                continue
+            missed = self.stability.violation(values[place])
+            if missed > 0.0:
+                cost = one.cost + squashed(missed) + (0.0 if one.violation > 0.0 else 1.0)
+                found[place] = one = one._replace(violation=one.violation + missed, cost=cost)
+            least = min(least, one.cost)
+        return found
+
+
+def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
+    """One judgement of a candidate from those of each situation; no unit in it depends on the controller."""
+    objective = float(np.mean([one.objective for one in parts]))
+    lost = sum(one.lost for one in parts)
+    least = [squashed(one.objective / judge.unit) for one, judge in zip(parts, judges, strict=True)]
+    losses = sum(one.cost - low for one, low in zip(parts, least, strict=True))  # what each adds for lost flights
+    names = parts[0].parts
+    means = {name: float(np.mean([one.parts[name] for one in parts])) for name in names}
+    violation = sum(one.violation for one in parts)
+    return Judged(objective, means, lost, violation, squashed(objective) + losses)
+
+
+def train(asked: Task, journal: Place | None = None) -> Trained:
+    """Tune a controller. journal: where it notes what was flown. Raises UserError."""
+    path = Path(asked.source)
+    grounds = [Ground(asked_of(path, "", content, asked.folder), asked.seed, OneThread) for content in asked.missions]
+    search = Training(grounds, asked, Journal(journal))
+    found = search.run()
+    best, before = found.best.judged, found.present.judged
+    return Trained(
+        values=found.best.values,
+        before=found.present.values,
+        objective=best.objective,
+        objective_before=before.objective,
+        lost=best.lost,
+        flights=search.flights,
+        seeds=search.asked.seeds,
+        tuned=len(search.asked.gains),
+        seed=asked.seed,
+        violation=best.violation if math.isfinite(best.violation) else 1.0,
+        margins=search.stability.margins(found.best.values) if math.isfinite(best.violation) else {},
+        unconstrained=search.stability.unconstrained,
+    )
+
+
+def check_task(asked: Task) -> int:
+    """How many gains are tuned. Refuses a budget that is too small for them, and gains that cannot be tuned. Raises
+    UserError.
+    """
+    path = Path(asked.source)
+    try:
+        wanted = [asked_of(path, "", content, asked.folder) for content in asked.missions]
+    except UserError as error:
+        said = str(error).removeprefix(f"{asked.source}: ")
+        raise UserError(f"{asked.source}: {asked.label} cannot be tuned: {said}") from None
+    seeds, gains = sum(one.seeds for one in wanted), len(wanted[0].gains)
+    count = population(gains, seeds)
+    least = seeds * (1 + FEWEST_GENERATIONS * count)
+    if asked.budget < least:
+        raise UserError(
+            f"{asked.source}: tuning.budget: {asked.budget} flights are too few for the {gains} gains of {asked.label}; "
+            f"at least {least} are needed: {FEWEST_GENERATIONS} generations of {count} candidates, "
+            f"{counted(seeds, 'flight')} each"
+        )
+    return gains

@@ -1,0 +1,248 @@
+"""What a comparison has found, in words: what is decided, and what is not."""
+
+import math
+from typing import NamedTuple
+
+from quadstep.linear.grade import WORST_FIRST
+from quadstep.metrics.margins import at_rest
+from quadstep.metrics.statistics import Estimate
+from quadstep.report.symbols import prose
+from quadstep.report.units import counted, listed
+from quadstep.studies.comparison.found import Comparison, Result
+from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
+from quadstep.studies.comparison.study import Situation
+
+LOST, NOTHING = "lost", "-"
+
+MISSIONS = "the missions"
+"""What the situation of a comparison of missions is called."""
+
+METHOD = (
+    "All controllers fly the same flights in a situation: the same path, wind, noise and draws. A lost flight counts as "
+    "worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost flights, by McNemar's exact "
+    "test; the p-values of all pairs in all situations get Holm's correction, so that with 95 % confidence no pair that is "
+    "reported as decided is wrong: of these gains, on these vehicles and paths."
+)
+
+
+class Unit(NamedTuple):
+    """What a metric is shown in. factor: times the value in SI."""
+
+    name: str
+    factor: float
+
+
+def below(situation: Situation) -> str:
+    """What a vehicle's figure calls a situation."""
+    return prose(", ".join(filter(None, situation[1:]))) or "missions"
+
+
+def unit_of(full: str) -> Unit:
+    """Of a metric by its name with unit: centimetres for metres."""
+    unit = full.partition("[")[2].rstrip("]")
+    return Unit("cm", 100.0) if unit == "m" else Unit(unit, 1.0)
+
+
+def title(full: str) -> str:
+    """A metric with the unit it is shown in."""
+    name, unit = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE"), unit_of(full).name
+    return f"{name} [{unit}]" if unit else name
+
+
+def shown(estimate: Estimate, factor: float = 1.0) -> str:
+    """A number with its interval; what is infinite is lost, an end for which there are too few flights a dash."""
+    value, low, high = (one * factor for one in estimate)
+    if not math.isfinite(value):
+        return LOST if value > 0.0 else NOTHING
+    return f"{value:.3g} [{end(low)}, {end(high)}]"
+
+
+def end(value: float) -> str:
+    """An end of an interval."""
+    return f"{value:.3g}" if math.isfinite(value) else LOST if value > 0.0 else NOTHING
+
+
+def percent(estimate: Estimate) -> str:
+    """A share with its interval."""
+    value, low, high = (100.0 * one for one in estimate)
+    return f"{value:.3g} % [{end_percent(low)}, {end_percent(high)}]"
+
+
+def end_percent(value: float) -> str:
+    """A percentage to two digits, and one hundred as such."""
+    return f"{value:.2g}" if value < 99.5 else f"{value:.3g}"
+
+
+def share_lost(one: Result) -> str:
+    """What a controller loses in a situation."""
+    return f"{end_percent(100.0 * one.lost.value)} % lost"
+
+
+# Sentences
+
+
+def sentences(found: Comparison) -> list[str]:
+    """The finding as a whole, then situation by situation."""
+    lines = [of_all(found)] if len(found.controllers) > 1 else []
+    lines += [of_situation(found, situation, ranked) for situation, ranked in found.ranked.items()]
+    lines += missed(found)
+    lines += [problem.line for problem in found.problems]
+    return lines
+
+
+def missed(found: Comparison) -> list[str]:
+    """Whose gains miss the limits that they were to keep, and for whom these could not be looked at."""
+    lines = []
+    for one in found.entrants:
+        if one.trained and one.trained.violation > 0.0:
+            lines.append(f"{one.name} on {one.vehicle}: no gains that keep every limit were found (tuning.constraints).")
+        if one.trained and one.trained.unconstrained:
+            lines.append(f"{one.name} on {one.vehicle}: tuned without limits on its margins: {one.trained.unconstrained}.")
+    return lines
+
+
+def uncounted(found: Comparison) -> list[str]:
+    """For whom instructions could not be counted, and why."""
+    why: dict[str, dict[str, None]] = {}
+    for (_, name), one in found.costs.items():
+        if one.uncounted:
+            why.setdefault(one.uncounted, {})[name] = None
+    everybody = {name for _, name in found.costs}
+    return [
+        f"Instructions were not counted{'' if set(names) == everybody else ' for ' + ', '.join(names)}: {reason}."
+        for reason, names in why.items()
+    ]
+
+
+def of_all(found: Comparison) -> str:
+    """How much is decided, and who ranks first."""
+    pairs = [pair for one in found.ranked.values() if not one.copies for pair in one.pairs]
+    decided, kept = sum(pair.winner is not None for pair in pairs), sum(pair.keeper is not None for pair in pairs)
+    many = len(found.ranked)
+    over = f" over {many} situations" if many > 1 else ""
+    first = next(iter(found.overall()))
+    text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
+    if many > 1:
+        text = f"{first} has the best mean rank{with_grade(found, first)}. {text}"
+    if pairs and found.seeds < fewest(len(pairs)):
+        text += (
+            f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
+            f"{'take' if len(pairs) > 1 else 'takes'} at least {fewest(len(pairs))} flights each."
+        )
+    elif pairs:
+        text += (
+            f" Tracking differs significantly in {decided} of {len(pairs)} pairs{over}, the number of lost flights in "
+            f"{kept or 'none'}."
+        )
+    return text
+
+
+def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -> str:
+    """What a winner's loop is and costs, to follow its name: the worst grade over vehicles, and rotor activity."""
+    loops = [(one, where) for (where, name), one in found.linear.items() if name == controller and vehicle in (None, where)]
+    if not loops:
+        return ""
+    worst, where = min(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))
+    text = f"; {f'on {where} ' if where and vehicle is None else ''}{at_rest(worst._asdict())}"
+    effort = [
+        one.effort.activity
+        for one in found.results
+        if one.controller == controller and vehicle in (None, one.situation.vehicle) and math.isfinite(one.effort.activity)
+    ]
+    return text + (f"; rotor activity {sum(effort) / len(effort):.3g} N/s" if effort else "")
+
+
+def ranked_in(found: Comparison) -> str:
+    """The situations that mean ranks are over."""
+    there = len(found.tuned_in & found.ranked.keys())
+    if 0 < there < len(found.ranked):
+        return f"the {counted(len(found.ranked) - there, 'situation')} that no gain was tuned in"
+    return "all situations, in which gains were tuned" if there else "all situations"
+
+
+def searches(found: Comparison) -> str:
+    """What repeated searches for gains say, and do not."""
+    if not found.searches:
+        return ""
+    if found.searches < 2:
+        return (
+            "Gains were searched for once for each controller, so decisions are about these gains: another search for the "
+            "same controller may end elsewhere."
+        )
+    return (
+        f"Gains were searched for {found.searches} times for each controller, and each set flew all flights. Intervals are "
+        "about the results of all of them, and a pair is decided only if every set of the one is better than every set of "
+        f"the other, which of two equal controllers happens with a chance of {100 * by_chance(found.searches):.2g} %."
+    )
+
+
+def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str:
+    """Who is best in a situation, against whom that is decided, and who loses flights."""
+    results = {one.controller: one for one in found.of(situation)}
+    best = min(results, key=lambda name: (results[name].spreads[found.metric].median.value, ranked.ranks[name]))
+    where, full = situation.label or MISSIONS, found.metrics[found.metric]
+    where += " (tuned in)" if situation in found.tuned_in else ""
+    unit = unit_of(full)
+    median = results[best].spreads[found.metric].median
+    if not math.isfinite(median.value):
+        text = f"{where}: every controller loses at least half of its flights; tracking is not compared"
+        return f"{text}. {losing(results)}".strip()
+    text = f"{where}: {best} has the smallest median {full.partition('[')[0].replace('_', ' ').replace('rmse', 'RMSE')}, "
+    value = f"{unit.factor * median.value:.3g} {unit.name}"
+    if ranked.copies:
+        text += f"{value}; its {found.seeds} flights do not differ, so nothing is statistical"
+        return f"{text}. {losing(results)}".strip()
+    if math.isnan(median.low):
+        text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
+    else:
+        text += f"{shown(median, unit.factor)} {unit.name}"
+    text += with_grade(found, best, situation.vehicle) if len(found.ranked) == 1 else ""
+    beaten: list[str] = []
+    better: list[str] = []
+    open_: list[str] = []
+    for pair in ranked.pairs:
+        if best in (pair.first, pair.second):
+            other = pair.second if pair.first == best else pair.first
+            (open_ if pair.winner is None else beaten if pair.winner == best else better).append(other)
+    if beaten:
+        text += f"; significantly better than {'all others' if len(beaten) == len(results) - 1 > 1 else listed(beaten)}"
+    if open_:
+        text += f"; not significantly better than {listed(open_)}"
+    if better:
+        text += (
+            f"; flight by flight {listed(better)} is better"
+            if len(better) == 1
+            else f"; flight by flight {listed(better)} are better"
+        )
+    return f"{text}. {losing(results)}".strip()
+
+
+def losing(results: dict[str, Result]) -> str:
+    """Who loses flights."""
+    lost = [f"{name} {percent(one.lost)}" for name, one in results.items() if one.lost.value > 0.0]
+    return f"Lost: {', '.join(lost)}." if lost else ""
+
+
+def wins(found: Comparison) -> list[list[str]]:
+    """For each controller against each other: situations in which it is certainly better, undecided, and certainly worse."""
+    rows = []
+    for one in found.controllers:
+        row = [one]
+        for other in found.controllers:
+            pairs = [
+                pair for ranked in found.ranked.values() for pair in ranked.pairs if {pair.first, pair.second} == {one, other}
+            ]
+            better = sum(pair.winner == one for pair in pairs)
+            worse = sum(pair.winner == other for pair in pairs)
+            row.append(NOTHING if one == other or not pairs else f"{better} / {len(pairs) - better - worse} / {worse}")
+        rows.append(row)
+    return rows
+
+
+def tests(found: Comparison) -> str:
+    """The size of what was corrected for."""
+    certain = sum(one.friedman < ALPHA / max(1, len(found.ranked)) for one in found.ranked.values())
+    return (
+        f"{counted(found.pairs, 'pair')} in each family of tests. By Friedman's test the controllers differ in {certain} of "
+        f"{len(found.ranked)} situations (with Bonferroni's correction)."
+    )

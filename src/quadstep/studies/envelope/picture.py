@@ -1,0 +1,204 @@
+"""The map as a picture: one panel per value of --by, coloured by RMSE, grey and hatched where flights fail."""
+
+import math
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path as Outline
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from numpy.typing import NDArray
+
+from quadstep.mission.key_units import label
+from quadstep.mission.read import check_mission
+from quadstep.report.canvas import drawing, write
+from quadstep.report.sheet import Sheet
+from quadstep.studies.envelope.axes import Axis, shown
+from quadstep.studies.envelope.cells import CAUSES, OVER_LIMIT, Cells
+from quadstep.studies.envelope.request import Request
+
+COLOURS = "viridis"
+"""Lighter where the error is larger, also in greyscale and for the colour-blind."""
+
+LOOKS = {
+    OVER_LIMIT: ("0.97", "..", ""),
+    "off-path": ("0.86", "///", "lost: off the path"),
+    "singular": ("0.72", "\\\\\\", "lost: theta at 90°"),
+    "spinning": ("0.80", "xxx", "lost: spinning"),
+    "crashed": ("0.66", "---", "lost: crashed"),
+    "not-finite": ("0.92", "ooo", "lost: not finite"),
+}
+"""Grey, hatch and words for each cause (for the first the limits themselves): told apart by the hatch alone."""
+
+CONTOURS: dict[float, Literal[":", "-", "--"]] = {0.05: ":", 0.5: "-", 0.95: "--"}
+"""Lines of equal success rate, where a cell has several flights."""
+
+MOST_HATCHED = 20_000
+"""Spans of cells that are hatched; beyond, grey has to do."""
+
+LISTED_TICKS = 25
+LEAST = 1e-12
+
+
+def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
+    """Write `path` in the sheet's formats."""
+    campaign, (count, _, _) = asked.campaign, asked.shape
+    mission = check_mission(campaign.content, campaign.source, campaign.folder)
+    columns = sheet.side_by_side(2 if count == 4 else min(count, 3), 2.0)
+    rows = -(-count // columns)
+    norm = scale(cells)
+    with drawing(sheet, {"axes.grid": False, "hatch.linewidth": 0.5, "hatch.color": "0.35"}):
+        width = sheet.inches(1.6 + 3.6 * columns)
+        figure = Figure(figsize=(width, 1.2 + 0.86 * rows * (width - 1.6) / columns), layout="constrained")
+        grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for place, axes in enumerate(grid.flat):
+            if place >= count:
+                axes.set_axis_off()
+                continue
+            draw_panel(axes, asked, cells, place, norm)
+            if asked.by:
+                axes.set_title(f"{label(mission, asked.by.key)} = {shown(asked.by.values[place])}", fontsize=9)
+        for axes in grid.flat[max(0, count - columns) : count]:
+            axes.set_xlabel(label(mission, asked.x.key))
+            axes.tick_params(labelbottom=True)
+        for axes in grid[:, 0]:
+            axes.set_ylabel(label(mission, asked.y.key))
+        if sheet.titled:
+            figure.suptitle(title(asked, mission.name), fontsize=10)
+        if norm:
+            draw_scale(figure, grid, norm, asked)
+        handles = legend(asked, cells)
+        if handles:
+            beside = max(1, min(len(handles), 4, int(width / 1.7)))
+            figure.legend(handles=handles, loc="outside lower center", ncols=beside, handlelength=2.6, handleheight=1.6)
+        write(figure, path, sheet)
+
+
+def title(asked: Request, name: str) -> str:
+    """Above the picture."""
+    return f"{name}, {asked.flights} flights per cell" if asked.flights > 1 else name
+
+
+def scale(cells: Cells) -> LogNorm | None:
+    """Of the RMSE of what is coloured; None if nothing is."""
+    shown_rmse = cells.rmse[coloured(cells)]
+    if not shown_rmse.size:
+        return None
+    least, most = max(LEAST, float(shown_rmse.min())), max(LEAST, float(shown_rmse.max()))
+    return LogNorm(least, most) if most > 1.05 * least else LogNorm(least / 1.5, most * 1.5)
+
+
+def coloured(cells: Cells) -> NDArray[np.bool_]:
+    """Cells in which at least half of the flights succeed; the others are grey."""
+    return cells.share >= 0.5
+
+
+def draw_panel(axes: Axes, asked: Request, cells: Cells, place: int, norm: LogNorm | None) -> None:
+    """One panel: x to the right, y up."""
+    good, cause = coloured(cells)[place], cells.cause[place]
+    image = np.ones((*good.shape, 4))
+    for number, name in enumerate(CAUSES):
+        image[~good & (cause == number), :3] = float(LOOKS[name][0])
+    if norm:
+        image[good] = colormaps[COLOURS](norm(np.maximum(cells.rmse[place][good], LEAST)))
+    left, right, bottom, top = *ends(asked.x), *ends(asked.y)
+    axes.imshow(image, extent=(left, right, bottom, top), origin="lower", aspect="auto", interpolation="none")
+    across, up = edges(asked.x), edges(asked.y)
+    for number, name in enumerate(CAUSES):
+        hatch(axes, ~good & (cause == number), across, up, LOOKS[name][1])
+    if asked.flights > 1 and min(good.shape) > 1:
+        share = cells.share[place]
+        levels = [level for level in CONTOURS if share.min() < level <= share.max()]
+        centres = [0.5 * (edge[1:] + edge[:-1]) for edge in (across, up)]
+        if levels:
+            axes.contour(
+                *centres, share, levels, colors="black", linewidths=1.2, linestyles=[CONTOURS[level] for level in levels]
+            )
+    for axis, given in ((axes.xaxis, asked.x), (axes.yaxis, asked.y)):
+        if given.ranged:
+            axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
+        else:
+            every = -(-len(given.values) // LISTED_TICKS)
+            axis.set_ticks(range(0, len(given.values), every), [shown(one) for one in given.values[::every]])
+
+
+def ends(axis: Axis) -> tuple[float, float]:
+    """Where an axis begins and ends: half a cell beyond its values. Listed values are 0, 1, 2, ..."""
+    edge = edges(axis)
+    return float(edge[0]), float(edge[-1])
+
+
+def edges(axis: Axis) -> NDArray[np.float64]:
+    """The edges of the cells along an axis."""
+    count = len(axis.values)
+    first, last = (float(axis.values[0]), float(axis.values[-1])) if axis.ranged else (0.0, count - 1.0)
+    half = 0.5 * (last - first) / (count - 1) if count > 1 else 0.5
+    return np.linspace(first - half, last + half, count + 1)
+
+
+def hatch(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up: NDArray[np.float64], pattern: str) -> None:
+    """Hatch some cells, neighbours in a row as one."""
+    corners = []
+    for row, bottom, top in zip(where, up[:-1], up[1:], strict=True):
+        changes = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]])))
+        for first, past in changes.reshape(-1, 2).tolist():
+            left, right = across[first], across[past]
+            corners.append([(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)])
+    if corners and len(corners) <= MOST_HATCHED:
+        codes = [Outline.MOVETO, Outline.LINETO, Outline.LINETO, Outline.LINETO, Outline.CLOSEPOLY] * len(corners)
+        outline = Outline(np.array(corners).reshape(-1, 2), codes)
+        axes.add_patch(PathPatch(outline, facecolor="none", edgecolor="0.35", linewidth=0.0, hatch=pattern))
+
+
+def legend(asked: Request, cells: Cells) -> list[Artist]:
+    """The legend of greys and lines, as far as they occur."""
+    grey = ~coloured(cells)
+    limits = ", ".join(
+        f"{name} > {most:g} {unit_of(asked.campaign.thresholds[name])}".strip()
+        for name, most in asked.campaign.file.failure.items()
+    )
+    handles: list[Artist] = [
+        Patch(facecolor=grade, edgecolor="0.35", hatch=pattern, linewidth=0.0, label=words or limits)
+        for number, (grade, pattern, words) in enumerate(LOOKS[name] for name in CAUSES)
+        if (grey & (cells.cause == number)).any()
+    ]
+    if asked.flights > 1 and min(asked.shape[1:]) > 1:
+        lines = {level: style for level, style in CONTOURS.items() if cells.share.min() < level <= cells.share.max()}
+        handles += [
+            Line2D([], [], color="black", linewidth=1.2, linestyle=style, label=f"{100 * level:g} % succeed")
+            for level, style in lines.items()
+        ]
+    return handles
+
+
+def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, asked: Request) -> None:
+    """The colour bar of RMSE."""
+    bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=grid.ravel().tolist(), pad=0.02, aspect=30)
+    decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
+    bar.ax.yaxis.set_major_locator(
+        LogLocator(10.0, (1.0,) if decades > 3.0 else (1.0, 3.0) if decades > 1.5 else (1.0, 2.0, 5.0))
+    )
+    bar.ax.yaxis.set_minor_locator(NullLocator())
+    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: length(value)))
+    bar.set_label("median position RMSE" if asked.flights > 1 else "position RMSE")
+
+
+def length(metres: float) -> str:
+    """A length in the unit that suits it."""
+    for unit, factor in (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("µm", 1e6)):
+        if metres * factor >= 0.9999:
+            return f"{metres * factor:.4g} {unit}"
+    return f"{metres * 1e9:.4g} nm"
+
+
+def unit_of(column: str) -> str:
+    """What is in brackets at the end of a column's name."""
+    return column.partition("[")[2].removesuffix("]")

@@ -1,0 +1,1 @@
+"""One flight, from mission file to folder, and the same from Python."""

@@ -1,0 +1,289 @@
+"""`quadstep fly`: one mission from file to folder."""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from quadstep.bridges.autopilot.controller import AUTOPILOTS, AutopilotSection, watch
+from quadstep.bridges.autopilot.link import FIRST_WAIT
+from quadstep.bridges.autopilot.matching import MATCHING, Matching
+from quadstep.control.backstepping import BacksteppingMemory
+from quadstep.control.completed_backstepping import CompletedMemory
+from quadstep.control.hedged_backstepping import HedgedBacksteppingMemory
+from quadstep.control.rotation_backstepping import RotationMemory
+from quadstep.engines.cause import reason
+from quadstep.engines.engine import Engine
+from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import FlightPlan, fly
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.io.errors import UserError
+from quadstep.io.exit_codes import DIVERGED, UNMET
+from quadstep.io.version import __version__
+from quadstep.metrics.judging.grade import graded
+from quadstep.metrics.judging.metrics import Judged, Requirement, judge, named
+from quadstep.metrics.judging.verdict import Case, Verdict, scalars
+from quadstep.metrics.of_log import Metrics, group, metric
+from quadstep.mission.check import check
+from quadstep.mission.kinds import REAL, kind
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.mission.schema import Grading, Mission, ungraded
+from quadstep.report.pool import DrawingPool, drawing_pool
+from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.sheet import Sheet
+from quadstep.report.tables import write_log
+from quadstep.studies.flights.report import write_report
+from quadstep.vehicle.plants.multirotor import Multirotor
+
+REPORT = "report.html"
+
+UNKNOWN_PATH = "Errors are from the mission's path, which the autopilot flies only if somebody sends it."
+
+Told: TypeAlias = Callable[[str, int, int], None]
+"""Told a stage of the work, how much of it is done, and how much there is."""
+
+
+class Piloting(NamedTuple):
+    """Who flies instead of the controller. connect: where it is listened for. first_wait: for how long [s]. said: of what the
+    user should know before.
+    """
+
+    autopilot: str
+    connect: str = ""
+    first_wait: float = FIRST_WAIT
+    said: Callable[[str], None] = lambda _: None
+
+
+class Summary(NamedTuple):
+    """What the command line prints about a flight: a table, single numbers and a last line. judged: its requirements."""
+
+    name: str
+    header: list[str]
+    rows: list[list[str]]
+    facts: list[list[str]]
+    ending: str
+    completed: bool
+    warnings: tuple[str, ...]
+    metrics: Metrics
+    judged: list[Judged]
+
+    def verdict(self, about: Metrics) -> Verdict:
+        """The verdict for machines. about: the run, as text."""
+        cases = (Case("completed", None if self.completed else self.ending), *(one.case for one in self.judged))
+        unmet = any(one.failure for one in self.judged)
+        code = DIVERGED if not self.completed else UNMET if unmet else 0
+        required = [one.as_json() for one in self.judged]
+        content = {
+            **about,
+            "name": self.name,
+            **graded(self.metrics).as_json(),
+            "warnings": list(self.warnings),
+            **self.metrics,
+            "requirements": required,
+        }
+        return Verdict("fly", self.name, cases, content, code)
+
+
+def fly_mission(
+    path: Path,
+    folder: Path,
+    engine: Engine,
+    overwrite: bool,
+    told: Told = lambda *_: None,
+    flight: int | None = None,
+    required: Sequence[Requirement] = (),
+    results: Path | None = None,
+    sheet: Sheet | None = None,
+    piloting: Piloting | None = None,
+    grading: Grading = ungraded,
+) -> Summary:
+    """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
+
+    flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
+    flown. sheet: what the figures are drawn on. piloting: an autopilot instead of its controller. grading: of
+    the loop at rest. Raises UserError, also for a
+    requirement of a metric that no such flight has.
+    """
+    mission, plan, beside = planned(path, flight, results)
+    if piloting is not None:
+        mission = under(piloting, mission)
+        plan = plan_mission(mission, path)
+    found = matching(mission, plan)
+    if found is not None:
+        said = piloting.said if piloting else Piloting("").said
+        said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
+        watch(lambda stage: told(stage, 0, 1), piloting.first_wait if piloting else FIRST_WAIT)
+    return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet, grading)
+
+
+def matching(mission: Mission, plan: FlightPlan) -> Matching | None:
+    """What the autopilot that flies a mission must be told of its vehicle; None where none flies it."""
+    if not isinstance(mission.controller, AutopilotSection):
+        return None
+    plant = plan.loop.plant
+    assert isinstance(plant, Multirotor)
+    return MATCHING[mission.controller.type](plan.parameters, plant.geometry)
+
+
+def under(piloting: Piloting, mission: Mission) -> Mission:
+    """The mission with an autopilot in its controller's place. Raises UserError."""
+    autopilot, connect = piloting.autopilot, piloting.connect
+    if not isinstance(mission, kind(REAL)):
+        raise UserError("--autopilot: needs a mission for a real vehicle (docs/vehicles.md)")
+    if autopilot not in AUTOPILOTS:
+        raise UserError(f"--autopilot {autopilot}: is not known; allowed: {', '.join(AUTOPILOTS)}")
+    section = check(AutopilotSection, {"type": autopilot, "connect": connect}, "--autopilot")
+    return mission.model_copy(update={"controller": section})
+
+
+def fly_planned(
+    mission: Mission,
+    plan: FlightPlan,
+    beside: Path,
+    folder: Path,
+    engine: Engine,
+    overwrite: bool,
+    told: Told,
+    required: Sequence[Requirement],
+    sheet: Sheet | None,
+    grading: Grading = ungraded,
+) -> Summary:
+    """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
+    required = named(required, metric_names(mission, plan)) if required else []
+    with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
+        log = flown(plan, engine, told)
+        why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
+        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
+    diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
+    judged = [judge(one, scalars(metrics), diverged) for one in required]
+    summary = summarise(mission.name, log, metrics, warnings, judged, why)
+    lost = plan.loop.controller.why_lost(plan.parameters.gains)
+    if lost:
+        return summary._replace(ending=f"{lost}. The log up to that point is kept.")
+    if isinstance(mission.controller, AutopilotSection):
+        return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
+    return summary
+
+
+def write_results(
+    out: Path,
+    pool: DrawingPool,
+    mission: Mission,
+    plan: FlightPlan,
+    log: FlightLog,
+    engine: Engine,
+    beside: Path,
+    told: Told = lambda *_: None,
+    sheet: Sheet | None = None,
+    why: str = "",
+    grading: Grading = ungraded,
+) -> tuple[Metrics, tuple[str, ...]]:
+    """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. why: it
+    ended early, if known.
+    """
+    (out / "figures").mkdir()
+    jobs = mission.figures(log) if len(log.rows) > 1 else []
+    drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
+    measured = mission.flight_metrics(log, grading)  # while processes draw
+    metrics, warnings = measured[0], (*plan.warnings, *measured[1])
+    told("writing tables", 0, 1)
+    write_log(out / "flight.csv", log)
+    write_weights(out / "weights.json", mission, log)
+    found_parameters = matching(mission, plan)
+    if found_parameters is not None:
+        (out / found_parameters.file).write_text(found_parameters.text(), encoding="utf-8")
+    told("writing the page", 0, 1)
+    from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
+
+    write_mission_page(out / "page.html", mission, plan, log, beside, measured)
+    about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
+    described = {"mission": json.loads(mission.model_dump_json())}
+    write_json(out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, **described})
+    told("drawing figures", 0, len(jobs))
+    for done, figure in enumerate(as_completed(drawn), 1):
+        figure.result()
+        told("drawing figures", done, len(jobs))
+    captions = {f"figures/{job.name}": job.title.removeprefix(f"{mission.name}: ").capitalize() for job in jobs}
+    write_report(out / REPORT, mission, log, metrics, warnings, captions, why)
+    return metrics, warnings
+
+
+def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
+    """The log of a flight."""
+    over, steps = 0, plan.ticks.last + 1
+
+    def progress(more: int) -> None:
+        nonlocal over
+        over += more
+        told("flying", over, steps)
+
+    told("compiling" if engine is Engine.LANES else "flying", 0, 1 if engine is Engine.LANES else steps)
+    return fly(plan, engine, progress)
+
+
+def metric_names(mission: Mission, plan: FlightPlan) -> list[str]:
+    """The metrics of a flight before it is flown: those of a log of zeros."""
+    columns, ticks = plan.loop.columns, plan.ticks
+    rows = np.zeros((2, len(columns)))
+    rows[1, list(columns).index("t")] = ticks.last * ticks.step
+    metrics, _ = mission.plant_metrics(FlightLog(columns, rows, Outcome.COMPLETED, ticks.last * ticks.step, None))
+    return [*scalars(metrics), *(one.full_name for one in mission.own_metrics)]
+
+
+def planned(path: Path, flight: int | None, results: Path | None = None) -> tuple[Mission, FlightPlan, Path]:
+    """A mission, its flight, and where the files are that it names. Raises UserError."""
+    if flight is None:
+        if results is not None:
+            raise UserError("--results: requires --flight")
+        mission = read_mission(path)
+        return mission, plan_mission(mission, path), path.parent
+    from quadstep.studies.campaign.replay import replay_of  # noqa: PLC0415 (40 ms, only for --flight)
+
+    campaign, one = replay_of(path, flight, results)
+    return one.mission, one.plan, campaign.folder
+
+
+def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
+    """The trained weights, to warm-start another flight from; only of a controller with nets, and a flight that ended well."""
+    memory = log.final.memory
+    memory = memory.paper if isinstance(memory, CompletedMemory) else memory
+    memory = memory.law if isinstance(memory, HedgedBacksteppingMemory) else memory
+    if not isinstance(memory, BacksteppingMemory | RotationMemory) or log.outcome is not Outcome.COMPLETED:
+        return
+    nets = mission.controller.model_dump()["nets"]
+    weights = {"W1": [list(row) for row in memory.weights_1], "W2": [list(row) for row in memory.weights_2]}
+    write_json(path, {"neurons": nets["neurons"], "seed": nets["seed"], **weights})
+
+
+def summarise(
+    name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[Judged], why: str = ""
+) -> Summary:
+    """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known."""
+    rows = [
+        [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]
+        for kind, base, unit, scale in (("position", "m", "mm", 1e3), ("attitude", "rad", "mrad", 1e3))
+        for axis, values in group(metrics, kind).items()
+    ]
+    facts = [
+        [name, f"{offset + scale * metric(metrics, key):.3g}"]
+        for name, key, scale, offset in (
+            ("largest tilt [°]", "largest_tilt[rad]", math.degrees(1.0), 0.0),
+            ("least thrust margin [%]", "largest_thrust_share", -100.0, 100.0),
+            ("rotors saturated [% of time]", "saturated_share", 100.0, 0.0),
+        )
+        if key in metrics
+    ]
+    completed = log.outcome is Outcome.COMPLETED
+    if completed:
+        error = f"position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm"
+        but = graded(metrics).sentence
+        ending = f"Completed {log.ended:g} s; {error}." + (f" {but}" if but else "")
+    else:
+        kept = "The log up to that point is kept." if len(log.rows) else "Its log is empty."
+        ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
+    return Summary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

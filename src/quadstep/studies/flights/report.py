@@ -1,0 +1,105 @@
+"""report.html of a flight."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.metrics.judging.grade import graded
+from quadstep.metrics.margins import AT_REST
+from quadstep.metrics.of_log import Metrics, group, metric
+from quadstep.report import page, units
+
+if TYPE_CHECKING:
+    from quadstep.mission.schema import Mission
+
+IN_SUMMARY = 3
+"""Figures."""
+
+LIST = re.compile(r"\[[^\[\]{}]*\]")
+"""In JSON: a list of numbers or names, which is shown on one line."""
+
+
+def write_report(
+    path: Path,
+    mission: "Mission",
+    log: FlightLog,
+    metrics: Metrics,
+    warnings: Sequence[str],
+    figures: dict[str, str],
+    why: str = "",
+) -> None:
+    """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
+    early, if known.
+    """
+    drawn = [page.figure(path.parent / name, caption) for name, caption in figures.items()]
+    body = [page.summary(answer(log, metrics, why), facts(metrics), drawn[:IN_SUMMARY])]
+    body += [page.paragraph(f"Warning: {one}", escape) for one in warnings]
+    body.append(
+        page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")])
+    )
+    if "position" in metrics:
+        body += [page.heading("Errors", "errors"), page.table(HEADER, error_rows(metrics))]
+    if drawn[IN_SUMMARY:]:
+        body += [page.heading("More signals", "signals"), *drawn[IN_SUMMARY:]]
+    content = escape(LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2)))
+    body += [
+        page.heading("Mission", "flown"),
+        f"<details><summary>all keys of the mission</summary><pre>{content}</pre></details>",
+    ]
+    page.write_page(path, mission.name, body, "Flight")
+
+
+def answer(log: FlightLog, metrics: Metrics, why: str = "") -> str:
+    """How it went, in a sentence."""
+    if log.outcome is not Outcome.COMPLETED:
+        return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
+    off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
+    error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}" if off is not None else ""
+    return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."
+
+
+def facts(metrics: Metrics) -> list[page.Fact]:
+    """The numbers that say most, as far as the flight has them."""
+    found = []
+    if "position" in metrics:
+        largest = cast("float | None", metrics.get("largest_error[m]")) or max(
+            one["largest[m]"] for one in group(metrics, "position").values()
+        )
+        along = "from the path" if "largest_error[m]" in metrics else "along one axis"
+        found.append(page.Fact("largest error", units.quantity(largest, "m"), along))
+    if "largest_tilt[rad]" in metrics:
+        found.append(
+            page.Fact(
+                "largest tilt", f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°", "between thrust and vertical"
+            )
+        )
+    if "largest_thrust_share" in metrics:
+        share = metric(metrics, "largest_thrust_share")
+        more = f"at most {units.percent(share)} of the rotors' thrust was used"
+        found.append(page.Fact("least thrust margin", units.percent(1.0 - share), more))
+    if "saturated_share" in metrics:
+        found.append(page.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
+    if AT_REST in metrics:
+        rest = cast(Mapping[str, str], metrics[AT_REST])
+        found.append(page.Fact("margins at rest", rest["grade"], rest["why"]))
+    return found
+
+
+HEADER = ("", "RMSE", "largest", "final", "unit")
+
+
+def error_rows(metrics: Metrics) -> list[list[str]]:
+    """Each axis and angle, those of a kind in one unit."""
+    rows = []
+    for kind, base in (("position", "m"), ("attitude", "rad")):
+        largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
+        unit, factor = units.handy(base, largest)
+        for axis, one in group(metrics, kind).items():
+            values = (one[f"{key}[{base}]"] for key in ("rmse", "largest", "final"))
+            rows.append([axis, *(units.number(factor * value) for value in values), unit])
+    return rows

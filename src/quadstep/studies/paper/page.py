@@ -1,0 +1,183 @@
+"""The page of the paper: its cases and the stress flights, with the claims that each of them bears on."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.engines.engine import Engine
+from quadstep.engines.fly import FlightPlan
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
+from quadstep.io.errors import UserError
+from quadstep.metrics.of_log import Metrics, metric
+from quadstep.mission.lagrange import LagrangeMission
+from quadstep.page.build import build_page
+from quadstep.page.flights import Flown
+from quadstep.page.missions import with_walk
+from quadstep.page.model import Cell, ClaimView, Link
+from quadstep.page.story import OWN, Story, read_story
+from quadstep.studies.paper.cases import STRESS_SCALES, STRESS_TIMES, further_flights, main_cases, stress_flights
+from quadstep.studies.paper.claims import Claim, Verdict, check_claims
+from quadstep.studies.paper.study import Study, StudyPlans, fly_study, plan_study
+
+TITLE = "Das, Lewis and Subbarao (2009), re-flown"
+INTRO = (
+    "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009). Its "
+    "flights, simulated live by the package's own control laws: move a slider and watch."
+)
+CASES, VARIANTS, STRESS = "The paper's cases", "Without nets", "Stress flights"
+VERDICTS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
+
+NOTES = {
+    "case1": "To (20, 5, 10) m in 40 s. The disturbance stays below 0.0003 N, too little to test the nets: raise it, or "
+    "shorten t_f.",
+    "case2": "Only x moves; y, z and roll should stay unaffected.",
+    "case2-y": "Only y moves.",
+    "case2-z": "Only z moves.",
+    "case3-adaptive": "Up by 10 m, starting half a metre off and tilted. Fly nested saturations as a ghost to compare.",
+    "case3-nested": "The same flight with the controller of reference [11].",
+    "case1-without-nets": "Case 1 with both nets off: 20 times the error, still 72 micrometres.",
+    "case3-without-nets": "Case 3 with both nets off: the torque peak is still there.",
+}
+
+
+class Look(NamedTuple):
+    """Where a claim is seen. flights, panels: ids."""
+
+    flights: tuple[str, ...]
+    panels: tuple[str, ...]
+    sentence: str
+
+
+def stress_id(duration: float, scale: float, nets: bool) -> str:
+    """The id of a stress flight."""
+    return f"stress-{duration:g}s-x{scale:g}-{'nets' if nets else 'no-nets'}"
+
+
+STRESS_1 = tuple(stress_id(duration, 1.0, nets) for duration in STRESS_TIMES for nets in (True, False))
+STRESS_NETS = tuple(stress_id(duration, scale, True) for duration in STRESS_TIMES for scale in STRESS_SCALES)
+BOTH_3 = ("case3-adaptive", "case3-nested")
+TURN_NEURONS = "Set the neurons of each net to 8, 10 and 12 and compare the position error; the verdict takes eight seeds."
+
+LOOKS = {
+    "rest at the end point": Look(("case1",), ("position", "thrust"), "The end: velocity and acceleration go to zero."),
+    "near-perfect tracking": Look(("case1",), ("position", "position-error"), "The position error: micrometres."),
+    "nonlinearities compensated by the nets": Look(
+        ("case1", "case1-without-nets", *STRESS_1), ("position-error", "weights"),
+        "Switch the nets off: Case 1 hardly changes. In the stress flights at scale 1 it does."),
+    "angles match their commands": Look(("case1",), ("attitude", "attitude-error"), "The attitude error."),
+    "inputs realisable": Look(("case1",), ("thrust", "torque", "rotors"), "Thrust, torques and the rotor forces."),
+    "tau_psi = 0": Look(("case1",), ("torque",), "tau_psi compared with tau_theta: small, but not zero."),
+    "decoupling in x": Look(("case2",), ("position-error", "attitude", "torque"), "y, z, phi and tau_phi stay silent."),
+    "decoupling in y and z": Look(("case2-y", "case2-z"), ("position-error", "torque"), "The axes that should not move."),
+    "better z tracking than [11]": Look(BOTH_3, ("position", "position-error"), "z_d - z of both controllers."),
+    "smaller x and y error than [11]": Look(BOTH_3, ("position-error",), "x and y, from half a metre off."),
+    "faster attitude settling than [11]": Look(BOTH_3, ("attitude",), "When roll and pitch become level. Move the start."),
+    "smoother thrust than [11]": Look(BOTH_3, ("thrust",), "u of both. Move the start and the gains a_z."),
+    "larger early transients": Look(BOTH_3, ("attitude", "torque"), "The first second."),
+    "transients caused by the nets": Look(
+        ("case3-adaptive", "case3-without-nets"), ("torque", "weights"), "The first second, with and without nets."),
+    "a wide range of nonlinearities": Look(STRESS_NETS, ("position", "weights"), "When each flight diverges, and why."),
+    "8 neurons are worse than 10": Look(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
+    "12 neurons are no better than 10": Look(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
+}  # fmt: skip
+"""By the name of the claim."""
+
+
+def view(claim: Claim) -> ClaimView:
+    """A claim with where to look."""
+    look = LOOKS.get(claim.name, Look((), (), ""))
+    verdict = VERDICTS[claim.verdict]
+    return ClaimView(
+        claim.name, claim.sentence, claim.measured, verdict, str(claim.verdict), look.flights, look.sentence, look.panels
+    )
+
+
+def paper_page(
+    study: Study,
+    plans: StudyPlans,
+    claims: Sequence[Claim],
+    links: Sequence[Link] = (),
+    story: Story | None = None,
+    engine: Engine = Engine.LANES,
+) -> str:
+    """The page of a study that was flown, with a walk if there is one. Raises UserError."""
+    views = [view(claim) for claim in claims]
+    flown = flown_study(study, plans, views)
+    if story is None:
+        return build_page(TITLE, INTRO, flown, views, links)
+    flown, walk = with_walk(flown, story, engine)
+    return build_page(TITLE, INTRO, flown, views, links, walk)
+
+
+def write_paper_page(path: Path, study: Study, plans: StudyPlans, claims: Sequence[Claim]) -> bool:
+    """The page beside a study's report; false where the package was installed without the front end."""
+    try:
+        path.write_text(
+            paper_page(study, plans, claims, [Link("Report: every table and figure", "report.html")]), encoding="utf-8"
+        )
+    except UserError:
+        return False
+    return True
+
+
+def fly_paper(engine: Engine = Engine.LANES, story: Story | None = None) -> str:
+    """The page of the paper, with its flights flown here, and with a walk: that of the package if none is given.
+
+    Raises UserError.
+    """
+    story = story or read_story(OWN)
+    plans = plan_study()
+    study = fly_study(plans, engine)
+    return paper_page(study, plans, check_claims(study), story=story, engine=engine)
+
+
+def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) -> list[Flown]:
+    """The flights of the strip."""
+    found: list[Flown] = []
+
+    def add(
+        name: str, title: str, group: str, mission: LagrangeMission, plan: FlightPlan, metrics: Metrics, log: FlightLog | None
+    ) -> None:
+        concerned = tuple(number for number, claim in enumerate(claims) if name in claim.flights)
+        found.append(
+            Flown(name, title, group, mission, plan, log or as_reported(plan, metrics), metrics, note=NOTES.get(name, ""),
+                  claims=concerned, warnings=plan.warnings)
+        )  # fmt: skip
+
+    for key, mission in main_cases().items():
+        add(
+            key.replace("_", "-"), case_name(key, mission), CASES, mission, plans.cases[key], study.cases[key], study.logs[key]
+        )
+    for key, mission in further_flights().items():
+        add(
+            key.replace(" ", "-"),
+            key.replace("case", "Case "),
+            VARIANTS,
+            mission,
+            plans.further[key],
+            study.further[key],
+            None,
+        )
+    for (duration, scale, nets), mission in stress_flights().items():
+        title = f"{duration:g} s, disturbance x {scale:g}, nets {'on' if nets else 'off'}"
+        case = (duration, scale, nets)
+        add(stress_id(*case), title, STRESS, mission, plans.stress[case], study.stress[case], None)
+        cell = Cell(f"Nets {'on' if nets else 'off'}", f"× {scale:g}", f"{duration:g} s", "disturbance", "time t_f")
+        found[-1] = found[-1]._replace(cell=cell)
+    return found
+
+
+def case_name(key: str, mission: LagrangeMission) -> str:
+    """Case 3 has two controllers."""
+    return mission.name + {"case3_adaptive": ", adaptive", "case3_nested": ", nested [11]"}.get(key, "")
+
+
+def as_reported(plan: FlightPlan, metrics: Metrics) -> FlightLog:
+    """How a flight of which only metrics are kept ended, without its rows."""
+    columns = plan.loop.columns
+    return FlightLog(
+        columns, np.zeros((0, len(columns))), Outcome[str(metrics["outcome"]).upper()], metric(metrics, "ended[s]"), None
+    )

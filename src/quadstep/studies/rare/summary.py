@@ -1,0 +1,190 @@
+"""The result of the replicates: a probability with an interval from their scatter, and warnings."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
+from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
+from quadstep.studies.campaign.rare import Method
+from quadstep.studies.rare.done import Done, Nearest
+from quadstep.studies.rare.pieces import Kind
+from quadstep.studies.rare.points import Floats
+
+APART = 10.0
+"""Ratio of the largest to the smallest replicate above which they disagree."""
+
+MORE = 5.0
+"""Ratio of a second opinion to the probability above which it contradicts the estimate."""
+
+DOUBT = 0.01
+"""Probability that an interval from crude flights misses the truth, where it is used as a check."""
+
+FEW_AGAIN = 0.1
+"""Share of failures that fail again with different noise, below which noise dominates."""
+
+
+class Crude(NamedTuple):
+    """Flights drawn as the campaign draws, and how many of them failed. rate: with its exact 99 % interval. kinds: of failure,
+    each of which has as large a part of the flights to itself, so that the rate is the sum of theirs.
+    """
+
+    flights: int
+    failures: int
+    rate: Estimate
+    kinds: int = 1
+
+    @property
+    def said(self) -> str:
+        """In words."""
+        each = f", each flight tested for one of {self.kinds} kinds of failure" if self.kinds > 1 else ""
+        return (
+            f"{self.failures:,} of {self.flights:,} failed{each}: a probability of {self.rate.value:.3g}, "
+            f"{self.rate.low:.3g} to {self.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence"
+        )
+
+
+class Summary(NamedTuple):
+    """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
+
+    spread: standard deviation of the replicates over their mean. one_by_one: crude flights needed for the same accuracy.
+    """
+
+    probability: Estimate
+    replicates: tuple[float, ...]
+    flights: int
+    spread: float
+    one_by_one: float | None
+    crude: Crude
+    opinions: dict[str, float]
+    nearest: Nearest | None
+    again: float | None
+    warnings: tuple[str, ...]
+    rest: Mapping[str, str] = {}
+
+
+def summarise(done: Sequence[Done]) -> Summary:
+    """The summary of all pieces."""
+    own = [one for one in done if one.kind == Kind.REPLICATE.value]
+    probabilities = np.array([one.probability for one in own])
+    crude = crude_of(own)
+    probability = interval(probabilities, crude)
+    mean = probability.value
+    spread = float(probabilities.std(ddof=1)) / mean if mean > 0.0 else 0.0
+    one_by_one = (1.0 - mean) / mean * len(own) / spread**2 if spread > 0.0 else None
+    opinions = {f"{one.method.words}, {one.score}": one.probability for one in done if one not in own}
+    nearest = min((one.nearest for one in done if one.nearest), key=lambda one: one.deviations, default=None)
+    again = [one.again for one in own if one.again]
+    flown, failed = sum(one.flights for one in again), sum(one.failures for one in again)
+    found = Summary(
+        probability, tuple(probabilities.tolist()), sum(one.flights for one in done), spread, one_by_one, crude, opinions,
+        nearest, failed / flown if flown else None, (),
+    )  # fmt: skip
+    return found._replace(warnings=tuple(warnings(found)))
+
+
+def interval(probabilities: Floats, crude: Crude) -> Estimate:
+    """The mean of independent estimates with its 95 % interval.
+
+    Estimates of small probabilities scatter by factors: they are assumed log-normal, and the interval is Cox's for the mean
+    (Zhou and Gao 1997) with Student's quantile. If some are 0, it begins at 0 and ends at Student's for the numbers
+    themselves; if all are, it is that of the crude flights.
+    """
+    count, mean = len(probabilities), float(probabilities.mean())
+    if mean == 0.0:
+        return Estimate(0.0, 0.0, crude.rate.high)
+    quantile = student_quantile(0.5 * (1.0 + LEVEL), count - 1)
+    if probabilities.min() == 0.0:
+        return Estimate(mean, 0.0, mean + quantile * float(probabilities.std(ddof=1)) / math.sqrt(count))
+    logs = np.log(probabilities)
+    middle, variance = float(logs.mean()), float(logs.var(ddof=1))
+    half = quantile * math.sqrt(variance / count + variance**2 / (2.0 * (count - 1)))
+    low, high = (math.exp(middle + 0.5 * variance + side) for side in (-half, half))
+    return Estimate(mean, min(low, mean), min(max(high, mean), 1.0))
+
+
+def crude_of(own: Sequence[Done]) -> Crude:
+    """The flights that replicates begin with, over all events: each adds its own rate."""
+    rates: dict[str, tuple[int, int]] = {}
+    for event in (event for one in own for event in one.events):
+        flown, failed = rates.get(event.failure, (0, 0))
+        rates[event.failure] = (flown + event.crude, failed + event.crude_failures)
+    tail = 0.5 * DOUBT / len(rates)
+    ends = [exact_share(failed, flown, tail) for flown, failed in rates.values()]
+    rate = Estimate(*(min(1.0, sum(part)) for part in zip(*ends, strict=True)))
+    flown, failed = (sum(part) for part in zip(*rates.values(), strict=True))
+    return Crude(flown, failed, rate, len(rates))
+
+
+def warnings(found: Summary) -> list[str]:
+    """Warnings against the estimate, in sentences."""
+    said, own = [], np.array(found.replicates)
+    none = int((own == 0.0).sum())
+    if none:
+        said.append(
+            f"{none} of {len(own)} replicates found no failure: the score does not lead there, or hardly any flight fails. "
+            "Use another score (rare.score) or more flights per level (rare.flights)."
+        )
+    elif own.max() > APART * own.min():
+        said.append(
+            f"The replicates disagree: the largest is {own.max() / own.min():.3g} times the smallest. Use more flights "
+            "per level (rare.flights) or another score (rare.score)."
+        )
+    if found.crude.rate.low > found.probability.high or found.crude.rate.high < found.probability.low:
+        said.append(f"Plain Monte Carlo flights disagree: {found.crude.said}.")
+    for what, probability in found.opinions.items():
+        if probability > max(MORE * found.probability.value, found.probability.high):
+            said.append(
+                f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a failure "
+                "mode; name the metrics that predict it (rare.score)."
+            )
+    if found.again is not None and found.again < FEW_AGAIN:
+        said.append(
+            f"Noise decides: only {100 * found.again:.2g} % of the failures fail again with different noise, which is redrawn "
+            "and not steered towards failure. Expect little saving over plain Monte Carlo flights."
+        )
+    return said
+
+
+def as_json(found: Summary) -> dict[str, object]:
+    """The summary for rare.json and `--json`."""
+    return {
+        "probability": found.probability._asdict(),
+        "replicates": list(found.replicates),
+        "flights": found.flights,
+        "spread": found.spread,
+        "flights_one_by_one": found.one_by_one,
+        "crude": {**found.crude._asdict(), "rate": found.crude.rate._asdict()},
+        "opinions": found.opinions,
+        "nearest_failure": found.nearest.model_dump() if found.nearest else None,
+        "fail_again_with_other_noise": found.again,
+        "warnings": list(found.warnings),
+        AT_REST: dict(found.rest),
+    }
+
+
+def rounded(flights: float) -> str:
+    """A number of flights to two digits."""
+    return f"{float(f'{flights:.2g}'):,.0f}" if flights < 1e9 else f"{flights:.2g}"
+
+
+def sentences(found: Summary, method: Method) -> list[str]:
+    """The summary in words."""
+    value, low, high = (f"{part:.3g}" for part in found.probability)
+    count = len(found.replicates)
+    lines = [
+        f"A flight fails with probability {value}; with 95 % confidence {low} to {high}, from {count} independent replicates "
+        f"by {method.words}."
+    ]
+    if found.one_by_one:
+        times = found.one_by_one / found.flights
+        lines.append(
+            f"{found.flights:,} flights in all; plain Monte Carlo would need {rounded(found.one_by_one)} for the same "
+            f"accuracy, {times:.2g} times as many."
+        )
+    lines.append(f"Plain Monte Carlo flights: {found.crude.said}.")
+    if found.again is not None:
+        lines.append(f"{100 * found.again:.3g} % of the failures fail again with different noise.")
+    return [*lines, *at_rest_sentences(found.rest, WRITTEN)]

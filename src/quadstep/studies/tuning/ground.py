@@ -1,0 +1,226 @@
+"""The proving ground: flies many candidates over the same draws, all in one sweep.
+
+Flight i of a candidate has the draws and the noise of flight number i, for every candidate of every generation alike:
+candidates differ only in their gains, and the objective is one fixed function of them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.engines.scored import bare
+from quadstep.engines.sweep import Sweep
+from quadstep.interfaces.closed_loop import Advance, Outcome
+from quadstep.io import files
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
+from quadstep.linear.metrics import margin_metrics
+from quadstep.metrics.margins import MARGINS
+from quadstep.mission.check import check
+from quadstep.mission.looks import MISSION, refuse_others
+from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
+from quadstep.mission.tune import TuneSection
+from quadstep.studies.campaign.draws import Drawn, draw
+from quadstep.studies.campaign.flown import Flyer, Sweeper
+from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of
+from quadstep.studies.tuning.gains import Gain, gains_of, numbers, present, starting_point, tunable, with_numbers
+from quadstep.studies.tuning.judge import Flown
+from quadstep.studies.tuning.theorem import Conditions
+
+UNSEEN = 2**20
+"""The first flight of those that no gain is tuned on."""
+
+Numbers = Mapping[str, float]
+
+
+class Asked(NamedTuple):
+    """A mission to be tuned. content: as the user wrote it. gains: what may change. different: whether flights differ."""
+
+    path: Path
+    text: str
+    content: dict[str, object]
+    mission: Mission
+    section: TuneSection
+    gains: list[Gain]
+    different: bool
+
+    @property
+    def seeds(self) -> int:
+        """Flights of each candidate; one where all flights are alike."""
+        return self.section.seeds if self.different else 1
+
+    @property
+    def unseen(self) -> int:
+        """Flights of each set of gains in the comparison."""
+        return self.section.unseen if self.different else 1
+
+    @property
+    def names(self) -> dict[str, str]:
+        """What is measured of a candidate: metrics without unit, and with it; of flights first, then the margins asked for."""
+        return {**bare(self.mission.scores), **{name: name + MARGINS[name] for name in self.section.margins}}
+
+    def numbers(self, point: Sequence[float]) -> dict[str, float]:
+        """What a point of the unit box puts at every key."""
+        return numbers(self.gains, point)
+
+    @property
+    def present(self) -> dict[str, float]:
+        """What is at every key now."""
+        return present(self.gains)
+
+    @property
+    def start(self) -> list[float]:
+        """The present gains in the unit box."""
+        return starting_point(self.gains)
+
+    def tuned(self, values: dict[str, float]) -> dict[str, object]:
+        """The user's mission with these gains."""
+        changed = {key: value for key, value in values.items() if value != self.present[key]}
+        return with_numbers(self.content, self.mission, changed) if changed else self.content
+
+
+def asked(path: Path) -> Asked:
+    """The tuning request in a mission file. Raises UserError."""
+    content = read_toml(path)
+    refuse_others(content, MISSION, str(path), "`quadstep tune` takes a mission with a table [tune]")
+    return asked_of(path, files.read_text(path, files.TOML), content, path.parent)
+
+
+def asked_of(path: Path, text: str, content: dict[str, object], folder: Path) -> Asked:
+    """The tuning request in the content of a mission. path: of its file, for errors. Raises UserError."""
+    mission = check_mission(content, str(path), folder)
+    section = mission.tune
+    if section is None:
+        raise UserError(f"{path}: {what_to_tune(tunable(mission))}")
+    try:
+        gains = gains_of(section, mission)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+    for one in gains:
+        for end in (one.range.low, one.range.high):
+            tried = with_numbers(content, mission, one.numbers(end))
+            try:
+                check_mission(tried, str(path), folder)
+            except UserError as error:
+                said = str(error).removeprefix(f"{path}: ")
+                raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
+    different = bool(section.vary or section.correlated) or mission.noisy
+    return Asked(path, text, content, mission, section, gains, different)
+
+
+def what_to_tune(keys: Sequence[str]) -> str:
+    """What a mission needs to be tuned. keys: of its controller."""
+    if not keys:
+        return "[tune] is missing, and the controller has no gains to tune"
+    return f'[tune] is missing; list the gains to tune, as in gains = {{ "{keys[0]}" = {{}} }}; allowed: {", ".join(keys)}'
+
+
+class Ground:
+    """Flies candidates. drawing: what varies; flying: the same and the gains. sweeper: as of a `Flyer`."""
+
+    def __init__(self, wanted: Asked, seed: int, sweeper: Callable[..., Sweeper] = Sweep) -> None:
+        section, source = wanted.section, str(wanted.path)
+        self.asked = wanted
+        shared: dict[str, object] = {
+            "seed": seed,
+            "precision": section.precision,
+            "score_period": section.score_period,
+            "mission": source,
+            "correlated": section.correlated,
+        }
+        self.drawing = check(CampaignFile, {**shared, "vary": section.vary}, f"{source}: tune")
+        ends = {
+            leaf.key: {"type": "uniform", "low": min(pair), "high": max(pair)}
+            for one in wanted.gains
+            for leaf in one.leaves
+            for pair in [(leaf.share * one.range.low, leaf.share * one.range.high)]
+        }
+        flying = check(CampaignFile, {**shared, "vary": {**section.vary, **ends}}, f"{source}: tune")
+        content = with_numbers(wanted.content, wanted.mission, wanted.present)
+        self.campaign: Campaign = campaign_of(flying, "", content, source, wanted.path.parent)
+        self.flyer = Flyer(self.campaign, sweeper)
+        plan = self.flyer.planner.plan(self.draws(0).at(0))
+        self.duration = plan.ticks.last * plan.ticks.step
+
+    def draws(self, first: int, count: int = 1) -> "Draws":
+        """The draws of the flights from this number on."""
+        return Draws(np.arange(first, first + count), draw(self.drawing, np.arange(first, first + count)))
+
+    def fly(self, candidates: Sequence[Numbers], first: int, count: int, progress: Advance | None = None) -> list[Flown]:
+        """Each candidate over the draws of `count` flights from `first` on; one that cannot be flown loses them all.
+
+        Raises UserError where none can be flown.
+        """
+        try:
+            return self.flown(candidates, first, count, progress)
+        except UserError:
+            found = [self.flown_or_lost(one, first, count, progress) for one in candidates]
+            if all(isinstance(one, UserError) for one in found):
+                raise
+        names = self.asked.names
+        lost = Flown(np.full(count, Outcome.NOT_FINITE), np.zeros(count), np.full((count, len(names)), np.nan), names)
+        return [lost if isinstance(one, UserError) else one for one in found]
+
+    def flown_or_lost(self, candidate: Numbers, first: int, count: int, progress: Advance | None) -> Flown | UserError:
+        """One candidate, or why it cannot be flown."""
+        try:
+            return self.flown([candidate], first, count, progress)[0]
+        except UserError as error:
+            return error
+
+    def flown(self, candidates: Sequence[Numbers], first: int, count: int, progress: Advance | None) -> list[Flown]:
+        """Candidates all of which can be flown. Raises UserError."""
+        draws = self.draws(first, count)
+        every = len(candidates)
+        flights = np.tile(draws.flights, every)
+        drawn = {key: Drawn(np.tile(one.values, every), one.options) for key, one in draws.drawn.items()}
+        drawn |= {key: Drawn(np.repeat([one[key] for one in candidates], count)) for key in self.asked.present}
+        outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
+        metrics = np.empty((len(flights), len(self.campaign.metrics)))
+        for batch in self.flyer.planner.batches(flights, drawn):
+            swept = self.flyer.swept(batch, progress)
+            outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
+            metrics[batch.members] = swept.metrics
+        margins = np.repeat([self.margins(one) for one in candidates], count, axis=0)
+        metrics = np.hstack([metrics, margins.reshape(len(metrics), -1)])
+        parts = (outcome.reshape(every, count), ended.reshape(every, count), metrics.reshape(every, count, -1))
+        return [Flown(*one, self.asked.names) for one in zip(*parts, strict=True)]
+
+    def margins(self, candidate: Numbers) -> list[float]:
+        """Of the mission with these gains, those that are asked for. Raises UserError where it cannot be linearised."""
+        names = self.asked.section.margins
+        if not names:
+            return []
+        mission = self.flyer.planner.mission(candidate)
+        try:
+            return list(margin_metrics(mission, names).values())
+        except UserError as error:
+            raise UserError(f"{self.asked.path}: tune: {names[0]}: {error}") from None
+
+    def conditions(self) -> Conditions | None:
+        """The conditions on the gains, for the mission and each draw of vehicle and controller; None if not requested."""
+        if not self.asked.section.theorem:
+            return None
+        planner, base = self.flyer.planner, self.flyer.planner.mission({})
+        draws = self.draws(0, self.asked.seeds)
+        touching = [key for key in draws.drawn if key.partition(".")[0] in ("vehicle", "controller")]
+        missions = {"": base}
+        for place in range(self.asked.seeds if touching else 0):
+            values = {key: draws.drawn[key].at(place) for key in touching}
+            missions.setdefault(repr(values), planner.mission(values, place))
+        return Conditions(list(missions.values()), self.asked.numbers)
+
+
+class Draws(NamedTuple):
+    """The numbers of some flights, and what varies in them."""
+
+    flights: NDArray[np.int64]
+    drawn: dict[str, Drawn]
+
+    def at(self, place: int) -> dict[str, object]:
+        """Of one of them."""
+        return {key: one.at(place) for key, one in self.drawn.items()}

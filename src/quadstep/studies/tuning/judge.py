@@ -1,0 +1,121 @@
+"""The cost of a candidate's flights.
+
+The objective is the aggregate over the completed flights of a weighted sum of metrics. The cost that is minimised is
+
+    s(objective) + [0 or 1 + s(violation)] + [0 or 2 + the sum over flights lost of 2 - time of its end / duration],
+
+s(x) = x / (x + 1), the objective measured in that of the present gains. So a candidate that meets the constraints is better
+than one that does not, one that completes all flights better than one that loses any; losing fewer, or later, is better.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.mission.tune import TuneSection
+
+Floats = NDArray[np.float64]
+
+
+class Flown(NamedTuple):
+    """Flights of one candidate. outcome, ended [s]: one element per flight. metrics: shape (flights, len(names))."""
+
+    outcome: NDArray[np.int8]
+    ended: Floats
+    metrics: Floats
+    names: Mapping[str, str]
+    """Of the metrics: without unit, and with it."""
+
+    @property
+    def completed(self) -> NDArray[np.bool_]:
+        """Which completed."""
+        return np.equal(self.outcome, Outcome.COMPLETED)
+
+    def metric(self, name: str) -> Floats:
+        """By its name without unit."""
+        column: Floats = self.metrics[:, list(self.names).index(name)]
+        return column
+
+
+class Judged(NamedTuple):
+    """objective: NaN where no flight completed. parts: aggregates of metrics. lost: flights. violation: see `Judge`."""
+
+    objective: float
+    parts: dict[str, float]
+    lost: int
+    violation: float
+    cost: float
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all flights completed and the constraints are kept."""
+        return self.lost == 0 and self.violation == 0.0
+
+
+class Judge(NamedTuple):
+    """duration: of a completed flight [s]. unit: the objective of the present gains."""
+
+    section: TuneSection
+    duration: float
+    unit: float = 1.0
+
+    def in_units_of(self, flown: Flown) -> "Judge":
+        """A judge that measures objectives in units of these flights' objective, if they have one."""
+        objective = self.aggregate(self.costs(flown)[flown.completed])
+        return self._replace(unit=objective) if math.isfinite(objective) and objective > 0.0 else self
+
+    def costs(self, flown: Flown) -> Floats:
+        """The weighted sum of metrics of each flight."""
+        total = np.zeros(len(flown.ended))
+        for name, weight in self.section.objective.items():
+            total += weight * flown.metric(name)
+        return total
+
+    def aggregate(self, values: Floats) -> float:
+        """Of many flights; NaN without any."""
+        if len(values) == 0:
+            return math.nan
+        if self.section.aggregate == "mean":
+            return float(values.mean())
+        return float(values.max() if self.section.aggregate == "worst" else np.quantile(values, 0.95))
+
+    @property
+    def reported(self) -> list[str]:
+        """The metrics to report, by name."""
+        return list(dict.fromkeys(["position_rmse", "largest_error", *self.section.objective, *self.section.constraints]))
+
+    def violation(self, flown: Flown) -> float:
+        """By what share the constraints are missed, summed."""
+        total = 0.0
+        for name, limit in self.section.constraints.items():
+            values = flown.metric(name)[flown.completed]
+            if len(values):
+                total += limit.excess(values)
+        return total
+
+    def within(self, flown: Flown) -> NDArray[np.bool_]:
+        """Which flights completed and kept every constraint."""
+        good: NDArray[np.bool_] = flown.completed.copy()
+        for name, limit in self.section.constraints.items():
+            good &= limit.keeps(flown.metric(name))
+        return good
+
+    def judge(self, flown: Flown) -> Judged:
+        """All of it."""
+        through = flown.completed
+        objective = self.aggregate(self.costs(flown)[through])
+        lost, violation = int((~through).sum()), self.violation(flown)
+        cost = squashed(objective / self.unit) + (1.0 + squashed(violation) if violation > 0.0 else 0.0)
+        if lost:
+            cost += 2.0 + float((2.0 - flown.ended[~through] / self.duration).sum())
+        parts = {name: self.aggregate(flown.metric(name)[through]) for name in self.reported}
+        return Judged(objective, parts, lost, violation, cost)
+
+
+def squashed(x: float) -> float:
+    """From 0 to infinity onto 0 to 1; 1 for NaN."""
+    return x / (1.0 + x) if math.isfinite(x) else 1.0

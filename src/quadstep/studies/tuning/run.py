@@ -1,0 +1,176 @@
+"""`quadstep tune`: from a mission to one with better gains."""
+
+import contextlib
+import hashlib
+import json
+import math
+import os
+import shutil
+import tomllib
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep.io.errors import UserError
+from quadstep.io.files import ANY, is_file, read_bytes
+from quadstep.io.user_code.places import place, sources
+from quadstep.io.version import __version__
+from quadstep.metrics.statistics import Estimate
+from quadstep.mission.read import check_mission
+from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.sheet import Sheet
+from quadstep.report.tables import write_csv
+from quadstep.report.terminal.progress import SILENT, Progress
+from quadstep.studies.campaign.schema import strings
+from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, asked
+from quadstep.studies.tuning.picture import draw_search
+from quadstep.studies.tuning.report import write_report, write_table
+from quadstep.studies.tuning.search import Candidate, Found, Search, check_budget, shown_flights
+from quadstep.studies.tuning.toml import edited
+from quadstep.studies.tuning.unseen import Compared, Row, compare
+
+TUNED, HISTORY, PICTURE, REPORT = "tuned.toml", "history.csv", "convergence", "report.html"
+TABLE = "table.tex"
+OBJECTIVE = "objective"
+
+
+class Tuned(NamedTuple):
+    """Result of a tuning run. elsewhere: files that the mission names outside its folder."""
+
+    asked: Asked
+    found: Found
+    compared: Compared
+    elsewhere: list[str]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The tuned numbers by key."""
+        return self.found.best.values
+
+
+def tune(
+    path: Path,
+    budget: int,
+    folder: Path,
+    seed: int = 1,
+    overwrite: bool = False,
+    progress: Progress = SILENT,
+    sheet: Sheet | None = None,
+) -> Tuned:
+    """Tune the mission in `path` within a budget of flights, including the comparison, and write `folder`.
+
+    Raises UserError. On Ctrl-C nothing is written.
+    """
+    wanted = asked(path)
+    check_budget(wanted, budget)
+    with publishing(folder, identity(wanted, budget, seed), overwrite) as out:
+        ground = Ground(wanted, seed)
+        found = Search(ground, budget - 2 * wanted.unseen, seed, progress).run()
+        compared = on_unseen(ground, found, progress)
+        elsewhere = write_mission(out, wanted, found.best.values)
+        write_history(out / HISTORY, wanted, found.history)
+        draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
+        write_report(out / REPORT, wanted, found, compared, PICTURE)
+        write_table(out / TABLE, wanted, found, compared)
+        write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
+    return Tuned(wanted, found, compared, elsewhere)
+
+
+def identity(wanted: Asked, budget: int, seed: int) -> str:
+    """A digest of all that decides the result."""
+    named, elsewhere = named_files(wanted)
+    files = [hashlib.sha256(read_bytes(wanted.path.parent / name, ANY)).hexdigest() for name in [*named, *elsewhere]]
+    text = json.dumps([wanted.text, files, budget, seed])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def on_unseen(ground: Ground, found: Found, progress: Progress) -> Compared:
+    """Compare the present and the tuned gains on flights that the search has not seen."""
+    flights = found.history[-1].flights
+
+    def advance(more: int) -> None:
+        nonlocal flights
+        flights += more
+        shown_flights(progress, flights, found.best.judged.objective)
+
+    both = [found.present.values, found.best.values]
+    present, tuned = ground.fly(both, UNSEEN, ground.asked.unseen, advance)
+    return compare(found.judge, present, tuned, changed=both[0] != both[1])
+
+
+def named_files(wanted: Asked) -> tuple[list[str], list[str]]:
+    """The files that a mission names from its folder: those inside it, and those elsewhere, which stay where they are."""
+    folder = wanted.path.parent
+    names = sorted({name for name in strings(wanted.content) if "." in name and is_file(folder / name)} | own_files(wanted))
+    inside = [name for name in names if not Path(name).is_absolute() and ".." not in Path(name).parts]
+    return inside, [name for name in names if name not in inside and not Path(name).is_absolute()]
+
+
+def own_files(wanted: Asked) -> set[str]:
+    """The Python files beside a mission that it names or that these import, from its folder."""
+    folder = wanted.path.parent
+    found: set[str] = set()
+    for own in filter(None, map(place, strings(wanted.content))):
+        with contextlib.suppress(UserError):  # only a text that looks like one: the mission has been checked
+            path = own.file(folder)
+            found |= {os.path.relpath(one, folder.resolve()) for one in (sources(path) if path else ())}
+    return found
+
+
+def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[str]:
+    """The user's mission with the tuned gains, and the files it names beside it; those it names elsewhere are returned."""
+    content = wanted.tuned(values)
+    text = edited(wanted.text, wanted.content, content)
+    if tomllib.loads(text) != content:
+        raise UserError(f"{wanted.path}: could not be written with the tuned gains")
+    check_mission(content, TUNED, wanted.path.parent)
+    inside, elsewhere = named_files(wanted)
+    for name in inside:
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(wanted.path.parent / name, out / name)
+    (out / TUNED).write_text(text, encoding="utf-8")
+    return elsewhere
+
+
+def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
+    """One row per candidate."""
+    keys, parts, names = list(wanted.present), list(history[0].judged.parts), wanted.names
+    header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
+    header += ["lost", "violation", "cost", "feasible", "conditions", "moved"]
+    rows: list[list[object]] = [
+        [
+            one.run, one.generation, one.flights, *(one.values[key] for key in keys), one.judged.objective,
+            *(one.judged.parts[name] for name in parts), one.judged.lost, one.judged.violation, one.judged.cost,
+            one.judged.feasible, math.isfinite(one.moved), one.moved,
+        ]
+        for one in history
+    ]  # fmt: skip
+    write_csv(path, header, rows)
+
+
+def as_json(wanted: Asked, found: Found, compared: Compared, budget: int, seed: int) -> dict[str, object]:
+    """The content of metrics.json."""
+
+    def estimate(one: Estimate | None) -> object:
+        return None if one is None else {name: x if math.isfinite(x) else None for name, x in one._asdict().items()}
+
+    def row(one: Row) -> dict[str, object]:
+        return {"name": one.name, **{name: estimate(getattr(one, name)) for name in ("present", "tuned", "difference")}}
+
+    flown = found.history[-1].flights + 2 * wanted.unseen
+    return {
+        "name": wanted.mission.name,
+        "version": __version__,
+        "seed": seed,
+        "budget": budget,
+        "flights": flown,
+        "present": found.present.values,
+        "tuned": found.best.values,
+        "unseen": {
+            "first": UNSEEN,
+            "flights": compared.flights,
+            "success": {"present": estimate(compared.success[0]), "tuned": estimate(compared.success[1])},
+            "success_difference": estimate(compared.success_difference),
+            "rows": [row(one) for one in (compared.objective, *compared.rows)],
+            "verdict": compared.verdict,
+        },
+    }

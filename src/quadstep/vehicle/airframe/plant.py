@@ -1,0 +1,91 @@
+"""The real vehicle: rotors, air, battery and rigid body put together."""
+
+from typing import NamedTuple
+
+from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers.rotations import cross, rotation_matrix
+from quadstep.vehicle.airframe.aerodynamics import Drag, ground_effect, parasitic_drag
+from quadstep.vehicle.airframe.battery import Battery, electrical_power, terminal_voltage
+from quadstep.vehicle.airframe.contact import Contact, ground_loads
+from quadstep.vehicle.airframe.geometry import Effects, Geometry
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.residual import Residual, accelerations
+from quadstep.vehicle.airframe.rigid_body import MassProperties, motion_rate
+from quadstep.vehicle.airframe.rotor import Rotor, Turning, rotor_loads, speed_rate
+
+NOTHING = vector(0.0, 0.0, 0.0)
+
+
+class Airframe(NamedTuple):
+    """mass [kg]. inertia: diagonal, about the body's origin, the bare vehicle's centre of gravity [kg m^2]. gravity [m/s^2].
+
+    ground: its height in the world [m]. residual: a `Residual` where it acts. contact: legs, of a vehicle that can stand.
+    """
+
+    mass: Number
+    inertia: Vector
+    gravity: Number
+    rotor: Rotor
+    drag: Drag
+    battery: Battery
+    ground: Number
+    residual: Residual | tuple[()] = ()
+    contact: Contact | tuple[()] = ()
+
+
+def derivative(
+    geometry: Geometry,
+    airframe: Airframe,
+    properties: MassProperties,
+    efficiency: Vector,
+    state: AirframeState,
+    wanted_speeds: Vector,
+    wind: Vector,
+    effects: Effects,
+) -> AirframeState:
+    """Rate of every state with the rotors commanded to turn at `wanted_speeds` [rad/s], in wind [m/s], world axes.
+
+    efficiency: each rotor's share of its forces left after a fault. position, velocity: of the body's origin.
+    """
+    rotor = airframe.rotor
+    rotation = rotation_matrix(state.attitude)
+    air = rotation.T @ (state.velocity - wind) if effects.drag else NOTHING
+    fastest, current = rotor.fastest, 0.0
+    if effects.battery:
+        power = electrical_power(airframe.battery, rotor.torque, state.speeds)
+        volts = terminal_voltage(airframe.battery, state.charge, power)
+        fastest, current = (rotor.fastest / airframe.battery.full) * volts, power / volts
+
+    rotors = []
+    for mount, speed, wanted, share in zip(geometry.mounts, state.speeds, wanted_speeds, efficiency, strict=True):
+        place, cushion, hub_air = Vector(mount.position), 1.0, NOTHING
+        if effects.ground:
+            cushion = ground_effect(state.position[2] - airframe.ground + rotation.rows[2] @ place, rotor.radius)
+        if effects.drag:
+            hub_air = air + cross(state.rates, place)
+        rate = speed_rate(rotor, speed, wanted, fastest)
+        rotors.append((mount, Turning(speed, rate, share, cushion, hub_air)))
+    loads = rotor_loads(rotor, airframe.drag, rotors, effects)
+    force = loads.force + parasitic_drag(airframe.drag, air) if effects.drag else loads.force
+    torque = loads.torque
+    if airframe.contact:
+        held, turned = ground_loads(airframe.contact, geometry, airframe.ground, rotation, state)
+        force, torque = force + held, torque + turned
+    moved = motion_rate(properties, rotation, state.motion, force, torque, loads.spin, airframe.gravity)
+    if airframe.residual:
+        through = rotation.T @ (state.velocity - wind)
+        turning, pushed = accelerations(airframe.residual, through, state.rates, state.speeds)
+        moved = moved._replace(velocity=moved.velocity + rotation @ pushed, rates=moved.rates + turning)
+    return AirframeState(*moved, speeds=Vector(turning.rate for _, turning in rotors), charge=current)
+
+
+def specific_force(airframe: Airframe, state: AirframeState, rate: AirframeState) -> Vector:
+    """Specific force at the body's origin [m/s^2], body axes: R^T (acceleration - g). rate: from `derivative`."""
+    x, y, z = rate.velocity
+    return rotation_matrix(state.attitude).T @ Vector((x, y, z + airframe.gravity))
+
+
+def voltage(airframe: Airframe, state: AirframeState) -> Number:
+    """Voltage of the battery under the present load [V], for the log."""
+    power = electrical_power(airframe.battery, airframe.rotor.torque, state.speeds)
+    return terminal_voltage(airframe.battery, state.charge, power)
