@@ -24,7 +24,7 @@ from quadstep.control.projection import shrink
 from quadstep.interfaces.learning import Net
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total
-from quadstep.numbers.terms import variable
+from quadstep.program.terms import variable
 from quadstep.proofs.theory.lyapunov import STANDARD, Motion, closed_loop, lyapunov_rate, sum_squares
 from quadstep.proofs.theory.samples import Sample
 from quadstep.vehicle.paper.kinematics import thrust_direction

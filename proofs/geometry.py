@@ -5,7 +5,7 @@ from quadstep.control.completed_backstepping import coupling_columns, half_sine_
 from quadstep.control.inversion import invert_force
 from quadstep.control.projection import project
 from quadstep.numbers import Vector, sin
-from quadstep.numbers.terms import variable
+from quadstep.program.terms import variable
 from quadstep.vehicle.paper.kinematics import thrust_direction
 
 TILT, WANTED = vector_of("a", 2), vector_of("w", 2)

@@ -3,7 +3,7 @@
 from proofs.statement import Statement, above, at_most, differs, equal, matrix_of, state, vector_of
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, sin, solve_symmetric, total
-from quadstep.numbers.terms import variable
+from quadstep.program.terms import variable
 from quadstep.vehicle.paper.lagrange import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
 
 ATTITUDE = Vector((variable("psi"), variable("theta"), variable("phi")))

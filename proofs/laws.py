@@ -5,7 +5,7 @@ from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.networks import weight_rate
 from quadstep.interfaces.learning import Net
 from quadstep.numbers import Matrix, Vector, exp
-from quadstep.numbers.terms import generalised, term, variable
+from quadstep.program.terms import generalised, term, variable
 from quadstep.proofs.theory.lyapunov import inner
 
 NEURONS = 2

@@ -6,7 +6,7 @@ from operator import mul
 from typing import cast
 
 from proofs.statement import Stated
-from quadstep.numbers.terms import coq, term, variable, variables
+from quadstep.program.terms import coq, term, variable, variables
 from quadstep.proofs.theory.region import BENDING, NORMS, R1, SIZE, Bounds, Setting, Shape, decay
 
 VECTORS = (

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 from quadstep.numbers import Matrix, Number, Vector, flatten
-from quadstep.numbers.terms import Term, coq, generalised, term, variable, variables
+from quadstep.program.terms import Term, coq, generalised, term, variable, variables
 
 
 def vector_of(name: str, count: int = 3) -> Vector:

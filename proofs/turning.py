@@ -7,7 +7,7 @@ from proofs.statement import Stated, vector_of
 from quadstep.control.completed_backstepping import coupling_columns
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import Vector
-from quadstep.numbers.terms import coq, term, variable
+from quadstep.program.terms import coq, term, variable
 from quadstep.proofs.theory.region import BENDING
 
 SERIES = 1e-4

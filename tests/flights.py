@@ -8,13 +8,14 @@ from llvmlite import ir
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
+from quadstep.control.networks import Net, random_input_weights
 from quadstep.engines.kernel import host
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import score_names
 from quadstep.interfaces.closed_loop import Ticks
-from quadstep.interfaces.learning import Net, random_input_weights
 from quadstep.numbers import Matrix, Vector, vector
-from quadstep.numbers.lane import Emitter, Lane, LaneTable
+from quadstep.program.emitter import Emitter
+from quadstep.program.recorded import RecordedNumber, RecordedTable
 from quadstep.vehicle.paper.disturbance import Disturbance
 from quadstep.vehicle.paper.lagrange import Vehicle
 from quadstep.vehicle.paper.rotors import Rotors
@@ -116,11 +117,11 @@ def through_lanes(law, *columns, double=True, table=None, width=4):
     source, target = (builder.bitcast(a, emitter.vector.as_pointer()) for a in function.args[:2])
 
     def load(place):
-        return Lane(emitter, builder.load(builder.gep(source, [ir.IntType(64)(place)]), align=8 if double else 4))
+        return RecordedNumber(emitter, builder.load(builder.gep(source, [ir.IntType(64)(place)]), align=8 if double else 4))
 
     lanes = [load(place) for place in range(len(columns))]
     if table is not None:
-        lanes.append(LaneTable(emitter, function.args[2], table.size))
+        lanes.append(RecordedTable(emitter, function.args[2], table.size))
     results = law(*lanes)
     results = results if isinstance(results, list | tuple) else [results]
     for place, result in enumerate(results):

@@ -4,19 +4,19 @@ import json
 
 import numpy as np
 
-from quadstep.numbers.script import ScriptTable, constant_text
-from quadstep.numbers.script_scan import LoopRecord
 from quadstep.page.elementary import library
 from quadstep.page.writing import Output, Writer
+from quadstep.program.operations import constant_text
+from quadstep.program.script import ScriptRecord
 from tests.pages import run_node
 
 
 def written(law, count, table=None):
     """The law's results as one JavaScript function of an array, after constants that are kept aside."""
-    record = LoopRecord()
+    record = ScriptRecord()
     numbers = [record.input(f"A[{i}]") for i in range(count)]
     if table is not None:
-        numbers.append(ScriptTable(record, "T", table.size))
+        numbers.append(record.table("T", table.size))
     results = law(*numbers)
     results = results if isinstance(results, list) else [results]
     outputs = [Output(f"B[{i}]", record.at(result)) for i, result in enumerate(results)]

@@ -4,9 +4,10 @@ import numpy as np
 from llvmlite import ir
 
 from quadstep.numbers import Vector, flatten, rebuild, vector
-from quadstep.numbers.lane import Emitter, Lane
 from quadstep.numbers.noise import Key, key
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply, rotation_vector, unrotate
+from quadstep.program.emitter import Emitter
+from quadstep.program.recorded import RecordedNumber
 from quadstep.sensing.sensors import Sensors
 from quadstep.vehicle.airframe.motion import Motion
 from tests.flights import compiled
@@ -123,7 +124,9 @@ class Compiled:
             return builder.gep(base, [ir.IntType(64)(index)])
 
         count = len(flatten(likes))
-        lanes = rebuild(likes, iter([Lane(emitter, builder.load(place(source, i), align=align)) for i in range(count)]))
+        lanes = rebuild(
+            likes, iter([RecordedNumber(emitter, builder.load(place(source, i), align=align)) for i in range(count)])
+        )
         self.result = law(*lanes)
         for index, number in enumerate(flatten(self.result)):
             builder.store(emitter.value(number), place(target, index), align=align)

@@ -12,13 +12,13 @@ from quadstep.control.registry import names
 from quadstep.export.c.compiler import BITS
 from quadstep.export.c.flown import fly_c
 from quadstep.export.c.law import recorded
+from quadstep.export.c.literals import literal
 from quadstep.export.c.subject import subject_of
 from quadstep.export.measure import in_f32
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.numbers import Matrix, atan2, cos, exp, log, sigmoid, sin, sqrt, vector, where
-from quadstep.numbers.c_text import literal
 from tests.commands import quadstep, write
 from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, through_c, written
 from tests.flights import through_lanes

@@ -13,9 +13,10 @@ from llvmlite import ir
 
 from quadstep.engines.kernel import compile_module
 from quadstep.numbers import Vector
-from quadstep.numbers.lane import Emitter, Lane
 from quadstep.numbers.opaque import call
 from quadstep.numbers.registered import raise_pending, register, release
+from quadstep.program.emitter import Emitter
+from quadstep.program.recorded import RecordedNumber
 from tests.flights import through_lanes
 
 LANES = pytest.mark.parametrize(("double", "width"), [(True, 1), (True, 4), (False, 1), (False, 8)])
@@ -235,19 +236,19 @@ def loop():
     builder = ir.IRBuilder(function.append_basic_block("entry"))
     emitter = Emitter(builder, number, 1)
     memory = builder.bitcast(function.args[0], emitter.vector.as_pointer())
-    handle = Lane(emitter, builder.load(memory))
+    handle = RecordedNumber(emitter, builder.load(memory))
     entry, body, done = builder.block, function.append_basic_block("body"), function.append_basic_block("done")
     builder.branch(body)
     emitter.enter(body)
     place, x = builder.phi(count), builder.phi(emitter.vector)
-    (after,) = call(handle, [Lane(emitter, x)], 1)
+    (after,) = call(handle, [RecordedNumber(emitter, x)], 1)
     following = builder.add(place, count(1))
     for phi, start, step in ((place, count(0), following), (x, emitter.constant(0.0), emitter.value(after))):
         phi.add_incoming(start, entry)
         phi.add_incoming(step, body)
     builder.cbranch(builder.icmp_unsigned("<", following, function.args[1]), body, done)
     emitter.enter(done)
-    builder.store(after.value, memory)
+    builder.store(emitter.value(after), memory)
     builder.ret_void()
     return str(module)
 

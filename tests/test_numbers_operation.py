@@ -12,8 +12,8 @@ from quadstep.numbers.dual import Seeds
 from quadstep.numbers.enclosure import Enclosure, ball
 from quadstep.numbers.kinds import ARRAYS, FLOATS, functions_of
 from quadstep.numbers.operation import KINDS, OPERATIONS, declare
-from quadstep.numbers.python_code import compiled
-from quadstep.numbers.terms import coq, variable
+from quadstep.program.python_code import compiled
+from quadstep.program.terms import coq, variable
 from quadstep.proofs.prove.influence import Influence
 from quadstep.proofs.prove.jet import jets
 from quadstep.proofs.prove.known import Known

@@ -7,8 +7,9 @@ import pytest
 from llvmlite import ir
 
 import quadstep.numbers  # noqa: F401 (gives both kinds their functions)
-from quadstep.numbers.lane import Emitter, Lane
-from quadstep.numbers.script import Record
+from quadstep.program.assignments import Record
+from quadstep.program.emitter import Emitter
+from quadstep.program.recorded import RecordedNumber
 from tests.flights import through_lanes
 
 
@@ -16,7 +17,7 @@ def a_lane():
     module = ir.Module()
     function = ir.Function(module, ir.FunctionType(ir.VoidType(), [ir.VectorType(ir.DoubleType(), 2)]), "f")
     emitter = Emitter(ir.IRBuilder(function.append_basic_block()), ir.DoubleType(), 2)
-    return Lane(emitter, function.args[0])
+    return RecordedNumber(emitter, function.args[0])
 
 
 @pytest.fixture(params=["lane", "script"])

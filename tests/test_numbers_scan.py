@@ -145,12 +145,13 @@ def test_symbols_get_the_turns_one_after_the_other():
 def test_the_code_does_not_grow_with_the_turns():
     from llvmlite import ir
 
-    from quadstep.numbers.lane import Emitter, Lane
+    from quadstep.program.emitter import Emitter
+    from quadstep.program.recorded import RecordedNumber
 
     def size(times):
         function = ir.Function(ir.Module(), ir.FunctionType(ir.VoidType(), [ir.DoubleType()]), "probe")
         builder = ir.IRBuilder(function.append_basic_block("entry"))
-        x = Lane(Emitter(builder, ir.DoubleType(), 1), function.args[0])
+        x = RecordedNumber(Emitter(builder, ir.DoubleType(), 1), function.args[0])
         scan(lambda last, _: (sin(last), ()), x, (), times=times)
         return len(str(function).splitlines())
 

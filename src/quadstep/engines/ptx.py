@@ -10,7 +10,7 @@ from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import Scored
 from quadstep.engines.sweep_trace import Generate, SweepTrace
 from quadstep.io.errors import UserError
-from quadstep.numbers.lane_opaque import SYMBOL
+from quadstep.program.llvm_opaque import SYMBOL
 
 TRIPLE = "nvptx64-nvidia-cuda"
 NEWEST = 90

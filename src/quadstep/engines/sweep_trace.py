@@ -9,8 +9,11 @@ from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import Scored
 from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.numbers import Number, Table, flatten
-from quadstep.numbers.lane import Emitter
-from quadstep.numbers.lane_words import WHOLE, LaneWord
+from quadstep.numbers.functions import number
+from quadstep.numbers.kinds import Word
+from quadstep.program.emitter import Emitter
+from quadstep.program.instructions import WHOLE
+from quadstep.program.recorded import RecordedWord
 
 COUNTERS = ("first", "past", "count", "last")
 BUFFERS = ("constants", "varying", "tables", "results")
@@ -76,8 +79,8 @@ class SweepTrace(Ticking):
         summed = len(flatten(cycle.score))
         count = len(flatten(cycle))
         self.hold = [frozen or place >= count - summed for place in range(count)]
-        flying, last = self.emitter.constant(0.0), self.wide(self.builder.sitofp(self.final, self.emitter.element)).value
-        self.live(cycle, [self.lane(number).value for number in flatten(cycle)], [flying, last])
+        flying, last = self.emitter.constant(0.0), self.emitter.spread(self.builder.sitofp(self.final, self.emitter.element))
+        self.live(cycle, [self.emitter.value(number) for number in flatten(cycle)], [flying, last])
         self.fly(self.argument["step"], self.argument["every"])
         self.save("results", [self.code, self.ended, *self.cycle[count - summed :]])
         if gpu:
@@ -112,9 +115,9 @@ class SweepTrace(Ticking):
         In f64 whatever the flight's precision, and rounded, as in `draws.draw`.
         """
         emitter = Emitter(self.builder, ir.DoubleType(), self.emitter.width)
-        number = self.builder.trunc(self.builder.add(self.argument["first"], self.flight), WHOLE)
-        flight = LaneWord(emitter, number)
-        values = generate(cast(Number, (flight >> 16).number()), cast(Number, (flight & 0xFFFF).number()))
+        index = self.builder.trunc(self.builder.add(self.argument["first"], self.flight), WHOLE)
+        flight = cast(Word, RecordedWord(emitter, index))
+        values = generate(number(flight >> 16), number(flight & 0xFFFF))
         if len(values) != count:
             raise ValueError(f"{len(values)} numbers generated for {count} that vary")
         self.drawn = [self.variable(self._narrow(emitter.value(value))) for value in values]
@@ -123,7 +126,7 @@ class SweepTrace(Ticking):
 
     def _narrow(self, value: ir.Value) -> ir.Value:
         """A number in f64 converted to the flight's precision."""
-        return value if self.emitter.double else self.builder.fptrunc(value, self.emitter.vector)
+        return value if self.emitter.precise else self.builder.fptrunc(value, self.emitter.vector)
 
     def _constant_memory(self, size: int) -> None:
         """Constant memory, into which the host puts what all flights read: access is as fast as to a register."""

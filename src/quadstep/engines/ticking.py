@@ -8,18 +8,17 @@ from llvmlite import ir
 
 from quadstep.interfaces.closed_loop import Clock, ClosedLoop, Task
 from quadstep.numbers import Number, Table, flatten, rebuild
-from quadstep.numbers.lane import Condition, Emitter, Lane, LaneTable, Operand, Stored
-from quadstep.numbers.lane_functions import LaneFunctions
+from quadstep.program.emitter import Emitter
+from quadstep.program.instructions import Stored
+from quadstep.program.recorded import RECORDED, Operand, RecordedCondition, RecordedNumber, RecordedTable
 
 INDEX = ir.IntType(64)
 CACHE_LINE = 64
 
-Lanes = LaneFunctions()
-
 S = TypeVar("S")
 
 
-def clock(time: Lane, tick: Lane, period: Lane) -> Clock:
+def clock(time: RecordedNumber, tick: RecordedNumber, period: RecordedNumber) -> Clock:
     """The clock that a law sees, as lanes."""
     return Clock(*cast(tuple[Number, Number, Number], (time, tick, period)))
 
@@ -63,7 +62,7 @@ class Ticking(ABC):
 
     # The loop: head -> each task? -> (others) -> moving? -> head; done
 
-    def fly(self, step: ir.Value, every: ir.Value, others: Callable[[ir.Value, Lane], None] | None = None) -> None:
+    def fly(self, step: ir.Value, every: ir.Value, others: Callable[[ir.Value, RecordedNumber], None] | None = None) -> None:
         """The ticks from `first` up to `past`, the vehicle moved before tick `final` only; ends in the block "done".
 
         every: an array, the ticks from one run of each task to the next. others: further code to emit in a tick.
@@ -94,19 +93,19 @@ class Ticking(ABC):
         builder.branch(self.block("head"))
         self.enter("done")
 
-    def _run(self, task: Task, clock: Clock, tick: Lane) -> None:
+    def _run(self, task: Task, clock: Clock, tick: RecordedNumber) -> None:
         before = self.current()
         after, number = task.run(before, self.parameters, clock)
         code = cast(Operand, number)
         living = self._living()
-        if not isinstance(code, Lane):  # a task that never ends a flight
+        if not isinstance(code, RecordedNumber):  # a task that never ends a flight
             self.keep(before, after, living)
             return
         failed, survivors = living & (code != 0.0), living & (code == 0.0)
         self.store([code, tick], [self.code, self.ended], failed)
         self.keep(before, after, survivors)
         width = ir.IntType(self.emitter.width)
-        anyone = self.builder.icmp_unsigned("!=", self.builder.bitcast(survivors.value, width), width(0))
+        anyone = self.builder.icmp_unsigned("!=", self.builder.bitcast(self.emitter.value(survivors), width), width(0))
         self.branch(anyone, f"{task.name}: someone flies", "done")
         self.enter(f"{task.name}: someone flies")
 
@@ -121,19 +120,20 @@ class Ticking(ABC):
 
         A buffer called "varying" holds a number for each flight, any other one for all; tables are stored consecutively.
         """
-        leaves: list[Lane | LaneTable] = []
+        leaves: list[RecordedNumber | RecordedTable] = []
         places = dict.fromkeys(homes, 0)
         bases = {home: self.common(home, INDEX(0)) for home in places if home != "varying"}
         for leaf, home in zip(flatten(structure), homes, strict=True):
             place = INDEX(places[home])
             if home == "varying":
-                leaves.append(Lane(self.emitter, self.builder.load(self.address(home, place), align=self.align)))
+                leaves.append(RecordedNumber(self.emitter, self.builder.load(self.address(home, place), align=self.align)))
             else:
                 pointer = self.common(home, place)
-                table = isinstance(leaf, Table)
-                leaves.append(LaneTable(self.emitter, pointer, leaf.size) if table else self.wide(self.builder.load(pointer)))
-                if not table:
-                    self.emitter.stored[id(cast(Lane, leaves[-1]).value)] = Stored(bases[home], places[home], scalar=True)
+                if isinstance(leaf, Table):
+                    leaves.append(RecordedTable(self.emitter, pointer, leaf.size))
+                else:
+                    leaves.append(self.wide(self.builder.load(pointer)))
+                    self.emitter.stored[id(leaves[-1].place)] = Stored(bases[home], places[home], scalar=True)
             places[home] += leaf.size if isinstance(leaf, Table) else 1
         return rebuild(structure, iter(leaves))
 
@@ -156,43 +156,43 @@ class Ticking(ABC):
 
     def current(self) -> object:
         """The cycle as lanes."""
-        return rebuild(self.shape, (Lane(self.emitter, self.builder.load(slot)) for slot in self.cycle))
+        return rebuild(self.shape, (RecordedNumber(self.emitter, self.builder.load(slot)) for slot in self.cycle))
 
-    def keep(self, before: object, after: object, living: Condition) -> None:
+    def keep(self, before: object, after: object, living: RecordedCondition) -> None:
         """Store changed numbers of the cycle; those to be held, only for flights still alive."""
         for new, old, slot, held in zip(flatten(after), flatten(before), self.cycle, self.hold, strict=True):
-            if isinstance(new, Lane) and new.value is old.value:
+            if isinstance(new, RecordedNumber) and new.place is old.place:
                 continue
             if held:
                 self.store([new], [slot], living)
             else:
-                self.builder.store(self.lane(new).value, slot)
+                self.builder.store(self.emitter.value(new), slot)
 
-    def store(self, numbers: list[Operand], slots: list[ir.Value], living: Condition) -> None:
+    def store(self, numbers: list[Operand], slots: list[ir.Value], living: RecordedCondition) -> None:
         """Store numbers where the condition holds."""
         for number, slot in zip(numbers, slots, strict=True):
-            held = Lane(self.emitter, self.builder.load(slot))
-            self.builder.store(self.emitter.value(Lanes.where(living, self.lane(number), held)), slot)
+            held = RecordedNumber(self.emitter, self.builder.load(slot))
+            self.builder.store(self.emitter.value(RECORDED.where(living, self.lane(number), held)), slot)
 
     def save(self, buffer: str, slots: Sequence[ir.Value]) -> None:
         """Write variables into a buffer, consecutively."""
         for place, slot in enumerate(slots):
             self.builder.store(self.builder.load(slot), self.address(buffer, INDEX(place)), align=self.align)
 
-    def lane(self, number: Operand) -> Lane:
+    def lane(self, number: Operand) -> RecordedNumber:
         """A number, possibly folded to a constant, as a lane."""
-        return number if isinstance(number, Lane) else Lane(self.emitter, self.emitter.constant(number))
+        return number if isinstance(number, RecordedNumber) else RecordedNumber(self.emitter, self.emitter.constant(number))
 
-    def wide(self, scalar: ir.Value) -> Lane:
+    def wide(self, scalar: ir.Value) -> RecordedNumber:
         """The same scalar in every lane."""
-        return Lane(self.emitter, self.emitter.spread(scalar))
+        return RecordedNumber(self.emitter, self.emitter.spread(scalar))
 
     def vector_at(self, buffer: str, offset: ir.Value) -> ir.Value:
         """The address of one number per lane, `offset` numbers into a buffer."""
         return self.builder.bitcast(self.builder.gep(self.argument[buffer], [offset]), self.emitter.vector.as_pointer())
 
-    def _living(self) -> Condition:
-        living: Condition = Lane(self.emitter, self.builder.load(self.code)) == 0.0
+    def _living(self) -> RecordedCondition:
+        living: RecordedCondition = RecordedNumber(self.emitter, self.builder.load(self.code)) == 0.0
         return living
 
     def _times_step(self, count: ir.Value) -> ir.Value:

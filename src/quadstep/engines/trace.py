@@ -7,7 +7,7 @@ from llvmlite import ir
 from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.interfaces.closed_loop import ClosedLoop
 from quadstep.numbers import Number, Table, flatten
-from quadstep.numbers.lane import Lane
+from quadstep.program.recorded import RecordedNumber
 
 COUNTERS = ("first", "past", "final", "log")
 BUFFERS = ("cycle", "shared", "varying", "tables", "rows", "outcome")
@@ -52,7 +52,7 @@ class Trace(Ticking):
     def _loaded(self, buffer: str, count: int) -> list[ir.Value]:
         return [self.builder.load(self.address(buffer, INDEX(place)), align=self.align) for place in range(count)]
 
-    def _log(self, tick: ir.Value, time: Lane) -> None:
+    def _log(self, tick: ir.Value, time: RecordedNumber) -> None:
         """A row, if one is due."""
         builder, every = self.builder, self.argument["log"]
 
@@ -60,6 +60,6 @@ class Trace(Ticking):
             row = builder.mul(builder.udiv(tick, every), INDEX(len(self.loop.columns)))
             for place, number in enumerate(self.loop.row(self.current(), self.parameters, cast(Number, time))):
                 address = self.address("rows", builder.add(row, INDEX(place)))
-                builder.store(self.lane(number).value, address, align=self.align)
+                builder.store(self.emitter.value(number), address, align=self.align)
 
         self.when(builder.icmp_unsigned("==", builder.urem(tick, every), INDEX(0)), "logging", write)

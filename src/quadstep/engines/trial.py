@@ -18,7 +18,7 @@ from quadstep.interfaces.metric import Metric, added, started
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.blame import blamed
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
-from quadstep.numbers.python_code import Code, entered
+from quadstep.program.python_code import Code, entered
 
 if TYPE_CHECKING:
     from quadstep.vehicle.plants.multirotor import Spun

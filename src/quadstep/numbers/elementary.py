@@ -33,7 +33,7 @@ from quadstep.numbers.affine import (
 )
 from quadstep.numbers.caller import place
 from quadstep.numbers.kinds import ARRAYS, Number, functions_of
-from quadstep.numbers.operation import Elementary, declare
+from quadstep.numbers.operation import Kind, declare
 from quadstep.numbers.polynomials import (
     ARCTANGENT,
     COSINE,
@@ -79,7 +79,7 @@ def cos(x: Number) -> Number:
     return result
 
 
-def sin_steps(kind: Elementary, x: float) -> float:
+def sin_steps(kind: Kind, x: float) -> float:
     """NaN beyond MOST_ANGLE."""
     sine, cosine, quarter = turn(kind, x)
     value = kind.where(kind.bit(quarter, 0), cosine, sine)
@@ -87,7 +87,7 @@ def sin_steps(kind: Elementary, x: float) -> float:
     return result
 
 
-def cos_steps(kind: Elementary, x: float) -> float:
+def cos_steps(kind: Kind, x: float) -> float:
     """NaN beyond MOST_ANGLE."""
     sine, cosine, quarter = turn(kind, x)
     value = kind.where(kind.bit(quarter, 0), sine, cosine)
@@ -95,7 +95,7 @@ def cos_steps(kind: Elementary, x: float) -> float:
     return result
 
 
-def turn(kind: Elementary, x: float) -> tuple[float, float, float]:
+def turn(kind: Kind, x: float) -> tuple[float, float, float]:
     """Sine and cosine of the remainder of x after whole quarter turns, and the number of these plus SHIFTER."""
     double = kind.precise(x)
     x = kind.where(abs(x) <= MOST_ANGLE[double], x, math.nan)
@@ -153,7 +153,7 @@ def exp(x: Number) -> Number:
     return result
 
 
-def exp_steps(kind: Elementary, x: float) -> float:
+def exp_steps(kind: Kind, x: float) -> float:
     """Infinite above and zero below EXPONENTS."""
     double = kind.precise(x)
     x = limited(kind, x, *(float(LN2) * limit for limit in EXPONENTS[double]))
@@ -192,7 +192,7 @@ def sigmoid(x: Number) -> Number:
     return result
 
 
-def sigmoid_steps(kind: Elementary, x: float) -> float:
+def sigmoid_steps(kind: Kind, x: float) -> float:
     """1 / (1 + exp(-x)): its error is small relative to 1, as is that of -x / ln 2 where it matters."""
     double = kind.precise(x)
     octaves = limited(kind, x * -float(1 / LN2), *EXPONENTS[double])
@@ -202,7 +202,7 @@ def sigmoid_steps(kind: Elementary, x: float) -> float:
     return result
 
 
-def limited(kind: Elementary, x: float, least: float, most: float) -> float:
+def limited(kind: Kind, x: float, least: float, most: float) -> float:
     """x between these limits; NaN stays."""
     x = kind.where(x < least, least, x)
     result: float = kind.where(x > most, most, x)
@@ -236,7 +236,7 @@ def log(x: Number) -> Number:
     return result
 
 
-def log_steps(kind: Elementary, x: float) -> float:
+def log_steps(kind: Kind, x: float) -> float:
     """As in IEEE 754, except that numbers below the smallest normal one count as between half of it and it."""
     double = kind.precise(x)
     mantissa, exponent = kind.fraction(x), kind.exponent(x)
@@ -292,7 +292,7 @@ def atan2(y: Number, x: Number) -> Number:
     return result
 
 
-def atan2_steps(kind: Elementary, y: float, x: float) -> float:
+def atan2_steps(kind: Kind, y: float, x: float) -> float:
     """Zero at the origin, whose zeros' signs do not count; NaN where both are infinite."""
     rise, run = abs(y), abs(x)
     steep = rise > run

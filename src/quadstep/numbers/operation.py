@@ -60,8 +60,8 @@ class Kind:
 
     @classmethod
     def learn(cls, operation: Operation) -> None:
-        """Have a method for this operation."""
-        if not hasattr(cls, operation.name):
+        """Have a method for this operation, unless it is written by hand, here or where this class has its rule from."""
+        if operation.name not in vars(cls) and ("rule" in vars(cls) or not hasattr(cls, operation.name)):
             setattr(cls, operation.name, cls.rule(operation))
 
     @staticmethod

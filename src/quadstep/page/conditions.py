@@ -7,8 +7,8 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.model import Model
 from quadstep.io.errors import UserError
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
-from quadstep.numbers.script import CONSTANT, INPUT, Record
 from quadstep.page.model import Condition
+from quadstep.program.assignments import CONSTANT, INPUT, Record
 
 CHOSEN = {(">", False): "max", (">", True): "min", ("<", False): "min", ("<", True): "max"}
 """What choosing one of two compared numbers comes to; True where they stand the other way round."""

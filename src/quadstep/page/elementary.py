@@ -3,9 +3,9 @@
 from functools import cache
 
 from quadstep.numbers.operation import OPERATIONS, Operation
-from quadstep.numbers.script import Record
-from quadstep.numbers.script_functions import ScriptSteps
 from quadstep.page.writing import Output, Writer
+from quadstep.program.assignments import Record
+from quadstep.program.recorded import RECORDED
 
 
 def library() -> str:
@@ -18,7 +18,7 @@ def library() -> str:
 @cache
 def function(operation: Operation) -> str:
     """One of them."""
-    record = Record()
-    result = operation.steps(ScriptSteps(), *map(record.input, operation.arguments))
+    record = Record(inline=True)
+    result = operation.steps(RECORDED, *map(record.input, operation.arguments))
     (text,) = Writer(record, ()).functions([Output("const result", record.at(result))])
     return f"function {operation.name}({','.join(operation.arguments)}){{{text}return result}}"

@@ -1,15 +1,14 @@
-"""A closed loop as JavaScript: the laws are called once with script numbers, the loop around them is written here."""
+"""A closed loop as JavaScript: the laws are called once with recorded numbers, the loop around them is written here."""
 
 from typing import NamedTuple, cast
 
 from quadstep.interfaces.closed_loop import Clock, ClosedLoop
 from quadstep.interfaces.log import SAID
 from quadstep.numbers import Number, Table, flatten, leaf_names, rebuild
-from quadstep.numbers.script import ScriptTable
-from quadstep.numbers.script_scan import LoopRecord
 from quadstep.page.elementary import library
 from quadstep.page.nets import net_row, neurons_of
 from quadstep.page.writing import Output, Writer
+from quadstep.program.script import ScriptRecord
 
 
 class Law(NamedTuple):
@@ -40,12 +39,12 @@ class Section(NamedTuple):
 
 def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...]) -> Law:
     """The loop as a law of the page. parameters, start: any of the right structure; their values do not matter."""
-    record = LoopRecord()
+    record = ScriptRecord()
     leaves = dict(zip(leaf_names(parameters), flatten(parameters), strict=True))
     names = [name for name, leaf in leaves.items() if not isinstance(leaf, Table)]
     tables = [name for name, leaf in leaves.items() if isinstance(leaf, Table)]
     inputs: dict[str, object] = {name: record.input(f"P[{place}]") for place, name in enumerate(names)}
-    inputs |= {name: ScriptTable(record, f"T{place}", leaves[name].size) for place, name in enumerate(tables)}
+    inputs |= {name: record.table(f"T{place}", leaves[name].size) for place, name in enumerate(tables)}
     numbers = rebuild(parameters, iter([inputs[name] for name in leaves]))
     begin = rebuild(start, iter([record.input(f"S[{place}]") for place in range(len(flatten(start)))]))
     shape = loop.start(begin, numbers)

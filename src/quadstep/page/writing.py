@@ -8,9 +8,9 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT, Record, constant_text
-from quadstep.numbers.script_functions import in_javascript
-from quadstep.numbers.script_scan import ARRAY, ITEM, LOOP, STATEMENTS, Loop
+from quadstep.program.assignments import CONSTANT, INPUT, Record
+from quadstep.program.operations import CONDITIONS, constant_text, in_javascript
+from quadstep.program.script import ARRAY, ITEM, LOOP, STATEMENTS, Loop
 
 DEEPEST = 40
 """Operations within each other before a local is made."""

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from quadstep.export.c.scans import FILLED, SCAN
 from quadstep.numbers.operation import OPERATIONS
-from quadstep.numbers.rows import LEFT
-from quadstep.numbers.script import Node
+from quadstep.program.assignments import Node
+from quadstep.program.rows import LEFT
 
 HALVES = {"sin": "sine", "cos": "cosine"}
 """Functions that are members of what `qs_sincos` returns: both cost little more than one."""

@@ -4,11 +4,11 @@ import re
 from collections import Counter
 from typing import NamedTuple
 
+from quadstep.export.c.literals import bare, literal
 from quadstep.export.c.scans import ScanRecord
-from quadstep.numbers.c_text import C_TEXT, bare, literal
-from quadstep.numbers.operation import OPERATIONS
-from quadstep.numbers.rows import LEFT
-from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT
+from quadstep.program.assignments import CONSTANT, INPUT
+from quadstep.program.operations import CONDITIONS, in_c
+from quadstep.program.rows import LEFT
 
 LONGEST = 84
 """Longest expression that is written inside another one [characters]."""
@@ -97,15 +97,11 @@ class Expressions:
             return self.text(node.operands[0]) + self.scoped(node.text)
         if node.operation == "bit":
             x, mask = node.operands
-            return C_TEXT["bit"].format(self.text(x), f"{int(float(self.nodes[mask].text))}u")
-        if node.operation in OPERATIONS:
-            return f"qs_{node.operation}({', '.join(bare(self.text(operand)) for operand in node.operands)})"
-        if node.operation not in C_TEXT:
-            raise TypeError(f"the operation {node.operation!r} cannot be written in C")
+            return in_c("bit", (self.text(x), f"{int(float(self.nodes[mask].text))}u"))
         word = node.operation.startswith("word ")
         texts = [self._bits(operand) if word else self.text(operand) for operand in node.operands]
-        called = C_TEXT[node.operation].startswith("qs_")
-        return C_TEXT[node.operation].format(*(map(bare, texts) if called else texts))
+        called = in_c(node.operation, texts).startswith("qs_")
+        return in_c(node.operation, list(map(bare, texts)) if called else texts)
 
     def _bits(self, place: int) -> str:
         """An operand of an operation on words: a constant is one too."""

@@ -9,10 +9,10 @@ from quadstep.export.c.expressions import Naming
 from quadstep.export.c.scans import ScanRecord
 from quadstep.export.c.structs import INDENT, Output, Stored
 from quadstep.export.c.writing import Writer
-from quadstep.numbers.c_text import CSteps
 from quadstep.numbers.elementary import turn
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.operation import OPERATIONS, Elementary
+from quadstep.numbers.operation import OPERATIONS, Kind
+from quadstep.program.recorded import RECORDED
 
 STEPS = {
     "abs": "static inline real qs_abs(real x)\n{\n    return {abs}(x);\n}",
@@ -91,16 +91,16 @@ def written(name: str, precise: bool) -> Function:
         return Function(text, ("sincos",))
     arguments = OPERATIONS["sin" if name == "sincos" else name].arguments
     given = ", ".join(f"real {one}" for one in arguments)
-    record = ScanRecord()
+    record = ScanRecord(inline=True, precise=precise)
     numbers = [cast(Number, record.input(one)) for one in arguments]
     writer = Writer(record, precise, Naming({}, {}), frozenset(("result", *arguments)))
     if name == "sincos":
-        results = sine_cosine(CSteps(precise), *numbers)
+        results = sine_cosine(RECORDED, *numbers)
         outputs = [Output(f"result.{one}", record.at(number)) for one, number in zip(HALVES.values(), results, strict=True)]
         body = ["qs_sine_cosine result;", *writer.body(Stored(outputs, [])), "return result;"]
         head = f"{PAIR}\n\nstatic qs_sine_cosine qs_sincos({given})"
     else:
-        result = OPERATIONS[name].steps(CSteps(precise), *numbers)
+        result = OPERATIONS[name].steps(RECORDED, *numbers)
         *body, last = writer.body(Stored([Output("result", record.at(result))], []))
         body.append("return " + last.removeprefix("result = "))
         head = f"static inline real qs_{name}({given})"
@@ -108,7 +108,7 @@ def written(name: str, precise: bool) -> Function:
     return Function(text, tuple({node.operation for node in record.nodes}))
 
 
-def sine_cosine(steps: Elementary, x: Number) -> tuple[Number, Number]:
+def sine_cosine(steps: Kind, x: Number) -> tuple[Number, Number]:
     """Sine and cosine to the bit, from one reduction of the angle."""
     sine, cosine, quarter = turn(steps, x)
     odd, back = steps.bit(quarter, 0), steps.bit(quarter, 1)

@@ -17,10 +17,10 @@ from quadstep.export.c.structs import fields_of, has_numbers, number
 from quadstep.export.c.templates import filled
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Structure, Table, Vector, flatten, rebuild
-from quadstep.numbers.python_code import compiled
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised
-from quadstep.numbers.scalar_bits import REAL
 from quadstep.numbers.structure import replaced
+from quadstep.program.python_code import compiled
+from quadstep.program.scalar_bits import REAL
 
 TEXTS = Path(__file__).parent / "texts"
 

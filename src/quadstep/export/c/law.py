@@ -13,8 +13,8 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.plant import Plant
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Structure, flatten
-from quadstep.numbers.script import INPUT
 from quadstep.numbers.structure import replaced
+from quadstep.program.assignments import INPUT
 
 KEYWORDS = frozenset(
     [

@@ -12,11 +12,12 @@ from quadstep.export.c.expressions import Naming
 from quadstep.export.c.scans import ScanRecord
 from quadstep.io.errors import one_line
 from quadstep.numbers import Matrix, Vector
-from quadstep.numbers.rows import RowMatrix, RowVector
-from quadstep.numbers.script import CONSTANT, INPUT, ScriptCondition, ScriptNumber
+from quadstep.program.assignments import CONSTANT, INPUT
+from quadstep.program.recorded import RecordedCondition, RecordedNumber
+from quadstep.program.rows import RowMatrix, RowVector
 
 HERE = Path(__file__).parent
-SILENT = (str(HERE.parent.parent / "numbers"), str(HERE))
+SILENT = (*(str(HERE.parent.parent / room) for room in ("numbers", "program")), str(HERE))
 """Code whose lines say nothing about a law."""
 
 RECORDER = str(HERE / "law.py")
@@ -34,9 +35,9 @@ class NamedRecord(ScanRecord):
         self.naming = Naming({}, {})
         self.lines: dict[tuple[str, int], str] = {}
 
-    def place(self, operation: str, *operands: int, text: str = "") -> int:
+    def place(self, operation: str, *operands: int, text: str = "", turning: frozenset[str] = frozenset()) -> int:
         before = len(self.nodes)
-        place = super().place(operation, *operands, text=text)
+        place = super().place(operation, *operands, text=text, turning=turning)
         if place == before and operation not in (CONSTANT, INPUT):
             frame = lawful(sys._getframe(1))
             if frame:
@@ -52,7 +53,7 @@ class NamedRecord(ScanRecord):
             if event == "return" and not frame.f_code.co_name.startswith("<") and not silent(frame.f_code.co_filename):
                 for name, value in frame.f_locals.items():
                     if name not in GIVEN:
-                        self.call(name, value)
+                        self.label(name, value)
 
         before = sys.getprofile()
         sys.setprofile(returned)
@@ -61,9 +62,9 @@ class NamedRecord(ScanRecord):
         finally:
             sys.setprofile(before)
 
-    def call(self, name: str, value: object) -> None:
+    def label(self, name: str, value: object) -> None:
         """Name the numbers that a local holds after it, unless they have a name."""
-        if isinstance(value, ScriptNumber | ScriptCondition):
+        if isinstance(value, RecordedNumber | RecordedCondition):
             if value.record is self and self.nodes[value.place].operation not in (CONSTANT, INPUT):
                 self.naming.names.setdefault(value.place, name)
         elif isinstance(value, RowVector | RowMatrix):
@@ -71,13 +72,13 @@ class NamedRecord(ScanRecord):
                 self.naming.names.setdefault(value.array, name)
         elif isinstance(value, Vector):
             for i, entry in enumerate(value.entries):
-                self.call(f"{name}_{i}", entry)
+                self.label(f"{name}_{i}", entry)
         elif isinstance(value, Matrix):
             for i, row in enumerate(value.rows):
-                self.call(f"{name}_{i}", row)
+                self.label(f"{name}_{i}", row)
         elif isinstance(value, tuple) and hasattr(value, "_fields"):
             for field in value._fields:
-                self.call(f"{name}_{field}", getattr(value, field))
+                self.label(f"{name}_{field}", getattr(value, field))
 
 
 @cache

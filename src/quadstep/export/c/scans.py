@@ -5,12 +5,12 @@ where they are stored; numbers that are not stored yet are written into an array
 """
 
 from collections import namedtuple
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from quadstep.export.c.structs import Stored, as_given, as_struct, fields_of, found, placed, stored
 from quadstep.numbers import Matrix, Structure, Vector, flatten
-from quadstep.numbers.rows import TURN, RowMatrix, RowRecord
-from quadstep.numbers.scan import Rows, Step, matrices, same_shape, shaped
+from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
+from quadstep.program.rows import TURN, RowMatrix, RowRecord
 
 FILLED, SCAN = "filled", "scan"
 """Operations: an array of numbers, entry by entry; a loop whose turns depend on one another."""
@@ -33,8 +33,8 @@ class Scan(NamedTuple):
 class ScanRecord(RowRecord):
     """A record with loops over rows and scans."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, inline: bool = False, precise: bool = True) -> None:
+        super().__init__(inline, precise)
         self.scans: dict[int, Scan] = {}
 
     def in_memory(self, rows: Matrix) -> RowMatrix:
@@ -45,14 +45,12 @@ class ScanRecord(RowRecord):
         places = [self.at(entry) for entry in flatten(rows)]
         return RowMatrix.found(self, shape, self.place(FILLED, *places, text=f"[{shape[0]}][{shape[1]}]"))
 
-    def scan(
-        self, step: Step[Structure], carry: Structure, rows: Rows[Matrix], count: int, backwards: bool
-    ) -> tuple[Structure, Rows[Matrix]]:
+    def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
         """A scan as one node."""
         counter = self.index(TURN)
         begin = as_struct(carry, "carry")
         given = shaped(rows, iter([self.in_memory(one).row(counter) for one in matrices(rows)]))
-        after, made = step(as_given(found(self, begin, f"{counter}."), carry), given)
+        after, made = step(cast(C, as_given(found(self, begin, f"{counter}."), carry)), given)
         same_shape(after, len(flatten(begin)))
         lines = {f"made_{k}": line for k, line in enumerate(matrices(made))}
         memory = {**fields_of(begin), **{name: Matrix([line] * count) for name, line in lines.items()}}
@@ -60,11 +58,12 @@ class ScanRecord(RowRecord):
         first = stored(self, [(f"{counter}.", begin)])
         rows_left = [(f"{counter}.{name}[{counter}]", Vector(line)) for name, line in lines.items()]
         turn = stored(self, [*rows_left, (f"{counter}.", as_struct(after, "carry"))])
-        taken = self.around(counter, [one.place for one in (*turn.numbers, *turn.arrays)])
+        taken, _ = self.around(counter, [one.place for one in (*turn.numbers, *turn.arrays)])
         node = self.place(SCAN, *sorted(taken.union(one.place for one in (*first.numbers, *first.arrays))), text=counter)
         self.scans[node] = Scan(counter, getattr(step, "__name__", "turn"), count, backwards, whole, first, turn)
         columns = [
             RowMatrix.found(self, (count, len(line)), placed(self, f"{counter}.{name}", (node,)))
             for name, line in lines.items()
         ]
-        return as_given(found(self, begin, f"{counter}.", (node,)), carry), shaped(made, iter(columns))
+        last = as_given(found(self, begin, f"{counter}.", (node,)), carry)
+        return cast(C, last), shaped(made, iter(columns))

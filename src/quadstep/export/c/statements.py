@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 from quadstep.export.c.branches import HALVES, Branches
 from quadstep.export.c.expressions import Expressions, Naming
+from quadstep.export.c.literals import bare
 from quadstep.export.c.scans import ScanRecord
 from quadstep.export.c.structs import INDENT
-from quadstep.numbers.c_text import bare
 
 
 class Line(NamedTuple):

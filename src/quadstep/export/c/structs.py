@@ -4,11 +4,12 @@ from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, cast
 
+from quadstep.export.c.literals import bare, literal
 from quadstep.io.errors import UserError
 from quadstep.numbers import Matrix, Number, Structure, Table, Vector, flatten, leaf_names
-from quadstep.numbers.c_text import bare, literal
-from quadstep.numbers.rows import FEWEST_ROWS, LEFT, Body, RowMatrix, RowRecord, RowVector
-from quadstep.numbers.script import INPUT, ScriptNumber, ScriptTable
+from quadstep.program.assignments import INPUT
+from quadstep.program.recorded import RecordedNumber
+from quadstep.program.rows import FEWEST_ROWS, LEFT, Body, RowMatrix, RowRecord, RowVector
 
 INDENT = "    "
 
@@ -158,7 +159,7 @@ def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...]
     after: places of the numbers that produce it there; none if it exists beforehand.
     """
     if isinstance(value, Table):
-        return ScriptTable(record, text, value.size)
+        return record.table(text, value.size)
     if isinstance(value, Matrix | Vector) and is_long(value):
         array = placed(record, text, after)
         if isinstance(value, Vector):
@@ -170,7 +171,7 @@ def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...]
         return type(value)(cast(Any, made))  # numbers or vectors
     if isinstance(value, tuple):
         return inner(value, lambda one, at: found(record, one, at, after), text)
-    return ScriptNumber(record, placed(record, text, after))
+    return RecordedNumber(record, placed(record, text, after))
 
 
 def is_long(value: Matrix | Vector) -> bool:
@@ -180,7 +181,7 @@ def is_long(value: Matrix | Vector) -> bool:
 
 def placed(record: RowRecord, text: str, after: tuple[int, ...]) -> int:
     """The place of the number in memory under this name."""
-    return record.place(LEFT if after else INPUT, *after, text=text)
+    return record.place(LEFT, *after, text=text) if after else record.found(INPUT, text=text)
 
 
 def inner(value: tuple[Structure, ...], made: Callable[[Structure, str], Structure], text: str) -> Structure:

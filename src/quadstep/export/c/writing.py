@@ -10,12 +10,12 @@ from collections import Counter
 
 from quadstep.export.c.branches import branches, pairs
 from quadstep.export.c.expressions import INDICES
+from quadstep.export.c.literals import bare, literal
 from quadstep.export.c.scans import FILLED, SCAN
 from quadstep.export.c.statements import Line, Statements, braced, commented
 from quadstep.export.c.structs import Output, Stored, has_numbers, members
-from quadstep.numbers.c_text import bare, literal
-from quadstep.numbers.rows import LEFT, Body
-from quadstep.numbers.script import INPUT
+from quadstep.program.assignments import INPUT
+from quadstep.program.rows import LEFT, Body
 
 
 class Writer(Statements):

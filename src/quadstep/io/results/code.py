@@ -14,7 +14,7 @@ from pathlib import Path
 
 from quadstep.io import code_cache
 
-ROOMS = ("control", "engines", "interfaces", "metrics", "numbers", "sensing", "vehicle", "world")
+ROOMS = ("control", "engines", "interfaces", "metrics", "numbers", "program", "sensing", "vehicle", "world")
 """Packages that count as a whole, data files too: their modules are also loaded by name."""
 
 ROOTS = (

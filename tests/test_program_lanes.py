@@ -26,8 +26,9 @@ from quadstep.numbers import (
     vector,
     where,
 )
-from quadstep.numbers.lane import Emitter, Lane
 from quadstep.numbers.linear import matrix
+from quadstep.program.emitter import Emitter
+from quadstep.program.recorded import RecordedNumber
 from tests.flights import through_lanes
 
 WIDTHS = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
@@ -234,7 +235,7 @@ def probe():
     element = ir.DoubleType()
     function = ir.Function(module, ir.FunctionType(ir.VoidType(), [ir.VectorType(element, 4)]), "probe")
     emitter = Emitter(ir.IRBuilder(function.append_basic_block("entry")), element, 4)
-    return Lane(emitter, function.args[0])
+    return RecordedNumber(emitter, function.args[0])
 
 
 def test_a_lane_and_its_comparison_refuse_to_decide_a_branch():
@@ -257,9 +258,9 @@ def test_constants_fold_and_repeated_work_is_emitted_once():
     assert x * 1.0 is x
     assert x + 0.0 is x
     assert x / 1.0 is x
-    assert (x * x).value is (x * x).value
-    assert sin(x).value is not cos(x).value
-    assert (x - 2.0).value is not (2.0 - x).value
+    assert (x * x).place is (x * x).place
+    assert sin(x).place is not cos(x).place
+    assert (x - 2.0).place is not (2.0 - x).place
 
 
 @pytest.mark.parametrize("operation", [operator.add, operator.mul, operator.sub])

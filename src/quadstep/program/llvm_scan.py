@@ -1,4 +1,4 @@
-"""Scans in lanes: an LLVM loop around a step that is traced once.
+"""Scans as LLVM: an LLVM loop around a step that is traced once.
 
 The carry and all rows are in memory, one vector per number. Loaded numbers are remembered with their place, so that
 a matrix that is already in memory is scanned where it is: the output of another scan, or a matrix of the
@@ -13,17 +13,19 @@ from typing import cast
 from llvmlite import ir
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.lane import Emitter, Lane, Operand, Stored
 from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
 from quadstep.numbers.structure import flatten, rebuild
+from quadstep.program.instructions import Instructions, Stored
+from quadstep.program.recorded import Operand, RecordedNumber
 
 PLACE = ir.IntType(64)
 
 
-def scan(step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
+def scan(
+    emitter: Instructions, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool
+) -> tuple[C, Rows[Matrix]]:
     """See `quadstep.numbers.scan`."""
-    emitter = next(number.emitter for number in flatten((carry, rows)) if isinstance(number, Lane))
     builder = emitter.builder
     given = flatten(carry)
     sources = [(in_memory(emitter, one), len(one.rows[0])) for one in matrices(rows)]
@@ -55,14 +57,14 @@ def scan(step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: boo
     return last, shaped(made, iter([matrix(emitter, memory, count, columns) for memory, columns in kept]))
 
 
-def room(emitter: Emitter, size: int) -> ir.Value:
+def room(emitter: Instructions, size: int) -> ir.Value:
     """Memory for this many numbers, allocated once for the whole function."""
     with emitter.builder.goto_entry_block():
         memory: ir.Value = emitter.builder.alloca(emitter.vector, size=max(size, 1))
     return memory
 
 
-def store(emitter: Emitter, numbers: Sequence[Operand], memory: ir.Value, place: ir.Value) -> None:
+def store(emitter: Instructions, numbers: Sequence[Operand], memory: ir.Value, place: ir.Value) -> None:
     """Write numbers consecutively, the first to this place."""
     builder = emitter.builder
     address = builder.gep(memory, [place])
@@ -70,37 +72,37 @@ def store(emitter: Emitter, numbers: Sequence[Operand], memory: ir.Value, place:
         builder.store(emitter.value(number), builder.gep(address, [PLACE(offset)]))
 
 
-def loaded(emitter: Emitter, memory: ir.Value, size: int) -> list[Lane]:
+def loaded(emitter: Instructions, memory: ir.Value, size: int) -> list[RecordedNumber]:
     """All numbers of a piece of memory, each remembered with its place."""
     lanes = []
     for place in range(size):
         value = emitter.builder.load(emitter.builder.gep(memory, [PLACE(place)]))
         emitter.stored[id(value)] = Stored(memory, place)
-        lanes.append(Lane(emitter, value))
+        lanes.append(RecordedNumber(emitter, value))
     return lanes
 
 
-def matrix(emitter: Emitter, memory: ir.Value, count: int, columns: int) -> Matrix:
+def matrix(emitter: Instructions, memory: ir.Value, count: int, columns: int) -> Matrix:
     """A matrix that is in memory row by row."""
     lanes = cast(list[Number], loaded(emitter, memory, count * columns))
     return Matrix(Vector(lanes[place * columns : (place + 1) * columns]) for place in range(count))
 
 
-def row(emitter: Emitter, source: Stored, place: ir.Value, columns: int) -> Vector:
+def row(emitter: Instructions, source: Stored, place: ir.Value, columns: int) -> Vector:
     """The row of this place."""
     builder = emitter.builder
     address = builder.gep(source.memory, [builder.add(builder.mul(place, PLACE(columns)), PLACE(source.place))])
-    entries: list[Lane] = []
+    entries: list[RecordedNumber] = []
     for column in range(columns):
         value = builder.load(builder.gep(address, [PLACE(column)]))
-        entries.append(Lane(emitter, emitter.spread(value) if source.scalar else value))
+        entries.append(RecordedNumber(emitter, emitter.spread(value) if source.scalar else value))
     return Vector(cast(list[Number], entries))
 
 
-def in_memory(emitter: Emitter, rows: Matrix) -> Stored:
+def in_memory(emitter: Instructions, rows: Matrix) -> Stored:
     """The memory that holds a matrix row by row: its origin, else a copy."""
     entries = flatten(rows)
-    places = [emitter.stored.get(id(number.value)) if isinstance(number, Lane) else None for number in entries]
+    places = [emitter.stored.get(id(emitter.value(number))) for number in entries]
     first = places[0]
     if first is not None and all(one == first._replace(place=first.place + i) for i, one in enumerate(places)):
         return first

@@ -26,7 +26,7 @@ from quadstep.numbers import (
     where,
 )
 from quadstep.numbers.noise import Key, normals
-from quadstep.numbers.python_code import compiled
+from quadstep.program.python_code import compiled
 from tests.exports import paper_mission, plane_mission, real_mission
 from tests.needs import POLICY, needs
 from tests.single import Single

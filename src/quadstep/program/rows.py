@@ -8,13 +8,14 @@ else takes the entries one by one, as usual.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple, cast
 
 from quadstep.numbers.functions import sqrt
 from quadstep.numbers.kinds import Number
 from quadstep.numbers.linear import Matrix, Vector
-from quadstep.numbers.script import INPUT, Record, ScriptNumber
+from quadstep.program.assignments import LoopRecord
+from quadstep.program.recorded import RecordedNumber
 
 FEWEST_ROWS = 5
 """Fewest rows of a matrix, and fewest entries of a vector, that stays in memory: fewer are taken one by one."""
@@ -40,37 +41,32 @@ class Body(NamedTuple):
     added: tuple[tuple[int, ...], ...] = ()
 
 
-class RowRecord(Record):
-    """A record with loops."""
+class RowRecord(LoopRecord):
+    """A record with loops over rows."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, inline: bool = False, precise: bool = True) -> None:
+        super().__init__(inline, precise)
         self.loops: dict[int, Body] = {}
-        self.turning: list[frozenset[str]] = []
         self._indices = 0
 
-    def place(self, operation: str, *operands: int, text: str = "") -> int:
-        """As in any record; also notes which loops' rows a number depends on."""
-        place = super().place(operation, *operands, text=text)
-        if place == len(self.turning):
-            named = OWN.match(text) if operation in ("item", INPUT) else None
-            own = frozenset((named[1],)) if named else frozenset()
-            self.turning.append(own.union(*(self.turning[operand] for operand in operands)))
-        return place
+    def found(self, operation: str, *operands: int, text: str) -> int:
+        """The place of a number in memory, which may be of a loop's row or of a scan's memory."""
+        named = OWN.match(text)
+        return self.place(operation, *operands, text=text, turning=frozenset((named[1],)) if named else frozenset())
 
     def index(self, kind: str = INDEX) -> str:
         """A loop's unique name for its row. kind: `TURN` for a scan."""
         self._indices += 1
         return f"{kind}{self._indices}"
 
-    def item(self, array: int, row: str, column: int | None = None) -> ScriptNumber:
+    def item(self, array: int, row: str, column: int | None = None) -> RecordedNumber:
         """An entry of an array in memory."""
         place = "" if column is None else f"[{column}]"
-        return ScriptNumber(self, self.place("item", array, text=f"[{row}]{place}"))
+        return RecordedNumber(self, self.found("item", array, text=f"[{row}]{place}"))
 
     def loop(self, body: Body) -> int:
         """The place of a loop, after everything that it captures."""
-        taken = self.around(body.counter, [*body.stored, *(place for terms in body.added for place in terms)])
+        taken, _ = self.around(body.counter, [*body.stored, *(place for terms in body.added for place in terms)])
         if any(one.startswith(INDEX) for place in taken for one in self.turning[place]):
             raise TypeError(
                 "a loop over rows within another one cannot be written down; take the products one after the other"
@@ -79,25 +75,11 @@ class RowRecord(Record):
         self.loops[place] = body
         return place
 
-    def around(self, counter: str, results: Sequence[int]) -> set[int]:
-        """The values that the loop of this counter captures to compute these results."""
-        taken: set[int] = set()
-        seen: set[int] = set()
-        waiting = list(results)
-        while waiting:
-            place = waiting.pop()
-            if place in seen:
-                continue
-            seen.add(place)
-            if counter in self.turning[place]:
-                waiting += self.nodes[place].operands
-            else:
-                taken.add(place)
-        return taken
-
-    def sums(self, loop: int) -> list[ScriptNumber]:
+    def sums(self, loop: int) -> list[RecordedNumber]:
         """The running sums of a loop at its end."""
-        return [ScriptNumber(self, self.place("sum", loop, text=str(number))) for number in range(len(self.loops[loop].added))]
+        return [
+            RecordedNumber(self, self.place("sum", loop, text=str(number))) for number in range(len(self.loops[loop].added))
+        ]
 
 
 class RowVector(Vector):

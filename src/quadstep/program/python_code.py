@@ -6,15 +6,19 @@ and is much faster where loops have many turns. NumPy's warnings are best suppre
 IEEE 754.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
 from typing import TypeVar, cast
 
-from quadstep.numbers.linear import Matrix
-from quadstep.numbers.rows import FEWEST_ROWS
-from quadstep.numbers.scalar_bits import REAL, steps
-from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
+from quadstep.numbers.kinds import Number
+from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, scan, shaped
 from quadstep.numbers.structure import Table, flatten, rebuild
-from quadstep.numbers.traced import Operand, Traced, TracedCondition, TracedMatrix, TracedTable
+from quadstep.program.operations import FORMS, WORDS
+from quadstep.program.recorded import Operand, Recorded, RecordedNumber, RecordedTable, Recording
+from quadstep.program.rows import FEWEST_ROWS
+from quadstep.program.scalar_bits import REAL, steps
 
 S = TypeVar("S")
 
@@ -29,7 +33,7 @@ def compiled(law: Callable[..., S], given: tuple[object, ...], precise: bool) ->
     return lambda *structures: rebuild(result, iter(run(*passed(structures, precise))))
 
 
-def entered(code: "Code", arguments: list[str], structure: S) -> S:
+def entered(code: Code, arguments: list[str], structure: S) -> S:
     """The structure as arguments, whose names are appended; a matrix of many rows is one."""
 
     def argument() -> str:
@@ -41,11 +45,11 @@ def entered(code: "Code", arguments: list[str], structure: S) -> S:
         fields = [entered(code, arguments, field) for field in structure]
         result = structure._make(fields) if hasattr(structure, "_make") else tuple(fields)
     elif isinstance(structure, Table):
-        result = TracedTable(code, argument(), structure.size)
+        result = RecordedTable(code, argument(), structure.size)
     elif isinstance(structure, Matrix) and len(structure) >= FEWEST_ROWS:
-        result = TracedMatrix(code, argument(), (len(structure), len(structure.rows[0])))
+        result = RowsInPython(code, argument(), (len(structure), len(structure.rows[0])))
     else:
-        result = rebuild(structure, (Traced(code, argument()) for _ in flatten(structure)))
+        result = rebuild(structure, (RecordedNumber(code, argument()) for _ in flatten(structure)))
     return cast(S, result)
 
 
@@ -61,8 +65,10 @@ def passed(structure: object, precise: bool) -> list[object]:
     return [real(leaf) for leaf in flatten(structure)]
 
 
-class Code:
+class Code(Recording):
     """The statements so far. constants: names by their text."""
+
+    folds = False
 
     def __init__(self, precise: bool) -> None:
         self.precise = precise
@@ -79,37 +85,35 @@ class Code:
         """One more statement."""
         self.lines.append(INDENT * self.depth + text)
 
-    def write(self, expression: str) -> str:
+    def assign(self, expression: str) -> str:
         """The variable to which a statement assigns the expression."""
         name = self.name()
         self.line(f"{name} = {expression}")
         return name
 
-    def text(self, operand: Operand | TracedCondition | TracedTable) -> str:
+    def write(self, operation: str, *operands: Operand | Recorded) -> str:
+        """The variable that has the result of an operation."""
+        bits = operation == "bit" or operation in WORDS
+        texts = [str(one) if bits and isinstance(one, int) else self.text(one) for one in operands]
+        return self.assign(FORMS[operation].python.format(*texts))
+
+    def text(self, operand: Operand | Recorded) -> str:
         """An operand in a statement; a Python number is a constant, rounded once."""
-        if isinstance(operand, float | int):
-            return self.constants.setdefault(repr(float(operand)), f"k{len(self.constants)}")
-        return operand.text
-
-    def number(self, form: str, *operands: Operand | TracedCondition) -> Traced:
-        """The number that an operation gives."""
-        return Traced(self, self.write(form.format(*map(self.text, operands))))
-
-    def condition(self, form: str, *operands: Operand | TracedCondition) -> TracedCondition:
-        """The condition that an operation gives."""
-        return TracedCondition(self, self.write(form.format(*map(self.text, operands))))
+        if isinstance(operand, Recorded):
+            return str(operand.place)
+        return self.constants.setdefault(repr(float(operand)), f"k{len(self.constants)}")
 
     def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
         """A loop: the carry in variables, rows in tuples, what it makes in lists."""
-        state = [self.write(self.text(leaf)) for leaf in flatten(carry)]
-        now = rebuild(carry, (Traced(self, name) for name in state))
+        state = [self.assign(self.text(leaf)) for leaf in flatten(carry)]
+        now = rebuild(carry, (RecordedNumber(self, name) for name in state))
         given = [self.in_memory(one) for one in matrices(rows)]
         start, index = len(self.lines), self.name()
         self.line(f"for {index} in {f'reversed(range({count}))' if backwards else f'range({count})'}:")
         self.depth += 1
         after, made = step(now, shaped(rows, iter([one.row(index) for one in given])))
         same_shape(after, len(state))
-        kept = [TracedMatrix(self, self.name(), (count, len(line))) for line in matrices(made)]
+        kept = [RowsInPython(self, self.name(), (count, len(line))) for line in matrices(made)]
         for one, line in zip(kept, matrices(made), strict=True):
             self.line(f"{one.text}[{index}] = {listed(map(self.text, line))}")
         self.line(f"{listed(state)} = {listed(map(self.text, flatten(after)))}")
@@ -117,12 +121,12 @@ class Code:
         self.lines[start:start] = [f"{INDENT * self.depth}{one.text} = [()] * {count}" for one in kept]
         return now, shaped(made, iter(kept))
 
-    def in_memory(self, rows: Matrix) -> TracedMatrix:
+    def in_memory(self, rows: Matrix) -> RowsInPython:
         """A matrix as rows of a variable."""
-        if isinstance(rows, TracedMatrix):
+        if isinstance(rows, RowsInPython):
             return rows
-        text = self.write(listed(listed(map(self.text, row)) for row in rows))
-        return TracedMatrix(self, text, (len(rows), len(rows.rows[0])))
+        text = self.assign(listed(listed(map(self.text, row)) for row in rows))
+        return RowsInPython(self, text, (len(rows), len(rows.rows[0])))
 
     def function(self, arguments: list[str], results: list[str]) -> Callable[..., tuple[object, ...]]:
         """The statements as a function."""
@@ -130,6 +134,34 @@ class Code:
         names = steps(self.precise) | {name: REAL[self.precise](float(text)) for text, name in self.constants.items()}
         exec(compile("\n".join(source), "<traced law>", "exec"), names)
         return cast("Callable[..., tuple[object, ...]]", names["run"])
+
+
+class RowsInPython(Matrix):
+    """A matrix, by the text that stands for its rows: what is done to each of them is a loop."""
+
+    __slots__ = ("code", "shape", "text")
+
+    def __init__(self, code: Code, text: str, shape: tuple[int, int]) -> None:
+        self.code, self.text, self.shape = code, text, shape
+
+    @property
+    def rows(self) -> tuple[Vector, ...]:  # type: ignore[override]
+        """The entries one by one."""
+        return tuple(self.row(place) for place in range(self.shape[0]))
+
+    def row(self, place: int | str) -> Vector:
+        """The row of this number, or of the counter of this name."""
+        return Vector(cast(Number, RecordedNumber(self.code, f"{self.text}[{place}][{i}]")) for i in range(self.shape[1]))
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __matmul__(self, other: Vector | Matrix) -> Vector | Matrix:  # type: ignore[override]
+        return self.map_rows(lambda row: row @ other) if isinstance(other, Vector) else super().__matmul__(other)
+
+    def map_rows(self, function: Callable[[Vector], Number]) -> Vector:
+        _, made = scan(lambda _, row: ((), Vector([function(row)])), (), self)
+        return Vector(row[0] for row in made)
 
 
 def listed(texts: Iterable[str]) -> str:

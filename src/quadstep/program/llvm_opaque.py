@@ -1,4 +1,4 @@
-"""Opaque functions in lanes: compiled code passes its inputs to Python on its stack and finds the outputs there.
+"""Opaque functions as LLVM: compiled code passes its inputs to Python on its stack and finds the outputs there.
 
 Run such code outside the main thread, as the engines do: Python delivers Ctrl-C to the main thread, where one that arrives
 while compiled code is just calling would be reported and lost.
@@ -15,8 +15,9 @@ from llvmlite import binding as llvm
 from llvmlite import ir
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.lane import Lane, Operand
 from quadstep.numbers.registered import answer
+from quadstep.program.instructions import Instructions
+from quadstep.program.recorded import Operand, RecordedNumber
 
 SYMBOL = "quadstep_call"
 COUNT = ir.IntType(64)
@@ -45,14 +46,10 @@ def link() -> None:
     llvm.add_symbol(SYMBOL, ctypes.cast(DISPATCH, ctypes.c_void_p).value)
 
 
-def emit(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
+def emit(emitter: Instructions, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
     """Instructions that call the function. They name it only by its handle, so that compiled code can be kept between runs."""
     given: list[Operand] = [handle, *inputs]
-    lanes = [number for number in given if isinstance(number, Lane)]
-    if not lanes:
-        raise TypeError("an opaque function takes floats, arrays and lanes; it has no equations")
     link()
-    emitter = lanes[0].emitter
     builder = emitter.builder
     with builder.goto_entry_block():  # on the stack once, not once per turn of the loop
         source, target = (builder.alloca(emitter.vector, size=size) for size in (len(given), outputs))
@@ -65,6 +62,6 @@ def emit(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]
     if function is None:
         kind = ir.FunctionType(ir.VoidType(), [BYTES] * 2 + [COUNT] * 4)
         function = ir.Function(builder.module, kind, SYMBOL)
-    sizes = [len(inputs), outputs, emitter.width, 8 if emitter.double else 4]
+    sizes = [len(inputs), outputs, emitter.width, 8 if emitter.precise else 4]
     builder.call(function, [builder.bitcast(source, BYTES), builder.bitcast(target, BYTES), *map(COUNT, sizes)])
-    return [Lane(emitter, builder.load(place)) for place in places]  # type: ignore[misc]
+    return [RecordedNumber(emitter, builder.load(place)) for place in places]  # type: ignore[misc]

@@ -1,6 +1,6 @@
-"""Scans in scripts: one node of the record represents a loop, whose step is recorded once.
+"""Scans in JavaScript: one node of the record represents a loop, whose step is recorded once.
 
-Carry and rows are kept in the script's own arrays, `L0`, `L1` and so on; rows that are already consecutive in an array, like
+Carry and rows are kept in arrays of their own, `L0`, `L1` and so on; rows that are already consecutive in an array, like
 parameters and the output of another scan, are read there.
 """
 
@@ -11,9 +11,10 @@ from typing import NamedTuple, cast
 
 from quadstep.numbers.kinds import Number
 from quadstep.numbers.linear import Matrix, Vector
-from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped, turn_by_turn
-from quadstep.numbers.script import INPUT, Operand, Record, ScriptNumber
+from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
 from quadstep.numbers.structure import flatten, rebuild
+from quadstep.program.assignments import INPUT, LoopRecord
+from quadstep.program.recorded import Operand, RecordedNumber
 
 ARRAY, LOOP, ITEM = "array", "loop", "item"
 """Operations: an array filled with numbers; a loop; a number read from an array."""
@@ -34,21 +35,13 @@ class Loop(NamedTuple):
     results: tuple[tuple[str, int], ...]
 
 
-class LoopRecord(Record):
-    """A record that may hold loops. turning: for each place the loops, by index, in whose turns it is another number."""
+class ScriptRecord(LoopRecord):
+    """A record that may hold scans."""
 
     def __init__(self) -> None:
         super().__init__()
         self.loops: dict[int, Loop] = {}
         self.arrays: dict[str, int] = {}
-        self.turning: list[frozenset[str]] = []
-
-    def place(self, operation: str, *operands: int, text: str = "", turning: frozenset[str] = frozenset()) -> int:
-        """As in any record. turning: of this number besides its operands'."""
-        place = super().place(operation, *operands, text=text)
-        if place == len(self.turning):
-            self.turning.append(turning.union(*(self.turning[operand] for operand in operands)))
-        return place
 
     def array(self, size: int) -> str:
         """The name of a new array."""
@@ -56,9 +49,9 @@ class LoopRecord(Record):
         self.arrays[name] = size
         return name
 
-    def item(self, text: str, source: tuple[int, ...], turning: frozenset[str] = frozenset()) -> ScriptNumber:
+    def item(self, text: str, source: tuple[int, ...], turning: frozenset[str] = frozenset()) -> RecordedNumber:
         """A number read from an array. source: what has to be computed first."""
-        return ScriptNumber(self, self.place(ITEM, *source, text=text, turning=turning))
+        return RecordedNumber(self, self.place(ITEM, *source, text=text, turning=turning))
 
     def source(self, rows: Matrix) -> tuple[str, int, tuple[int, ...], frozenset[str]]:
         """The array that holds a matrix row by row, the first entry's index, what fills it, and what it turns with."""
@@ -74,23 +67,6 @@ class LoopRecord(Record):
             return first[1], int(first[2]), nodes[0].operands, turning
         name = self.array(len(places))
         return name, 0, (self.place(ARRAY, *places, text=name),), turning
-
-    def around(self, index: str, results: list[int]) -> tuple[set[int], frozenset[str]]:
-        """The values that a loop captures, and the other loops on which its turns depend."""
-        taken: set[int] = set()
-        seen: set[int] = set()
-        waiting, turning = list(results), set[str]()
-        while waiting:
-            place = waiting.pop()
-            if place in seen:
-                continue
-            seen.add(place)
-            turning |= self.turning[place]
-            if index in self.turning[place]:
-                waiting += self.nodes[place].operands
-            else:
-                taken.add(place)
-        return taken, frozenset(turning - {index})
 
     def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
         """A scan as one node."""
@@ -120,7 +96,7 @@ class LoopRecord(Record):
         loop = self.place(LOOP, *sorted(around | filled | set(begin)), text=index, turning=turning)
         self.loops[loop] = Loop(index, count, backwards, state, begin, tuple(results))
 
-        def read(name: str, size: int) -> list[ScriptNumber]:
+        def read(name: str, size: int) -> list[RecordedNumber]:
             return [self.item(f"{name}[{i}]", (loop,)) for i in range(size)]
 
         columns = [
@@ -128,11 +104,3 @@ class LoopRecord(Record):
             for name, row in kept
         ]
         return rebuild(carry, iter(read(state, len(begin)))), shaped(made, iter(columns))
-
-
-def scan(step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
-    """See `quadstep.numbers.scan`: a loop if the record supports one."""
-    record = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
-    own = getattr(record, "scan", turn_by_turn)
-    result: tuple[C, Rows[Matrix]] = own(step, carry, rows, count, backwards)
-    return result

@@ -28,9 +28,10 @@ from quadstep.numbers import (
 )
 from quadstep.numbers.noise import key, normals, uniforms
 from quadstep.numbers.operation import OPERATIONS
-from quadstep.numbers.script import CONSTANT, Record, ScriptNumber, constant_text
-from quadstep.numbers.script_functions import JAVASCRIPT
 from quadstep.page.writing import Output, Writer
+from quadstep.program.assignments import CONSTANT, Record
+from quadstep.program.operations import FORMS, constant_text
+from quadstep.program.recorded import RecordedNumber
 from tests.pages import needs_node, run_node
 from tests.scripts import through_script, written
 
@@ -197,7 +198,7 @@ def test_a_law_cannot_branch():
         bool(a < 1.0)
     with pytest.raises(TypeError):
         hash(a)
-    assert isinstance(where(a < 1.0, a, 0.0), ScriptNumber)
+    assert isinstance(where(a < 1.0, a, 0.0), RecordedNumber)
     assert where(a < 1.0, a, a) is a
 
 
@@ -209,4 +210,4 @@ def test_no_name_from_outside_reaches_the_text():
     frame = {"use", "strict", "const", "new", "function", "law", "return", "Array", "from", "Float64Array"}
     assert {name for name in names if not re.fullmatch(r"[vf]\d+|[ABDKTWX]|[xy]", name)} - frame == {
         *OPERATIONS, "Math", "abs", "result", "buffer", "Int32Array", "Infinity", "NaN"}  # fmt: skip
-    assert all("{}" in form for form in JAVASCRIPT.values())
+    assert all("{}" in form.javascript for form in FORMS.values())

@@ -37,7 +37,7 @@ def steps(precise: bool) -> dict[str, object]:
         "real": real,
         "sqrt": np.sqrt,
         "word": lambda x: int(x) if np.isfinite(x) else 0,
-        "bit": lambda x, place: bits(x) >> place & 1 == 1,
+        "bit": lambda x, mask: bits(x) & mask != 0,
         "power": lambda m: of_bits((bits(m) + bias & exponents) << mantissa),
         "fraction": lambda x: of_bits(bits(x) & below | bias - 1 << mantissa),
         "exponent": lambda x: real((bits(x) >> mantissa & exponents) - bias + 1),

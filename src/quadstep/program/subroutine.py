@@ -10,8 +10,9 @@ from typing import Generic, TypeVar
 
 from llvmlite import ir
 
-from quadstep.numbers.lane import Emitter, Lane
 from quadstep.numbers.structure import flatten, rebuild
+from quadstep.program.instructions import Instructions
+from quadstep.program.recorded import RecordedNumber
 
 PLACE = ir.IntType(64)
 
@@ -22,7 +23,7 @@ T = TypeVar("T")
 class Subroutine(Generic[S, T]):
     """One law as a function from an S to a T. given: the places of its leaves; the frame holds one vector per place."""
 
-    def __init__(self, emitter: Emitter, law: Callable[[S], T], structure: S) -> None:
+    def __init__(self, emitter: Instructions, law: Callable[[S], T], structure: S) -> None:
         self.emitter = emitter
         module, vector = emitter.builder.module, emitter.vector
         kind = ir.FunctionType(ir.VoidType(), [vector.as_pointer()])
@@ -33,8 +34,8 @@ class Subroutine(Generic[S, T]):
         self.taken: dict[int, tuple[ir.Value, int, ir.Value]] = {}
         self.size = len(flatten(structure))
         with self:
-            given = rebuild(structure, iter([Lane(emitter, self._load(place)) for place in range(self.size)]))
-            self.given = {id(leaf.value): place for place, leaf in enumerate(flatten(given))}
+            given = rebuild(structure, iter([RecordedNumber(emitter, self._load(place)) for place in range(self.size)]))
+            self.given = {id(emitter.value(leaf)): place for place, leaf in enumerate(flatten(given))}
             self.result = law(given)
             self.places = [self._place(leaf) for leaf in flatten(self.result)]
             emitter.builder.ret_void()
@@ -72,7 +73,7 @@ class Subroutine(Generic[S, T]):
             elif place < len(given):
                 leaves.append(given[place])
             else:
-                leaves.append(Lane(self.emitter, builder.load(builder.gep(self.frame, [PLACE(place)]))))
+                leaves.append(RecordedNumber(self.emitter, builder.load(builder.gep(self.frame, [PLACE(place)]))))
         return rebuild(self.result, iter(leaves))
 
     def local(self, value: ir.Value) -> ir.Value:
@@ -87,12 +88,12 @@ class Subroutine(Generic[S, T]):
 
     def _place(self, number: object) -> int | None:
         """The place where the function stores a number of its result; None if it is a constant."""
-        if not isinstance(number, Lane):
+        if not isinstance(number, RecordedNumber):
             return None
-        if id(number.value) in self.given:
-            return self.given[id(number.value)]
+        if id(self.emitter.value(number)) in self.given:
+            return self.given[id(self.emitter.value(number))]
         builder = self.emitter.builder
-        builder.store(number.value, builder.gep(self.function.args[0], [PLACE(self.size)]))
+        builder.store(self.emitter.value(number), builder.gep(self.function.args[0], [PLACE(self.size)]))
         self.size += 1
         return self.size - 1
 
@@ -128,9 +129,8 @@ def home(value: ir.Value) -> ir.Function:
     return value.parent if isinstance(value, ir.Argument) else value.parent.function
 
 
-def call(memory: dict[str, Subroutine[S, T]], law: Callable[[S], T], structure: S) -> T:
+def call(emitter: Instructions, memory: dict[str, Subroutine[S, T]], law: Callable[[S], T], structure: S) -> T:
     """The result of `law`, whose code is written on the first call and kept in `memory`."""
-    emitter = next(number.emitter for number in flatten(structure) if isinstance(number, Lane))
     if emitter.width == 1 or emitter.subroutine is not None:  # a graphics processor; a law within a law
         return law(structure)
     if "law" not in memory:

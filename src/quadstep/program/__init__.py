@@ -1,0 +1,4 @@
+"""A law as a program: one recording of what it computes, and the languages that this is written in.
+
+`recorded.py` has the numbers that a law is called with, and `operations.py` every operation with its form in each language.
+"""
