@@ -21,7 +21,7 @@ class Emitter(Instructions):
     def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
         return llvm_scan.scan(self, step, carry, rows, count, backwards)
 
-    def call(self, memory: dict[str, subroutine.Subroutine[S, T]], law: Callable[[S], T], structure: S) -> T:
+    def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
         return subroutine.call(self, memory, law, structure)
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:

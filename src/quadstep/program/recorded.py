@@ -48,7 +48,7 @@ class Recording(ABC):
         """See `quadstep.numbers.scan`; without a loop, unless a record can hold one."""
         return turn_by_turn(step, carry, rows, count, backwards)
 
-    def call(self, memory: dict[str, Any], law: Callable[[S], T], structure: S) -> T:
+    def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
         """See `quadstep.numbers.repeated`; written again each time, unless a record can hold functions."""
         return law(structure)
 
@@ -205,7 +205,7 @@ class RecordedTable(Recorded):
 
     __slots__ = ("size",)
 
-    def __init__(self, record: Any, place: Any, size: int) -> None:
+    def __init__(self, record: Recording, place: object, size: int) -> None:
         super().__init__(record, place)
         self.size = size
 
@@ -264,7 +264,7 @@ class RecordedFunctions(Kind):
         """See `quadstep.numbers.scan`."""
         return record_of(flatten((carry, rows))).scan(step, carry, rows, count, backwards)
 
-    def call(self, memory: dict[str, Any], law: Callable[[S], T], structure: S) -> T:
+    def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
         """See `quadstep.numbers.repeated`."""
         return record_of(flatten(structure)).call(memory, law, structure)
 

@@ -6,7 +6,7 @@ Caller and function communicate through a frame in memory: the law's arguments, 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Generic, TypeVar, cast
 
 from llvmlite import ir
 
@@ -129,10 +129,10 @@ def home(value: ir.Value) -> ir.Function:
     return value.parent if isinstance(value, ir.Argument) else value.parent.function
 
 
-def call(emitter: Instructions, memory: dict[str, Subroutine[S, T]], law: Callable[[S], T], structure: S) -> T:
+def call(emitter: Instructions, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
     """The result of `law`, whose code is written on the first call and kept in `memory`."""
     if emitter.width == 1 or emitter.subroutine is not None:  # a graphics processor; a law within a law
         return law(structure)
     if "law" not in memory:
         memory["law"] = Subroutine(emitter, law, structure)
-    return memory["law"].call(structure)
+    return cast("Subroutine[S, T]", memory["law"]).call(structure)
