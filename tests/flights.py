@@ -8,11 +8,11 @@ from llvmlite import ir
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
-from quadstep.control.networks import Net, random_input_weights
 from quadstep.engines.kernel import host
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import score_names
 from quadstep.interfaces.closed_loop import Ticks
+from quadstep.interfaces.learning import Net, random_input_weights
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.program.emitter import Emitter
 from quadstep.program.recorded import RecordedNumber, RecordedTable

@@ -28,6 +28,7 @@ from quadstep.numbers import (
 )
 from quadstep.numbers.noise import key, normals, uniforms
 from quadstep.numbers.operation import OPERATIONS
+from quadstep.page.elementary import library
 from quadstep.page.writing import Output, Writer
 from quadstep.program.assignments import CONSTANT, Record
 from quadstep.program.operations import FORMS, constant_text
@@ -115,6 +116,7 @@ def test_random_numbers_are_the_same():
 @needs_node
 @pytest.mark.parametrize("longest", [1, 3, 7, 1000])
 def test_a_law_cut_into_functions_is_the_same_law(monkeypatch, longest):
+    library()  # its functions are not to be cut
     monkeypatch.setattr("quadstep.page.writing.LONGEST", longest)
 
     def law(a, b):
