@@ -1,12 +1,14 @@
 """The grade of a loop: its least margins against the limits that a mission asks for."""
 
 import math
+import re
 
 import pytest
 
 from quadstep import Mission
 from quadstep.linear import quick
 from quadstep.linear.analysis import limits, studied
+from quadstep.linear.cycle import flown_from_rest
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, grade, graded
 from quadstep.linear.margins import Limits
 from quadstep.linear.quick import quick_grade
@@ -16,6 +18,7 @@ from quadstep.mission.read import read_mission
 from quadstep.page.folder import results
 from quadstep.page.opened import open_result
 from tests.commands import quadstep, strict_json, write
+from tests.missions import EXAMPLES
 from tests.pages import data_of
 from tests.quick_gains import QUICK
 
@@ -80,6 +83,21 @@ def test_a_loop_without_rest_or_slopes_is_said_to_be_so():
     heavy = Mission(vehicle={"preset": "crazyflie", "mass": 0.2}, path=HOLD)
     assert grade(heavy).word == NO_REST
     assert grade(hover("mppi")).word == UNKNOWN
+
+
+def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp_path):
+    run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
+    unstable, swings = run.out.splitlines()[-3:-1]
+    assert unstable.startswith("Unstable: a mode grows by a factor of 2.72 in 0.")
+    said = r"Flown to rest there it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
+    assert re.fullmatch(said, swings.replace("\u00a0", " "))
+    assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings]
+
+
+def test_what_a_flight_of_an_unstable_loop_does_is_said():
+    wild = hover({"type": "geometric", "k_Omega": 2000.0})
+    assert re.match(r"Flown to rest there it (is lost after|does not settle)", flown_from_rest(wild))
+    assert "too slowly to be seen" in flown_from_rest(hover())
 
 
 MISSION = """

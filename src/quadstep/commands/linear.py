@@ -105,7 +105,7 @@ def show(done: "Done", folder: Path) -> None:
     if found.stable:
         show_table(f"{done.name}: margins, one loop opened at a time", tables.MARGIN_HEADER, tables.margin_rows(found))
     show_table("The slowest poles", tables.POLE_HEADER, tables.pole_rows(found.poles))
-    for sentence in tables.sentences(found):
+    for sentence in done.sentences:
         say(sentence)
     say_whole(f"Report: {folder / REPORT}")
 

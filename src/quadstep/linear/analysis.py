@@ -19,7 +19,8 @@ class Analysis(NamedTuple):
     """A loop at rest or at an instant of a flight. margins: by channel, empty if a mode grows.
 
     loop: the linearised period. not_held: the parts of the pose in which a deviation stays.
-    limits: what a sound loop has. bends: places of the laws where slopes differ on both sides.
+    limits: what a sound loop has. bends: places of the laws where slopes differ on both sides; tried:
+    which sides, in words.
     """
 
     channels: tuple[Channel, ...]
@@ -29,6 +30,7 @@ class Analysis(NamedTuple):
     not_held: tuple[str, ...]
     limits: Limits
     bends: tuple[str, ...] = ()
+    tried: str = ""
 
     @property
     def stable(self) -> bool:
@@ -53,9 +55,8 @@ def studied(mission: Mission) -> Studied:
     plans = of_even_rotors(hovering(mission))
     with linearising():
         rests = [at_rest(plan) for plan in plans]
-        return Studied(
-            rests[0], worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
-        )
+        found = worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
+        return Studied(rests[0], found._replace(tried=rests[0].tried))
 
 
 def limits(mission: Mission) -> Limits:

@@ -23,8 +23,8 @@ from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
 from quadstep.sensing.delay import filled
 
-WARM = 0.1
-"""Time flown before the search, so that memories of past samples are filled [s]."""
+WARM = BEGUN = 0.1
+"""Time flown before the search, so that memories of past samples are filled, and before a step [s]."""
 
 MOST_STEPS, AT_REST = 40, 1e-9
 """Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
@@ -33,8 +33,10 @@ MOST_STEPS, AT_REST = 40, 1e-9
 FLOWN = 5.0, 25.0
 """Flights after which Newton's method is tried again where it fails at the start: on a limit, say, or far from rest [s]."""
 
-MIXED = 4
-"""Mixtures of all states, and their opposites, towards which a loop is linearised where it bends."""
+MIXED, SMALL, SEED = 16, 80, 4
+"""Mixtures of all states, and their opposites, towards which a loop of no more than so many states is linearised where it
+bends; of a larger one a quarter of them. And what they are drawn from.
+"""
 
 SHARES = 1.0, 0.5, 0.2, 0.05
 """Of a step of Newton's method, tried in this order."""
@@ -44,8 +46,8 @@ PATIENCE = 3
 
 
 class Rest(NamedTuple):
-    """A loop at rest. flown: its state at tick `first`; period: linearised there. pieces: where it bends, on
-    other sides.
+    """A loop at rest. flown: its state at tick `first`; period: linearised there. pieces: where it bends, on other sides;
+    tried: which, in words.
     """
 
     loops: Loops
@@ -53,6 +55,7 @@ class Rest(NamedTuple):
     first: int
     period: Reduced
     pieces: tuple[Reduced, ...] = ()
+    tried: str = ""
 
 
 def check_equilibrium(mission: Mission) -> None:
@@ -69,10 +72,17 @@ def hovering(mission: Mission) -> FlightPlan:
     return quiet(held(mission, path.law.reference(0.0, path.parameters), path.length).plan(warn=False))
 
 
-def held(mission: Mission, wanted: Reference, duration: float) -> Mission:
-    """The mission held at a point of its path [s]."""
+def held(mission: Mission, wanted: Reference, duration: float, aside: float = 0.0) -> Mission:
+    """The mission held at a point of its path [s]. aside: how far beside it along each axis it begins [m]."""
     x, y, z = (float(entry) for entry in wanted.position)
-    path = StepPath(type="step", start=(x, y, z), end=(x, y, z), time=0.0, duration=duration, yaw=float(wanted.yaw))
+    path = StepPath(
+        type="step",
+        start=(x + aside, y + aside, z + aside),
+        end=(x, y, z),
+        time=0.0 if aside == 0.0 else BEGUN,
+        duration=duration,
+        yaw=float(wanted.yaw),
+    )
     changes: dict[str, object] = {"path": path}
     if isinstance(mission, MultirotorMission | LagrangeMission):
         changes["start"] = type(mission.start)()
@@ -117,7 +127,7 @@ def at_rest(plan: FlightPlan) -> Rest:
                 break
     if bent is None:
         raise min(reversed(reasons), key=lambda one: getattr(one, "left", np.inf))
-    return bent._replace(pieces=pieces(bent))
+    return with_pieces(bent)
 
 
 def warmed(loops: Loops) -> tuple[Flown, int]:
@@ -152,15 +162,16 @@ def newton(loops: Loops, flown: Flown, first: int) -> Rest:
     raise NoRestError(f"no rest found: {moves} after {len(sizes)} steps of Newton's method", sizes[-1])
 
 
-def pieces(rest: Rest) -> tuple[Reduced, ...]:
-    """The loop linearised on different sides of where it bends: towards mixtures of all states. Raises NotLinearError."""
+def with_pieces(rest: Rest) -> Rest:
+    """The loop also linearised on other sides of where it bends: towards mixtures of all states. Raises NotLinearError."""
+    count = len(states(rest.flown)[0])
+    mixed = np.random.default_rng(SEED).normal(size=(MIXED if count <= SMALL else MIXED // 4, count))
     found = [rest.period]
-    for way in np.random.default_rng(MIXED).normal(size=(MIXED, len(states(rest.flown)[0]))):
-        for side in (1.0, -1.0):
-            one = reduced(linearised(rest.loops, rest.flown, rest.first, side * way / np.abs(way).max()))
-            if all(one.map.shape != other.map.shape or apart(one.map, other.map) > SAME for other in found):
-                found.append(one)
-    return tuple(found[1:])
+    for way in (*mixed, *-mixed):
+        one = reduced(linearised(rest.loops, rest.flown, rest.first, way / np.abs(way).max()))
+        if all(one.map.shape != other.map.shape or apart(one.map, other.map) > SAME for other in found):
+            found.append(one)
+    return rest._replace(pieces=tuple(found[1:]), tried=f"{2 * len(mixed)} sides, of which {len(found)} differ")
 
 
 def better(loops: Loops, flown: Flown, first: int, period: Reduced, change: Array, size: float) -> Flown:

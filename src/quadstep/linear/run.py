@@ -10,6 +10,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, Studied, studied
+from quadstep.linear.cycle import flown_from_rest
 from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.record import MARGIN_COLUMNS, margin_numbers, record
 from quadstep.linear.step import Step, steps
@@ -35,6 +36,7 @@ class Done(NamedTuple):
     name: str
     studied: Studied
     steps: list[Step]
+    sentences: list[str]
     record: dict[str, object]
 
 
@@ -44,7 +46,10 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> D
     with publishing(folder, "linear-" + fingerprint([plan_mission(mission, path)]), overwrite) as out:
         found = of_file(mission, path)
         moves = steps(found.rest.period, found.analysis.poles) if found.analysis.stable else []
-        done = Done(mission.name, found, moves, about(mission, path, found, moves))
+        said = tables.sentences(found.analysis)
+        if not found.analysis.stable:
+            said.append(flown_from_rest(mission))
+        done = Done(mission.name, found, moves, said, {**about(mission, path, found, moves), "sentences": said})
         write(out, done, sheet)
     return done
 
@@ -78,7 +83,7 @@ def write(out: Path, done: Done, sheet: Sheet) -> None:
 def sections(out: Path, done: Done, sheet: Sheet) -> list[str]:
     """The body of the report; draws the figures."""
     found = done.studied.analysis
-    answer, *more = tables.sentences(found)
+    answer, *more = done.sentences
     poles = [page.heading("Poles", "poles"), page.table(tables.POLE_HEADER, tables.pole_rows(found.poles, None))]
     if not found.stable:
         return [page.summary(answer), *map(page.paragraph, more), *poles]

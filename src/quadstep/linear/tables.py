@@ -20,8 +20,8 @@ METHOD = (
 )
 
 BENT = (
-    "The loop bends at rest: its slopes differ from side to side. The margins are the worst of several sides, each as if the "
-    "loop stayed there; it bends at one or more of these places"
+    "The loop bends at rest: its slopes differ from side to side. The margins are the worst of {}, each as if the loop stayed "
+    "there; it bends at one or more of these places"
 )
 
 SHOWN = 10
@@ -112,7 +112,7 @@ def sentences(found: Analysis) -> list[str]:
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
-    bent = [f"{BENT} ({', '.join(found.bends)})."] if found.bends else []
+    bent = [f"{BENT.format(found.tried)} ({', '.join(found.bends)})."] if found.bends else []
     return [grade.sentence, slowest, sampled, *bent]
 
 

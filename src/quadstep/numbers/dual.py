@@ -201,7 +201,7 @@ class Duals(Kind):
         return dual
 
     def sqrt(self, x: Dual) -> Dual:
-        value = FLOATS.sqrt(x.value)
+        value = FLOATS.sqrt(0.0 if -CLOSE < x.value < 0.0 else x.value)  # below zero: a size on the other side of its edge
         if value > CLOSE:
             return Dual(value, x.slopes * (0.5 / value), x.seeds, x.lost)
         broken = x.lost or (f"a square root or norm at zero ({place()})" if x.slopes.any() else None)
