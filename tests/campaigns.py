@@ -127,7 +127,7 @@ def no_report():
 WITHOUT_REPORT = (
     "import sys, types\n"
     f"sys.modules['{REPORT}'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
-    "from quadstep import cli\n"
+    "from quadstep.commands import cli\n"
     "cli.main()"
 )
 """The command line, but for the report."""

@@ -69,7 +69,7 @@ def test_the_folder_is_called_after_the_campaign(tmp_path, monkeypatch):
 
 def test_help_loads_nothing_heavy():
     code = (
-        "import sys\nsys.argv = ['quadstep', 'campaign', '--help']\nfrom quadstep import cli\n"
+        "import sys\nsys.argv = ['quadstep', 'campaign', '--help']\nfrom quadstep.commands import cli\n"
         "try:\n    cli.main()\nexcept SystemExit:\n    pass\n"
         "print([name for name in ('pyarrow', 'scipy', 'cma', 'ray', 'matplotlib', 'numpy') if name in sys.modules])"
     )

@@ -430,7 +430,7 @@ def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
         (SMALL.replace("seeds = 12", 'seeds = 12\nmetrics = ["speed"]'), "metrics: 'speed' is not known; allowed: "),
         (SMALL + TUNING.replace("4500", "300"), "300 flights are too few for the 2 gains of PID"),
         (SMALL + TUNING.replace("position = {}", "hope = {}"), "PID on research-2.6kg cannot be tuned: tune.gains: "),
-        (SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "no.json"'), "studies.tuning.gains: "),
+        (SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "no.json"'), "tuning.gains: "),
         ("vehicles = 3\n[paths]\n", "vehicles"),
         ("paths = [", "not valid TOML"),
     ],

@@ -11,6 +11,7 @@ import pytest
 
 from quadstep import read_mission
 from quadstep.control.opaque import opaque_law
+from quadstep.io import doors
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import installed
 from quadstep.io.user_code.blame import blamed, said_of
@@ -258,10 +259,10 @@ def test_a_name_that_looks_like_code_can_be_tuned(tmp_path):
 def entry_point(monkeypatch):
     """An installed entry point `hovering`, whose module is the standard library's json."""
     found = EntryPoint("hovering", "json:dumps", installed.CONTROLLERS)
-    monkeypatch.setattr(installed, "entry_points", lambda group: [found] if group == found.group else [])
-    installed.installed.cache_clear()
+    monkeypatch.setattr(doors, "entry_points", lambda group: [found] if group == found.group else [])
+    doors.installed.cache_clear()
     yield
-    installed.installed.cache_clear()
+    doors.installed.cache_clear()
 
 
 @pytest.mark.usefixtures("entry_point")

@@ -8,6 +8,7 @@ import pytest
 
 from quadstep import Mission, UserError, fly
 from quadstep.engines.engine import Engine
+from quadstep.io import doors
 from quadstep.io.user_code import installed, loading
 from quadstep.mission.presets import preset_table
 from quadstep.studies.campaign.schema import digests
@@ -182,10 +183,10 @@ def packages(tmp_path, monkeypatch):
         EntryPoint("pulled", "quadstep_bring:Pull", installed.DISTURBANCES),
         EntryPoint("racer", "quadstep_bring:RACER", installed.VEHICLES),
     ]
-    monkeypatch.setattr(installed, "entry_points", lambda group: [one for one in points if one.group == group])
-    installed.installed.cache_clear()
+    monkeypatch.setattr(doors, "entry_points", lambda group: [one for one in points if one.group == group])
+    doors.installed.cache_clear()
     yield
-    installed.installed.cache_clear()
+    doors.installed.cache_clear()
 
 
 @pytest.mark.usefixtures("packages")

@@ -4,6 +4,7 @@ import gc
 import os
 import signal
 import sys
+from collections.abc import Iterable, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from types import FrameType
 from typing import Annotated, Any
@@ -12,28 +13,10 @@ import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
-from quadstep.commands import study, vehicle
-from quadstep.commands.campaign import campaign
-from quadstep.commands.certify import certify
-from quadstep.commands.compare import compare
-from quadstep.commands.completion import VARIABLE, answer_shell, completion
-from quadstep.commands.envelope import envelope
-from quadstep.commands.export import export
-from quadstep.commands.fly import fly
+from quadstep.commands.completion import VARIABLE, answer_shell
 from quadstep.commands.given import plain, refuse_empty
-from quadstep.commands.identify import identify
-from quadstep.commands.linear import linear
-from quadstep.commands.new import new
-from quadstep.commands.page import page
-from quadstep.commands.prove import prove
-from quadstep.commands.replay import replay
-from quadstep.commands.reproduce import reproduce
-from quadstep.commands.serve import serve
-from quadstep.commands.serve_setpoints import serve_setpoints
-from quadstep.commands.tune import tune
-from quadstep.commands.vehicles import vehicles
-from quadstep.commands.verify import verify
 from quadstep.commands.version import version_lines
+from quadstep.io.doors import Door
 from quadstep.io.errors import InterruptedRun, UserError
 from quadstep.io.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_LOST
 from quadstep.io.user_code.blame import NAMED, blamed, print_whole, user_error
@@ -59,32 +42,91 @@ class Commands(TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Writes the list."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, self.commands[name].get_short_help_str(1000)) for name in self.list_commands(ctx)])
+            commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
+            formatter.write_dl([(name, one.get_short_help_str(1000)) for name, one in commands.items() if one])
 
 
-def built() -> typer.Typer:
-    """The application with all its commands."""
+COMMANDS = Door("quadstep.commands", {
+    "reproduce": "quadstep.commands.reproduce:reproduce",
+    "fly": "quadstep.commands.fly:fly",
+    "page": "quadstep.commands.page:page",
+    "serve": "quadstep.commands.serve:serve",
+    "campaign": "quadstep.commands.campaign:campaign",
+    "envelope": "quadstep.commands.envelope:envelope",
+    "tune": "quadstep.commands.tune:tune",
+    "compare": "quadstep.commands.compare:compare",
+    "linear": "quadstep.commands.linear:linear",
+    "vehicles": "quadstep.commands.vehicles:vehicles",
+    "identify": "quadstep.commands.identify:identify",
+    "replay": "quadstep.commands.replay:replay",
+    "certify": "quadstep.commands.certify:certify",
+    "prove": "quadstep.commands.prove:prove",
+    "export": "quadstep.commands.export:export",
+    "serve-setpoints": "quadstep.commands.serve_setpoints:serve_setpoints",
+    "new": "quadstep.commands.new:new",
+    "verify": "quadstep.commands.verify:verify",
+    "completion": "quadstep.commands.completion:completion",
+    "study": "quadstep.commands.study:studies",
+    "vehicle": "quadstep.commands.vehicle:making",
+})  # fmt: skip
+"""Functions that Typer makes commands of, or groups of them, in the order of the help."""
+
+
+class AllCommands(Commands):
+    """The package's commands, and those of other distributions, which are loaded for the list in the help or by their name."""
+
+    def list_commands(self, ctx: object) -> list[str]:
+        """All of them."""
+        return [*self.commands, *(name for name in COMMANDS.names if name not in COMMANDS.own)]
+
+    def get_command(self, ctx: object, name: str) -> Any:
+        """One of them; where it cannot be loaded, one that says so."""
+        return self.commands.get(name) or (theirs_by(name) if name in COMMANDS else None)
+
+
+def theirs_by(name: str) -> Any:
+    """The command of another distribution."""
+    try:
+        found = COMMANDS.load(name)
+    except UserError as error:
+        reason = str(error)
+
+        def found() -> None:
+            raise UserError(reason)
+
+        found.__doc__ = f"Error: {reason}."
+    app = typer.Typer(rich_markup_mode=None)
+    if isinstance(found, typer.Typer):
+        return typer.main.get_command(found)
+    app.command(name)(found)
+    return typer.main.get_command(app)
+
+
+def asked(arguments: Sequence[str]) -> Iterable[str]:
+    """The commands to load for these arguments: the one that is typed; none for the version; else all."""
+    first = next((one for one in arguments if not one.startswith("-")), "")
+    if first in COMMANDS.own:
+        return (first,)
+    return () if [*arguments] == ["--version"] else COMMANDS.own
+
+
+def built(names: Iterable[str] = COMMANDS.own) -> typer.Typer:
+    """The application with its commands of these names."""
     app = typer.Typer(
         name="quadstep",
-        cls=Commands,
+        cls=AllCommands,
         help="How well, and how reliably, will this controller keep my quadrotor on its path?",
         add_completion=False,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, linear, vehicles)
-    for command in (*everyday, identify, replay, certify, prove, export, serve_setpoints, new, verify, completion):
-        app.command()(command)
-    studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
-    studies.command()(study.completion)
-    studies.command()(study.region)
-    studies.command()(study.controllers)
-    app.add_typer(studies, name="study")
-    making = typer.Typer(help="Make vehicles.", rich_markup_mode=None, cls=Commands)
-    making.callback()(lambda: None)
-    making.command()(vehicle.fit)
-    app.add_typer(making, name="vehicle")
+    for name in names:
+        found = COMMANDS.load(name)
+        if isinstance(found, typer.Typer):
+            app.add_typer(found, name=name, cls=Commands)
+        else:
+            app.command(name)(found)
     return app
 
 
@@ -149,7 +191,7 @@ def run() -> int | None:
     """The exit code of what the command line asks for; errors are said."""
     try:
         refuse_empty(sys.argv[1:])
-        code: int | None = built()(
+        code: int | None = built(asked(sys.argv[1:]))(
             everywhere(sys.argv[1:]),
             standalone_mode=False,
             prog_name="quadstep",

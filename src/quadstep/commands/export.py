@@ -33,21 +33,21 @@ def export(
 
     The generated code is yours. Exit code 2: bad input.
     """
-    from quadstep.export.run import Request, Target, export_mission
+    from quadstep.export.run import TARGETS, Request, export_mission
     from quadstep.mission.read import read_mission
 
-    if target not in list(Target):
-        raise UserError(f"--target {target}: is not known; allowed: {', '.join(Target)}")
+    if target not in TARGETS:
+        raise UserError(f"--target {target}: is not known; allowed: {', '.join(TARGETS.names)}")
     if precision not in PRECISIONS:
         raise UserError(f"--precision {precision}: is not known; allowed: {', '.join(PRECISIONS)}")
     folder = out or Path("out") / f"{mission.stem}-{target}"
     with bar("loading") as shown:
-        request = Request(Target(target), precision == "f64", measure, overwrite)
+        request = Request(target, precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
         margins, short = "", False
-        if request.target is not Target.C99:
-            from quadstep.linear.firmware import in_firmware
+        from quadstep.linear.firmware import PATHS, in_firmware
 
+        if target in PATHS:
             shown.doing("computing margins")
             margins, short = in_firmware(read_mission(mission), target)
     if short:

@@ -15,11 +15,13 @@ def engine_option(work: str) -> object:
 
     def engine(text: str) -> Engine:
         if text not in allowed:
-            raise ValueError(f"{text!r} is not one of {', '.join(allowed)}.")
+            raise ValueError(f"{text!r} is not one of {', '.join(allowed.names)}.")
         return Engine(text)
 
-    told = ". ".join(f"{name}: {WORDS[name]}" for name in allowed)
-    return typer.Option(parser=engine, metavar=f"<{'|'.join(allowed)}>", autocompletion=lambda: list(allowed), help=f"{told}.")
+    told = ". ".join(f"{name}: {WORDS[Engine(name)]}" for name in allowed.own)
+    return typer.Option(
+        parser=engine, metavar=f"<{'|'.join(allowed.own)}>", autocompletion=lambda: list(allowed.names), help=f"{told}."
+    )
 
 
 EngineOption = Annotated[Engine, engine_option(FLIGHTS)]

@@ -88,3 +88,8 @@ def controllers(
         from quadstep.studies.comparison.shipped import shipped_study
 
         run_study(shipped_study(), out, seeds, engine, retune, keep_going, overwrite, sheet(USUAL, None, SCREEN))
+
+
+studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None)
+for one in (completion, region, controllers):
+    studies.command()(one)

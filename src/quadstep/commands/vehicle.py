@@ -63,3 +63,8 @@ def fit(
     for warning in vehicle.warnings():
         say(f"warning: {warning}")
     say_whole(f"Wrote {target} and {campaign}. Fly over its uncertainties: {command('campaign', campaign)}")
+
+
+making = typer.Typer(help="Make vehicles.", rich_markup_mode=None)
+making.callback()(lambda: None)
+making.command()(fit)

@@ -1,5 +1,7 @@
 """Controllers: the paper's adaptive neural backstepping (Eqs 11-54) and the nested saturations of its reference [11].
 
+Laws over numbers that know neither files nor engines; rooms above may import it, `sensing` excepted.
+
 And controllers for real vehicles. Your own controller is a law over numbers (`controller.py`; `examples/own_controller.py` is
 one), or any callable (`opaque.py`). Its input is a `Measured`, or on the paper's plant a `State` of Euler angles, and
 its output a `Command`: thrust [N] and torque [N m].

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from enum import StrEnum
-from importlib import import_module
 from typing import Any
 
+from quadstep.io.doors import Door
 from quadstep.io.errors import UserError
 
 
@@ -27,6 +27,15 @@ class Engine(StrEnum):
     GPU = "gpu"
     RAY = "ray"
 
+    @classmethod
+    def _missing_(cls, value: object) -> "Engine | None":
+        """One of another distribution's."""
+        if not any(value in door for door in FLOWN_BY.values()):
+            return None
+        one = str.__new__(cls, value)
+        one._name_, one._value_ = str(value), str(value)
+        return one
+
 
 WORDS = {
     Engine.LANES: "compiled vector code on all cores",
@@ -39,23 +48,23 @@ WORDS = {
 
 FLIGHTS, CAMPAIGNS, JOBS = "flights", "campaigns", "jobs"
 
-FLOWN_BY: Mapping[str, Mapping[Engine, str]] = {
-    FLIGHTS: {
+FLOWN_BY: Mapping[str, Door] = {
+    FLIGHTS: Door("quadstep.engines.flights", {
         Engine.LANES: "quadstep.engines.fly:on_lanes",
         Engine.PYTHON: "quadstep.engines.fly:on_floats",
         Engine.C: "quadstep.export.c.flown:on_c",
-    },
-    CAMPAIGNS: {
+    }),
+    CAMPAIGNS: Door("quadstep.engines.campaigns", {
         Engine.LANES: "quadstep.studies.campaign.flown:on_lanes",
         Engine.GPU: "quadstep.studies.campaign.device:on_gpu",
         Engine.RAY: "quadstep.studies.campaign.cluster:on_cluster",
-    },
-    JOBS: {
+    }),
+    JOBS: Door("quadstep.engines.jobs", {
         Engine.LANES: "quadstep.studies.comparison.workers:on_cores",
         Engine.RAY: "quadstep.studies.comparison.workers:on_cluster",
-    },
-}
-"""What does the work on each engine, as `module:object`.
+    }),
+}  # fmt: skip
+"""What does the work on each engine: a door for each kind of work.
 
 flights: a function of plans; campaigns: a function of a `Campaign`. Either refuses with UserError what it cannot fly, and
 returns a function that flies: the plans, given a progress callback, to their logs; or the spans that it is given, with a
@@ -67,11 +76,10 @@ its result.
 def engine_for(work: str, name: str) -> Engine:
     """The engine of this name, if it does this kind of work. Raises UserError."""
     if name not in FLOWN_BY[work]:
-        raise UserError(f"engine {name!r:.60} is not known; allowed: {', '.join(FLOWN_BY[work])}")
+        raise UserError(f"engine {name!r:.60} is not known; allowed: {', '.join(FLOWN_BY[work].names)}")
     return Engine(name)
 
 
 def loaded(work: str, engine: Engine) -> Any:
     """What does this kind of work on an engine."""
-    module, _, name = FLOWN_BY[work][engine].partition(":")
-    return getattr(import_module(module), name)
+    return FLOWN_BY[work].load(engine)

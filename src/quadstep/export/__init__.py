@@ -1,1 +1,4 @@
-"""`quadstep export`: the law that was judged, as C for the vehicle."""
+"""`quadstep export`: the law that was judged, as C for the vehicle.
+
+Studies, proofs and commands may import it.
+"""

@@ -31,3 +31,8 @@ def c99_files(exported: Exported, plan: FlightPlan) -> dict[str, str]:
         f"test_{name}.c": test_source(exported),
         "CMakeLists.txt": filled(TEMPLATES / "CMakeLists.txt", words),
     }
+
+
+def as_they_are(_: Exported, files: dict[str, str]) -> dict[str, str]:
+    """The files of C99 itself."""
+    return files

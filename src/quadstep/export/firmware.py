@@ -1,6 +1,7 @@
 """The targets that are firmware: an adapter of each around the files of `--target c99`."""
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -203,3 +204,4 @@ def ardupilot(exported: Exported) -> dict[str, str]:
 
 
 OWN = {"crazyflie": crazyflie, "px4": px4, "ardupilot": ardupilot}
+for_crazyflie, for_px4, for_ardupilot = (partial(firmware_files, target) for target in OWN)

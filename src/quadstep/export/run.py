@@ -2,7 +2,6 @@
 
 import hashlib
 from collections.abc import Callable
-from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,8 +12,8 @@ from quadstep.export.c.interface import Exported
 from quadstep.export.c.subject import exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import NOTHING, Facts, Measured, datasheet
-from quadstep.export.firmware import firmware_files
 from quadstep.export.measure import measurements
+from quadstep.io.doors import Door
 from quadstep.io.errors import UserError
 from quadstep.io.files import TOML, read_bytes
 from quadstep.io.version import __version__
@@ -26,19 +25,21 @@ MANIFEST = "export.json"
 """The file that identifies an export."""
 
 
-class Target(StrEnum):
-    """What the law is exported for."""
+C99 = "c99"
 
-    C99 = "c99"
-    CRAZYFLIE = "crazyflie"
-    PX4 = "px4"
-    ARDUPILOT = "ardupilot"
+TARGETS = Door("quadstep.targets", {
+    C99: "quadstep.export.c99:as_they_are",
+    "crazyflie": "quadstep.export.firmware:for_crazyflie",
+    "px4": "quadstep.export.firmware:for_px4",
+    "ardupilot": "quadstep.export.firmware:for_ardupilot",
+})  # fmt: skip
+"""What a law is exported for: each turns an `Exported` and the files of C99, texts by name, into the files of the target."""
 
 
 class Request(NamedTuple):
     """How to export. measure: whether to fill the data sheet with measurements."""
 
-    target: Target = Target.C99
+    target: str = C99
     precise: bool = False
     measure: bool = False
     overwrite: bool = False
@@ -73,9 +74,8 @@ def export_mission(path: Path, folder: Path, request: Request, told: Callable[[s
     told("recording the law")
     try:
         law = exported(plan, request.precise, facts.lines())
-        files = c99_files(law, plan)
-        if request.target is not Target.C99:
-            files = firmware_files(request.target, law, files)
+        files: dict[str, str] = c99_files(law, plan)
+        files = TARGETS.load(request.target)(law, files)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     kind = "f64" if request.precise else "f32"
@@ -87,9 +87,7 @@ def export_mission(path: Path, folder: Path, request: Request, told: Callable[[s
             place.write_text(text, encoding="utf-8")
         found = measurements(law, plan, out, told) if request.measure else NOTHING
         (out / "datasheet.md").write_text(datasheet(law, facts, found), encoding="utf-8")
-        write_json(
-            out / MANIFEST, {"name": mission.name, "target": request.target.value, "precision": kind, **facts._asdict()}
-        )
+        write_json(out / MANIFEST, {"name": mission.name, "target": request.target, "precision": kind, **facts._asdict()})
     return Done(law, [*files, "datasheet.md", MANIFEST], summary(law, found), plan.warnings)
 
 

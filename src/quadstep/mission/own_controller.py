@@ -12,7 +12,6 @@ from typing import Annotated, Any
 from pydantic import SerializeAsAny, WrapValidator
 from pydantic_core import PydanticCustomError
 
-from quadstep.bridges.autopilot.controller import AUTOPILOTS, AutopilotSection
 from quadstep.control.opaque import opaque_law
 from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import controller, names
@@ -24,6 +23,7 @@ from quadstep.io.user_code.blame import blamed, user_error
 from quadstep.io.user_code.installed import CONTROLLERS, own_place
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import Place
+from quadstep.mission.autopilots import AUTOPILOTS, PilotedSection
 from quadstep.mission.check import INSIDE, shorten
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_table import or_own
@@ -184,7 +184,8 @@ def any_controller(measures: type) -> Any:
         if law:
             return section_of(law)
         if measures is Measured and kind in AUTOPILOTS:
-            return AutopilotSection
+            autopilot: type[PilotedSection] = AUTOPILOTS.load(kind)
+            return autopilot
         return own_section(kind, measures, folder)
 
     def refused(value: object) -> ControllerSection:

@@ -1,5 +1,7 @@
 """Kinds of numbers.
 
+Laws and all that runs them are built on it: every room but `io` may import it.
+
 Every law of the package is a pure function over numbers, and a number is anything that adds, multiplies and has a sine:
 a Python float, a NumPy array (a batch by broadcasting) or a lane (an instruction of a compiled program).
 This folder holds the functions, vectors and named structures that work for all of them.

@@ -1,1 +1,4 @@
-"""The page that flies: missions as one HTML file in which the same laws fly as JavaScript."""
+"""The page that flies: missions as one HTML file in which the same laws fly as JavaScript.
+
+Studies, proofs and commands may import it.
+"""

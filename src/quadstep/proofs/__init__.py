@@ -1,1 +1,1 @@
-"""What is proved, and the paper's equations and theorems judged. Only its commands import it."""
+"""What is proved, and the paper's equations and theorems judged. Only commands may import it."""

@@ -1,1 +1,4 @@
-"""Results for people: CSV files, figures and pages."""
+"""Results for people: CSV files, figures and pages.
+
+Rooms from `mission` up may import it.
+"""

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.interfaces.log import FlightLog
+from quadstep.io.doors import Door
 from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
@@ -106,8 +107,17 @@ def signal_panels(log: FlightLog, drawn: Sequence[Panel]) -> list[Panel]:
     return [Panel(", ".join(names), unit, {name: log.column(name) for name in names}) for unit, names in rest.items()]
 
 
+FIGURES = Door("quadstep.figures", {"flight": "quadstep.report.panels:panel_jobs"})
+"""What draws figures of a flight: each is given what `flight_jobs` is, and returns jobs."""
+
+
 def flight_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = None) -> list[FigureJob]:
-    """The figures of a flight: position, attitude, inputs, and the rest. efforts: columns of the plant's inputs.
+    """All figures of a flight. efforts: columns of the plant's inputs. Raises UserError."""
+    return [job for one in FIGURES.names for job in FIGURES.load(one)(log, name, efforts)]
+
+
+def panel_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = None) -> list[FigureJob]:
+    """The package's figures of a flight: position, attitude, inputs, and the rest. efforts: columns of the plant's inputs.
 
     The rest is called learning of the paper's plant, vehicle of a real one, and signals, all that is left, of any other.
     """

@@ -7,8 +7,9 @@ import socket
 import struct
 
 from quadstep.bridges.autopilot.address import Address
-from quadstep.bridges.autopilot.link import FIRST_WAIT, WAIT, Lost, Sample
+from quadstep.bridges.autopilot.link import WAIT, Lost, Sample
 from quadstep.io.errors import UserError
+from quadstep.mission.autopilots import FIRST_WAIT
 
 PORT = 9002
 PACKET = struct.Struct("<HHI16H")

@@ -11,19 +11,23 @@ from pydantic import AfterValidator
 from quadstep.bridges.autopilot import ardupilot, px4
 from quadstep.bridges.autopilot.address import Address, address
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.link import FIRST_WAIT, Link, Piloted, sample_of
+from quadstep.bridges.autopilot.link import Link, Piloted, sample_of
+from quadstep.bridges.autopilot.matching import MATCHING, Matching
 from quadstep.bridges.autopilot.px4 import Px4
 from quadstep.control.opaque import NoGains, Opaque
+from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.commands import RotorSpeeds
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
-from quadstep.mission.derived import BuiltController, ControllerSection, Modelled
+from quadstep.mission.autopilots import FIRST_WAIT, PilotedSection
+from quadstep.mission.derived import BuiltController, Modelled
 from quadstep.mission.fields import Quantity
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call
 from quadstep.numbers.registered import raise_pending, register
+from quadstep.vehicle.plants.multirotor import Multirotor
 
 
 class Kind(NamedTuple):
@@ -34,7 +38,6 @@ class Kind(NamedTuple):
 
 
 KINDS = {"px4": Kind(Px4, px4.PORT), "ardupilot": Kind(ArduPilot, ardupilot.PORT)}
-AUTOPILOTS = tuple(KINDS)
 
 
 class PilotedGains(NamedTuple):
@@ -107,12 +110,6 @@ def connection(autopilot: str, where: Address) -> int:
     return handle
 
 
-def watch(told: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
-    """Who is told what the connections wait for, and how long they wait for an autopilot to appear [s]."""
-    for one in CONNECTIONS.values():
-        one.told, one.first_wait = told, first_wait
-
-
 def checked_address(text: str) -> str:
     """Refuses what is no address. Raises ValueError."""
     try:
@@ -122,7 +119,7 @@ def checked_address(text: str) -> str:
     return text
 
 
-class AutopilotSection(ControllerSection):
+class AutopilotSection(PilotedSection):
     """An autopilot that its user starts, in lockstep through the interface of its simulators."""
 
     controller: ClassVar[type[Controller]] = PilotedLaw
@@ -131,6 +128,15 @@ class AutopilotSection(ControllerSection):
     connect: Annotated[
         str, AfterValidator(checked_address), Quantity("", "where to listen, [HOST:]PORT; 127.0.0.1 and its usual port")
     ] = ""
+
+    def matching(self, plan: FlightPlan) -> Matching:
+        plant = plan.loop.plant
+        assert isinstance(plant, Multirotor)
+        return MATCHING[self.type](plan.parameters, plant.geometry)
+
+    def watch(self, told: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
+        for one in CONNECTIONS.values():
+            one.told, one.first_wait = told, first_wait
 
     def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
         """The law, and where its autopilot is."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.io.errors import UserError
+from quadstep.mission.autopilots import FIRST_WAIT
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import rotation_matrix
 
@@ -18,9 +19,6 @@ STANDING = 600.0
 
 WAIT = 5.0
 """Seconds that an autopilot may be silent in flight."""
-
-FIRST_WAIT = 60.0
-"""Seconds that it may take to appear."""
 
 
 class Sample(NamedTuple):

@@ -8,9 +8,10 @@ import socket
 from typing import Protocol, cast
 
 from quadstep.bridges.autopilot.address import Address
-from quadstep.bridges.autopilot.link import FIRST_WAIT, WAIT, Lost, Sample
+from quadstep.bridges.autopilot.link import WAIT, Lost, Sample
 from quadstep.io.errors import UserError
 from quadstep.io.extras import optional
+from quadstep.mission.autopilots import FIRST_WAIT
 
 PORT = 4560
 

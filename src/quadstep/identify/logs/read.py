@@ -9,7 +9,7 @@ from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.logs.grid import Rows, gridded
 from quadstep.identify.logs.mapping import Mapping, commanded, converted, fitting, load_mapping, mapping_names, read_mapping
 from quadstep.identify.logs.table import header_of, read_columns
-from quadstep.identify.logs.topics import read_topics, refuse_empty
+from quadstep.identify.logs.topics import READERS, of_topics, read_topics, refuse_empty
 from quadstep.io.errors import UserError
 
 USUAL = {".ulg": ("px4", "px4-outputs"), ".ulog": ("px4", "px4-outputs"), ".bin": ("ardupilot",), ".mcap": ()}
@@ -22,10 +22,10 @@ def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
     Raises UserError for a file that is not a log, fits no mapping, or is broken.
     """
     kind = path.suffix.lower()
-    if kind in USUAL:
-        return read_many(path, [read_mapping(mapping)] if mapping else [load_mapping(name) for name in USUAL[kind]])
+    if of_topics(path):
+        return read_many(path, [read_mapping(mapping)] if mapping else [load_mapping(name) for name in USUAL.get(kind, ())])
     if kind != ".csv":
-        raise UserError(f"{path}: unsupported log format; allowed: .csv, {', '.join(USUAL)}")
+        raise UserError(f"{path}: unsupported log format; allowed: .csv, {', '.join(f'.{one}' for one in READERS.names)}")
     return read_table(path, read_mapping(mapping) if mapping else found_mapping(path))
 
 

@@ -1,20 +1,27 @@
 """Logs of many topics: PX4 ULog, ArduPilot .BIN, MCAP. Readers are loaded when used: that of MCAP needs packages."""
 
-from importlib import import_module
 from pathlib import Path
 
 from quadstep.identify.logs.series import Topics
 from quadstep.io import files
+from quadstep.io.doors import Door
 from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 
-READERS = {
-    ".ulg": ("ulog", "a ULog"),
-    ".ulog": ("ulog", "a ULog"),
-    ".bin": ("ardupilot", "an ArduPilot log"),
-    ".mcap": ("mcap_file", "an MCAP file"),
-}
-"""The module that reads a kind of file, and the name of the kind, by file extension."""
+READERS = Door("quadstep.log_readers", {
+    "ulg": "quadstep.identify.logs.ulog:read",
+    "ulog": "quadstep.identify.logs.ulog:read",
+    "bin": "quadstep.identify.logs.ardupilot:read",
+    "mcap": "quadstep.identify.logs.mcap_file:read",
+})  # fmt: skip
+"""What reads a kind of file, by file extension: given a path and the wanted columns, TOPIC.FIELD, it returns `Topics`."""
+
+KINDS = {"ulg": "a ULog", "ulog": "a ULog", "bin": "an ArduPilot log", "mcap": "an MCAP file"}
+
+
+def of_topics(path: Path) -> bool:
+    """Whether there is a reader for the file."""
+    return path.suffix.lower().removeprefix(".") in READERS
 
 
 def refuse_empty(path: Path) -> None:
@@ -26,12 +33,13 @@ def refuse_empty(path: Path) -> None:
 
 def read_topics(path: Path, wanted: list[str]) -> Topics:
     """The requested columns that a log has. Raises UserError if it is not a log, or if a package is not installed."""
-    module, kind = READERS[path.suffix.lower()]
+    extension = path.suffix.lower().removeprefix(".")
+    kind = KINDS.get(extension, f"a .{extension} file")
     refuse_empty(path)
     found: Topics
     with needed_by(f"reading {kind}"):
         try:
-            found = import_module(f"quadstep.identify.logs.{module}").read(path, wanted)
+            found = READERS.load(extension)(path, wanted)
         except (UserError, ModuleNotFoundError):
             raise
         except Exception as error:

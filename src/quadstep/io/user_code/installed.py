@@ -1,8 +1,6 @@
 """What installed packages bring: entry points, by which a mission names their things as it names the package's own."""
 
-from functools import cache
-from importlib.metadata import entry_points
-
+from quadstep.io import doors
 from quadstep.io.user_code.places import Place, place
 
 CONTROLLERS, PATHS, WINDS = "quadstep.controllers", "quadstep.paths", "quadstep.winds"
@@ -17,10 +15,9 @@ def own_place(kind: object, group: str) -> Place | None:
     return place(kind) or (installed(group).get(kind) if isinstance(kind, str) else None)
 
 
-@cache
 def installed(group: str) -> dict[str, Place]:
-    """The entry points of a group, by name. To look for them takes longer than to check a mission, so it is done once."""
-    found = {one.name: place(one.value) for one in entry_points(group=group)}
+    """The entry points of a group, by name."""
+    found = {name: place(one.value) for name, one in doors.installed(group).items()}
     return {name: one._replace(entry=True) for name, one in found.items() if one}
 
 

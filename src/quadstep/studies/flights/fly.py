@@ -5,13 +5,10 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from quadstep.bridges.autopilot.controller import AUTOPILOTS, AutopilotSection, watch
-from quadstep.bridges.autopilot.link import FIRST_WAIT
-from quadstep.bridges.autopilot.matching import MATCHING, Matching
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.hedged_backstepping import HedgedBacksteppingMemory
@@ -29,6 +26,7 @@ from quadstep.metrics.judging.grade import graded
 from quadstep.metrics.judging.metrics import Judged, Requirement, judge, named
 from quadstep.metrics.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.of_log import Metrics, group, metric
+from quadstep.mission.autopilots import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection
 from quadstep.mission.check import check
 from quadstep.mission.kinds import REAL, kind
 from quadstep.mission.read import plan_mission, read_mission
@@ -38,7 +36,6 @@ from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
 from quadstep.studies.flights.report import write_report
-from quadstep.vehicle.plants.multirotor import Multirotor
 
 REPORT = "report.html"
 
@@ -117,17 +114,14 @@ def fly_mission(
     if found is not None:
         said = piloting.said if piloting else Piloting("").said
         said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
-        watch(lambda stage: told(stage, 0, 1), piloting.first_wait if piloting else FIRST_WAIT)
+        section = cast(PilotedSection, mission.controller)
+        section.watch(lambda stage: told(stage, 0, 1), piloting.first_wait if piloting else FIRST_WAIT)
     return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet, grading)
 
 
 def matching(mission: Mission, plan: FlightPlan) -> Matching | None:
     """What the autopilot that flies a mission must be told of its vehicle; None where none flies it."""
-    if not isinstance(mission.controller, AutopilotSection):
-        return None
-    plant = plan.loop.plant
-    assert isinstance(plant, Multirotor)
-    return MATCHING[mission.controller.type](plan.parameters, plant.geometry)
+    return mission.controller.matching(plan) if isinstance(mission.controller, PilotedSection) else None
 
 
 def under(piloting: Piloting, mission: Mission) -> Mission:
@@ -136,8 +130,8 @@ def under(piloting: Piloting, mission: Mission) -> Mission:
     if not isinstance(mission, kind(REAL)):
         raise UserError("--autopilot: needs a mission for a real vehicle (docs/vehicles.md)")
     if autopilot not in AUTOPILOTS:
-        raise UserError(f"--autopilot {autopilot}: is not known; allowed: {', '.join(AUTOPILOTS)}")
-    section = check(AutopilotSection, {"type": autopilot, "connect": connect}, "--autopilot")
+        raise UserError(f"--autopilot {autopilot}: is not known; allowed: {', '.join(AUTOPILOTS.names)}")
+    section = check(AUTOPILOTS.load(autopilot), {"type": autopilot, "connect": connect}, "--autopilot")
     return mission.model_copy(update={"controller": section})
 
 
@@ -165,7 +159,7 @@ def fly_planned(
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
-    if isinstance(mission.controller, AutopilotSection):
+    if isinstance(mission.controller, PilotedSection):
         return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
     return summary
 

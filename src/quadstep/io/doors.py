@@ -1,0 +1,61 @@
+"""Doors: where commands, engines, export targets, log readers, figures and autopilots register themselves.
+
+A door is a group of entry points. What the package has itself stands beside it in the same form, "module:object", and is
+loaded in the same way: when it is asked for by name. A distribution adds to a door in its pyproject.toml:
+
+    [project.entry-points."quadstep.log_readers"]
+    csv2 = "my_package.logs:read"
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from quadstep.io.errors import UserError
+from quadstep.io.user_code import loading
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+
+@cache
+def installed(group: str) -> "Mapping[str, EntryPoint]":
+    """The entry points of a group, by name. To look for them takes longer than to check a mission, so it is done once."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 (30 ms, which commands do not need to start)
+
+    return {one.name: one for one in sorted(entry_points(group=group), key=lambda one: one.name)}
+
+
+@dataclass(frozen=True)
+class Door:
+    """group: of entry points. own: the package's, "module:object" by name; another distribution cannot take these names."""
+
+    group: str
+    own: Mapping[str, str] = field(hash=False)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All there are, the package's first."""
+        return (*self.own, *(name for name in installed(self.group) if name not in self.own))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.own or name in installed(self.group)
+
+    def load(self, name: str) -> Any:
+        """What is registered by this name. Raises UserError, for another distribution's that cannot be loaded too."""
+        if name in self.own:
+            module, _, thing = self.own[name].partition(":")
+            return getattr(import_module(module), thing)
+        if name not in self:
+            raise UserError(f"{name!s:.60} is not known; allowed: {', '.join(self.names)}")
+        one = installed(self.group)[name]
+        if loading.refused:
+            raise UserError(f"{one.value}: user code is not run: {loading.refused}")
+        try:
+            return one.load()
+        except Exception as error:
+            of = f"{one.dist.name} {one.dist.version}" if one.dist else "an installed package"
+            why = " ".join(f"{type(error).__name__}: {error}".split())
+            raise UserError(f"{name}, which {of} registers for {self.group}, cannot be loaded: {why}") from error

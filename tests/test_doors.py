@@ -1,0 +1,145 @@
+"""What another distribution registers is used by its name, like what the package has itself."""
+
+import pytest
+
+from quadstep import Mission, UserError, fly
+from quadstep.commands.cli import COMMANDS
+from quadstep.engines.engine import FLOWN_BY, Engine
+from quadstep.export.run import TARGETS, Request, export_mission
+from quadstep.identify.logs.topics import READERS, read_topics
+from quadstep.io import doors
+from quadstep.io.user_code import loading
+from quadstep.mission.autopilots import AUTOPILOTS
+from quadstep.report.panels import FIGURES, flight_jobs
+from tests.commands import LINE, quadstep, write
+
+DOORS = (COMMANDS, TARGETS, READERS, AUTOPILOTS, FIGURES, *FLOWN_BY.values())
+
+MODULE = '''
+from quadstep.bridges.autopilot.controller import PilotedLaw
+from quadstep.engines.fly import on_floats
+from quadstep.identify.logs.series import Series, Topics
+from quadstep.mission.autopilots import PilotedSection
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import Panel
+
+
+def greet(name: str) -> None:
+    """Greet somebody."""
+    print(f"hello {name}")
+
+
+def flown(plans):
+    return on_floats(plans)
+
+
+def files(exported, texts):
+    return {"law.txt": exported.name}
+
+
+def read(path, wanted):
+    return Topics({name: Series([0.0, 1.0], [2.0, 3.0]) for name in wanted}, 0)
+
+
+def jobs(log, name, efforts):
+    return [FigureJob("height", name, log.column("t"), [Panel("z", "m", {"z": log.column("z")})])]
+
+
+class Section(PilotedSection):
+    controller = PilotedLaw
+    def matching(self, plan): ...
+    def watch(self, told, first_wait): ...
+'''
+
+ENTRIES = """[quadstep.commands]
+greet = tiny:greet
+broken = tiny:absent
+[quadstep.engines.flights]
+slow = tiny:flown
+[quadstep.targets]
+text = tiny:files
+[quadstep.log_readers]
+tiny = tiny:read
+[quadstep.figures]
+height = tiny:jobs
+[quadstep.autopilots]
+mine = tiny:Section
+px4 = tiny:absent
+"""
+
+
+@pytest.fixture
+def tiny(tmp_path, monkeypatch):
+    """An installed distribution with one thing for each door."""
+    (tmp_path / "tiny.py").write_text(MODULE)
+    about = tmp_path / "tiny-1.5.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: tiny\nVersion: 1.5\n")
+    (about / "entry_points.txt").write_text(ENTRIES)
+    monkeypatch.syspath_prepend(tmp_path)
+    doors.installed.cache_clear()
+    yield tmp_path
+    doors.installed.cache_clear()
+
+
+@pytest.mark.parametrize("door", DOORS, ids=lambda door: door.group)
+def test_what_the_package_lists_is_there(door):
+    assert door.names[: len(door.own)] == tuple(door.own)
+    assert all(door.load(name) is not None for name in door.own)
+
+
+@pytest.mark.usefixtures("tiny")
+def test_a_command():
+    assert quadstep("greet", "you").out == "hello you\n"
+    shown = quadstep("--help").out
+    assert "greet" in shown
+    assert "Greet somebody" in shown
+
+
+@pytest.mark.usefixtures("tiny")
+def test_a_broken_command_names_its_distribution_in_one_line():
+    run = quadstep("broken")
+    assert run.refused
+    assert "broken, which tiny 1.5 registers for quadstep.commands, cannot be loaded: AttributeError" in run.err
+    assert quadstep("--help").code == 0
+
+
+@pytest.mark.usefixtures("tiny")
+def test_an_engine():
+    mission = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 0.1})
+    assert (fly(mission, engine="slow").rows == fly(mission, engine="python").rows).all()
+    assert Engine("slow") == "slow"
+    with pytest.raises(UserError, match="allowed: lanes, python, c, slow"):
+        fly(mission, engine="fast")
+
+
+def test_an_export_target(tiny):
+    done = export_mission(write(tiny, LINE), tiny / "out", Request("text"))
+    assert done.files[0] == "law.txt"
+    assert (tiny / "out" / "law.txt").read_text()
+    assert quadstep("export", tiny / "mission.toml", "--target", "word").err.count("ardupilot, text") == 1
+
+
+def test_a_reader_of_logs(tiny):
+    assert read_topics(write(tiny, "anything", "log.tiny"), ["a.b"]).columns["a.b"].value == [2.0, 3.0]
+
+
+@pytest.mark.usefixtures("tiny")
+def test_a_figure():
+    log = fly(Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 0.1}), engine="python")
+    assert [job.name for job in flight_jobs(log, "Flight")][-1] == "height"
+
+
+@pytest.mark.usefixtures("tiny")
+def test_an_autopilot_but_not_by_a_name_that_is_taken():
+    real = {"vehicle": {"preset": "x500"}, "path": {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 1.0}}
+    assert type(Mission(**real, controller={"type": "mine"}).controller).__module__ == "tiny"
+    assert AUTOPILOTS.load("px4").__module__.startswith("quadstep.")
+
+
+@pytest.mark.usefixtures("tiny")
+def test_where_no_code_of_users_is_run_that_of_others_is_not_loaded(monkeypatch):
+    monkeypatch.setattr(loading, "refused", "--no-user-code was given")
+    with pytest.raises(UserError, match="user code is not run"):
+        TARGETS.load("text")
+    assert TARGETS.load("px4")
