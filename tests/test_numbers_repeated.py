@@ -5,8 +5,8 @@ import pytest
 
 from quadstep.numbers import Table, Vector, exp, sin, vector, where
 from quadstep.numbers.functions import number, word
-from quadstep.numbers.linear import matrix
 from quadstep.numbers.repeated import repeated
+from quadstep.numbers.vectors import matrix
 from tests.flights import through_lanes
 
 RNG = np.random.default_rng(5)

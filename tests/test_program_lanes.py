@@ -26,7 +26,7 @@ from quadstep.numbers import (
     vector,
     where,
 )
-from quadstep.numbers.linear import matrix
+from quadstep.numbers.vectors import matrix
 from quadstep.program.emitter import Emitter
 from quadstep.program.recorded import RecordedNumber
 from tests.flights import through_lanes

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import fly
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io.errors import UserError
 from quadstep.linear.equilibrium import held, quiet
 from quadstep.linear.states import Array
 from quadstep.mission.schema import Mission

@@ -20,9 +20,9 @@ from quadstep.numbers import elementary
 from quadstep.numbers.elementary import *  # noqa: F403 (whatever it declares)
 from quadstep.numbers.functions import absolute, clip, largest, maximum, minimum, power, smallest, sqrt, where
 from quadstep.numbers.kinds import Condition, Number
-from quadstep.numbers.linear import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
 from quadstep.numbers.scan import scan
 from quadstep.numbers.structure import Structure, Table, flatten, in_matrix, leaf_names, rebuild
+from quadstep.numbers.vectors import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
 
 __all__ = [
     "Condition",

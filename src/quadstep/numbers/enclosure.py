@@ -29,11 +29,11 @@ from quadstep.numbers.affine import (
 from quadstep.numbers.caller import place
 from quadstep.numbers.functions import sinc
 from quadstep.numbers.kinds import ARRAYS
-from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.operation import Kind, Operation, Rule
 from quadstep.numbers.series import half_turn, turn_ratio
 from quadstep.numbers.truth import Choice, Truth
 from quadstep.numbers.undecided import lifted, undecided
+from quadstep.numbers.vectors import Matrix, Vector
 
 __all__ = [
     "ENCLOSURES",

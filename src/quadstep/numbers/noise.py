@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 from quadstep.numbers.elementary import cos, log, sin
 from quadstep.numbers.functions import number, sqrt, where, word
 from quadstep.numbers.kinds import Number, Word
-from quadstep.numbers.linear import Vector
+from quadstep.numbers.vectors import Vector
 
 EVERY_BIT = 0xFFFFFFFF
 PARITY = 0x1BD11BDA

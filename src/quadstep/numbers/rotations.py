@@ -3,7 +3,7 @@
 from quadstep.numbers.elementary import atan2, cos, sin
 from quadstep.numbers.functions import absolute, sqrt, where
 from quadstep.numbers.kinds import Number, functions_of
-from quadstep.numbers.linear import Matrix, Vector, matrix, vector
+from quadstep.numbers.vectors import Matrix, Vector, matrix, vector
 
 IDENTITY = vector(1.0, 0.0, 0.0, 0.0)
 

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 from typing import TypeAlias, TypeVar, Union, cast, overload
 
 from quadstep.numbers.kinds import functions_of
-from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.structure import flatten
+from quadstep.numbers.vectors import Matrix, Vector
 
 C = TypeVar("C")
 

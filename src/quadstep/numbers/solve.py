@@ -7,7 +7,7 @@ flight, which must be the same to the bit on every machine; the order in which L
 from collections.abc import Sequence
 
 from quadstep.numbers.functions import sqrt
-from quadstep.numbers.linear import Vector, total
+from quadstep.numbers.vectors import Vector, total
 
 Rows = Sequence[Sequence[float]]
 

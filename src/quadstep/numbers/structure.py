@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from quadstep.numbers.functions import entry
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.vectors import Matrix, Vector
 
 S = TypeVar("S")
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.linear import Matrix
 from quadstep.numbers.scan import C, Rows, Step
+from quadstep.numbers.vectors import Matrix
 from quadstep.program import llvm_opaque, llvm_scan, subroutine
 from quadstep.program.instructions import Instructions
 

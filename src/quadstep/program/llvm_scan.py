@@ -13,9 +13,9 @@ from typing import cast
 from llvmlite import ir
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
 from quadstep.numbers.structure import flatten, rebuild
+from quadstep.numbers.vectors import Matrix, Vector
 from quadstep.program.instructions import Instructions, Stored
 from quadstep.program.recorded import Operand, RecordedNumber
 

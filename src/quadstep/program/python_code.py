@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable
 from typing import TypeVar, cast
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, scan, shaped
 from quadstep.numbers.structure import Table, flatten, rebuild
+from quadstep.numbers.vectors import Matrix, Vector
 from quadstep.program.operations import FORMS, WORDS
 from quadstep.program.recorded import Operand, Recorded, RecordedNumber, RecordedTable, Recording
 from quadstep.program.rows import FEWEST_ROWS

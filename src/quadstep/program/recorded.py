@@ -13,10 +13,10 @@ from typing import Any, ClassVar, NoReturn, TypeAlias, TypeVar, cast
 
 from quadstep.numbers.functions import entry
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.linear import Matrix
 from quadstep.numbers.operation import Kind, Operation, Rule
 from quadstep.numbers.scan import C, Rows, Step, turn_by_turn
 from quadstep.numbers.structure import flatten
+from quadstep.numbers.vectors import Matrix
 from quadstep.program.python_operators import CHOOSE, PythonOperators
 
 S = TypeVar("S")

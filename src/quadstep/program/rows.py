@@ -13,7 +13,7 @@ from typing import NamedTuple, cast
 
 from quadstep.numbers.functions import sqrt
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.vectors import Matrix, Vector
 from quadstep.program.assignments import LoopRecord
 from quadstep.program.recorded import RecordedNumber
 

@@ -10,9 +10,9 @@ import re
 from typing import NamedTuple, cast
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
 from quadstep.numbers.structure import flatten, rebuild
+from quadstep.numbers.vectors import Matrix, Vector
 from quadstep.program.assignments import INPUT, LoopRecord
 from quadstep.program.recorded import Operand, RecordedNumber
 
