@@ -235,7 +235,7 @@ def test_two_campaigns_at_once_in_one_folder(whole, tmp_path):
     try:
         wait_for(first, lambda: len(flights(out)) >= 1 if out.exists() else False)
         for more in ([], ["--resume"], ["--overwrite"]):
-            refused(fly(path, out, *more), out, "another campaign is being flown into this folder")
+            refused(fly(path, out, *more), out, "another run is writing into this folder")
         assert first.poll() is None
     finally:
         code, _, err = ended(first)

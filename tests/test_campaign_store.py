@@ -398,7 +398,7 @@ def test_two_campaigns_in_one_folder(flown):
     try:
         fcntl.flock(handle, fcntl.LOCK_EX)
         for more in ([], ["--resume"], ["--overwrite"]):
-            refused(fly(path, out, *more), out, "another campaign is being flown")
+            refused(fly(path, out, *more), out, "another run is writing")
     finally:
         os.close(handle)
     assert fly(path, out, "--resume").code == 0
@@ -407,7 +407,7 @@ def test_two_campaigns_in_one_folder(flown):
 def test_the_lock_goes_with_an_error(tmp_path):
     with pytest.raises(RuntimeError), store(tmp_path):
         raise RuntimeError
-    with store(tmp_path, resume=True) as one, pytest.raises(UserError, match="another campaign"), store(tmp_path, resume=True):
+    with store(tmp_path, resume=True) as one, pytest.raises(UserError, match="another run"), store(tmp_path, resume=True):
         pass
     assert len(one.missing) == 3
 

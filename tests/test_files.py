@@ -17,8 +17,8 @@ from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.recording import MOST_ROWS
 from quadstep.mission.vehicle_list import read_vehicle
 from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
-from quadstep.studies.campaign.manifest import read_manifest
 from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.store import Store
 from tests.patience import PATIENCE
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
@@ -204,10 +204,10 @@ def test_a_campaign_whose_mission_cannot_be_read_is_named_too(tmp_path):
 def test_a_manifest_with_an_absurd_number_is_refused(tmp_path, number):
     text = '{"name": "", "fingerprint": "", "flights": %s, "chunk": 16, "chunks": [], "machines": []}'
     (tmp_path / "campaign.json").write_text(text % 16, encoding="utf-8")
-    assert read_manifest(tmp_path)
+    assert Store.manifest_in(tmp_path)
     (tmp_path / "campaign.json").write_text(text % number, encoding="utf-8")
     with pytest.raises(UserError, match=r"campaign\.json: .*choose another --out"):
-        read_manifest(tmp_path)
+        Store.manifest_in(tmp_path)
 
 
 def recorded(folder, rows):

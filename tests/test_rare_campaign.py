@@ -143,7 +143,7 @@ def test_what_has_changed_cannot_be_resumed(tmp_path):
         written(tmp_path, VARY + FAILURE + RARE.replace("300", "200").replace("opinions = 1", "opinions = 0")),
         tmp_path / "out",
     )
-    refused(quadstep("campaign", path, "--rare", "--out", out, "--resume"), "there is no campaign to resume")
+    refused(quadstep("campaign", path, "--rare", "--out", out, "--resume"), "there is no estimate to resume")
     assert quadstep("campaign", path, "--rare", "--out", out).code == 0
     path.write_text(path.read_text().replace("far = 6.0", "far = 5.0"))
     refused(quadstep("campaign", path, "--rare", "--out", out, "--resume"), "cannot be resumed", "has changed")

@@ -4,21 +4,29 @@ After each, nothing outside the folder has changed, what is in it can be used ag
 same bytes as if nothing had happened, without anything half-written.
 """
 
+import atexit
 import errno
 import os
 import shutil
 from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
 
 import pytest
 
 from quadstep.io.errors import UserError
 from quadstep.io.results import folder as folder_module
-from quadstep.io.results.folder import opened
 from quadstep.io.results.parts import parts_in
-from quadstep.io.results.sealed import read_sealed, sealed
 from quadstep.report.publish import publishing
+from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.store import opened as open_campaign
 from quadstep.studies.comparison.training import Journal, Place, read_lines
+from quadstep.studies.rare.done import Done
+from quadstep.studies.rare.kept import opened as open_estimate
 from quadstep.studies.tuning.judge import Judged
+from tests.campaigns import MASS
+from tests.campaigns import campaign as made_campaign
 from tests.commands import files
 
 CALLS = ("open", "mkdir", "replace", "unlink", "rmdir", "fsync", "fdopen")
@@ -96,20 +104,53 @@ def flight(out):
         (draft / "metrics.json").write_text('{"name": "new"}')
 
 
-def campaign(out):
-    """A run that keeps files as they come, and names them in a manifest."""
-    with opened(out) as folder, folder.locked():
-        folder.sweep("flights")
-        chunks = read_sealed(out / "campaign.json")["chunks"] if folder.has("campaign.json") else []
-        for number in range(3):
-            name = f"flights/{number}.parquet"
-            if name not in chunks:
-                folder.write(name, b"flights" * number)
-                chunks = [*chunks, name]
-                folder.write("campaign.json", sealed({"chunks": chunks}))
-        with folder.draft() as draft:
-            (draft.path / "report.html").write_text("report")
-            folder.take(draft, draft.files(), "report.html")
+@cache
+def mission():
+    """A folder with a mission and campaigns of it."""
+    folder = Path(mkdtemp())
+    atexit.register(shutil.rmtree, folder)
+    return folder
+
+
+@cache
+def flown(failure=""):
+    """A campaign of three files, and its flights. failure: its limits."""
+    made = made_campaign(mission(), MASS, head=f"chunk = 16\nflights = 48\n{failure}")
+    return made, Flyer(made).fly(0, 48)
+
+
+def campaign(out, failure=""):
+    """`quadstep campaign` without its flying."""
+    made, table = flown(failure)
+    with open_campaign(out, made, 48, "lanes", resume=(out / "campaign.json").exists()) as store:
+        for chunk in store.missing:
+            store.write(chunk, table.slice(chunk.first, chunk.past - chunk.first))
+        store.report(report)
+        store.save(complete=True)
+
+
+def estimate(out):
+    """`quadstep campaign --rare` without its flying."""
+    event = {
+        "failure": "any",
+        "score": ["a"],
+        "probability": 0.1,
+        "crude": 9,
+        "crude_failures": 1,
+        "failures": 1,
+        "levels": [],
+    }
+    with open_estimate(out, flown()[0], (out / "rare.json").exists(), False) as kept:
+        for number in range(len(kept.pieces), 2):
+            kept.add(Done(kind=f"{number}", method="subset", probability=0.1, flights=9, events=[event]))
+        kept.report(report)
+        kept.save(complete=True)
+
+
+def report(out):
+    """Write one."""
+    (out / "report.html").write_text("report")
+    (out / "figures/a.svg").write_text("figure")
 
 
 def comparison(out):
@@ -125,7 +166,7 @@ def comparison(out):
         (draft / "metrics.json").write_text("{}")
 
 
-@pytest.mark.parametrize("writer", [flight, campaign, comparison])
+@pytest.mark.parametrize("writer", [flight, campaign, estimate, comparison])
 @pytest.mark.parametrize("how", ["fails", "kills", "tears"])
 def test_whatever_goes_wrong_when_the_next_run_ends_as_if_nothing_had(tmp_path, writer, how):
     victim = tmp_path / "victim"
@@ -133,7 +174,7 @@ def test_whatever_goes_wrong_when_the_next_run_ends_as_if_nothing_had(tmp_path, 
     (victim / "thesis.txt").write_text("precious")
 
     def begun(out):
-        if writer is not campaign:
+        if writer not in (campaign, estimate):
             with publishing(out, "old", overwrite=False) as draft:
                 (draft / "figures").mkdir()
                 for name in ("flight.csv", "old.html", "figures/old.svg"):
@@ -159,3 +200,21 @@ def test_whatever_goes_wrong_when_the_next_run_ends_as_if_nothing_had(tmp_path, 
     assert place > 20
     assert files(tmp_path / f"out{place}") == wanted
     assert read_lines(Place(tmp_path / "straight", ".writing-kept/journals/a.jsonl")) == []
+
+
+def test_a_campaign_whose_judging_was_cut_short_is_judged_as_whoever_resumes_it_says(tmp_path):
+    campaign(tmp_path / "straight")
+    wanted = files(tmp_path / "straight")
+    strict = "[failure]\nlargest_error = 1e-9\n"
+    for place in range(1, 1000):
+        out = tmp_path / f"out{place}"
+        shutil.copytree(tmp_path / "straight", out)
+        with faults("kills", place) as layer, suppress(Killed):
+            campaign(out, strict)
+        if layer.count < place:
+            break
+        campaign(out)
+        assert files(out) == wanted, place
+        shutil.rmtree(out)
+    assert place > 20
+    assert files(out) != wanted

@@ -116,7 +116,9 @@ def test_an_estimate_is_checked_before_it_is_resumed(tmp_path):
     (tmp_path / "out").mkdir()
     file = tmp_path / "out" / "rare.json"
     file.write_bytes(sealed(content).replace(b'"wanted": 6', b'"wanted": 7'))
-    refused(run_quadstep("campaign", path, "--rare", "--out", file.parent, "--resume"), file, "is damaged")
+    refused(
+        run_quadstep("campaign", path, "--rare", "--out", file.parent, "--resume"), file, "was changed after quadstep wrote it"
+    )
     file.write_text(json.dumps(content))
     refused(run_quadstep("campaign", path, "--rare", "--out", file.parent, "--resume"), file.parent, "cannot be resumed")
 

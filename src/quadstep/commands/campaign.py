@@ -133,7 +133,8 @@ def estimate_rare(
 
 def show_rare(found: "Found") -> None:
     """Print the estimate, what speaks against it, and the most likely failure."""
-    from quadstep.studies.rare.report import REPORT, nearest_rows
+    from quadstep.io.results.record import REPORT
+    from quadstep.studies.rare.report import nearest_rows
     from quadstep.studies.rare.summary import sentences
 
     summary = found.summary

@@ -212,6 +212,25 @@ class Folder:
 
 
 @contextlib.contextmanager
+def alone_in(path: Path, inner: str = "") -> Iterator[Folder]:
+    """A folder, made if absent, that one run has for itself by a lock on it or on this folder in it. Raises UserError."""
+    with contextlib.ExitStack() as stack:
+        try:
+            folder = stack.enter_context(opened(path))
+            lock = folder
+            if inner:
+                handle = stack.enter_context(folder.inside([inner], make=True))
+                stack.callback(folder.remove_empty, inner)
+                lock = Folder(path / inner, handle)
+            stack.enter_context(lock.locked(wait=False))
+        except BlockingIOError:
+            raise UserError(f"{path}: another run is writing into this folder; choose another --out") from None
+        except OSError as error:
+            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+        yield folder
+
+
+@contextlib.contextmanager
 def opened(path: Path) -> Iterator[Folder]:
     """A folder, made if absent; what was made and is empty in the end is removed. Raises OSError, UserError for a file."""
     if path.exists() and not path.is_dir():

@@ -14,7 +14,7 @@ from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError
 from quadstep.io.files import FLIGHTS as ANY_PART
 from quadstep.io.results.code import code_digest
-from quadstep.io.results.folder import RUNNING, Folder, opened
+from quadstep.io.results.folder import RUNNING, Folder, alone_in
 from quadstep.io.results.interrupts import interruptible
 from quadstep.io.results.sealed import sealed
 from quadstep.io.version import __version__
@@ -101,16 +101,7 @@ def parts_in(path: Path) -> Iterator[Parts]:
     When the block ends well, they have been published; else they are kept for the next run. Raises UserError, and
     InterruptedRun on Ctrl-C.
     """
-    with contextlib.ExitStack() as stack:
-        try:
-            folder = stack.enter_context(opened(path))
-            handle = stack.enter_context(folder.inside([RUNNING], make=True))
-            stack.callback(folder.remove_empty, RUNNING)
-            stack.enter_context(Folder(path / RUNNING, handle).locked(wait=False))
-        except BlockingIOError:
-            raise UserError(f"{path}: another run is writing into this folder; choose another --out") from None
-        except OSError as error:
-            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+    with alone_in(path, RUNNING) as folder:
         with interruptible(lambda: f"finished flights are kept in {path}; run the same command to continue"):
             yield Parts(folder)
         folder.remove_tree(RUNNING)

@@ -1,18 +1,14 @@
 """The manifest of a campaign: what was flown, by which version and machine, and which files hold the flights."""
 
-import os
 import platform
 from collections.abc import Mapping
 from importlib.metadata import version
-from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from quadstep.engines.kernel import host
-from quadstep.io.errors import UserError
 from quadstep.io.results.code import code_digest
-from quadstep.io.results.sealed import read_sealed
 from quadstep.io.version import __version__
 from quadstep.studies.campaign import draws
 from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
@@ -78,22 +74,6 @@ def machine() -> dict[str, str]:
     return {"processor": processor, "system": platform.system(), "python": platform.python_version()}
 
 
-def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """The manifest in a folder, or None. Raises UserError for one that cannot be read."""
-    path = folder / MANIFEST
-    if not os.path.lexists(path):
-        return None
-    try:
-        content = read_sealed(path)
-    except UserError as error:
-        raise UserError(f"{error}; choose another --out") from None
-    try:
-        Manifest.model_validate(content)
-    except ValidationError:
-        raise UserError(f"{path}: is not a campaign manifest; choose another --out") from None
-    return content
-
-
 def other_draws(manifest: Mapping[str, object]) -> str:
     """How a campaign's draws differ from this package's; empty where they are the same."""
     version = manifest.get("draws", 1)
@@ -103,32 +83,6 @@ def other_draws(manifest: Mapping[str, object]) -> str:
         f"its values were drawn by quadstep {manifest.get('version')} (draws version {version}), and this is quadstep "
         f"{__version__} (draws version {draws.VERSION})"
     )
-
-
-def check_replay(campaign: Campaign, folder: Path, named: bool) -> tuple[int, str]:
-    """How many flights a campaign may have, and a warning where one might differ from that in `folder`.
-
-    named: whether the user has named the folder, so that the campaign must be there. Raises UserError, also for draws of
-    another version.
-    """
-    try:
-        found = read_manifest(folder)
-    except UserError:
-        if named:
-            raise
-        found = None
-    if named and found is None:
-        raise UserError(f"--results: {folder}: there is no campaign here")
-    same = found if found is not None and found.get("campaign") == campaign.text else {}
-    other = other_draws(same) if same else ""
-    if other:
-        raise UserError(
-            f"{folder}: cannot be replayed: {other}; replay it with that version, or fly the campaign again with --overwrite"
-        )
-    others = [what for key, what in OTHERS.items() if same and same.get(key) != identity(campaign)[key]]
-    warning = f"this flight may differ from that in {folder}, since {others[0]}" if others else ""
-    bounded = campaign.file.flights or campaign.file.combinations > 1  # else the command line says how many
-    return max(campaign.flights if bounded else MOST_FLIGHTS, found["flights"] if found else 0), warning
 
 
 OTHERS = {
@@ -149,8 +103,3 @@ def cannot_continue(manifest: Mapping[str, object], campaign: Campaign) -> list[
     other = f"it was flown by quadstep {version}, this is {__version__}" if version != __version__ else ""
     changed = [what for key, what in OTHERS.items() if manifest.get(key) != identity(campaign)[key]]
     return [*filter(None, (other_draws(manifest), other)), *changed]
-
-
-def nothing_there(folder: Path) -> str:
-    """Why a run cannot be resumed."""
-    return f"{folder}: there is no campaign to resume; leave out --resume to start one"

@@ -13,9 +13,11 @@ from quadstep.mission.looks import MISSION, look
 from quadstep.mission.schema import Mission
 from quadstep.report.terminal.screen import command
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.manifest import check_replay
+from quadstep.studies.campaign.limits import MOST_FLIGHTS
+from quadstep.studies.campaign.manifest import OTHERS, identity, other_draws
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.store import Store
 
 
 class Replay(NamedTuple):
@@ -48,6 +50,32 @@ def replay_of(path: Path, flight: int, results: Path | None = None) -> tuple[Cam
         found = replay(campaign, flight)
     plan = found.plan
     return campaign, found._replace(plan=plan._replace(warnings=(*plan.warnings, warning)) if warning else plan)
+
+
+def check_replay(campaign: Campaign, folder: Path, named: bool) -> tuple[int, str]:
+    """How many flights a campaign may have, and a warning where one might differ from that in `folder`.
+
+    named: whether the user has named the folder, so that the campaign must be there. Raises UserError, also for draws of
+    another version.
+    """
+    try:
+        found = Store.manifest_in(folder)
+    except UserError:
+        if named:
+            raise
+        found = None
+    if named and found is None:
+        raise UserError(f"--results: {folder}: there is no campaign here")
+    same = found if found is not None and found.get("campaign") == campaign.text else {}
+    other = other_draws(same) if same else ""
+    if other:
+        raise UserError(
+            f"{folder}: cannot be replayed: {other}; replay it with that version, or fly the campaign again with --overwrite"
+        )
+    others = [what for key, what in OTHERS.items() if same and same.get(key) != identity(campaign)[key]]
+    warning = f"this flight may differ from that in {folder}, since {others[0]}" if others else ""
+    bounded = campaign.file.flights or campaign.file.combinations > 1  # else the command line says how many
+    return max(campaign.flights if bounded else MOST_FLIGHTS, found["flights"] if found else 0), warning
 
 
 def replay_command(file: Path, flight: int, folder: Path) -> str:

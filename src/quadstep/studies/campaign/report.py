@@ -13,7 +13,7 @@ from quadstep.engines.fly import fly_all
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
-from quadstep.io.results.folder import names_in
+from quadstep.io.results.record import FIGURES, REPORT
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.key_units import label
 from quadstep.report import page
@@ -37,7 +37,7 @@ from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import Summary
 from quadstep.studies.campaign.varied import Varied, bins, varied
 
-REPORT, FIGURES, TABLE = "report.html", "figures", "table.tex"
+TABLE = "table.tex"
 
 GLANCE = {
     "outcomes": "How the flights ended, and when those that ended early did",
@@ -69,27 +69,17 @@ class Again(NamedTuple):
     said: str = ""
 
 
-def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet = SCREEN) -> list[str]:
-    """Write it to a temporary folder, then move it into place; returns its files' names. path: of the campaign file, as given.
+def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet = SCREEN) -> None:
+    """Write report.html, its figures and the table. path: of the campaign file, as given. Raises UserError."""
 
-    Raises UserError if it cannot be written.
-    """
-    with store.explained(), store.files.draft() as draft:
-        out = draft.path
-        (out / FIGURES).mkdir()
+    def write(out: Path) -> None:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
             body = sections(store, campaign, summary, path, out / FIGURES, sheet.with_svg())
         page.write_page(out / REPORT, campaign.file.name, body, "Campaign")
         (out / TABLE).write_text(text.for_a_paper(summary, campaign.file.name), encoding="utf-8")
-        names, before = draft.files(), names_in(store.manifest.get("files"))
-        store.save(files=sorted({*before, *names}))  # so that files left by a killed run are known to be ours
-        store.files.check_free(names)
-        store.files.take(draft, names, REPORT)
-        for name in set(before) - set(names):
-            if name.startswith(f"{FIGURES}/"):
-                store.files.remove(name)
-        return names
+
+    store.report(write)
 
 
 def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet = SCREEN) -> list[str]:

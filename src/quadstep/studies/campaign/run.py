@@ -1,21 +1,16 @@
 """`quadstep campaign`: from file to folder."""
 
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
-from quadstep.io.results.interrupts import interruptible
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.campaign.flown import Fly
-from quadstep.studies.campaign.manifest import read_manifest
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.store import Chunk, Store, opened
 from quadstep.studies.campaign.summary import Summary, as_json, summarise
-
-REPORT = "report.html"
 
 
 class Finished(NamedTuple):
@@ -45,32 +40,19 @@ def fly_campaign(
     count = flights or campaign.flights
     campaign.check_count(count)
     fly: Fly[Chunk] = loaded(CAMPAIGNS, engine)(campaign)
-    with interruptible(partial(kept_in, folder)), opened(folder, campaign, count, engine, resume, overwrite) as store:
+    with opened(folder, campaign, count, engine, resume, overwrite) as store:
         missing = store.missing
         counted = Count(progress, store.flights, store.flights - sum(chunk.past - chunk.first for chunk in missing))
-        try:
-            for chunk, table in fly(missing, counted.add):
-                store.write(chunk, table)
-            summary = summarise(store, campaign.varies, grading(campaign.mission))
-            finish(store, campaign, summary, path, sheet or Sheet())
-        except KeyboardInterrupt:
-            store.save()  # names every file: the last one may just have been written
-            raise
+        for chunk, table in fly(missing, counted.add):
+            store.write(chunk, table)
+        summary = summarise(store, campaign.varies, grading(campaign.mission))
+        finish(store, campaign, summary, path, sheet or Sheet())
     return Finished(campaign, summary, folder)
-
-
-def kept_in(folder: Path) -> str:
-    """What is kept in the folder of an interrupted campaign, in words; empty for nothing."""
-    found = read_manifest(folder)
-    if found is None:
-        return ""
-    kept, wanted = len(found["chunks"]), -(-found["flights"] // found["chunk"])
-    return f"{kept} of {wanted} files of flights are kept in {folder}; continue with --resume"
 
 
 def finish(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
     """Write the report and the final manifest."""
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
-    files = write_report(store, campaign, summary, path, sheet)
-    store.save(complete=True, summary=as_json(summary), files=files)
+    write_report(store, campaign, summary, path, sheet)
+    store.save(complete=True, summary=as_json(summary))

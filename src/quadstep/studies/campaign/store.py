@@ -1,12 +1,8 @@
-"""The folder of a campaign: Parquet files of flights as they finish, and a manifest that lists them.
-
-A file appears whole or not at all, and counts once the manifest names it with its digest. So however a run is killed, the
-finished files can be read, and the run can be resumed.
-"""
+"""The folder of a campaign: Parquet files of flights as they finish, and a manifest that lists them with their digests."""
 
 import contextlib
 import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,13 +10,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from quadstep.io import files
-from quadstep.io.atomic import WRITING
 from quadstep.io.errors import UserError
-from quadstep.io.results.folder import Folder, names_in
-from quadstep.io.results.folder import opened as open_folder
-from quadstep.io.results.sealed import SEAL, sealed
+from quadstep.io.results.folder import Folder
+from quadstep.io.results.record import Record
+from quadstep.io.results.record import opened as open_record
 from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
-from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, cannot_continue, new_manifest, nothing_there, read_manifest
+from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, Manifest, cannot_continue, new_manifest
 from quadstep.studies.campaign.schema import Campaign
 
 
@@ -32,12 +27,24 @@ class Chunk(NamedTuple):
     past: int
 
 
-class Store:
-    """The folder of one campaign, held by one run. Made by `opened`."""
+class Store(Record):
+    """The folder of one campaign, which one run has for itself. Made by `opened`."""
+
+    NAME, SCHEMA, WHAT, ITEMS, INNER = MANIFEST, Manifest, "campaign", "files of flights", (FLIGHTS,)
 
     def __init__(self, files: Folder, manifest: dict[str, Any]) -> None:
-        self.files, self.folder, self.manifest = files, files.path, manifest
+        super().__init__(files, manifest)
         self.digests: dict[str, dict[str, int | str]] = {one["file"]: one for one in manifest["chunks"]}
+
+    @property
+    def names(self) -> list[str]:
+        """The files that the manifest names: of flights, and of the report."""
+        return [*self.digests, *super().names]
+
+    @property
+    def finished(self) -> int:
+        """The number of files that are present."""
+        return len(self.present)
 
     @property
     def flights(self) -> int:
@@ -92,20 +99,7 @@ class Store:
 
     def save(self, **more: object) -> None:
         """Write the manifest. Raises UserError."""
-        self.manifest |= {**more, "chunks": [self.digests[name] for name in sorted(self.digests)]}
-        with self.explained():
-            self.files.write(MANIFEST, sealed(self.manifest))
-
-    @contextlib.contextmanager
-    def explained(self) -> Iterator[None]:
-        """Turns an error of the disk into a UserError of one line."""
-        try:
-            yield
-        except OSError as error:
-            raise UserError(
-                f"{self.folder}: cannot be written: {error.strerror or error}; {len(self.present)} of {self.count} files of "
-                "flights are kept, --resume continues from there"
-            ) from None
+        super().save(**more, chunks=[self.digests[name] for name in sorted(self.digests)])
 
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
         """The finished flights, in order. Raises UserError for a file that cannot be read."""
@@ -141,7 +135,10 @@ class Store:
     def judge_again(self, campaign: Campaign) -> None:
         """Rewrite the existing flights with the campaign's current definition of success. Raises UserError."""
         for chunk in self.present:
-            self.write(chunk, judged(self.read_chunk(chunk), campaign))
+            table = judged(self.read_chunk(chunk), campaign)
+            del self.digests[chunk.file]
+            self.save()  # a run that is killed before the next time flies this file again
+            self.write(chunk, table)
 
     def verify(self) -> None:
         """Raises UserError for a file whose content is not what was written."""
@@ -162,72 +159,34 @@ def opened(
     """The folder of a campaign, created or resumed, and locked while the block runs.
 
     Raises UserError: for a folder that holds something else or another campaign, a campaign that has changed, a corrupted
-    file, a folder that another run is writing into.
+    file, a folder that another run is writing into. Raises InterruptedRun on Ctrl-C.
     """
-    with held(folder, resume) as inside:
-        yield prepared(inside, campaign, flights, engine, resume, overwrite)
-
-
-@contextlib.contextmanager
-def held(path: Path, resume: bool) -> Iterator[Folder]:
-    """A folder, created if absent and locked while the block runs. Raises UserError."""
-    if resume and not path.exists():
-        raise UserError(nothing_there(path))
-    with contextlib.ExitStack() as stack:
-        try:
-            folder = stack.enter_context(open_folder(path))
-            stack.enter_context(folder.locked(wait=False))
-        except BlockingIOError:
-            raise UserError(f"{path}: another campaign is being flown into this folder; choose another --out") from None
-        except OSError as error:
-            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
-        stack.callback(folder.sweep, FLIGHTS)  # Ctrl-C may have come between making a file and guarding it
-        yield folder
-
-
-def prepared(inside: Folder, campaign: Campaign, flights: int, engine: str, resume: bool, overwrite: bool) -> Store:
-    """The store in a folder that is locked."""
-    folder = inside.path
-    found = read_manifest(folder)
     mine = new_manifest(campaign, flights, engine)
-    inside.sweep(FLIGHTS)
-    if found is None:
-        if resume:
-            raise UserError(nothing_there(folder))
-        empty = inside.is_folder(FLIGHTS) and not inside.names(FLIGHTS)
-        strange = [name for name in inside.names() if not name.startswith(WRITING) and not (empty and name == FLIGHTS)]
-        if strange:
-            raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
-    if found is not None and not resume and (overwrite or not found["chunks"]):
-        for name in (MANIFEST, *(one["file"] for one in found["chunks"]), *names_in(found.get("files"))):
-            inside.remove(name)
-        found = None
-    if found is None:
-        store = Store(inside, mine)
-        store.save()
-        return store
-    found.setdefault("metrics", mine["metrics"])
-    store = Store(inside, found)
-    if not resume:
-        kept, all_of = len(store.present), store.count
-        state = "complete" if kept == all_of else f"{kept} of {all_of} files"
-        raise UserError(
-            f"{folder}: holds the campaign {found['name']!r} ({state}); continue with --resume, choose another --out, or "
-            "replace it with --overwrite"
-        )
-    changed = cannot_continue(found, campaign)
-    if any(found.get(key) != mine[key] for key in ("chunk", "metrics")) or SEAL not in found:
-        changed.append("its manifest has changed")
-    if changed:
-        raise UserError(f"{folder}: cannot be resumed: {changed[0]}; choose another --out, or start over with --overwrite")
+
+    def changed(manifest: Mapping[str, object]) -> list[str]:
+        """Why a campaign cannot be resumed."""
+        same = all(manifest.get(key, mine[key] if key == "metrics" else None) == mine[key] for key in ("chunk", "metrics"))
+        return [*cannot_continue(manifest, campaign), *([] if same else ["its manifest has changed"])]
+
+    with open_record(Store, folder, mine, changed, resume, overwrite) as (store, resumed):
+        if resumed:
+            go_on(store, campaign, mine)
+        yield store
+
+
+def go_on(store: Store, campaign: Campaign, mine: dict[str, Any]) -> None:
+    """Prepare a campaign that is resumed. mine: the manifest as it would be now. Raises UserError for a corrupted file."""
+    manifest = store.manifest
+    manifest.setdefault("metrics", mine["metrics"])
     store.verify()
-    store.shorten(flights)
-    if found.get("failure") != mine["failure"]:
+    store.shorten(mine["flights"])
+    if manifest.get("failure") != mine["failure"]:
+        manifest["failure"] = None  # until all are judged: a run that is killed meanwhile judges them again
         store.judge_again(campaign)
-    store.manifest |= {key: mine[key] for key in ("name", "campaign", "flights", "failure", "engine")}
-    store.manifest["machines"] = [*found["machines"], *(one for one in mine["machines"] if one not in found["machines"])]
-    store.save(complete=False)
-    return store
+    machines = [*manifest["machines"], *(one for one in mine["machines"] if one not in manifest["machines"])]
+    store.save(
+        **{key: mine[key] for key in ("name", "campaign", "flights", "failure", "engine", "complete")}, machines=machines
+    )
 
 
 KINDS = {FLIGHT: "int64", OUTCOME: "dictionary", TIME: "double", SUCCESS: "bool"}

@@ -7,7 +7,6 @@ the intervals of all looks together contain the probability with 95 % confidence
 
 import math
 from collections.abc import Iterator
-from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import NamedTuple
@@ -16,7 +15,6 @@ import pyarrow.compute as pc
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
 from quadstep.io.errors import UserError
-from quadstep.io.results.interrupts import interruptible
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, incomplete_beta
 from quadstep.mission.distributions import Grid, Sobol
 from quadstep.mission.schema import Grading, ungraded
@@ -25,8 +23,7 @@ from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.report.terminal.screen import command
 from quadstep.studies.campaign.flown import SUCCESS, Fly
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
-from quadstep.studies.campaign.manifest import read_manifest
-from quadstep.studies.campaign.run import Finished, finish, kept_in
+from quadstep.studies.campaign.run import Finished, finish
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.store import Chunk, Store, opened
 from quadstep.studies.campaign.summary import summarise
@@ -128,31 +125,27 @@ def fly_until(
     first = next(looks(target))
     check(campaign, path, first, most)
     fly: Fly[Chunk] = loaded(CAMPAIGNS, engine)(campaign)
-    known = read_manifest(folder) if resume else None
+    known = Store.manifest_in(folder) if resume else None
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)
     seen: list[Seen] = []
-    with interruptible(partial(kept_in, folder)), opened(folder, campaign, begun, engine, resume, overwrite) as store:
-        try:
-            for place, look in enumerate(looks(target)):
-                if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
-                    break
-                if look.flights > store.flights:
-                    campaign.check_count(look.flights)
-                    store.shorten(look.flights)
-                wanted = [chunk for chunk in store.missing if chunk.first < look.flights]
-                missing = sum(min(chunk.past, look.flights) - chunk.first for chunk in wanted)
-                counted = Count(progress, look.flights, look.flights - missing)
-                for chunk, table in fly(wanted, counted.add):
-                    store.write(chunk, table)
-                seen.append(look_at(store, look))
-                if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
-                    break
-            summary = summarise(store, campaign.varies, grading(campaign.mission))
-            finish(store, campaign, summary, path, sheet or Sheet())
-        except KeyboardInterrupt:
-            store.save()
-            raise
+    with opened(folder, campaign, begun, engine, resume, overwrite) as store:
+        for place, look in enumerate(looks(target)):
+            if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
+                break
+            if look.flights > store.flights:
+                campaign.check_count(look.flights)
+                store.shorten(look.flights)
+            wanted = [chunk for chunk in store.missing if chunk.first < look.flights]
+            missing = sum(min(chunk.past, look.flights) - chunk.first for chunk in wanted)
+            counted = Count(progress, look.flights, look.flights - missing)
+            for chunk, table in fly(wanted, counted.add):
+                store.write(chunk, table)
+            seen.append(look_at(store, look))
+            if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
+                break
+        summary = summarise(store, campaign.varies, grading(campaign.mission))
+        finish(store, campaign, summary, path, sheet or Sheet())
     return Decided(Finished(campaign, summary, folder), target, tuple(seen))
 
 

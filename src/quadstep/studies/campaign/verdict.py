@@ -4,13 +4,14 @@ from pathlib import Path
 
 from quadstep.engines.engine import Engine
 from quadstep.io.exit_codes import UNMET
+from quadstep.io.results.record import REPORT
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.share import Judged
 from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.studies.campaign import until
 from quadstep.studies.campaign.copies import alike
 from quadstep.studies.campaign.replay import replay_command
-from quadstep.studies.campaign.run import REPORT, Finished
+from quadstep.studies.campaign.run import Finished
 from quadstep.studies.campaign.summary import as_json
 
 

@@ -1,21 +1,19 @@
 """The folder of a run: rare.json, rewritten after each finished piece, so that an interrupted run can be resumed."""
 
 import contextlib
-import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
-from quadstep.io.atomic import WRITING
-from quadstep.io.errors import UserError
-from quadstep.io.results.folder import Folder, names_in
-from quadstep.io.results.sealed import read_sealed, sealed
+from quadstep.io.results.folder import Folder
+from quadstep.io.results.record import Record
+from quadstep.io.results.record import opened as open_record
 from quadstep.io.version import __version__
 from quadstep.studies.campaign import draws
 from quadstep.studies.campaign.manifest import OTHERS, cannot_continue, identity, machine
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.store import held
 from quadstep.studies.rare.done import Done
 
 MANIFEST = "rare.json"
@@ -41,85 +39,54 @@ class Manifest(BaseModel):
     sha256: str = ""
 
 
-class Kept:
-    """The folder of one run, locked by it. Made by `opened`."""
+class Kept(Record):
+    """The folder of one run, which has it for itself. Made by `opened`. pieces: that are finished, in order."""
 
-    def __init__(self, files: Folder, manifest: Manifest) -> None:
-        self.files, self.folder, self.manifest = files, files.path, manifest
+    NAME, SCHEMA, WHAT, ITEMS = MANIFEST, Manifest, "estimate", "replicates"
+
+    def __init__(self, files: Folder, manifest: dict[str, Any]) -> None:
+        super().__init__(files, manifest)
+        self.pieces = Manifest.model_validate(manifest).pieces
 
     @property
-    def pieces(self) -> list[Done]:
-        """The finished pieces, in order."""
-        return self.manifest.pieces
+    def finished(self) -> int:
+        """The number of pieces that are finished."""
+        return len(self.pieces)
+
+    @property
+    def count(self) -> int:
+        """The number of all pieces."""
+        count: int = self.manifest["wanted"]
+        return count
 
     def add(self, piece: Done) -> None:
         """Keep one more. Raises UserError if it cannot be written."""
-        self.manifest.pieces.append(piece)
-        self.save()
-
-    def save(self) -> None:
-        """Write rare.json. Raises UserError."""
-        with self.explained():
-            self.files.write(MANIFEST, sealed(self.manifest.model_dump(mode="json")))
-
-    @contextlib.contextmanager
-    def explained(self) -> Iterator[None]:
-        """Turns an error of the disk into a UserError of one line."""
-        try:
-            yield
-        except OSError as error:
-            raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}; --resume continues") from None
+        self.pieces.append(piece)
+        self.save(pieces=[one.model_dump(mode="json") for one in self.pieces])
 
 
 @contextlib.contextmanager
 def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> Iterator[Kept]:
     """The folder of a run, made or resumed, and locked while the block runs.
 
-    Raises UserError for a folder that holds something else, another run, or a run that another process is writing.
+    Raises UserError for a folder that holds something else, another run, or a run that another process is writing, and
+    InterruptedRun on Ctrl-C.
     """
-    with held(folder, resume) as inside:
-        yield prepared(inside, campaign, resume, overwrite)
-
-
-def prepared(inside: Folder, campaign: Campaign, resume: bool, overwrite: bool) -> Kept:
-    """The content of a locked folder."""
-    folder = inside.path
     mine = new_manifest(campaign)
-    found = read_manifest(folder)
-    if found is None:
-        if resume:
-            raise UserError(f"{folder}: nothing to resume; leave out --resume to start")
-        strange = [name for name in inside.names() if not name.startswith(WRITING)]
-        if strange:
-            raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
-        kept = Kept(inside, mine)
-        kept.save()
-        return kept
-    kept = Kept(inside, found)
-    if resume:
-        changed = cannot_continue({**found.decides, "version": found.version}, campaign)
-        if found.decides != mine.decides or not found.sha256:
-            changed.append(OTHERS["fingerprint"])
-        if changed:
-            raise UserError(f"{folder}: cannot be resumed: {changed[0]}; choose another --out, or start over with --overwrite")
-        found.complete = False
-        kept.save()
-        return kept
-    if not overwrite and found.pieces:
-        state = "complete" if found.complete else f"{len(found.pieces)} of {found.wanted} replicates"
-        raise UserError(
-            f"{folder}: holds the estimate {found.name!r} ({state}); continue with --resume, choose another --out, or "
-            "replace it with --overwrite"
-        )
-    with kept.explained():
-        for name in names_in(found.files):
-            inside.remove(name)
-    kept = Kept(inside, mine)
-    kept.save()
-    return kept
+
+    def changed(manifest: Mapping[str, object]) -> list[str]:
+        """Why a run cannot be resumed."""
+        found = Manifest.model_validate(manifest)
+        reasons = cannot_continue({**found.decides, "version": found.version}, campaign)
+        return reasons if found.decides == mine["decides"] else [*reasons, OTHERS["fingerprint"]]
+
+    with open_record(Kept, folder, mine, changed, resume, overwrite) as (kept, resumed):
+        if resumed:
+            kept.save(complete=False)
+        yield kept
 
 
-def new_manifest(campaign: Campaign) -> Manifest:
+def new_manifest(campaign: Campaign) -> dict[str, Any]:
     """rare.json before the first flight."""
     file = campaign.file
     rare = file.rare.model_dump(mode="json")
@@ -133,15 +100,4 @@ def new_manifest(campaign: Campaign) -> Manifest:
         mission=str(campaign.defaults["name"]),
         machine=machine(),
         wanted=file.rare.replicates + file.rare.opinions,
-    )
-
-
-def read_manifest(folder: Path) -> Manifest | None:
-    """rare.json of a folder, or None. Raises UserError for one that cannot be read."""
-    path = folder / MANIFEST
-    if not os.path.lexists(path):
-        return None
-    try:
-        return Manifest.model_validate(read_sealed(path))
-    except (UserError, ValidationError):
-        raise UserError(f"{path}: is damaged, or was not written by quadstep; choose another --out") from None
+    ).model_dump(mode="json")

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from quadstep.io.results.record import FIGURES, REPORT
 from quadstep.report import page, units
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.schema import Campaign
@@ -12,7 +13,7 @@ from quadstep.studies.rare.kept import Kept
 from quadstep.studies.rare.picture import draw_levels
 from quadstep.studies.rare.summary import Summary, rounded, sentences
 
-REPORT, FIGURES, LEVELS = "report.html", "figures", "levels"
+LEVELS = "levels"
 
 SHOWN = (
     "The probability of reaching each score, level by level; at the right, ×, that of failing. Black and red: the replicates; "
@@ -33,16 +34,15 @@ READING = (
 
 
 def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
-    """Write it to a temporary folder, move it into place, name its files in rare.json. Raises UserError for a full disk."""
-    with kept.explained(), kept.files.draft() as draft:
-        (draft.path / FIGURES).mkdir()
-        draw_levels(draft.path / FIGURES / LEVELS, kept.pieces, sheet.with_svg())
-        body = sections(kept, campaign, summary, path, draft.path / FIGURES)
-        page.write_page(draft.path / REPORT, campaign.file.name, body, "Rare failures")
-        names = kept.manifest.files = draft.files()
-        kept.save()  # so that files left by a killed run are known to be ours
-        kept.files.check_free(names)
-        kept.files.take(draft, names, REPORT)
+    """Write report.html and its figure. Raises UserError for a full disk."""
+
+    def write(out: Path) -> None:
+        draw_levels(out / FIGURES / LEVELS, kept.pieces, sheet.with_svg())
+        page.write_page(
+            out / REPORT, campaign.file.name, sections(kept, campaign, summary, path, out / FIGURES), "Rare failures"
+        )
+
+    kept.report(write)
 
 
 def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figures: Path) -> list[str]:
@@ -55,7 +55,7 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
         ("a flight fails", f"if it ends early{f', or {limits}' if limits else ''}"),
         ("method", f"{file.rare.method.words}, {file.rare.flights} flights per level"),
         ("seed, precision", f"{file.seed}, {file.precision}"),
-        ("quadstep", kept.manifest.version),
+        ("quadstep", kept.manifest["version"]),
     ]
     answer, *more = sentences(summary, file.rare.method)
     value, low, high = (units.number(part) for part in summary.probability)

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.io.results.interrupts import interruptible
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
@@ -43,15 +42,11 @@ def estimate(
     flights = Flights(campaign)
     with opened(folder, campaign, resume, overwrite) as kept:
         all_of = list(pieces(campaign))
-        with interruptible(
-            lambda: f"{len(kept.pieces)} of {len(all_of)} replicates are kept in {folder}; continue with --resume"
-        ):
-            for piece in all_of[len(kept.pieces) :]:
-                over = sum(one.flights for one in kept.pieces)
-                count = Count(progress, done=over, note=f"{piece.place + 1} of {len(all_of)}")
-                kept.add(fly_piece(flights, piece, count.add))
-            summary = summarise(kept.pieces)._replace(rest=grading(campaign.mission))
-            write_report(kept, campaign, summary, path, sheet or Sheet())
-            kept.manifest.complete, kept.manifest.summary = True, as_json(summary)
-            kept.save()
+        for piece in all_of[len(kept.pieces) :]:
+            over = sum(one.flights for one in kept.pieces)
+            count = Count(progress, done=over, note=f"{piece.place + 1} of {len(all_of)}")
+            kept.add(fly_piece(flights, piece, count.add))
+        summary = summarise(kept.pieces)._replace(rest=grading(campaign.mission))
+        write_report(kept, campaign, summary, path, sheet or Sheet())
+        kept.save(complete=True, summary=as_json(summary))
     return Found(campaign, summary, folder)

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from quadstep.io.exit_codes import UNMET
+from quadstep.io.results.record import REPORT
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.metrics.statistics import Estimate
-from quadstep.studies.rare.report import REPORT
 from quadstep.studies.rare.run import Found
 from quadstep.studies.rare.summary import as_json
 
