@@ -55,7 +55,7 @@ def test_intervals_of_mean_and_quantile_hold_the_truth_as_often_as_they_say():
 @pytest.mark.parametrize("count", [1, 5, 6, 71, 72, 1000, 999_983])
 def test_the_ranks_about_a_quantile_are_those_of_the_binomial_distribution(count, q):
     below, above = stats.binom.ppf([0.025, 0.975], count, q)
-    assert ranks_about(count, q) == (below, above + 1)
+    assert ranks_about(count, q, 0.025) == (below, above + 1)
 
 
 def test_the_same_values_give_the_same_interval():

@@ -110,11 +110,22 @@ def test_more_flights_that_succeed_count_before_a_smaller_objective():
 
 
 def test_a_quantile_is_compared_as_a_quantile():
-    before, after = np.full(100, 1.0), np.full(100, 1.1)
-    before[:20] = 9.0
-    assert "better" in compare(judge(aggregate="p95"), flown(before), flown(after)).verdict
-    before[:20] = 1.2
+    before, after = np.full(200, 1.0), np.full(200, 1.1)
+    before[:40] = 9.0
+    found = compare(judge(aggregate="p95"), flown(before), flown(after))
+    assert found.verdict.startswith("The tuned gains are better")
+    assert found.objective.difference == pytest.approx((-7.9, -7.9, -7.9))
+    assert "WORSE" in compare(judge(), flown(before * 0.01), flown(after)).verdict
+    before[:40] = 1.2
     assert "WORSE" in compare(judge(), flown(before), flown(after)).verdict
+
+
+def test_the_largest_of_flights_decides_nothing():
+    before = np.random.default_rng(1).exponential(size=200)
+    found = compare(judge(aggregate="worst"), flown(before), flown(0.5 * before))
+    assert "NOT shown to be better" in found.verdict
+    assert not found.objective.present.bounded
+    assert found.objective.difference.value == pytest.approx(-0.5 * before.max())
 
 
 def test_flights_that_are_all_lost_leave_no_numbers():

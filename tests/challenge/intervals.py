@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from quadstep.metrics import statistics
+from quadstep.studies.tuning.unseen import risen
 from tests.challenge.search import Attempt, Search, coverage
 
 SIZES = (6, 10, 30, 100, 1000)
@@ -68,7 +69,26 @@ def share_differences(seed: int) -> Iterable[Attempt]:
     return coverage(held())
 
 
+def changes(seed: int) -> Iterable[Attempt]:
+    """Of the objective of tuned gains: paired flights, skewed, some of which change far more than others."""
+    random = np.random.default_rng(seed)
+    shift = {"mean": 0.5, "p95": 0.5}
+
+    def pairs(count: int) -> tuple[np.ndarray, np.ndarray]:
+        before = random.exponential(size=count)
+        return before, np.where(random.random(count) < 0.5, before, random.exponential(size=count)) + 0.5
+
+    def held() -> Iterator[bool]:
+        while True:
+            kind = str(random.choice(list(shift)))
+            found = risen(kind, *pairs(int(random.choice(SIZES[1:]))))
+            yield not (found.low > shift[kind] or found.high < shift[kind])
+
+    return coverage(held(), 0.93)
+
+
 SEARCHES = [
+    Search("interval of what tuning gains", "the interval of a change of the objective holds it", changes),
     Search("interval of a mean", "of 95 % intervals of a mean at least 93 % hold it, also of skewed values", means),
     Search(
         "interval of a gain in successes", "the 95 % interval of a paired difference of shares holds it", share_differences

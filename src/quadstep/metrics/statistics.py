@@ -81,13 +81,23 @@ def quantile(values: NDArray[np.float64], q: float) -> Estimate:
     return ordered_quantile(values, q)._replace(value=float(np.quantile(values, q)))
 
 
-def ordered_quantile(values: NDArray[np.float64], q: float) -> Estimate:
+def quantile_difference(first: NDArray[np.float64], second: NDArray[np.float64], q: float) -> Estimate:
+    """What a quantile of the second is above that of the first, whether they are paired or not. Its interval is that of both
+    quantiles jointly. Needs finite values.
+    """
+    one, other = (ordered_quantile(values, q, 0.25 * (1.0 - LEVEL)) for values in (first, second))
+    value = float(np.quantile(second, q) - np.quantile(first, q))
+    return Estimate(value, other.low - one.high, other.high - one.low)
+
+
+def ordered_quantile(values: NDArray[np.float64], q: float, tail: float = 0.5 * (1.0 - LEVEL)) -> Estimate:
     """A quantile as one of the values, with an interval between two others, free of distribution and exact (Conover 1999).
 
-    Values may be infinite; an end of the interval for which there are too few values is NaN. Needs at least one value.
+    Values may be infinite; an end of the interval for which there are too few values is NaN. tail: the chance that it misses
+    the truth on either side. Needs at least one value.
     """
     ordered, count = np.sort(values), len(values)
-    low, high = ranks_about(count, q)
+    low, high = ranks_about(count, q, tail)
     return Estimate(
         float(ordered[max(0, math.ceil(count * q) - 1)]),
         float(ordered[low - 1]) if low >= 1 else math.nan,
@@ -96,9 +106,8 @@ def ordered_quantile(values: NDArray[np.float64], q: float) -> Estimate:
 
 
 @cache
-def ranks_about(count: int, q: float) -> tuple[int, int]:
+def ranks_about(count: int, q: float, tail: float) -> tuple[int, int]:
     """Ranks, from 1, of the values between which a quantile of so many lies; 0 or count + 1 where there is no such value."""
-    tail = 0.5 * (1.0 - LEVEL)
     return binomial_quantile(tail, count, q), binomial_quantile(1.0 - tail, count, q) + 1
 
 

@@ -1,13 +1,12 @@
 """Present and tuned gains on flights that no gain was tuned on, the same for both: every number with its interval."""
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.metrics.statistics import FEWEST, LEVEL, RESAMPLES, Estimate, mean, share, share_difference
+from quadstep.metrics.statistics import Estimate, mean, quantile, quantile_difference, share, share_difference
 from quadstep.studies.tuning.judge import Flown, Judge
 
 Floats = NDArray[np.float64]
@@ -55,8 +54,9 @@ def compare(judge: Judge, present: Flown, tuned: Flown, changed: bool = True) ->
     success = share_difference(gained, lost, count)
     both = present.completed & tuned.completed
     costs = [judge.costs(flown) for flown in (present, tuned)]
-    first, second = (aggregated(judge, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
-    objective = Row(OBJECTIVE, first, second, aggregated(judge, costs[1][both], costs[0][both]))
+    kind = judge.section.aggregate
+    first, second = (aggregated(kind, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
+    objective = Row(OBJECTIVE, first, second, risen(kind, costs[0][both], costs[1][both]))
     rows = [row(name, present, tuned, both) for name in judge.reported]
     where = " on flights they were not tuned on" if count > 1 else ""
     verdict = judged(success, objective, count == 1).format(where=where) if changed else UNCHANGED
@@ -87,23 +87,21 @@ def certain(difference: Estimate, alone: bool) -> int:
     return int(low > 0.0) - int(high < 0.0)
 
 
-def aggregated(judge: Judge, values: Floats, less: Floats | None = None) -> Estimate | None:
-    """The aggregate of the values of flights, or what it is above that of others, flights being drawn in pairs."""
-
-    def statistic(places: NDArray[np.int64]) -> float:
-        return judge.aggregate(values[places]) - (0.0 if less is None else judge.aggregate(less[places]))
-
-    return interval(statistic, len(values))
-
-
-def interval(statistic: Callable[[NDArray[np.int64]], float], count: int) -> Estimate | None:
-    """A statistic of flights at some places with its bootstrap interval (Efron 1979), reproducible; None without flights."""
-    if count == 0:
+def aggregated(kind: str, values: Floats) -> Estimate | None:
+    """An aggregate of the values of flights; of the largest nothing is known beyond it. None without flights."""
+    if len(values) == 0:
         return None
-    value = statistic(np.arange(count))
-    if count < FEWEST:
-        return Estimate(value, math.nan, math.nan)
-    random = np.random.default_rng(0)
-    found = [statistic(random.integers(0, count, count)) for _ in range(RESAMPLES)]
-    low, high = np.quantile(found, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)])
-    return Estimate(value, float(low), float(high))
+    if kind == "mean":
+        return mean(values)
+    return quantile(values, 0.95) if kind == "p95" else Estimate(float(values.max()), math.nan, math.nan)
+
+
+def risen(kind: str, before: Floats, after: Floats) -> Estimate | None:
+    """What an aggregate of the same flights is above that before. None without flights."""
+    if len(after) == 0:
+        return None
+    if kind == "mean":
+        return mean(after - before)
+    if kind == "p95":
+        return quantile_difference(before, after, 0.95)
+    return Estimate(float(after.max() - before.max()), math.nan, math.nan)
