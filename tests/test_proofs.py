@@ -50,7 +50,7 @@ def value(root: Term, at: dict[str, float]) -> float:
         return at[root.leaf]
     if op == "const":
         return float(root.leaf)
-    if op == "if":
+    if op == "where":
         test = parts[0]
         a, b = (value(part, at) for part in test.parts)
         truth = {"<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b}[test.op]
@@ -58,8 +58,8 @@ def value(root: Term, at: dict[str, float]) -> float:
     inside = [value(part, at) for part in parts]
     return {
         "+": lambda x, y: x + y, "-": lambda x, y: x - y, "*": lambda x, y: x * y, "/": lambda x, y: x / y,
-        "neg": lambda x: -x, "abs": abs, "sin": sin, "cos": cos, "exp": exp, "sigmoid": sigmoid, "sqrt": sqrt, "ln": log,
-        "atan2": atan2,
+        "negative": lambda x: -x, "magnitude": abs, "sin": sin, "cos": cos, "exp": exp, "sigmoid": sigmoid, "sqrt": sqrt,
+        "log": log, "atan2": atan2,
     }[op](*inside)  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""The basic operations of recorded numbers, each with its text in every language and its LLVM instructions.
+"""The basic operations of recorded numbers, each with its form in every language.
 
 Elementary functions are declared in `numbers/elementary.py`; here is what they, and laws, are made of. Values, derivatives and
 enclosures of these operations are Python operators of the kinds of numbers in `numbers/`.
@@ -23,6 +23,11 @@ Emit: TypeAlias = "Callable[..., ir.Value]"
 def built(name: str) -> Emit:
     """One instruction, by its name in llvmlite's builder."""
     return lambda emitter, *values: getattr(emitter.builder, name)(*values)
+
+
+def called(name: str) -> Emit:
+    """One of LLVM's own functions."""
+    return lambda emitter, x: emitter.intrinsic(name, x)
 
 
 def compared(sign: str) -> Emit:
@@ -82,7 +87,7 @@ def exponent(emitter: Instructions, x: ir.Value) -> ir.Value:
 
 
 class Forms(NamedTuple):
-    """An operation as text around its operands, and as instructions (emitter, *values).
+    """An operation as text around its operands, and as instructions (emitter, *values). coq: empty where no proof needs it.
 
     Brackets keep each separate in JavaScript and C, so that none combines with its neighbours.
     """
@@ -91,26 +96,27 @@ class Forms(NamedTuple):
     c: str
     python: str
     llvm: Emit
+    coq: str = ""
 
 
 FORMS = {
-    "+": Forms("({}+{})", "({} + {})", "{} + {}", built("fadd")),
-    "-": Forms("({}-{})", "({} - {})", "{} - {}", built("fsub")),
-    "*": Forms("({}*{})", "({} * {})", "{} * {}", built("fmul")),
-    "/": Forms("({}/{})", "({} / {})", "{} / {}", built("fdiv")),
-    "negative": Forms("(-{})", "(-{})", "-{}", built("fneg")),
-    "magnitude": Forms("Math.abs({})", "qs_abs({})", "abs({})", lambda emitter, x: emitter.intrinsic("fabs", x)),
-    "sqrt": Forms("Math.sqrt({})", "qs_sqrt({})", "sqrt({})", lambda emitter, x: emitter.intrinsic("sqrt", x)),
-    "<": Forms("({}<{})", "({} < {})", "{} < {}", compared("<")),
-    "<=": Forms("({}<={})", "({} <= {})", "{} <= {}", compared("<=")),
-    ">": Forms("({}>{})", "({} > {})", "{} > {}", compared(">")),
-    ">=": Forms("({}>={})", "({} >= {})", "{} >= {}", compared(">=")),
+    "+": Forms("({}+{})", "({} + {})", "{} + {}", built("fadd"), coq="({} + {})"),
+    "-": Forms("({}-{})", "({} - {})", "{} - {}", built("fsub"), coq="({} - {})"),
+    "*": Forms("({}*{})", "({} * {})", "{} * {}", built("fmul"), coq="({} * {})"),
+    "/": Forms("({}/{})", "({} / {})", "{} / {}", built("fdiv"), coq="({} / {})"),
+    "negative": Forms("(-{})", "(-{})", "-{}", built("fneg"), coq="(- {})"),
+    "magnitude": Forms("Math.abs({})", "qs_abs({})", "abs({})", called("fabs"), coq="(Rabs {})"),
+    "sqrt": Forms("Math.sqrt({})", "qs_sqrt({})", "sqrt({})", called("sqrt"), coq="(sqrt {})"),
+    "<": Forms("({}<{})", "({} < {})", "{} < {}", compared("<"), coq="(Rlt_dec {} {})"),
+    "<=": Forms("({}<={})", "({} <= {})", "{} <= {}", compared("<="), coq="(Rle_dec {} {})"),
+    ">": Forms("({}>{})", "({} > {})", "{} > {}", compared(">"), coq="(Rgt_dec {} {})"),
+    ">=": Forms("({}>={})", "({} >= {})", "{} >= {}", compared(">="), coq="(Rge_dec {} {})"),
     "==": Forms("({}==={})", "qs_equal({}, {})", "{} == {}", compared("==")),
     "!=": Forms("({}!=={})", "(!qs_equal({}, {}))", "{} != {}", unequal),
     "and": Forms("({}&&{})", "({} && {})", "{} and {}", built("and_")),
     "or": Forms("({}||{})", "({} || {})", "{} or {}", built("or_")),
     "not": Forms("(!{})", "(!{})", "not {}", built("not_")),
-    "where": Forms("({}?{}:{})", "({} ? {} : {})", "{1} if {0} else {2}", built("select")),
+    "where": Forms("({}?{}:{})", "({} ? {} : {})", "{1} if {0} else {2}", built("select"), coq="(if {} then {} else {})"),
     "bit": Forms("((D[0]={},W[0]&{})!==0)", "((qs_bits({}) & {}) != 0u)", "bit({}, {})", bit),
     "power": Forms("(D[0]={},W[1]=W[0]+1023<<20,W[0]=0,D[0])", "qs_power({})", "power({})", power),
     "fraction": Forms("(D[0]={},W[1]=W[1]&0xFFFFF|0x3FE00000,D[0])", "qs_fraction({})", "fraction({})", fraction),
@@ -147,6 +153,13 @@ def in_c(operation: str, operands: Sequence[str]) -> str:
     if operation not in FORMS:
         raise TypeError(f"the operation {operation!r} cannot be written in C")
     return FORMS[operation].c.format(*operands)
+
+
+def in_coq(operation: str, operands: Sequence[str]) -> str:
+    """An operation around its operands."""
+    if operation in OPERATIONS:
+        return f"({OPERATIONS[operation].coq} {' '.join(operands)})"
+    return FORMS[operation].coq.format(*operands)
 
 
 def constant_text(value: float) -> str:

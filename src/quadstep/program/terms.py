@@ -13,13 +13,9 @@ from typing import ClassVar, TypeAlias, cast
 
 from quadstep.numbers.kinds import Number
 from quadstep.numbers.operation import Kind, Operation, Rule
+from quadstep.program.operations import in_coq
 
 Operand: TypeAlias = "Term | float | int | Fraction"
-
-INFIX = {"+", "-", "*", "/"}
-PREFIX = {"neg": "-", "abs": "Rabs"}
-TESTS = {"<": "Rlt_dec", "<=": "Rle_dec", ">": "Rgt_dec", ">=": "Rge_dec"}
-"""Comparisons, and how Coq decides them."""
 
 
 class Term:
@@ -69,10 +65,10 @@ class Term:
         return reduce(Term.__mul__, [self] * count)
 
     def __neg__(self) -> Term:
-        return Term("neg", self)
+        return Term("negative", self)
 
     def __abs__(self) -> Term:
-        return Term("abs", self)
+        return Term("magnitude", self)
 
     def __lt__(self, other: Operand) -> Term:
         return Term("<", self, term(other))
@@ -98,8 +94,8 @@ class Functions(Kind):
 
     @staticmethod
     def rule(operation: Operation) -> Rule:
-        """Its name in Coq."""
-        return lambda _, *given: Term(operation.coq, *map(term, given))
+        """A term of its name."""
+        return lambda _, *given: Term(operation.name, *map(term, given))
 
     def sqrt(self, x: Operand) -> Term:
         return Term("sqrt", term(x))
@@ -108,7 +104,7 @@ class Functions(Kind):
         """Decided at once where the condition is known."""
         if isinstance(condition, bool):
             return yes if condition else no
-        return Term("if", condition, term(yes), term(no))
+        return Term("where", condition, term(yes), term(no))
 
 
 Term.functions = Functions()
@@ -185,20 +181,9 @@ def constant(value: Fraction) -> str:
 
 def coq(root: Term) -> str:
     """The term in Coq's notation for reals."""
-    op, parts = root.op, root.parts
-    if op in ("var", "const"):
+    if root.op in ("var", "const"):
         return constant(root.leaf) if isinstance(root.leaf, Fraction) else root.leaf
-    if op == "if":
-        test, yes, no = parts
-        return f"(if {decision(test)} then {coq(yes)} else {coq(no)})"
-    if op in INFIX:
-        return f"({coq(parts[0])} {op} {coq(parts[1])})"
-    return f"({PREFIX.get(op, op)} {' '.join(map(coq, parts))})"
-
-
-def decision(test: Term) -> str:
-    """The condition of Coq's `if`."""
-    return f"({TESTS[test.op]} {coq(test.parts[0])} {coq(test.parts[1])})"
+    return in_coq(root.op, [coq(part) for part in root.parts])
 
 
 def gappa(root: Term, rounding: str, lines: list[str]) -> str:
@@ -213,9 +198,9 @@ def gappa(root: Term, rounding: str, lines: list[str]) -> str:
             return decimal(node.leaf) if isinstance(node.leaf, Fraction) else node.leaf
         if id(node) not in done:
             inside = [written(part) for part in node.parts]
-            text = f"-{inside[0]}" if node.op == "neg" else f" {node.op} ".join(inside)
+            text = f"-{inside[0]}" if node.op == "negative" else f" {node.op} ".join(inside)
             name = f"t{len(lines)}"
-            lines.append(f"{name} = {text};" if node.op == "neg" else f"{name} = {rounding}({text});")
+            lines.append(f"{name} = {text};" if node.op == "negative" else f"{name} = {rounding}({text});")
             done[id(node)] = name
         return done[id(node)]
 
