@@ -15,6 +15,7 @@ from typing import NamedTuple
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from quadstep.io.errors import UserError
+from quadstep.io.results.folder import READ, below
 from quadstep.page.cards import list_page
 from quadstep.page.compared import compared_page
 from quadstep.page.folder import manifest, result_in, results
@@ -66,16 +67,13 @@ def parts_of(path: str) -> list[str]:
 
 def open_below(root: Path, parts: list[str]) -> int:
     """A handle of the regular file or folder at `parts` below `root`, no link followed on the way. Raises NotFound."""
-    handle = os.open(root, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    for part in parts:
-        try:
-            inner = os.open(part, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=handle)
-        except (OSError, ValueError):
-            raise NotFound from None
-        finally:
-            os.close(handle)
-        handle = inner
-    return handle
+    folder = os.open(root, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        return below(folder, parts, READ)
+    except (OSError, ValueError):
+        raise NotFound from None
+    finally:
+        os.close(folder)
 
 
 def open_file(root: Path, path: str) -> int:
