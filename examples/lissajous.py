@@ -3,9 +3,7 @@
 import math
 from typing import NamedTuple
 
-from quadstep.interfaces.gain import gain
-from quadstep.numbers import Number, Vector, cos, sin, vector
-from quadstep.world.guidance import DeclaredPath, Reference
+from quadstep.own import Number, Path, Reference, Vector, cos, gain, sin, vector
 
 
 class LissajousNumbers(NamedTuple):
@@ -18,7 +16,7 @@ class LissajousNumbers(NamedTuple):
     period: Number = gain(10.0, "s", "of the whole figure", low=2.0)
 
 
-class Lissajous(DeclaredPath):
+class Lissajous(Path):
     """Once around, in motion from the start."""
 
     Numbers = LissajousNumbers

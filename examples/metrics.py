@@ -6,8 +6,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from quadstep.interfaces.metric import Metric
-from quadstep.numbers import Number, absolute, sqrt, where
+from quadstep.own import Metric, Number, absolute, sqrt, where
 
 NEAR = 0.05
 """Distance from the path within which it counts as settled [m]."""

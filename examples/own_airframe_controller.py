@@ -5,12 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep import flight_metrics, fly, read_mission
-from quadstep.control.vectoring import vee_error
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude
-from quadstep.interfaces.controller import Command, Controller
-from quadstep.interfaces.gain import believed
-from quadstep.numbers import Vector, vector
-from quadstep.numbers.rotations import rotation_matrix
+from quadstep.own import Command, Controller, Vector, believed, rotation_matrix, up_axis, vector, vee_error, wanted_attitude
 
 
 class Gains(NamedTuple):

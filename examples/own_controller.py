@@ -8,12 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.inversion import invert_force
-from quadstep.interfaces.controller import Command, Controller
-from quadstep.interfaces.gain import believed, gain, given
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Number, vector
-from quadstep.vehicle.paper.state import State
+from quadstep.own import Command, Controller, Model, Number, Reference, State, believed, gain, given, vector
 
 
 class Gains(NamedTuple):

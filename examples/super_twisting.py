@@ -10,15 +10,32 @@ Levant (1993) with the gains of Moreno and Osorio (2012); the attitude follows b
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.projection import project
-from quadstep.control.vectoring import vee_error
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude
-from quadstep.interfaces.controller import Command, Condition, Controller, Measured
-from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Number, Vector, absolute, sqrt, vector, where
-from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.own import (
+    Command,
+    Condition,
+    Controller,
+    Measured,
+    Model,
+    Number,
+    Reference,
+    Vector,
+    absolute,
+    believed,
+    cross,
+    gain,
+    given,
+    project,
+    quaternion_of,
+    rotation_matrix,
+    sqrt,
+    up_axis,
+    usual,
+    vector,
+    vee_error,
+    wanted_attitude,
+    where,
+    yaw_pitch_roll,
+)
 
 
 class Gains(NamedTuple):

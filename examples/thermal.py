@@ -6,11 +6,7 @@
 import math
 from typing import Any, NamedTuple
 
-from quadstep.interfaces.closed_loop import Clock
-from quadstep.interfaces.gain import gain
-from quadstep.numbers import Number, Vector, exp, sin, sqrt, vector
-from quadstep.numbers.noise import normals
-from quadstep.world.air.declared import DeclaredAir
+from quadstep.own import Clock, Number, Vector, Wind, exp, gain, normals, sin, sqrt, vector
 
 STREAM = 0
 """Of the noise: the sensors' begin at 1."""
@@ -26,7 +22,7 @@ class ThermalNumbers(NamedTuple):
     time: Number = gain(0.7, "s", "over which that is correlated")
 
 
-class Thermal(DeclaredAir):
+class Thermal(Wind):
     """Its state is what the noise has come to [m/s]."""
 
     Numbers = ThermalNumbers

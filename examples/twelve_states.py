@@ -7,12 +7,7 @@ rates. The thrust acts along the body's z axis, down; the height h is measured u
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.interfaces.closed_loop import Outcome
-from quadstep.interfaces.controller import Controller
-from quadstep.interfaces.gain import believed, gain, given
-from quadstep.interfaces.model import Model
-from quadstep.numbers import Number, Vector, cos, sin, vector, where
-from quadstep.vehicle.plants.declared import DeclaredPlant
+from quadstep.own import Controller, Model, Number, Outcome, Plant, Vector, believed, cos, gain, given, sin, vector, where
 
 ZERO = vector(0.0, 0.0, 0.0)
 
@@ -50,7 +45,7 @@ class Push(NamedTuple):
 
 
 @dataclass(frozen=True)
-class TwelveStates(DeclaredPlant):
+class TwelveStates(Plant):
     """The plant."""
 
     name: ClassVar = "twelve-states"

@@ -3,17 +3,15 @@
 import pytest
 
 from quadstep import Mission, UserError, fly
-from quadstep.commands.cli import COMMANDS
-from quadstep.engines.engine import FLOWN_BY, Engine
+from quadstep.engines.engine import Engine
 from quadstep.export.run import TARGETS, Request, export_mission
-from quadstep.identify.logs.topics import READERS, read_topics
+from quadstep.identify.logs.topics import read_topics
 from quadstep.io import doors
 from quadstep.io.user_code import loading
 from quadstep.mission.autopilots import AUTOPILOTS
-from quadstep.report.panels import FIGURES, flight_jobs
+from quadstep.report.panels import flight_jobs
 from tests.commands import LINE, quadstep, write
-
-DOORS = (COMMANDS, TARGETS, READERS, AUTOPILOTS, FIGURES, *FLOWN_BY.values())
+from tests.doors import DOORS
 
 MODULE = '''
 from quadstep.bridges.autopilot.controller import PilotedLaw

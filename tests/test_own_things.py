@@ -35,7 +35,11 @@ preset = "research-2.6kg"
 WRONG_PATHS = {
     "no such file": ('type = "nowhere.py:Loop"', "", "nowhere.py: file not found"),
     "no such name": ('type = "own.py:Loop"', "class Other: pass", "has no 'Loop'; it defines Other"),
-    "no path": ('type = "own.py:Loop"', "class Loop: pass", "path: type: own.py:Loop: should be a subclass of .*DeclaredPath"),
+    "no path": (
+        'type = "own.py:Loop"',
+        "class Loop: pass",
+        "path: type: own.py:Loop: should be a subclass of quadstep.own.Path",
+    ),
     "abstract": (
         'type = "own.py:Loop"',
         "from quadstep.world.guidance import DeclaredPath\nclass Loop(DeclaredPath): pass",
@@ -194,14 +198,14 @@ rising = 3.0
 
 STEADY = """
 from typing import NamedTuple
-from quadstep.world.air.declared import DeclaredAir
+from quadstep.world.air.declared import DeclaredWind
 from quadstep.interfaces.gain import gain
 from quadstep.numbers import Vector, vector
 
 class Numbers(NamedTuple):
     mean: Vector = gain((0.0, 0.0, 0.0), "m/s", "of the wind", signed=True)
 
-class Steady(DeclaredAir):
+class Steady(DeclaredWind):
     Numbers = Numbers
     def wind(self, air, p, time):
         return p.wind.mean
@@ -210,7 +214,7 @@ class Steady(DeclaredAir):
 WRONG_WINDS = {
     "no wind": (
         'type = "lissajous.py:Lissajous"',
-        "wind: type: lissajous.py:Lissajous: should be a subclass of .*DeclaredAir",
+        "wind: type: lissajous.py:Lissajous: should be a subclass of quadstep.own.Wind",
     ),
     "unknown key": ('type = "thermal.py:Thermal"\nmean = [1.0, 0.0, 0.0]', "wind.mean: unknown key; allowed here: breeze,"),
     "out of range": ('type = "thermal.py:Thermal"\ntime = 0.0', "wind.time: should be greater than 0, not 0.0"),
@@ -258,7 +262,7 @@ def test_the_numbers_of_a_wind_have_sliders(folder):
 @pytest.mark.parametrize("case", WRONG_WINDS)
 def test_wrong_winds_are_one_line(folder, case):
     table, said = WRONG_WINDS[case]
-    code = "from quadstep.world.air.declared import DeclaredAir as Air\nclass Fails(Air):\n    def wind(self, air, p, time):\n"
+    code = "from quadstep.world.air.declared import DeclaredWind as W\nclass Fails(W):\n    def wind(self, air, p, time):\n"
     numbers = "\nfrom typing import NamedTuple\nclass N(NamedTuple): pass\nFails.Numbers = N\n"
     (folder / "own.py").write_text(f"{code}        return speed{numbers}")
     mission = THERMAL.partition("[wind]")[0] + f"[wind]\n{table}\n"
@@ -300,7 +304,7 @@ class One(Metric):
 
 WRONG_METRICS = {
     '"metrics.py:Nothing"': ({}, "metrics: .*metrics.py: has no 'Nothing'; it defines "),
-    '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of .*Metric"),
+    '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of quadstep.own.Metric"),
     '"overshoot"': ({}, "metrics: 'overshoot': does not name a class in a Python file"),
     "3": ({}, r"metrics\[0\]: should be a valid string, not 3"),
     '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics share the name climb"),

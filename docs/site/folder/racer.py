@@ -1,3 +1,3 @@
-"""A vehicle of one's own whose numbers are computed: a lighter X500 (docs/own-things.md)."""
+"""A vehicle of one's own whose numbers are computed: a lighter X500 (docs/extending.md)."""
 
 RACER = {"preset": "x500", "mass": 1.5}

@@ -1,10 +1,8 @@
-"""A disturbance of one's own for the paper's plant: an elastic tether to the place of take-off (docs/own-things.md)."""
+"""A disturbance of one's own for the paper's plant: an elastic tether to the place of take-off (docs/extending.md)."""
 
 from typing import NamedTuple
 
-from quadstep.interfaces.gain import gain
-from quadstep.numbers import Number, vector
-from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance
+from quadstep.own import Disturbance, Number, gain, vector
 
 
 class Numbers(NamedTuple):
@@ -13,7 +11,7 @@ class Numbers(NamedTuple):
     stiffness: Number = gain(1.0, "N/m", "of the tether")
 
 
-class Tether(DeclaredDisturbance):
+class Tether(Disturbance):
     """Pulls towards the origin."""
 
     Numbers = Numbers

@@ -3,12 +3,21 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.vectoring import vee_error
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude
-from quadstep.interfaces.controller import Command, Controller, Measured
-from quadstep.interfaces.gain import believed, gain, given
-from quadstep.numbers import Number, Vector, vector
-from quadstep.numbers.rotations import rotation_matrix
+from quadstep.own import (
+    Command,
+    Controller,
+    Measured,
+    Number,
+    Vector,
+    believed,
+    gain,
+    given,
+    rotation_matrix,
+    up_axis,
+    vector,
+    vee_error,
+    wanted_attitude,
+)
 
 
 class Gains(NamedTuple):

@@ -8,7 +8,7 @@ from quadstep.io.user_code.installed import WINDS
 from quadstep.mission.fields import Duration, NonNegative, Positive, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
-from quadstep.world.air.declared import DeclaredAir
+from quadstep.world.air.declared import DeclaredWind
 from quadstep.world.air.wind import Dryden, MovingAir, Wind
 
 KNOT = 1852.0 / 3600.0
@@ -110,7 +110,7 @@ class WindSection(Section):
 class OwnWindSection(OwnSection):
     """A wind of the user's own: its `type`, and a key for each of its numbers."""
 
-    thing: ClassVar[DeclaredAir]
+    thing: ClassVar[DeclaredWind]
 
     def warnings(self) -> list[str]:
         """Nothing is known that speaks against it."""
@@ -120,7 +120,7 @@ class OwnWindSection(OwnSection):
         """Any duration suits."""
 
     @property
-    def air(self) -> DeclaredAir:
+    def air(self) -> DeclaredWind:
         """Its law."""
         return self.thing
 
@@ -132,4 +132,4 @@ class OwnWindSection(OwnSection):
 if TYPE_CHECKING:
     AnyWind = WindSection | OwnWindSection
 else:
-    AnyWind = Annotated[SerializeAsAny[WindSection], WrapValidator(own_or(DeclaredAir, OwnWindSection, WINDS))]
+    AnyWind = Annotated[SerializeAsAny[WindSection], WrapValidator(own_or(DeclaredWind, OwnWindSection, WINDS))]

@@ -91,7 +91,7 @@ def as_controller(thing: object, found: Place, measures: type) -> type[Controlle
             said = "a function flies a real vehicle or the paper's plant; this vehicle needs a Controller"
             raise UserError(f"{found.text}: {said}")
         return opaque_law(thing, found.name, measures)
-    raise UserError(f"{found.text}: should be a subclass of quadstep.interfaces.controller.Controller, or a function")
+    raise UserError(f"{found.text}: should be a subclass of quadstep.own.Controller, or a function")
 
 
 def check_declared(law: type[Controller]) -> None:

@@ -31,7 +31,7 @@ def own_class(kind: str, base: type, group: str, folder: Path) -> type | None:
     found = own_place(kind, group)
     if found is None:
         return None
-    thing, wanted = load(found, folder), f"{base.__module__}.{base.__qualname__}"
+    thing, wanted = load(found, folder), f"quadstep.own.{base.__name__.removeprefix('Declared')}"
     if not (isinstance(thing, type) and issubclass(thing, base)):
         raise UserError(f"{kind}: should be a subclass of {wanted}")
     lacking = sorted(getattr(thing, "__abstractmethods__", ()))

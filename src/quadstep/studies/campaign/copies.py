@@ -7,7 +7,7 @@ from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
-from quadstep.world.air.declared import DeclaredAir
+from quadstep.world.air.declared import DeclaredWind
 
 
 def copies(campaign: Campaign) -> bool:
@@ -21,7 +21,7 @@ def copies(campaign: Campaign) -> bool:
     if mission.noisy or mission.controller.controller.one_at_a_time:
         return False
     return isinstance(mission, LagrangeMission) or (
-        isinstance(mission, MultirotorMission) and not isinstance(mission.wind.air, DeclaredAir)
+        isinstance(mission, MultirotorMission) and not isinstance(mission.wind.air, DeclaredWind)
     )
 
 

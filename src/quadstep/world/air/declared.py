@@ -15,7 +15,7 @@ from quadstep.numbers import Number, Vector
 
 
 @dataclass(frozen=True)
-class DeclaredAir(ABC):
+class DeclaredWind(ABC):
     """An `Air`; structure only, so it has no fields. Its numbers are `p.wind`, the words of its noise `p.key`.
 
     Numbers: declared, each with a default. stirs: whether it has a state, such as that of a
@@ -23,12 +23,12 @@ class DeclaredAir(ABC):
 
     >>> from types import SimpleNamespace
     >>> from typing import NamedTuple
-    >>> from quadstep.world.air.declared import DeclaredAir
+    >>> from quadstep.world.air.declared import DeclaredWind
     >>> from quadstep.interfaces.gain import gain
     >>> from quadstep.numbers import vector
     >>> class ThermalNumbers(NamedTuple):
     ...     strength: float = gain(2.0, "m/s", "how fast it rises")
-    >>> class Thermal(DeclaredAir):
+    >>> class Thermal(DeclaredWind):
     ...     Numbers = ThermalNumbers
     ...     def wind(self, air, p, time):
     ...         return vector(0.0, 0.0, p.wind.strength)

@@ -1,0 +1,68 @@
+"""What a user's own controller, plant, path, wind, disturbance or metric is made of: one name for each (docs/extending.md).
+
+>>> from typing import NamedTuple
+>>> from quadstep.own import Wind, gain, sin, vector
+>>> class SwellNumbers(NamedTuple):
+...     speed: float = gain(2.0, "m/s", "largest speed of the air")
+>>> class Swell(Wind):
+...     Numbers = SwellNumbers
+...     def wind(self, air, p, time):
+...         return vector(p.wind.speed * sin(time), 0.0, 0.0)
+"""
+
+from quadstep.control.opaque import Known as MeasuredArrays
+from quadstep.control.opaque import Wanted as ReferenceArrays
+from quadstep.control.projection import project
+from quadstep.control.vectoring import vee_error
+from quadstep.control.wanted_attitude import up_axis, wanted_attitude
+from quadstep.interfaces.closed_loop import Clock, Outcome, finite
+from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
+from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
+from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Drawn, Rotor
+from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
+from quadstep.numbers import (
+    Matrix,
+    Number,
+    Table,
+    Vector,
+    absolute,
+    atan2,
+    clip,
+    cos,
+    exp,
+    log,
+    matrix,
+    maximum,
+    minimum,
+    outer,
+    power,
+    scan,
+    sigmoid,
+    sin,
+    sqrt,
+    total,
+    vector,
+    where,
+)
+from quadstep.numbers.noise import normals
+from quadstep.numbers.rotations import cross, multiply, quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance as Disturbance
+from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.plants.declared import DeclaredPlant as Plant
+from quadstep.vehicle.plants.declared import PlantParameters
+from quadstep.world.air.declared import DeclaredWind as Wind
+from quadstep.world.guidance.declared import DeclaredPath as Path
+
+__all__ = [
+    "BodyRates", "Clock", "Command", "Condition", "Controller", "Disturbance", "Drawn", "Matrix", "Measured",
+    "MeasuredArrays", "Metric", "Model", "Number", "Outcome", "Path", "Plant", "PlantParameters", "Reference",
+    "ReferenceArrays", "Rotor", "RotorSpeeds", "RotorThrusts", "State", "Table", "UserError", "Vector", "Wind",
+    "absolute", "atan2", "believed", "clip", "cos", "cross", "exp", "finite", "from_gains", "gain", "given", "log", "matrix",
+    "maximum", "minimum", "multiply", "normals", "outer", "power", "project", "quaternion_of", "rotation_matrix", "scan",
+    "sigmoid", "sin", "sqrt", "total", "up_axis", "usual", "vector", "vee_error", "wanted_attitude", "where",
+    "yaw_pitch_roll",
+]  # fmt: skip

@@ -1,0 +1,10 @@
+"""All doors of the package."""
+
+from quadstep.commands.cli import COMMANDS
+from quadstep.engines.engine import FLOWN_BY
+from quadstep.export.run import TARGETS
+from quadstep.identify.logs.topics import READERS
+from quadstep.mission.autopilots import AUTOPILOTS
+from quadstep.report.panels import FIGURES
+
+DOORS = (COMMANDS, TARGETS, READERS, AUTOPILOTS, FIGURES, *FLOWN_BY.values())
