@@ -11,7 +11,8 @@ import tempfile
 import numpy as np
 
 from quadstep.studies.envelope.request import request
-from quadstep.studies.envelope.run import fly_envelope, sentence
+from quadstep.studies.envelope.run import Map
+from quadstep.studies.study import run
 
 HERE = pathlib.Path(__file__).parent
 ROOT = HERE.parent
@@ -25,9 +26,9 @@ def main(folder: pathlib.Path = HERE) -> None:
     asked = request(MISSION, X, Y, BY, [FAILURE])
     with tempfile.TemporaryDirectory() as temporary:
         out = pathlib.Path(temporary) / "out"
-        found = fly_envelope(asked, out)
+        found, evidence = run(Map(asked), out)
         shutil.copyfile(out / "envelope.png", folder / "envelope.png")
-    print(sentence(found))
+    print(*evidence.sentences)
     (with_nets, without), (rmse, bare) = found.cells.flyable, found.cells.rmse
     both = with_nets & without
     low, middle, high = np.quantile(bare[both] / rmse[both], [0.05, 0.5, 0.95])

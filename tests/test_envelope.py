@@ -15,12 +15,13 @@ from quadstep.metrics.statistics import share
 from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
+from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flown import Flyer, on_lanes
-from quadstep.studies.envelope import cells as cells_module
-from quadstep.studies.envelope.cells import CAUSES, Cells, fly_cells, middle
+from quadstep.studies.envelope.cells import CAUSES, Cells, cells_of, middle
 from quadstep.studies.envelope.picture import draw_panel, legend, length, scale
 from quadstep.studies.envelope.request import NOISY_FLIGHTS, request
-from quadstep.studies.envelope.run import fly_envelope
+from quadstep.studies.envelope.run import Map
+from quadstep.studies.study import Span, run
 from tests.campaigns import MASS, NOISY, SHORT, written
 from tests.commands import quadstep
 
@@ -116,7 +117,7 @@ def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
 
 def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkeypatch):
     path = case[1].parent / "mission.toml"
-    monkeypatch.setattr(cells_module, "SPAN", 7)
+    monkeypatch.setattr(study_module, "MOST_AT_ONCE", 7)
     options = ["--x", "path.duration=2:5:4", "--y", "disturbance.scale=0,1,2", "--by", "controller.nets.enabled=true,false"]
     assert quadstep("envelope", path, *options, "--failure", "largest_error=0.5", "--out", tmp_path / "again").code == 0
     assert (tmp_path / "again" / "envelope.parquet").read_bytes() == (case[1] / "envelope.parquet").read_bytes()
@@ -184,7 +185,7 @@ def test_a_campaign_keeps_what_varies_and_what_fails(tmp_path):
     assert len(set(flown["vehicle.mass"].to_pylist())) == 120
     for cell in range(6):  # the file's own grid goes through its values within each cell
         assert flown["disturbance.force.0"].to_pylist()[cell::6] == [0.0, 9.0] * 10
-    cells = fly_cells(asked, on_lanes(asked.campaign))
+    cells = cells_of(asked, on_lanes(asked.campaign)([Span(0, 120)], lambda _: None))
     good = np.array(flown["success"].to_pylist()).reshape(20, 1, 2, 3).sum(axis=0)
     assert (cells.successes == good).all()
     assert 0 < good.sum() < 120
@@ -193,7 +194,7 @@ def test_a_campaign_keeps_what_varies_and_what_fails(tmp_path):
 def test_what_can_be_built_in_one_go_is_tried_all_over_the_map(tmp_path):
     asked = request(saved(tmp_path), "vehicle.mass=1:2:300", "disturbance.scale=0:7:2")
     flyer = Flyer(asked.campaign)
-    fly_cells(asked, flyer.fly_spans)
+    flyer.fly(0, 1)
     for name, ends in (("vehicle.mass", (1.0, 2.0)), ("disturbance.scale", (0.0, 7.0))):
         column = flyer.planner.typical[name].column()
         assert (column.min(), column.max()) == ends
@@ -326,6 +327,6 @@ def test_a_grid_of_wind_that_begins_at_zero_flies_with_turbulence(tmp_path):
         "[wind]\nturbulence = { wind_20 = 4.0 }\n"
     )
     asked = request(tmp_path / "windy.toml", "wind.mean.0=0:4:2", "path.duration=1:2:2", None, (), 3)
-    found = fly_envelope(asked, tmp_path / "out")
+    found = run(Map(asked), tmp_path / "out").found
     assert found.cells.share.min() == 1.0
     assert (found.cells.rmse > 1e-4).all()  # the gust that stands is felt

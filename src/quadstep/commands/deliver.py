@@ -4,13 +4,17 @@ import json
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from quadstep.io.errors import UserError
 from quadstep.io.results.interrupts import signals_ignored
 from quadstep.metrics.judging.verdict import Verdict
-from quadstep.report.terminal.screen import complain
+from quadstep.report.terminal.screen import complain, say, say_whole
+
+if TYPE_CHECKING:
+    from quadstep.studies.study import Evidence
 
 START = 4096
 """Characters of a file by which a JUnit file is known."""
@@ -53,3 +57,14 @@ def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float)
                 complain(case.sentence)
     if verdict.exit_code:
         raise typer.Exit(verdict.exit_code)
+
+
+def show(evidence: "Evidence", folder: Path) -> None:
+    """Say what a study has found, and where it is."""
+    for sentence in evidence.sentences:
+        say(sentence)
+    for one in evidence.figures:
+        drawn = next((path for path in sorted(folder.glob(f"{one.name}.*"))), None)
+        if drawn:
+            say_whole(f"{one.label}: {drawn}")
+    say_whole(f"Report: {folder / 'report.html'}")

@@ -1,16 +1,25 @@
 """`quadstep envelope`."""
 
+import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
+from quadstep.commands.deliver import check_junit, deliver, show
+from quadstep.commands.options import (
+    FiguresOption,
+    JsonOption,
+    JunitOption,
+    OverwriteOption,
+    StyleOption,
+    WidthOption,
+    engine_option,
+)
 from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import say, say_whole
 
 
 def envelope(
@@ -35,22 +44,28 @@ def envelope(
     engine: Annotated[Engine, engine_option(CAMPAIGNS)] = Engine.LANES,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-envelope.")] = None,
     overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+    junit: JunitOption = None,
     figures: FiguresOption = USUAL,
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:
     """Map, over two keys of a mission, where it can be flown, and how well.
 
-    Writes report.html, envelope.png, envelope.svg, envelope.parquet (one row per cell) and metrics.json.
+    Writes report.html, envelope.png, envelope.svg, envelope.parquet (one row per cell), table.tex and metrics.json.
     """
+    started = time.perf_counter()
+    if junit:
+        check_junit(junit)
     with needed_by("`quadstep envelope`"):
         from quadstep.studies.envelope.request import request
-        from quadstep.studies.envelope.run import fly_envelope, sentence
+        from quadstep.studies.envelope.run import Map
+        from quadstep.studies.study import run
 
         folder, drawn_on = out or Path("out") / f"{file.stem}-envelope", sheet(figures, width, style)
-        asked = request(file, x, y, by, failure or (), flights)
-        with bar("flying", "flights", asked.cells * asked.flights) as shown:
-            found = fly_envelope(asked, folder, engine, overwrite, shown, drawn_on)
-    say(sentence(found))
-    say_whole(f"Map: {folder / f'envelope.{drawn_on.formats[0]}'}")
-    say_whole(f"Report: {folder / 'report.html'}")
+        asked = Map(request(file, x, y, by, failure or (), flights))
+        with bar("flying", "flights", asked.flights) as shown:
+            evidence = run(asked, folder, engine, overwrite, shown, drawn_on).evidence
+    if not as_json:
+        show(evidence, folder)
+    deliver(evidence.verdict("envelope", folder), as_json, junit, time.perf_counter() - started)

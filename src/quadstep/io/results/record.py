@@ -113,7 +113,7 @@ class Record:
 
 @contextlib.contextmanager
 def opened(
-    kind: type[R], path: Path, mine: dict[str, Any], changed: Callable[[Mapping[str, object]], list[str]], resume: bool,
+    kind: type[R], path: Path, mine: dict[str, object], changed: Callable[[Mapping[str, object]], list[str]], resume: bool,
     overwrite: bool,
 ) -> Iterator[tuple[R, bool]]:  # fmt: skip
     """The folder of a run, made or resumed, and locked while the block runs; whether it is resumed.
@@ -137,7 +137,7 @@ def opened(
 
 
 def prepared(
-    kind: type[R], inside: Folder, mine: dict[str, Any], changed: Callable[[Mapping[str, object]], list[str]], resume: bool,
+    kind: type[R], inside: Folder, mine: dict[str, object], changed: Callable[[Mapping[str, object]], list[str]], resume: bool,
     overwrite: bool,
 ) -> tuple[R, bool]:  # fmt: skip
     """The record in a folder that is locked, and whether it is resumed."""

@@ -4,7 +4,7 @@ import contextlib
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -15,7 +15,7 @@ from quadstep.io.results.folder import Folder
 from quadstep.io.results.record import Record
 from quadstep.io.results.record import opened as open_record
 from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
-from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, Manifest, cannot_continue, new_manifest
+from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, Manifest, cannot_continue, machine, new_manifest
 from quadstep.studies.campaign.schema import Campaign
 
 
@@ -32,9 +32,9 @@ class Store(Record):
 
     NAME, SCHEMA, WHAT, ITEMS, INNER = MANIFEST, Manifest, "campaign", "files of flights", (FLIGHTS,)
 
-    def __init__(self, files: Folder, manifest: dict[str, Any]) -> None:
+    def __init__(self, files: Folder, manifest: dict[str, object]) -> None:
         super().__init__(files, manifest)
-        self.digests: dict[str, dict[str, int | str]] = {one["file"]: one for one in manifest["chunks"]}
+        self.digests: dict[str, dict[str, int | str]] = {one["file"]: one for one in self.manifest["chunks"]}
 
     @property
     def names(self) -> list[str]:
@@ -170,20 +170,21 @@ def opened(
 
     with open_record(Store, folder, mine, changed, resume, overwrite) as (store, resumed):
         if resumed:
-            go_on(store, campaign, mine)
+            go_on(store, campaign, flights, mine)
         yield store
 
 
-def go_on(store: Store, campaign: Campaign, mine: dict[str, Any]) -> None:
+def go_on(store: Store, campaign: Campaign, flights: int, mine: Mapping[str, object]) -> None:
     """Prepare a campaign that is resumed. mine: the manifest as it would be now. Raises UserError for a corrupted file."""
     manifest = store.manifest
     manifest.setdefault("metrics", mine["metrics"])
     store.verify()
-    store.shorten(mine["flights"])
+    store.shorten(flights)
     if manifest.get("failure") != mine["failure"]:
         manifest["failure"] = None  # until all are judged: a run that is killed meanwhile judges them again
         store.judge_again(campaign)
-    machines = [*manifest["machines"], *(one for one in mine["machines"] if one not in manifest["machines"])]
+    here, machines = machine(), manifest["machines"]
+    machines = machines if here in machines else [*machines, here]
     store.save(
         **{key: mine[key] for key in ("name", "campaign", "flights", "failure", "engine", "complete")}, machines=machines
     )

@@ -7,14 +7,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
-from quadstep.interfaces.closed_loop import Advance
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Fly, drawn_column
+from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, drawn_column
 from quadstep.studies.envelope.request import Request
-
-SPAN = 2**18
-"""Flights at a time."""
+from quadstep.studies.study import Flown
 
 FLYABLE = 0.95
 """The share of flights that must succeed for a cell to count as flyable."""
@@ -24,13 +21,6 @@ CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
 """Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
 
 MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
-
-
-class Span(NamedTuple):
-    """Flights from `first` up to `past`."""
-
-    first: int
-    past: int
 
 
 class Cells(NamedTuple):
@@ -72,23 +62,22 @@ class Cells(NamedTuple):
         return self.share >= FLYABLE
 
 
-def fly_cells(asked: Request, fly: Fly[Span], progress: Advance = lambda _: None) -> Cells:
-    """Fly the map. fly: what flies its campaign. Raises UserError for values that cannot be flown."""
-    cells, total = asked.cells, asked.cells * asked.flights
+def cells_of(asked: Request, flown: Flown) -> Cells:
+    """The flights of a map gathered. Raises UserError for values that cannot be flown."""
+    cells = asked.cells
     causes = np.zeros((cells, len(CAUSES)), dtype=np.int64)
     outcomes = np.zeros((cells, len(OUTCOMES)), dtype=np.int64)
     rmse = np.full((asked.flights, cells), np.nan)
     largest = np.full(cells, np.nan)
-    spans = [Span(first, min(first + SPAN, total)) for first in range(0, total, SPAN)]
-    for (first, past), flown in fly(spans, progress):
+    for (first, past), flights in flown:
         turn, cell = np.divmod(np.arange(first, past), cells)
-        outcome = flown[OUTCOME].combine_chunks().indices.to_numpy().astype(np.int64)
-        failed = ~flown[SUCCESS].to_numpy()
+        outcome = flights[OUTCOME].combine_chunks().indices.to_numpy().astype(np.int64)
+        failed = ~flights[SUCCESS].to_numpy()
         np.add.at(outcomes, (cell, outcome), 1)
         np.add.at(causes, (cell[failed], outcome[failed]), 1)  # 0: it completed
         through = outcome == 0
-        rmse[turn[through], cell[through]] = numbers(flown[RMSE])[through]
-        np.fmax.at(largest, cell[through], numbers(flown[LARGEST])[through])
+        rmse[turn[through], cell[through]] = numbers(flights[RMSE])[through]
+        np.fmax.at(largest, cell[through], numbers(flights[LARGEST])[through])
     median, mean = middle(rmse)
     return Cells(
         flights=asked.flights,

@@ -1,54 +1,98 @@
-"""`quadstep envelope`: from a mission and two keys to a folder with the map."""
+"""`quadstep envelope`: from a mission and two keys to the map of where it can be flown."""
 
 import hashlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
-from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
-from quadstep.io.version import __version__
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report import page, units
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.envelope.axes import Axis, shown
-from quadstep.studies.envelope.cells import CAUSES, FLYABLE, Cells, fly_cells, table
-from quadstep.studies.envelope.found import Envelope, Panel
+from quadstep.studies.envelope.cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope.picture import draw_map
-from quadstep.studies.envelope.report import write_report
 from quadstep.studies.envelope.request import Request
+from quadstep.studies.study import Evidence, Figure, Flown, Study, Table
 
-DATA, PICTURE, REPORT = "envelope.parquet", "envelope", "report.html"
+DATA, PICTURE = "envelope.parquet", "envelope"
+
+HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells", "outcomes of failed flights")
 
 
-def fly_envelope(
-    asked: Request,
-    folder: Path,
-    engine: Engine = Engine.LANES,
-    overwrite: bool = False,
-    progress: Progress = SILENT,
-    sheet: Sheet | None = None,
-) -> Envelope:
-    """Fly the map and write `folder`: report.html, envelope.parquet, the map, metrics.json; all of it or nothing.
+class Panel(NamedTuple):
+    """A panel of the map in numbers. name: the value of --by, empty without it.
 
-    sheet: what the map is drawn on. Raises UserError.
+    flyable: cells of so many. success: share of all flights. causes: flights that did not succeed, by why. rmse: the
+    least and the largest of the flyable cells [m], None if there is none.
     """
-    with publishing(folder, identity(asked), overwrite) as out:
-        count = Count(progress, asked.cells * asked.flights)
-        cells = fly_cells(asked, loaded(CAMPAIGNS, engine)(asked.campaign), count.add)
-        found = Envelope(asked, cells, list(panels(asked, cells)))
-        (out / DATA).write_bytes(parquet(table(asked, cells)))
-        draw_map(out / PICTURE, asked, cells, (sheet or Sheet()).shown())
-        write_report(out / REPORT, found, PICTURE)
-        write_json(out / MANIFEST, as_json(found, engine))
-    return found
+
+    name: str
+    cells: int
+    flyable: int
+    success: float
+    causes: dict[str, int]
+    rmse: tuple[float, float] | None
 
 
-def identity(asked: Request) -> str:
-    """A digest of all that decides the map."""
-    file = asked.campaign.file
-    text = json.dumps(["envelope", asked.campaign.fingerprint, asked.flights, file.failure, [axis.key for axis in asked.axes]])
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+class Envelope(NamedTuple):
+    """A map that was flown."""
+
+    asked: Request
+    cells: Cells
+    panels: list[Panel]
+
+
+class Map(Study[Envelope]):
+    """Where a mission can be flown, over two of its keys."""
+
+    def __init__(self, asked: Request) -> None:
+        self.asked, self.campaign, self.flights = asked, asked.campaign, asked.cells * asked.flights
+        axes = [axis.key for axis in asked.axes]
+        text = json.dumps(["envelope", self.campaign.fingerprint, asked.flights, self.campaign.file.failure, axes])
+        self.identity = hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    def fold(self, flown: Flown) -> Envelope:
+        """The flights of each cell, gathered."""
+        cells = cells_of(self.asked, flown)
+        return Envelope(self.asked, cells, list(panels(self.asked, cells)))
+
+    def evidence(self, found: Envelope, out: Path, sheet: Sheet) -> Evidence:
+        """The map, each panel in numbers, and the results of every cell."""
+        (out / DATA).write_bytes(parquet(table(self.asked, found.cells)))
+        draw_map(out / PICTURE, self.asked, found.cells, sheet)
+        return Evidence(
+            name=f"Envelope of {self.campaign.defaults['name']}",
+            kind="Envelope",
+            answer=answer(found),
+            sentences=[sentence(found)],
+            record=as_json(found),
+            facts=[fact(one) for one in found.panels],
+            figures=[Figure(PICTURE, caption(found), coded=True, label="Map")],
+            tables=[
+                Table("Panel by panel", "panels", HEADER, [row(one) for one in found.panels], paper=True),
+                Table("Settings", "flown", ("", ""), settings(self.asked), verbatim=True),
+            ],
+        )
+
+
+def settings(asked: Request) -> list[tuple[str, str]]:
+    """What was flown, and what counts."""
+    limits = "".join(
+        f", or {units.metric(asked.campaign.thresholds[name])[0]} above {limit:g}"
+        for name, limit in asked.campaign.file.failure.items()
+    )
+    return [
+        ("mission", str(asked.campaign.defaults["name"])),
+        *(
+            (axis.key, f"{len(axis.values)} values from {shown(axis.values[0])} to {shown(axis.values[-1])}")
+            for axis in reversed(asked.axes)
+        ),
+        ("flights per cell", str(asked.flights)),
+        ("a flight fails", f"if it ends early{limits}"),
+        ("a cell counts as flyable", f"if at least {100 * FLYABLE:g} % of its flights succeed"),
+        ("results of every cell", DATA),
+    ]
 
 
 def panels(asked: Request, cells: Cells) -> Iterator[Panel]:
@@ -71,13 +115,10 @@ def panel_name(by: Axis | None, place: int) -> str:
     return f"{by.key} = {shown(by.values[place])}" if by else ""
 
 
-def as_json(found: Envelope, engine: Engine) -> dict[str, object]:
+def as_json(found: Envelope) -> dict[str, object]:
     """The content of metrics.json."""
     asked, file = found.asked, found.asked.campaign.file
     return {
-        "name": f"Envelope of {asked.campaign.defaults['name']}",
-        "version": __version__,
-        "engine": engine.value,
         "precision": file.precision,
         "seed": file.seed,
         "flights_a_cell": asked.flights,
@@ -103,6 +144,33 @@ def panel_as_json(panel: Panel) -> dict[str, object]:
 def keys(asked: Request) -> list[str]:
     """Of the axes."""
     return [axis.key for axis in asked.axes]
+
+
+def answer(found: Envelope) -> str:
+    """How much of the map can be flown, in a sentence."""
+    asked = found.asked
+    over = f"combination{'' if max(one.cells for one in found.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
+    if all(one.flyable == one.cells for one in found.panels):
+        return f"Every one of the {found.panels[0].cells} {over} can be flown, so the limit lies outside this map."
+    parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in found.panels]
+    return f"Of the {over}, {', '.join(parts)} can be flown."
+
+
+def caption(found: Envelope) -> str:
+    """What the map shows."""
+    return f"{found.asked.y.key} over {found.asked.x.key}: flyable region, coloured by the median position RMSE"
+
+
+def fact(one: Panel) -> page.Fact:
+    """The flyable share of a panel."""
+    return page.Fact(one.name or "flyable", units.percent(one.flyable / one.cells), f"{one.flyable} of {one.cells} cells")
+
+
+def row(one: Panel) -> list[str]:
+    """A panel in numbers."""
+    causes = ", ".join(f"{name} {count}" for name, count in one.causes.items())
+    rmse = f"{units.quantity(one.rmse[0], 'm')} to {units.quantity(one.rmse[1], 'm')}" if one.rmse else "–"
+    return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]
 
 
 def sentence(found: Envelope) -> str:

@@ -3,7 +3,6 @@
 import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
@@ -44,7 +43,7 @@ class Kept(Record):
 
     NAME, SCHEMA, WHAT, ITEMS = MANIFEST, Manifest, "estimate", "replicates"
 
-    def __init__(self, files: Folder, manifest: dict[str, Any]) -> None:
+    def __init__(self, files: Folder, manifest: dict[str, object]) -> None:
         super().__init__(files, manifest)
         self.pieces = Manifest.model_validate(manifest).pieces
 
@@ -86,7 +85,7 @@ def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> I
         yield kept
 
 
-def new_manifest(campaign: Campaign) -> dict[str, Any]:
+def new_manifest(campaign: Campaign) -> dict[str, object]:
     """rare.json before the first flight."""
     file = campaign.file
     rare = file.rare.model_dump(mode="json")
