@@ -14,13 +14,13 @@ from quadstep.interfaces.controller import Controller
 from quadstep.linear.analysis import of_loop, studied, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.record import record
-from quadstep.linear.sampled import Loops
 from quadstep.linear.states import states, with_states
 from quadstep.linear.tables import sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, grades
 from quadstep.numbers import Vector, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
+from tests.altered import Delayed
 from tests.quick_gains import QUICK
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
@@ -192,28 +192,6 @@ def test_slopes_are_those_of_finite_differences(law, periods):
 
 
 @dataclass(frozen=True)
-class Late(Controller):
-    """A controller whose command comes `ticks` samples late."""
-
-    flown: Controller
-    ticks: int
-
-    def loops(self):
-        return self.flown.loops()
-
-    def start(self, measured, gains):
-        return self.flown.start(measured, gains), ()
-
-    def slower(self, loop, memory, *given):
-        return self.flown.slower(loop, memory[0], *given), memory[1]
-
-    def law(self, memory, *given):
-        command, own = self.flown.law(memory[0], *given)
-        line = (*(memory[1] or (command,) * self.ticks), command)
-        return line[0], (own, line[1:])
-
-
-@dataclass(frozen=True)
 class Blind(Controller):
     """A controller that takes its vehicle to be where its path is, or to head there."""
 
@@ -280,11 +258,10 @@ def test_flights_decay_below_the_delay_margin_and_grow_above_it(found, law, tick
     margin = min(one.delay for one in found(law).analysis.margins)
     assert 2e-3 * ticks < margin < 2e-3 * (ticks + 1)
     for late_by, grows in ((ticks, False), (ticks + 1, True)):
-        loops = Loops(rest.loops.plan)
-        loops.loop = replace(loops.loop, controller=Late(loops.loop.controller, late_by))
-        cycle = rest.flown.cycle
+        loops = Delayed(rest, range(4), late_by)
+        cycle = loops.begun.cycle
         turning = cycle.state._replace(rates=vector(1e-6, 0.0, 0.0))
-        flown = rest.flown._replace(cycle=cycle._replace(state=turning, memory=(cycle.memory, ())))
+        flown = loops.begun._replace(cycle=cycle._replace(state=turning))
         sizes, k = [], rest.first
         for _ in range(4):
             most = 0.0

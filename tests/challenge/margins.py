@@ -2,39 +2,33 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from quadstep import Mission
+from quadstep.control.registry import names
 from quadstep.identify.datasheet.estimate import estimate, vehicle_of
 from quadstep.identify.datasheet.sheet import Datasheet
-from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, of_loop
-from quadstep.linear.channels import moved
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
 from quadstep.linear.modes import scales
 from quadstep.linear.sampled import Loops, linearising
 from quadstep.linear.states import states, with_states
 from quadstep.mission.check import check
-from quadstep.numbers import Vector, flatten, rebuild
+from tests.altered import Delayed, Scaled
 from tests.challenge.search import Attempt, Search
+from tests.random_sheets import UNGRADED
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
-LAWS = (
-    "geometric", "pid", "lqr", "backstepping", "indi", "indi-velocity", "geometric-l1", "geometric-adaptive", "adrc",
-    "super-twisting", "flatness", "nested-saturation", "state-space-backstepping", "loop-shaping",
-)  # fmt: skip
+LAWS = tuple(name for name in names(Measured) if name not in UNGRADED)
 PRESETS = ("crazyflie", "hummingbird", "research-2.6kg", "x500")
 CLOSE = 1e-4
 """Largest difference of slopes in balanced coordinates, which differences of flights leave where slopes bend at rest."""
 
 NEUTRAL = 1.0 + 1e-7
 """Larger factors in a period grow; states that never change, and on which nothing depends, have exactly 1."""
-
-UNTOLD = "geometric on", "pid", "lqr"
-"""Laws that use nothing of what they commanded before: others would be told of a late command."""
 
 ASIDE = 0.02
 """How far to either side of a margin, as a share of it."""
@@ -101,49 +95,6 @@ def modes(seed: int) -> Iterable[Attempt]:
         yield Attempt(float(miss / CLOSE), f"{case}: slopes differ by {miss:.2g}")
 
 
-class Scaled(Loops):
-    """A loop of which one channel's deviation from rest is scaled on its way to the rotors, unseen by the law."""
-
-    def __init__(self, rest: Rest, channel: int, factor: float) -> None:
-        super().__init__(rest.loops.plan)
-        self.channel, self.factor, self.trim = channel, factor, rest.flown.asked
-        self.command = rest.loops.tasks(rest.flown, rest.first, rest.loops.p)[1]
-
-    def step(self, flown, k):
-        by = [0.0] * len(self.trim)
-        by[self.channel] = (self.factor - 1.0) * (flown.asked[self.channel] - self.trim[self.channel])
-        before, actuate = flown.cycle.held, self.loop.plant.actuate
-        there, here = actuate(self.p, moved(self.p, self.command, by)), actuate(self.p, self.command)
-        more = [held + (a - b) for held, a, b in zip(flatten(before), flatten(there), flatten(here), strict=True)]
-        after = super().step(flown._replace(cycle=flown.cycle._replace(held=rebuild(before, iter(more)))), k)
-        return after._replace(cycle=after.cycle._replace(held=before))
-
-
-@dataclass(frozen=True)
-class Late(Controller):
-    """A controller of which one channel comes some samples late."""
-
-    flown: Controller
-    channel: int
-    late: int
-
-    def loops(self):
-        return self.flown.loops()
-
-    def start(self, measured, gains):
-        return self.flown.start(measured, gains), ()
-
-    def slower(self, loop, memory, *given):
-        return self.flown.slower(loop, memory[0], *given), memory[1]
-
-    def law(self, memory, *given):
-        command, own = self.flown.law(memory[0], *given)
-        now = [command.thrust, *command.torque]
-        line = (*memory[1], now[self.channel])
-        now[self.channel] = line[0]
-        return command._replace(thrust=now[0], torque=Vector(now[1:])), (own, line[1:])
-
-
 def largest(loops: Loops, rest: Rest, flown) -> float:
     """The largest factor of a mode in a period, of a flown loop."""
     return float(np.abs(np.linalg.eigvals(differences(loops, rest, flown))).max())
@@ -156,10 +107,8 @@ def scaled(rest: Rest, channel: int, factor: float) -> float:
 
 def delayed(rest: Rest, channel: int, late: int) -> float:
     """The same with a channel late by so many samples."""
-    loops = Loops(rest.loops.plan)
-    loops.loop = replace(loops.loop, controller=Late(loops.loop.controller, channel, late))
-    cycle, line = rest.flown.cycle, (rest.flown.asked[channel],) * late
-    return largest(loops, rest, rest.flown._replace(cycle=cycle._replace(memory=(cycle.memory, line))))
+    loops = Delayed(rest, [channel], late)
+    return largest(loops, rest, loops.begun)
 
 
 def sides(seed: int) -> Iterable[Attempt]:
@@ -175,7 +124,7 @@ def sides(seed: int) -> Iterable[Attempt]:
                     inside, outside = (math.exp(share * math.log(gain)) for share in (1.0 - ASIDE, 1.0 + ASIDE))
                     right = scaled(rest, i, inside) < NEUTRAL < scaled(rest, i, outside)
                     yield Attempt(0.0 if right else 2.0, f"{case}: {what} of {channel.name}, {gain:.6g}")
-            if one.delay < 60 * sample and case.startswith(UNTOLD):
+            if one.delay < 60 * sample:
                 few, many = math.floor((1.0 - ASIDE) * one.delay / sample), math.ceil((1.0 + ASIDE) * one.delay / sample)
                 right = delayed(rest, i, few) < NEUTRAL < delayed(rest, i, many)
                 yield Attempt(0.0 if right else 2.0, f"{case}: delay of {channel.name}, {one.delay:.6g} s")
