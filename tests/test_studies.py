@@ -1,8 +1,12 @@
 """A new kind of study is one file: `run` gives it engines, progress, a folder and everything that shows its evidence."""
 
+import importlib.util
 import json
+from pathlib import Path
 
 import pytest
+import typer
+from typer.testing import CliRunner
 
 from quadstep.commands.deliver import show
 from quadstep.engines.engine import Engine
@@ -14,7 +18,11 @@ from quadstep.studies.campaign.replay import replay
 from quadstep.studies.study import run
 from tests.campaigns import SHORT
 from tests.commands import Listener
-from tests.one_file_study import Bearing
+
+SPEC = importlib.util.spec_from_file_location("bearing", Path(__file__).parent.parent / "examples" / "bearing.py")
+EXAMPLE = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(EXAMPLE)
+Bearing = EXAMPLE.Bearing
 
 VALUES = (1.0, 2.0, 1e3, 1e6)
 
@@ -55,3 +63,11 @@ def test_it_keeps_other_results_and_refuses_what_it_cannot_fly(study, tmp_path):
     with pytest.raises(UserError, match="mass"):
         run(bad, out, Engine.LANES, overwrite=True)
     assert (out / "metrics.json").read_bytes() == before
+
+
+def test_its_function_is_a_command(study, tmp_path):
+    app = typer.Typer()
+    app.command()(EXAMPLE.bearing)
+    said = CliRunner().invoke(app, [str(tmp_path / "m.toml"), "disturbance.scale", "1", "2", "--out", str(tmp_path / "out")])
+    assert said.output == "Up to disturbance.scale = 2, every flight succeeds.\n"
+    assert (tmp_path / "out/report.html").is_file()

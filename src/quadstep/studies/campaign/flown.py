@@ -101,6 +101,10 @@ class Flyer:
         flights = np.arange(TYPICAL)
         for _ in self.planner.batches(flights, self.planner.typical):
             pass
+        self.say_slow()
+
+    def say_slow(self) -> None:
+        """Say which keys made flights be set up one by one so far, if any did, and what that costs."""
         if self.planner.singly:
             log.warning("quadstep: note: %s", self.planner.price())
 

@@ -66,6 +66,7 @@ def tune(
         ground = Ground(wanted, seed)
         found = Search(ground, budget - 2 * wanted.unseen, seed, progress).run()
         compared = on_unseen(ground, found, progress)
+        ground.flyer.say_slow()
         elsewhere = write_mission(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
