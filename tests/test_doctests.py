@@ -18,7 +18,7 @@ MODULES = (
     "quadstep.world.guidance.minimum_jerk", "quadstep.world.guidance.orbit", "quadstep.world.guidance.step",
     "quadstep.world.guidance.piecewise",
     "quadstep.world.guidance.spline", "quadstep.world.guidance.declared", "quadstep.world.air.declared",
-    "quadstep.numbers.scan", "quadstep.interfaces.metric", "quadstep.own", *FRONTS,
+    "quadstep.numbers.scan", "quadstep.interfaces.metric", "quadstep.own", "quadstep.numbers.elementary", *FRONTS,
 )  # fmt: skip
 
 
