@@ -290,5 +290,5 @@ def test_only_the_folder_of_results_and_single_files_remove_or_replace_anything(
         for path in source.rglob("*.py")
         if any(sign in path.read_text(encoding="utf-8") for sign in signs)
     }
-    temporary = {"report/writable.py", "studies/campaign/cluster_keeper.py"}  # their own, in the place for temporary files
+    temporary = {"report/writable.py"}  # its own, in the place for temporary files
     assert found - temporary == {"io/atomic.py", "io/results/folder.py", "io/code_cache.py"}

@@ -4,20 +4,17 @@ Whoever controls a cluster can run any Python on its nodes and in the driver. So
 that is started here listens on the loopback interface only and requires a token that only its own processes know.
 """
 
-import json
 import logging
 import os
 import re
 import secrets
-import select
 import signal
 import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, nullcontext, suppress
-from pathlib import Path
+from contextlib import contextmanager
 from types import ModuleType
 
 from quadstep.io.errors import UserError
@@ -38,19 +35,11 @@ OWN = {
 Ray keeps the first token that it reads, hence one token per process.
 """
 
-KEEPER = Path(__file__).with_name("cluster_keeper.py")
-
 ANSWER = 5.0
 """Longest time for a head node to accept a connection [s]."""
 
 JOINING = 60.0
 """Longest time for it to admit a driver [s]. Ray itself would try for minutes, and then end the process."""
-
-START = 120.0
-"""How long a cluster of this machine's cores may take to start [s]; on an idle machine it takes some seconds."""
-
-END = 20.0
-"""Longest time for it to end [s]."""
 
 TRIAL = "import logging, sys, ray; ray.init(address=sys.argv[1], log_to_driver=False, logging_level=logging.CRITICAL)"
 
@@ -65,8 +54,10 @@ def connected() -> Iterator[ModuleType]:
         yield loaded
         return
     given = os.environ.get("RAY_ADDRESS", "").strip()
+    own = given in ("", "local")
     quiet = {name: os.environ.get(name, value) for name, value in QUIET.items()}
-    with environment(quiet), own_cluster() if given in ("", "local") else nullcontext(cluster_at(given)) as address:
+    with environment({**quiet, **(OWN if own else {})}):
+        address = "local" if own else cluster_at(given)
         import ray  # noqa: PLC0415 (an extra, loaded where it is used)
 
         try:
@@ -74,16 +65,25 @@ def connected() -> Iterator[ModuleType]:
                 join(ray, address)
             yield ray
         finally:
-            with own_handler(), muted():  # messages about tasks that an interrupted driver leaves behind are for nobody
+            with own_handler():
                 ray.shutdown()
 
 
 def join(ray: ModuleType, address: str) -> None:
-    """Connect. Raises UserError."""
+    """Connect, or start Ray on this machine where the address is "local". Raises UserError."""
+    if address == "local":
+        where = ray.util.get_node_ip_address()
+        if where not in ("127.0.0.1", "::1"):
+            raise UserError(
+                f"--engine ray: this program has imported ray itself, and Ray would now listen on {where}; call ray.init() "
+                "first, or leave the import to quadstep"
+            )
+    started = {"include_dashboard": False} if address == "local" else {}
     try:
-        ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
+        ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR, **started)
     except (Exception, SystemExit) as error:  # Ray ends the process where its head does not answer
-        raise UserError(f"--engine ray: the cluster at {address} cannot be joined: {first_line(error)}") from None
+        wrong = "Ray could not be started on this machine" if started else f"the cluster at {address} cannot be joined"
+        raise UserError(f"--engine ray: {wrong}: {first_line(error)}") from None
 
 
 @contextmanager
@@ -99,64 +99,6 @@ def environment(values: Mapping[str, str]) -> Iterator[None]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
-
-
-# A cluster of this machine's cores
-
-
-@contextmanager
-def own_cluster() -> Iterator[str]:
-    """The address of a cluster of this machine's cores, which ends with the block or with this process, whatever ends that.
-
-    Raises UserError.
-    """
-    with environment(OWN):
-        import ray  # noqa: PLC0415
-
-        where: str = ray.util.get_node_ip_address()  # type: ignore[no-untyped-call]
-        if where not in ("127.0.0.1", "::1"):
-            raise UserError(
-                f"--engine ray: this program has imported ray itself, and Ray would now listen on {where}; call ray.init() "
-                "first, or leave the import to quadstep"
-            )
-        keeper = subprocess.Popen(
-            [sys.executable, "-P", str(KEEPER)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,  # Ctrl-C is for the driver
-        )
-        with keeper:
-            try:
-                yield answered(keeper)
-            finally:
-                ended(keeper)
-
-
-def answered(keeper: subprocess.Popen[bytes]) -> str:
-    """The address of the cluster that was started. Raises UserError if there is none."""
-    assert keeper.stdout
-    wrong = "--engine ray: Ray could not be started on this machine"
-    if not select.select([keeper.stdout], [], [], START)[0]:
-        raise UserError(f"{wrong}: not ready after {START:g} s")
-    line = keeper.stdout.readline()
-    said: dict[str, str] = json.loads(line) if line else {"error": "it ended before it was ready"}
-    if "error" in said:
-        raise UserError(f"{wrong}: {shortened(said['error'])}")
-    return said["address"]
-
-
-def ended(keeper: subprocess.Popen[bytes]) -> None:
-    """End the cluster, and wait for it and for its folder to go."""
-    assert keeper.stdin
-    assert keeper.stdout
-    keeper.stdin.close()
-    with suppress(subprocess.TimeoutExpired):
-        keeper.wait(END)
-    with suppress(ProcessLookupError):  # the normal case
-        os.killpg(keeper.pid, signal.SIGKILL)
-    while select.select([keeper.stdout], [], [], END)[0] and os.read(keeper.stdout.fileno(), 4096):
-        pass
 
 
 # A cluster elsewhere
@@ -219,19 +161,6 @@ def own_handler() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-@contextmanager
-def muted() -> Iterator[None]:
-    """Silence the error stream, including output that libraries write to its descriptor."""
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)
 
 
 def cores(ray: ModuleType) -> int:
