@@ -58,8 +58,8 @@ def reported(folder, vary, flights, outcome=None, metrics=None, head=""):
             ended = (np.zeros(len(numbers)) if outcome is None else outcome(values, numbers)).astype(np.int8)
             made = np.exp(random.normal(size=(len(numbers), len(METRICS)))) if metrics is None else metrics(values, numbers)
             store.write(chunk, table(read, numbers, drawn, ended, np.where(ended, 0.1, 0.4), made))
-        names = report.write_report(store, read, summarise(store, read.varies), folder / "in" / "camp.toml")
-        store.save(complete=True, files=names)
+        report.write_report(store, read, summarise(store, read.varies), folder / "in" / "camp.toml")
+        store.save(complete=True)
     return told_by(folder / "out")
 
 
@@ -331,10 +331,10 @@ def test_a_new_report_takes_the_place_of_the_old_one_with_all_its_pictures(tmp_p
     read = read_campaign(tmp_path / "in" / "camp.toml")
     with opened(tmp_path / "out", read, 50, "lanes", resume=True) as store:
         store.save(files=[*store.manifest["files"], "figures/flight-7.png", "../elsewhere", "flights/00000.parquet"])
-        names = report.write_report(store, read, summarise(store, read.varies), tmp_path / "in" / "camp.toml")
+        report.write_report(store, read, summarise(store, read.varies), tmp_path / "in" / "camp.toml")
     assert not stale.exists()
     assert (tmp_path / "out" / "flights" / "00000.parquet").exists()
-    assert all((tmp_path / "out" / name).is_file() for name in names)
+    assert all((tmp_path / "out" / name).is_file() for name in store.manifest["files"])
 
 
 def test_success_and_errors_by_key_are_those_of_the_flights():
