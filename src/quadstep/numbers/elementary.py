@@ -109,35 +109,25 @@ def turn(kind: Kind, x: float) -> tuple[float, float, float]:
     return sine, cosine, quarter
 
 
-def sin_enclosed(x: Enclosure) -> Enclosure:
-    value, slope = ARRAYS.sin(x.centre), ARRAYS.cos(x.centre)
+def wave(x: Enclosure, value: Array, slope: Array) -> Enclosure:
+    """A sine or cosine; its error, relative to 1, includes that of subtracting quarter turns from the angle."""
     third = Third(-0.5 * value, x.tight**3 / 6.0)
-    return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x), third)
-
-
-def cos_enclosed(x: Enclosure) -> Enclosure:
-    value, slope = ARRAYS.cos(x.centre), -ARRAYS.sin(x.centre)
-    third = Third(-0.5 * value, x.tight**3 / 6.0)
-    return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x), third)
-
-
-def reduction(x: Enclosure) -> Array:
-    """Error of sines, relative to 1, from subtracting quarter turns from the angle."""
-    return np.where(np.abs(x.centre) + x.tight > 0.78, REDUCED, 0.0)
+    reduction = np.where(np.abs(x.centre) + x.tight > 0.78, REDUCED, 0.0)
+    return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction, third)
 
 
 declare(
     sin,
     sin_steps,
     tangents=(lambda t, x, _: t * cos(x),),
-    enclosure=sin_enclosed,
+    enclosure=lambda x: wave(x, ARRAYS.sin(x.centre), ARRAYS.cos(x.centre)),
     exact=lambda x: Fraction(0) if x == 0 else None,
 )
 declare(
     cos,
     cos_steps,
     tangents=(lambda t, x, _: t * -sin(x),),
-    enclosure=cos_enclosed,
+    enclosure=lambda x: wave(x, ARRAYS.cos(x.centre), -ARRAYS.sin(x.centre)),
     exact=lambda x: Fraction(1) if x == 0 else None,
 )
 

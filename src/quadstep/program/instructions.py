@@ -100,12 +100,9 @@ class Instructions(Recording):
             values = [self.value(operands[0]), self.splat(self.words, WHOLE, operands[1])]
         else:
             values = [self.value(one) for one in operands]
-        emit = FORMS[operation].llvm
-        if operation in ANEW:
-            return emit(self, *values)
         name: tuple[str | int, ...] = (operation, *map(id, values))
         if name not in self.known:
-            self.known[name] = emit(self, *values)
+            self.known[name] = FORMS[operation].llvm(self, *values)
         return self.known[name]
 
     def once(self, key: tuple[str | ir.Value, ...], emit: Callable[[], ir.Value]) -> ir.Value:
@@ -136,7 +133,3 @@ class Instructions(Recording):
             address = builder.gep(table, [builder.extract_element(whole, place)])
             result = builder.insert_element(result, builder.load(address), place)
         return result
-
-
-ANEW = frozenset(("and", "or", "not", "entry"))
-"""Operations that are written again each time."""
