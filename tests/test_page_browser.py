@@ -295,6 +295,19 @@ def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page, brie
     assert "set=backstepping.K_r1:4.5,4.5,4.5" in page.url
 
 
+def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
+    page = open_page(file=brief_file)
+    drawn = (
+        "[...document.querySelectorAll('.plot:not([hidden]) .stage > canvas:first-child')].map((c) => c.toDataURL().length)"
+    )
+    page.emulate_media(media="print")
+    page.wait_for_function(f"Math.min(...{drawn}) > 4000")
+    assert not [one for one in ("#transport", "#controls", "#tabs", "#camera") if page.locator(one).is_visible()]
+    assert page.locator("#summary").is_visible() and page.locator("#story").is_visible()
+    page.emulate_media(media="screen")
+    assert page.locator("#transport").is_visible()
+
+
 def test_vehicle_is_drawn_as_it_is_turned(open_page):
     from scipy.spatial.transform import Rotation
 

@@ -46,6 +46,10 @@ export class Plot {
       this.seen = entries.some((entry) => entry.isIntersecting);
       if (this.seen) this.refresh();
     }).observe(this.element);
+    matchMedia("print").addEventListener("change", ({ matches }) => {
+      this.seen ||= matches; // paper shows what is out of sight
+      if (matches) this.refresh();
+    });
     this.show(panel);
   }
 

@@ -37,7 +37,7 @@ def export(
     from quadstep.mission.read import read_mission
 
     if target not in TARGETS:
-        raise UserError(f"--target {target}: is not known; allowed: {', '.join(TARGETS.names)}")
+        raise UserError(f"--target: unknown value {target!r:.60}; allowed: {', '.join(TARGETS.names)}")
     if precision not in PRECISIONS:
         raise UserError(f"--precision {precision}: is not known; allowed: {', '.join(PRECISIONS)}")
     folder = out or Path("out") / f"{mission.stem}-{target}"

@@ -51,10 +51,9 @@ def prove(
         ),
     ] = None,
 ) -> None:
-    """Prove how far every flight stays from its path, or that it does not: by enclosures of the laws that fly.
+    """Prove a bound on every flight's distance from its path, or disprove it, by interval enclosures.
 
-    Exit code 0: proved. 1: open (what was not closed is said), or a certificate that is not confirmed. 2: bad input. 3:
-    disproved.
+    Exit code 0: proved. 1: undecided (the open cases are listed), or certificate not confirmed. 2: bad input. 3: disproved.
     """
     from quadstep.proofs.prove import report, run
     from quadstep.proofs.prove.target import check_target

@@ -136,8 +136,11 @@ def answer(found: Replayed) -> str:
     compared = found.predictions[0].compared
     error, _, _ = compared.means(AHEAD, "position")
     ratio = compared.ratio(AHEAD, "position")
+    low, high = (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
+    than = "predicts better" if high < 1.0 else "predicts worse" if low > 1.0 else "is not shown to predict better"
     said = [
-        f"{in_time(AHEAD, found.period)} ahead the predicted position is off by {quantity(error, 'm')} on average, "
+        f"The vehicle {than} than no model: {in_time(AHEAD, found.period)} ahead the predicted position is off by "
+        f"{quantity(error, 'm')} on average, "
         f"{share(ratio, 'the error')} if velocity and rates stayed constant"
     ]
     if found.flown:

@@ -13,10 +13,10 @@ from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, studied
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import NoRestError
-from quadstep.metrics.margins import NO_REST
+from quadstep.metrics.margins import NO_REST, SOUND
 from quadstep.mission.schema import Mission
 
-SOUND, FRAGILE, UNSTABLE, UNKNOWN = "sound", "fragile", "unstable", "not linearised"
+FRAGILE, UNSTABLE, UNKNOWN = "fragile", "unstable", "not linearised"
 
 
 class Measure(NamedTuple):

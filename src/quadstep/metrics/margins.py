@@ -27,8 +27,8 @@ MARGINS = {f"{kind}{ending}": unit for kind, unit in UNITS.items() for ending in
 """Units by name."""
 
 
-AT_REST, NO_REST = "margins_at_rest", "no rest found"
-"""The key of a result under which "grade" and "why" of its loop at rest are, and the grade of a loop that has no rest."""
+AT_REST, SOUND, NO_REST = "margins_at_rest", "sound", "no rest found"
+"""The key of a result under which "grade" and "why" of its loop at rest are; the best grade, and that without rest."""
 
 WRITTEN = "the loop of the mission as written"
 """Whose grade it is where a mission is varied."""

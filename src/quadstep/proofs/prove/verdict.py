@@ -81,8 +81,8 @@ def off(unknown: Unknown) -> list[str]:
 def under(unknown: Unknown) -> str:
     """The unknowns in words."""
     said = [
-        f"any force within {unknown.force:g} N" if unknown.force else "",
-        f"any torque within {unknown.torque:g} N m per axis, new at every sample" if unknown.torque else "",
+        f"any force within {unknown.force:g} N that may change at every sample" if unknown.force else "",
+        f"any torque within {unknown.torque:g} N m per axis that may change at every sample" if unknown.torque else "",
         f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
         f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
         f"a start within {' and '.join(off(unknown))} of the mission's on each axis" if off(unknown) else "",

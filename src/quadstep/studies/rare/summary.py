@@ -8,6 +8,7 @@ import numpy as np
 
 from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
+from quadstep.report.units import counted
 from quadstep.studies.campaign.rare import Method
 from quadstep.studies.rare.done import Done, Nearest
 from quadstep.studies.rare.pieces import Kind
@@ -174,9 +175,12 @@ def sentences(found: Summary, method: Method) -> list[str]:
     """The summary in words."""
     value, low, high = (f"{part:.3g}" for part in found.probability)
     count = len(found.replicates)
+    doubt = "if no kind of failure was missed"
+    if found.warnings:
+        doubt = f"doubtful: see the {counted(len(found.warnings), 'warning')}"
     lines = [
-        f"A flight fails with probability {value}; with 95 % confidence {low} to {high}, from {count} independent replicates "
-        f"by {method.words}."
+        f"A flight fails with probability {value} ({doubt}); with 95 % confidence {low} to {high}, from {count} independent "
+        f"replicates by {method.words}."
     ]
     if found.one_by_one:
         times = found.one_by_one / found.flights
