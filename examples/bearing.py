@@ -13,6 +13,7 @@ import typer
 from numpy.typing import NDArray
 
 from quadstep.mission.distributions import Grid
+from quadstep.report.latex import booktabs
 from quadstep.report.page import Fact
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.flown import SUCCESS
@@ -64,7 +65,8 @@ class Bearing(Study[Borne]):
             sentences=[answer],
             record={"key": self.key, "most": found.most},
             facts=[Fact("every flight succeeds up to", "none" if found.most is None else f"{found.most:g}")],
-            tables=[Table("Every flight", "flights", (self.key, ""), rows, paper=True)],
+            tables=[Table("Every flight", "flights", (self.key, ""), rows)],
+            paper=booktabs((self.key, ""), [rows], [answer]),
         )
 
 

@@ -1,5 +1,7 @@
 """`quadstep envelope`: what it refuses, in one line, and that nothing half-written stays."""
 
+import json
+
 import pytest
 
 from quadstep.io.errors import UserError
@@ -188,3 +190,18 @@ def test_a_graphics_processor_flies_where_asked_for(tmp_path, monkeypatch):
     assert not asked
     assert envelope(tmp_path, "--engine", "gpu").code == 0
     assert asked
+
+
+def test_a_machine_is_told_the_same(tmp_path):
+    done = envelope(tmp_path, "--json", "--junit", str(tmp_path / "j.xml"))
+    said = json.loads(done.out)
+    assert done.code == said["exit_code"] == 0
+    assert (said["command"], said["passed"], said["report"]) == ("envelope", True, str(tmp_path / "out/report.html"))
+    assert said["panels"] == json.loads((tmp_path / "out/metrics.json").read_text())["panels"]
+    assert said["answer"] in (tmp_path / "out/report.html").read_text()
+    assert 'failures="0"' in (tmp_path / "j.xml").read_text()
+
+
+def test_a_junit_file_that_cannot_be_written_is_refused_before_anything_flies(tmp_path):
+    refused(envelope(tmp_path, "--junit", str(tmp_path)), "--junit", "is a folder")
+    assert not (tmp_path / "out").exists()

@@ -1,13 +1,15 @@
 """`quadstep tune`."""
 
 import math
+import time
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.commands.deliver import check_junit, deliver
+from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
@@ -27,6 +29,8 @@ def tune(
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search and of what differs from flight to flight.")] = 1,
     overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+    junit: JunitOption = None,
     figures: FiguresOption = USUAL,
     width: WidthOption = None,
     style: StyleOption = SCREEN,
@@ -36,6 +40,9 @@ def tune(
     Writes tuned.toml, report.html, history.csv, a picture and metrics.json. The mission's table [tune] says
     what may change, and what is better (docs/tuning.md).
     """
+    started = time.perf_counter()
+    if junit:
+        check_junit(junit)
     if not 0 <= seed < 2**63:
         raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
     folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", sheet(figures, width, style)
@@ -43,7 +50,9 @@ def tune(
         from quadstep.studies.tuning.run import tune as run
 
         done = run(mission, budget, folder, seed, overwrite, progress, drawn_on)
-    show(done, folder)
+    if not as_json:
+        show(done, folder)
+    deliver(done.evidence.verdict("tune", folder), as_json, junit, time.perf_counter() - started)
 
 
 def show(done: "Tuned", folder: Path) -> None:

@@ -6,8 +6,7 @@ progress, and a folder that holds the whole result or the one before.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from html import escape
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
@@ -18,7 +17,6 @@ from quadstep.io.results.record import REPORT
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.report import page
-from quadstep.report.latex import booktabs
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import rich
@@ -44,17 +42,21 @@ Flown: TypeAlias = Iterator[tuple[Span, pa.Table]]
 
 
 class Table(NamedTuple):
-    """A table of the report. title, anchor: of its section. paper: whether it is in table.tex too.
-
-    verbatim: whether its names are left as they are.
-    """
+    """A section of the report. text: a paragraph, before the table if there is one. set_as: how the table is set as HTML."""
 
     title: str
     anchor: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    paper: bool = False
-    verbatim: bool = False
+    header: Sequence[str] = ()
+    rows: Sequence[Sequence[str]] = ()
+    text: str = ""
+    set_as: Callable[[str], str] = rich
+
+    @property
+    def html(self) -> list[str]:
+        """Its parts."""
+        text = [page.paragraph(self.text)] if self.text else []
+        table = [page.table(self.header, self.rows, self.set_as)] if self.rows else []
+        return [page.heading(self.title, self.anchor), *text, *table]
 
 
 class Figure(NamedTuple):
@@ -73,7 +75,8 @@ class Evidence(NamedTuple):
     """What a study has found, for whoever reads it.
 
     name: of what was studied; kind: of study, in a word. answer: to its question, in a sentence; sentences: the same for the
-    terminal. record: everything measured, as JSON can hold it. cases: the points on which it is judged.
+    terminal. record: everything measured, as JSON can hold it. paper: a table of LaTeX. cases: the points on
+    which it is judged.
     """
 
     name: str
@@ -84,24 +87,17 @@ class Evidence(NamedTuple):
     facts: Sequence[page.Fact] = ()
     figures: Sequence[Figure] = ()
     tables: Sequence[Table] = ()
+    paper: str = ""
     cases: tuple[Case, ...] = (Case("flown"),)
 
     def write(self, out: Path) -> None:
-        """Write report.html, metrics.json, and table.tex where a table is for a paper."""
+        """Write report.html, metrics.json, and table.tex where there is one."""
         figures = [page.figure(out / one.name, one.caption, coded=one.coded) for one in self.figures]
-        sections = [
-            part
-            for one in self.tables
-            for part in (
-                page.heading(one.title, one.anchor),
-                page.table(one.header, one.rows, escape if one.verbatim else rich),
-            )
-        ]
+        sections = [part for one in self.tables for part in one.html]
         page.write_page(out / REPORT, self.name, [page.summary(self.answer, self.facts, figures), *sections], self.kind)
         write_json(out / MANIFEST, self.record)
-        papers = [booktabs(one.header, [one.rows], [f"{self.name}: {one.title}"]) for one in self.tables if one.paper]
-        if papers:
-            (out / TABLE).write_text("\n".join(papers), encoding="utf-8")
+        if self.paper:
+            (out / TABLE).write_text(self.paper, encoding="utf-8")
 
     def verdict(self, command: str, folder: Path) -> Verdict:
         """For `--json` and JUnit."""

@@ -3,10 +3,12 @@
 import hashlib
 import json
 from collections.abc import Iterator
+from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.report import page, units
+from quadstep.report.latex import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.envelope.axes import Axis, shown
@@ -61,8 +63,9 @@ class Map(Study[Envelope]):
         """The map, each panel in numbers, and the results of every cell."""
         (out / DATA).write_bytes(parquet(table(self.asked, found.cells)))
         draw_map(out / PICTURE, self.asked, found.cells, sheet)
+        name, rows = f"Envelope of {self.campaign.defaults['name']}", [row(one) for one in found.panels]
         return Evidence(
-            name=f"Envelope of {self.campaign.defaults['name']}",
+            name=name,
             kind="Envelope",
             answer=answer(found),
             sentences=[sentence(found)],
@@ -70,9 +73,10 @@ class Map(Study[Envelope]):
             facts=[fact(one) for one in found.panels],
             figures=[Figure(PICTURE, caption(found), coded=True, label="Map")],
             tables=[
-                Table("Panel by panel", "panels", HEADER, [row(one) for one in found.panels], paper=True),
-                Table("Settings", "flown", ("", ""), settings(self.asked), verbatim=True),
+                Table("Panel by panel", "panels", HEADER, rows),
+                Table("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
             ],
+            paper=booktabs(HEADER, [rows], [name]),
         )
 
 

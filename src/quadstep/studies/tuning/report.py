@@ -2,50 +2,50 @@
 
 import math
 from html import escape
-from pathlib import Path
 
+from quadstep.metrics.judging.verdict import Case
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.key_units import label
 from quadstep.report import page, units
 from quadstep.report.latex import booktabs
 from quadstep.report.symbols import prose
+from quadstep.studies.study import Evidence, Figure, Table
 from quadstep.studies.tuning.ground import Asked
 from quadstep.studies.tuning.search import Found
 from quadstep.studies.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row, certain
 
+HEADER = ("", "present", "tuned", "tuned - present")
 
-def write_report(path: Path, asked: Asked, found: Found, compared: Compared, figure: str) -> None:
-    """Write it beside tuned.toml. figure: of the search, its file without ending."""
+
+def evidence(asked: Asked, found: Found, compared: Compared, figure: str, record: dict[str, object]) -> Evidence:
+    """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json."""
     before, after = found.present.judged.objective, found.best.judged.objective
-    drawn = page.figure(path.parent / figure, "The search: objective and gains of the candidates, over the flights flown")
     gains, measured, many = gain_rows(asked, found), measured_rows(compared), compared.flights > 1
-    both_fly = (
-        f"{units.counted(compared.flights, 'flight')} with each set of gains, the same for both; 95 % intervals. "
-        "Differences are paired by flight."
-    )
+    flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
+    both = f"{flights}, the same for both; 95 % intervals. Differences are paired by flight."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
-    body = [
-        page.summary(answer(compared), facts(compared), [drawn]),
-        page.heading("The gains", "gains"),
-        page.table(("gain", "present", "tuned", ""), gains, lambda text: prose(escape(text))),
-        page.heading("On unseen flights" if many else "Both flights", "unseen"),
-        page.paragraph(both_fly if many else alone),
-        page.table(("", "present", "tuned", "tuned - present"), measured),
-        page.heading("The search", "search"),
-        page.paragraph(
-            f"Objective over the flights tuned on, their {AGGREGATES[asked.section.aggregate]}: {units.number(before)} "
-            f"before, {units.number(after)} after {found.history[-1].flights} flights. Every candidate is in history.csv."
+    search = (
+        f"Objective over the flights tuned on, their {AGGREGATES[asked.section.aggregate]}: {units.number(before)} "
+        f"before, {units.number(after)} after {found.history[-1].flights} flights. Every candidate is in history.csv."
+    )
+    return Evidence(
+        name=asked.mission.name,
+        kind="Tuning",
+        answer=answer(compared),
+        sentences=[compared.verdict],
+        record=record,
+        facts=facts(compared),
+        figures=[Figure(figure, "The search: objective and gains of the candidates, over the flights flown")],
+        tables=[
+            Table("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=lambda text: prose(escape(text))),
+            Table("On unseen flights" if many else "Both flights", "unseen", HEADER, measured, both if many else alone),
+            Table("The search", "search", text=search),
+        ],
+        paper=booktabs(
+            HEADER, [[(*one[:3], "") for one in gains], measured], [f"{asked.mission.name}: {flights}, 95 % intervals"]
         ),
-    ]
-    page.write_page(path, asked.mission.name, body, "Tuning")
-
-
-def write_table(path: Path, asked: Asked, found: Found, compared: Compared) -> None:
-    """The gains, and what flights with them measure, for a paper."""
-    header = ("", "present", "tuned", "tuned - present")
-    gains = [(*one[:3], "") for one in gain_rows(asked, found)]
-    comment = f"{asked.mission.name}: {units.counted(compared.flights, 'flight')} with each set of gains, 95 % intervals"
-    path.write_text(booktabs(header, [gains, measured_rows(compared)], [comment]), encoding="utf-8")
+        cases=(Case("tuned"),),
+    )
 
 
 def gain_rows(asked: Asked, found: Found) -> list[tuple[str, ...]]:

@@ -16,20 +16,20 @@ from quadstep.io.user_code.places import place, sources
 from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
+from quadstep.studies.study import Evidence
 from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, asked
 from quadstep.studies.tuning.picture import draw_search
-from quadstep.studies.tuning.report import write_report, write_table
+from quadstep.studies.tuning.report import evidence
 from quadstep.studies.tuning.search import Candidate, Found, Search, check_budget, shown_flights
 from quadstep.studies.tuning.toml import edited
 from quadstep.studies.tuning.unseen import Compared, Row, compare
 
-TUNED, HISTORY, PICTURE, REPORT = "tuned.toml", "history.csv", "convergence", "report.html"
-TABLE = "table.tex"
+TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
 OBJECTIVE = "objective"
 
 
@@ -40,6 +40,7 @@ class Tuned(NamedTuple):
     found: Found
     compared: Compared
     elsewhere: list[str]
+    evidence: Evidence
 
     @property
     def values(self) -> dict[str, float]:
@@ -70,10 +71,9 @@ def tune(
         elsewhere = write_mission(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
-        write_report(out / REPORT, wanted, found, compared, PICTURE)
-        write_table(out / TABLE, wanted, found, compared)
-        write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
-    return Tuned(wanted, found, compared, elsewhere)
+        shown = evidence(wanted, found, compared, PICTURE, as_json(wanted, found, compared, budget, seed))
+        shown.write(out)
+    return Tuned(wanted, found, compared, elsewhere, shown)
 
 
 def identity(wanted: Asked, budget: int, seed: int) -> str:
