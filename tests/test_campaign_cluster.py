@@ -14,6 +14,7 @@ import pytest
 
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
+from quadstep.linear.quick import quick_grade
 from quadstep.report.terminal.progress import Progress
 from quadstep.studies.campaign import cluster, cluster_connection
 from quadstep.studies.campaign.cluster import Pieces, Span, flown_on_cluster, fly_span, order, over, span_size, spans
@@ -167,7 +168,7 @@ def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_p
                 joined.add_node(num_cpus=1, object_store_memory=STORE)
 
     with no_report():
-        fly_campaign(path, tmp_path / "out", engine=Engine.RAY, progress=Killing())
+        fly_campaign(path, tmp_path / "out", engine=Engine.RAY, progress=Killing(), grading=quick_grade)
     assert lost == ["worker", "node"]
     assert counts == sorted(counts)
     assert counts[-1] == 3600
