@@ -63,6 +63,6 @@ def hover(table: dict[str, Any], law: str, **more: Any) -> Mission:
     return mission.model_copy(update={"controller": off})
 
 
-def hover_grade(table: dict[str, Any], law: str) -> Grade:
+def hover_grade(table: dict[str, Any], law: str, **more: Any) -> Grade:
     """How the loop at rest is graded."""
-    return grade(hover(table, law))
+    return grade(hover(table, law, **more))

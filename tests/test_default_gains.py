@@ -43,8 +43,42 @@ def test_delay_slows_the_loops_wherever_it_is():
     assert plain == pytest.approx(0.043 / (0.045 + 3.0 * 0.001))
     late = pace(vehicle={"command": {"speed": 1000.0, "delay": 0.01}})
     assert late.agility == pytest.approx(0.043 / (0.045 + 3.0 * 0.011))
-    assert pace(sensors={"latency": 0.01}).agility == pytest.approx(late.agility)
+    assert pace(sensors={"latency": 0.01, "imu_latency": 0.01}).agility == pytest.approx(late.agility)
     assert pace(simulation={"control_period": 0.01}).agility == pytest.approx(0.043 / (0.045 + 3.0 * 0.005))
+
+
+def test_late_fixes_slow_the_loops_around_the_gyros_more_than_that_of_the_rates():
+    late = pace(sensors={"latency": 0.02})
+    assert late.rate_agility == pytest.approx(0.043 / (0.048 + 0.7 * 0.02))
+    assert 1.0 / late.agility == pytest.approx(1.0 / late.rate_agility + 0.02 / 0.07)
+    later = pace(sensors={"latency": 0.1})
+    assert (later.rate_agility, later.agility) == pytest.approx((0.22, 0.22 / (1.0 + 0.022 / 0.07)))
+    assert pace(sensors={"latency": 0.1, "estimator": True}).agility == pace().agility
+
+
+LACKING = [("indi", "hummingbird", 0.02)]
+"""Its rotors' inertia turns it 47 times as much as their drag, quicker than the filters of this law follow on late fixes."""
+
+
+def late(law, latency, table):
+    return hover_grade(table, law, sensors={"latency": latency})
+
+
+@pytest.mark.parametrize("law", ["geometric", "pid", "lqr"])
+def test_a_hover_on_late_fixes_has_margin(law):
+    found = late(law, 0.02, {"preset": "research-2.6kg"})
+    assert found.word == SOUND, f"{law}: {found.why}"
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("latency", [0.01, 0.02])
+@pytest.mark.parametrize("law", LAWS)
+def test_every_preset_hovers_with_margin_on_late_fixes(law, latency):
+    for preset in preset_names():
+        if (law, preset, latency) in LACKING:
+            continue
+        found = late(law, latency, {"preset": preset})
+        assert found.word == SOUND, f"{law} on {preset}: {found.why}"
 
 
 def test_heavy_rotors_slow_the_loop_of_the_heading_alone():
@@ -54,8 +88,9 @@ def test_heavy_rotors_slow_the_loop_of_the_heading_alone():
 
 
 def test_usual_gains_take_the_agility_of_their_axes():
-    model = Model(mass=1.0, inertia=vector(1.0, 1.0, 1.0), gravity=9.81, agility=0.5, yaw_agility=0.1)
+    model = Model(mass=1.0, inertia=vector(1.0, 1.0, 1.0), gravity=9.81, agility=0.5, rate_agility=0.8, yaw_agility=0.1)
     assert usual(8.0, 2)(model) == 2.0
     assert usual(8.0, 1, "yaw")(model) == pytest.approx(0.8)
     assert usual((8.0, 8.0, 10.0), 2, "body")(model) == pytest.approx((2.0, 2.0, 0.1))
+    assert usual((8.0, 8.0, 10.0), 1, "rate")(model) == pytest.approx((6.4, 6.4, 1.0))
     assert usual((8.0, 4.0, 1.0), (3, 1, 0))(model) == (1.0, 2.0, 1.0)

@@ -32,7 +32,7 @@ class CascadedPidGains(NamedTuple):
     integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration from the velocity integral")
     attitude: Vector = gain(usual((7.1, 7.1, 6.2), 1, "body"), "1/s", "P gain of attitude")
     most_rate: Number = gain(8.0, "rad/s", "largest commanded body rate")
-    rate: Vector = gain(usual((21.5, 21.5, 20.0), 1, "body"), "1/s", "P gain of body rates")
+    rate: Vector = gain(usual((21.5, 21.5, 20.0), 1, "rate"), "1/s", "P gain of body rates")
     rate_integral: Vector = gain(usual((3.8, 3.8, 3.8), 2, "body"), "1/s^2", "I gain of body rates", zero=True)
     rate_integral_bound: Number = gain(20.0, "rad/s^2", "largest angular acceleration from the rate integral")
     rate_derivative: Vector = gain(0.0, "-", "D gain of body rates", zero=True)

@@ -58,7 +58,7 @@ class FilteredBacksteppingGains(NamedTuple):
     place: Vector = gain(usual(1.55, 1), "1/s", "gain of the position", key="k_1")
     speed: Vector = gain(usual(4.25, 1), "1/s", "gain of the velocity", key="k_2")
     turn: Vector = gain(usual((3.1, 3.1, 4.0), 1, "body"), "1/s", "gain of the attitude", key="k_3")
-    spin: Vector = gain(usual((14.0, 14.0, 14.0), 1, "body"), "1/s", "gain of the body rates", key="k_4")
+    spin: Vector = gain(usual((14.0, 14.0, 14.0), 1, "rate"), "1/s", "gain of the body rates", key="k_4")
     coupling_1: Number = gain(usual(0.65, 2), "1/s^2", "weight of position against velocity", key="c_1")
     coupling_2: Number = gain(usual(0.036, 4), "1/m^2", "weight of velocity against body rates", key="c_2")
     coupling_3: Vector = gain(

@@ -26,7 +26,7 @@ class GeometricGains(NamedTuple):
         usual((73.0, 73.0, 70.0), 2, "body"), "1/s^2", "stiffness of attitude, over inertia", key="k_R"
     )
     turn_damping: Vector = gain(
-        usual((22.0, 22.0, 17.0), 1, "body"), "1/s", "damping of attitude, over inertia", key="k_Omega"
+        usual((22.0, 22.0, 17.0), 1, "rate"), "1/s", "damping of attitude, over inertia", key="k_Omega"
     )
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
 

@@ -82,7 +82,7 @@ class GeometricAdaptive(Controller):
         "pull.stiffness": usual(10.3, 2),
         "pull.damping": usual(5.7, 1),
         "turn.stiffness": usual((150.0, 150.0, 70.0), 2, "body"),
-        "turn.damping": usual((22.5, 22.5, 15.0), 1, "body"),
+        "turn.damping": usual((22.5, 22.5, 15.0), 1, "rate"),
     }
 
     def start(self, measured: Measured, gains: GeometricAdaptiveGains) -> GeometricAdaptiveMemory:

@@ -91,7 +91,7 @@ class GeometricL1(Controller):
         "pull.stiffness": usual(13.0, 2),
         "pull.damping": usual(5.15, 1),
         "turn.stiffness": usual((147.0, 147.0, 70.0), 2, "body"),
-        "turn.damping": usual((22.0, 22.0, 15.0), 1, "body"),
+        "turn.damping": usual((22.0, 22.0, 15.0), 1, "rate"),
     }
 
     def start(self, measured: Measured, gains: GeometricL1Gains) -> GeometricL1Memory:

@@ -70,7 +70,7 @@ class HedgedBackstepping(Controller):
         "law.slope_1": usual(1.85, 1),
         "law.gain_1": usual(8.1, 1),
         "law.slope_2": usual((5.1, 5.1, 5.0), 1, "body"),
-        "law.gain_2": usual((23.5, 23.5, 20.0), 1, "body"),
+        "law.gain_2": usual((23.5, 23.5, 20.0), 1, "rate"),
         "law.coupling": usual((3.3, 3.3, 3.3), 2, "body"),
         "law.filter_frequency": usual((12.7, 12.7, 10.0), 1, "body"),
         "law.force_net": net(1, FORCE_INPUTS, rate=usual(12.0, 2), damping=0.15),

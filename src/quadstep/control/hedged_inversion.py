@@ -66,7 +66,7 @@ class HedgedInversionGains(NamedTuple):
     stiffness_2: Vector = gain(
         usual((200.0, 200.0, 70.0), 2, "body"), "1/s^2", "K_p: inner reference model, and feedback of its error", key="K_p"
     )
-    damping_2: Vector = gain(usual((29.5, 29.5, 17.0), 1, "body"), "1/s", "K_d: the same for body rates", key="K_d")
+    damping_2: Vector = gain(usual((29.5, 29.5, 17.0), 1, "rate"), "1/s", "K_d: the same for body rates", key="K_d")
     force_net: Net = net(1, FORCE_INPUTS, rate=usual(6.5, 2), damping=0.06)
     torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(36.0, 2), damping=0.06)
     learning_start: Number = nets_start()

@@ -78,7 +78,7 @@ class Indi(Controller):
         "pull.stiffness": usual(16.0, 2),
         "pull.damping": usual(6.9, 1),
         "turn.stiffness": usual((147.0, 147.0, 70.0), 2, "body"),
-        "turn.damping": usual((24.5, 24.5, 15.0), 1, "body"),
+        "turn.damping": usual((24.5, 24.5, 15.0), 1, "rate"),
     }
 
     def start(self, measured: Measured, gains: IndiGains) -> IndiMemory:
@@ -135,7 +135,7 @@ class IndiVelocity(Indi):
         "pull.stiffness": usual(4.2, 2),
         "pull.damping": usual(3.9, 1),
         "turn.stiffness": usual((67.0, 67.0, 67.0), 2, "body"),
-        "turn.damping": usual((13.4, 13.4, 13.4), 1, "body"),
+        "turn.damping": usual((13.4, 13.4, 13.4), 1, "rate"),
         "force_filter": usual(7.9, 1),
         "torque_filter": usual((15.1, 15.1, 15.1), 1, "body"),
     }

@@ -62,7 +62,7 @@ class MppiGains(NamedTuple):
         usual((270.0, 270.0, 70.0), 2, "body"), "1/s^2", "stiffness of attitude, over inertia", key="k_R"
     )
     turn_damping: Vector = gain(
-        usual((35.0, 35.0, 17.0), 1, "body"), "1/s", "damping of attitude, over inertia", key="k_Omega"
+        usual((35.0, 35.0, 17.0), 1, "rate"), "1/s", "damping of attitude, over inertia", key="k_Omega"
     )
 
 

@@ -32,7 +32,7 @@ class SuperTwistingGains(NamedTuple):
     bound: Number = gain(15.0, "m/s^2", "bound on the integral part along an axis", tunable=False)
     turn_slope: Vector = gain(usual((9.3, 9.3, 8.0), 1, "body"), "1/s", "slope of the attitude loop", symbol="c_R")
     turn_reaching: Vector = gain(
-        usual((17.3, 17.3, 10.0), 1, "body"), "rad^(1/2)/s^(3/2)", "k_1 of the attitude loop", key="h_1"
+        usual((17.3, 17.3, 10.0), 1, "rate"), "rad^(1/2)/s^(3/2)", "k_1 of the attitude loop", key="h_1"
     )
     turn_twisting: Vector = gain(
         usual((15.4, 15.4, 15.0), 2, "body"), "rad/s^3", "k_2 of the attitude loop", key="h_2", zero=True

@@ -38,7 +38,7 @@ class Turn(NamedTuple):
     """Gains of the attitude loop, over inertia, about body x, y, z."""
 
     stiffness: Vector = gain(usual((270.0, 270.0, 70.0), 2, "body"), "1/s^2", "stiffness of attitude, over inertia", key="k_R")
-    damping: Vector = gain(usual((30.0, 30.0, 15.0), 1, "body"), "1/s", "damping of attitude, over inertia", key="k_Omega")
+    damping: Vector = gain(usual((30.0, 30.0, 15.0), 1, "rate"), "1/s", "damping of attitude, over inertia", key="k_Omega")
 
 
 class TurningErrors(NamedTuple):

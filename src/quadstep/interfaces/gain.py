@@ -60,14 +60,14 @@ Default: TypeAlias = float | tuple[float, ...] | Callable[[Model], object] | Fro
 
 Values = TypeVar("Values", float, tuple[float, ...])
 
-About: TypeAlias = Literal["", "body", "yaw"]
-"""What a usual gain is about: the axes of the body, of which the third turns the heading, or yaw alone."""
+About: TypeAlias = Literal["", "body", "rate", "yaw"]
+"""What a usual gain is about: the axes of the body, of which the third turns the heading; rates about them; or yaw alone."""
 
 
 @dataclass(frozen=True)
 class Usual(Generic[Values]):
     """A gain found on the 2.6 kg vehicle; on others it is multiplied by their agility [1/s] to this power, or each part to its
-    own: about yaw, and the third part about the body's axes, by that of the heading.
+    own: on body rates by that of their loop; about yaw, and the third part about the body's axes, by that of the heading.
     """
 
     values: Values
@@ -77,8 +77,10 @@ class Usual(Generic[Values]):
     def __call__(self, model: Model) -> Values:
         values = self.values if isinstance(self.values, tuple) else (self.values,)
         powers = self.power if isinstance(self.power, tuple) else (self.power,) * len(values)
-        first = {"yaw": 0, "body": len(values) - 1}.get(self.about, len(values))
-        paces = (model.agility,) * first + (model.yaw_agility,) * (len(values) - first)
+        first = {"yaw": 0, "body": len(values) - 1, "rate": len(values) - 1}.get(self.about, len(values))
+        paces = (model.rate_agility if self.about == "rate" else model.agility,) * first + (model.yaw_agility,) * (
+            len(values) - first
+        )
         found = tuple(value * raised(pace, power) for value, pace, power in zip(values, paces, powers, strict=True))
         return found if isinstance(self.values, tuple) else found[0]
 
@@ -213,8 +215,8 @@ def given(value: Callable[[Model], object]) -> Any:
 def usual(values: Values, power: int | tuple[int, ...] = 1, about: About = "") -> Usual[Values]:
     """A default found on the 2.6 kg vehicle, times the agility of others to this power, or each part to its own.
 
-    about: "body" for three parts about the axes of the body, "yaw" for a gain of the heading, which have an agility of their
-    own about the vertical axis.
+    about: "body" for three parts about the axes of the body, "rate" for gains on the rates about them, "yaw" for a gain of the
+    heading; rates, and what turns about the vertical axis, have an agility of their own.
     """
     if not all(isinstance(one, Real) for one in (values if isinstance(values, tuple) else (values,))):
         raise TypeError(f"usual: should be given a number, or a tuple of them, not {values!r:.60}")

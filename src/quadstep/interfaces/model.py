@@ -33,9 +33,9 @@ class Model(NamedTuple):
     """A vehicle as its controller models it; SI units.
 
     mass [kg], inertia: diagonal [kg m^2], gravity [m/s^2]. most_thrust: the largest that a position loop may command [N];
-    infinite if the rotors have no limits. agility: speed of the loops relative to the 2.6 kg vehicle, in (0, 1]; yaw_agility:
-    of the loop of the heading. rotors: their number. lag: the longer time constant of a rotor [s]. kinematics: T_eta of the
-    paper's plant; that of a rigid body elsewhere.
+    infinite if the rotors have no limits. agility: speed of the loops relative to the 2.6 kg vehicle, in (0, 1];
+    rate_agility: of that of the body rates within them; yaw_agility: of the loop of the heading. rotors: their number.
+    lag: the longer time constant of a rotor [s]. kinematics: T_eta of the paper's plant; that of a rigid body elsewhere.
 
     Of a real vehicle also: mixing: four rows, thrust [N] and torques about body x, y, z [N m] per newton of each rotor.
     shares: a row for each rotor, its thrust per unit of thrust and torques, of least norm. per_speed: k_f, a rotor's thrust
@@ -49,6 +49,7 @@ class Model(NamedTuple):
     gravity: Number
     most_thrust: Number = math.inf
     agility: Number = 1.0
+    rate_agility: Number = 1.0
     yaw_agility: Number = 1.0
     rotors: int = 4
     lag: Number = 0.0

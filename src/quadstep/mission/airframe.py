@@ -263,8 +263,8 @@ class ResidualSection(Section):
 
 
 class BuiltAirframe(NamedTuple):
-    """A vehicle for a flight: structure, and numbers. delay: from a measurement to the rotors' command [s], half of the law's
-    period included.
+    """A vehicle for a flight: structure, and numbers. delay: from a sample of the gyro to the rotors' command [s], half of the
+    law's period included. stale: how much older position, velocity and attitude are [s].
     """
 
     geometry: Geometry
@@ -272,18 +272,20 @@ class BuiltAirframe(NamedTuple):
     airframe: Airframe
     allocation: Allocation
     delay: Number
+    stale: Number = 0.0
 
     def model(self) -> Model:
         """What it is to a controller."""
         airframe, rotors = self.airframe, len(self.geometry.mounts)
         rotor = airframe.rotor
-        pace = agility(self.geometry, airframe, self.allocation, self.delay)
+        pace = agility(self.geometry, airframe, self.allocation, self.delay, self.stale)
         return Model(
             mass=airframe.mass,
             inertia=airframe.inertia,
             gravity=airframe.gravity,
             most_thrust=MARGIN * rotors * self.allocation.most,
             agility=pace.all,
+            rate_agility=pace.rates,
             yaw_agility=pace.yaw,
             rotors=rotors,
             lag=maximum(rotor.rise, rotor.fall),
@@ -452,8 +454,10 @@ class AirframeSection(Section):
         """From a command to the rotors [s]."""
         return self.command.delay if self.command else 0.0
 
-    def build(self, age: float = 0.0, period: float = 2.0 * LATE) -> BuiltAirframe:
-        """The vehicle as structure and numbers. age: of what its controller measures [s]. period: of its law [s]."""
+    def build(self, age: float = 0.0, stale: float = 0.0, period: float = 2.0 * LATE) -> BuiltAirframe:
+        """The vehicle as structure and numbers. age: of the gyro's samples [s]. stale: how much older the other measurements
+        are [s]. period: of its law [s].
+        """
         geometry, rotor = self.geometry(), self.rotor.build()
         airframe = Airframe(
             mass=self.mass,
@@ -467,7 +471,7 @@ class AirframeSection(Section):
             contact=contact(self.legs, self.mass, self.gravity, len(geometry.mounts)) if self.legs is not None else (),
         )
         delay = age + self.command_delay + 0.5 * period
-        return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor), delay)
+        return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor), delay, stale)
 
 
 LONGEST_ON_LEGS = 0.004

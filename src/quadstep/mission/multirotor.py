@@ -83,7 +83,9 @@ class MultirotorMission(Mission):
 
     @cached_property
     def modelled(self) -> BuiltAirframe:
-        return self.vehicle.build(self.sensors.age, self.simulation.control_period)
+        return self.vehicle.build(
+            self.sensors.imu_latency, self.sensors.age - self.sensors.imu_latency, self.simulation.control_period
+        )
 
     @property
     def plant(self) -> Multirotor:

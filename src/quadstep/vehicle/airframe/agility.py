@@ -5,8 +5,12 @@ horizontal axis,
 
     gain / s^n  exp(-D s) / (1 + T s),
 
-so gains in proportion to 1 / (T + `DELAYS` D), each to the power of its time unit, have like margins on all vehicles. About
-the vertical axis rotors turn a vehicle twice: by their drag 2 k_m w_0 dw and, accelerating, by their own inertia J_r dw/dt:
+so gains in proportion to 1 / (T + `DELAYS` D), each to the power of its time unit, have like margins on all vehicles. Fixes of
+position, velocity and attitude that are older than the gyro's samples by L do not delay the loop of the body rates, which only
+has to stand two further delays; those around it are slower by the phase of L, 1 / all = 1 / rates + L / `AROUND`.
+
+About the vertical axis rotors turn a vehicle twice: by their drag 2 k_m w_0 dw and, accelerating, by their own inertia,
+J_r dw/dt:
 
     gain / s^n  exp(-D s) (1 + T_r s) / (1 + T s),    T_r = J_r / (2 k_m w_0),
 
@@ -26,6 +30,14 @@ LIVELY = 60.0
 DELAYS = 3.0
 """How much more a second of delay counts than one of lag: the margins asked for include two further delays."""
 
+AGES, OLDEST = 0.7, 0.022
+"""The same for a second by which fixes are older than the gyro's samples, in the loop of the body rates, and the largest
+product of that age and `rates` [s]: of the pi/2 that this loop has, with a gain of 30 1/s, twice that age then takes 1.3.
+"""
+
+AROUND = 0.07
+"""Age of fixes that halves the speed of loops around a loop of rates of speed 1 [s]."""
+
 LATE = 0.001
 """Delay of the vehicle on which the default gains were found [s]: half of a sample of 2 ms."""
 
@@ -41,17 +53,19 @@ crosses at most 0.4 rad over the delay.
 class Agility(NamedTuple):
     """Speeds of the loops relative to the vehicle on which the default gains were found, in (0, 1].
 
-    all: of position, roll and pitch. yaw: of the heading.
+    all: of position, roll and pitch. rates: of the body rates within them. yaw: of the heading.
     """
 
     all: Number
+    rates: Number
     yaw: Number
 
 
-def agility(geometry: Geometry, airframe: Airframe, allocation: Allocation, delay: Number) -> Agility:
+def agility(geometry: Geometry, airframe: Airframe, allocation: Allocation, delay: Number, stale: Number) -> Agility:
     """How fast the loops can be.
 
-    delay: from a measurement to the rotors' command [s], half of the law's period included.
+    delay: from a sample of the gyro to the rotors' command [s], half of the law's period included. stale: how much older
+    position, velocity and attitude are [s].
     """
     weight, enough = airframe.mass * airframe.gravity, 1e3 * LIVELY
     turns = []
@@ -62,9 +76,11 @@ def agility(geometry: Geometry, airframe: Airframe, allocation: Allocation, dela
         turns.append(made[axis] / airframe.inertia[axis])
     rotor = airframe.rotor
     lag, shortest = maximum(rotor.rise, rotor.fall), minimum(rotor.rise, rotor.fall)
-    quick = (LAG + DELAYS * LATE) / (lag + DELAYS * delay)
-    fast = minimum(minimum(1.0, quick), sqrt(minimum(*turns) / LIVELY))
+    quick = (LAG + DELAYS * LATE) / (lag + DELAYS * delay + AGES * stale)
+    quick = minimum(minimum(1.0, quick), OLDEST / maximum(stale, 1e-9))
+    rates = minimum(quick, sqrt(minimum(*turns) / LIVELY))
+    fast = rates / (1.0 + rates * stale / AROUND)
     speeds, _, _ = allocate(geometry, allocation, weight, Vector((0.0, 0.0, 0.0)))
     hover = total(speeds) / len(geometry.mounts)
     lead = maximum(1.0, rotor.inertia / (2.0 * rotor.torque * hover * shortest))
-    return Agility(fast, minimum(fast, TURNING / (lead * maximum(delay, 1e-9))))
+    return Agility(fast, rates, minimum(fast, TURNING / (lead * maximum(delay + stale, 1e-9))))
