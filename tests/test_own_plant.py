@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from quadstep import fly, read_mission
+from quadstep import UserError, fly, read_mission
 from quadstep.engines.engine import Engine
 from quadstep.io.user_code import loading
 from tests.commands import quadstep, write
@@ -86,6 +86,17 @@ class Rail(DeclaredPlant):
 
     def row(self, p, state, told, command, held, reference, wind, time):
         return [time, state.position[0], state.velocity, reference.position[2], held[0]]
+
+
+class Glider(Rail):
+    """The same on a rail that the wind blows along."""
+
+    windy: ClassVar = True
+
+    def rate(self, p, state, held, wind, time):
+        return super().rate(p, state._replace(velocity=state.velocity - wind[2]), held, wind, time)._replace(
+            position=vector(state.velocity)
+        )
 
 
 class Gains(NamedTuple):
@@ -189,14 +200,16 @@ def test_it_flies_alike_on_floats_and_lanes(mission):
         ("fly", "rail.toml"),
         ("page", "rail.toml"),
         ("linear", "rail.toml"),
+        ("linear", "windy.toml"),
         ("export", "rail.toml"),
         ("envelope", "rail.toml", "--x", "vehicle.mass=2,3", "--y", "controller.pole=3,4"),
         ("tune", "rail.toml", "--budget", "200"),
         ("campaign", "masses.toml"),
         ("compare", "rail.toml", "other.toml", "--seeds", "2"),
     ],
-    ids=lambda command: command[0],
+    ids=" ".join,
 )
+@pytest.mark.usefixtures("windy")
 def test_every_command_takes_it(mission, command):
     write(mission.parent, CAMPAIGN, "masses.toml")
     write(mission.parent, MISSION.replace(":Lift", ":Plain"), "other.toml")
@@ -247,11 +260,51 @@ def test_a_law_with_a_mistake_is_one_line_and_the_others_go_on(mission):
     assert "NameError" in run.err
 
 
+WIND = """
+seed = 3
+[wind]
+mean = [0.0, 0.0, 4.0]
+turbulence = { intensity = "moderate", height = 20.0 }
+"""
+
+
+@pytest.fixture
+def windy(mission):
+    """The mission of the rail that the wind blows along."""
+    head, _, rest = MISSION.replace("rail.py:Rail", "rail.py:Glider").partition("[vehicle]")
+    wind = WIND.replace("seed = 3\n", "")
+    return write(mission.parent, f"seed = 3\n{head}[vehicle]{rest}{wind}", "windy.toml")
+
+
+def test_the_wind_acts_on_one_that_says_so(mission, windy):
+    lanes, floats = (fly(read_mission(windy), engine=one) for one in (Engine.LANES, Engine.PYTHON))
+    np.testing.assert_array_equal(lanes.rows, floats.rows)
+    calm, blown = fly(read_mission(mission)).column("v_z"), lanes.column("v_z")
+    assert 1e-3 < abs(blown - calm).max() < 1.0
+    assert read_mission(windy).noisy
+
+
+def test_a_campaign_varies_its_wind(windy):
+    text = CAMPAIGN.replace("rail.toml", "windy.toml").replace('"vehicle.mass"', '"wind.mean.2"')
+    write(windy.parent, text, "gusts.toml")
+    assert quadstep("campaign", "gusts.toml", "--out", "gusts").code == 0
+    rows = pq.read_table(windy.parent / "gusts" / "flights").to_pandas()
+    assert rows["position_rmse[m]"].nunique() == 20
+
+
+def test_the_wind_of_one_that_does_not_is_refused(mission):
+    path = write(mission.parent, f"{MISSION}[wind]\nmean = [0.0, 0.0, 1.0]\n", "calm.toml")
+    with pytest.raises(UserError, match="wind: unknown key"):
+        read_mission(path)
+
+
 @needs_node
-def test_its_page_flies_it_as_python_floats_do(mission):
-    assert quadstep("page", mission, "--out", "page.html").code == 0
-    (answer,) = fly_page(mission.with_name("page.html"), {"flight": "rail"})
-    log = fly(read_mission(mission), engine=Engine.PYTHON)
+@pytest.mark.parametrize("named", ["mission", "windy"])
+def test_its_page_flies_it_as_python_floats_do(named, request):
+    path = request.getfixturevalue(named)
+    assert quadstep("page", path, "--out", "page.html").code == 0
+    (answer,) = fly_page(path.with_name("page.html"), {"flight": "rail"})
+    log = fly(read_mission(path), engine=Engine.PYTHON)
     assert [name for name, _ in answer["columns"]] == list(log.columns)
     np.testing.assert_array_equal(answer["values"], log.rows)
 

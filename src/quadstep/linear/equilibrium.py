@@ -88,8 +88,9 @@ def held(mission: Mission, wanted: Reference, duration: float, aside: float = 0.
         changes["start"] = type(mission.start)()
     if isinstance(mission, MultirotorMission):
         changes |= {"events": (), "score_from": 0.0}
-        if isinstance(mission.wind, WindSection):
-            changes["wind"] = WindSection(mean=mission.wind.mean)
+    wind = getattr(mission, "wind", None)
+    if isinstance(wind, WindSection):
+        changes["wind"] = WindSection(mean=wind.mean)
     return mission.model_copy(update=changes)
 
 

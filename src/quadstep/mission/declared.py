@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import create_model
+from pydantic import Field, create_model
 
 from quadstep.control.registry import controller, names
 from quadstep.engines.loop import Loop, Numbers
@@ -18,6 +18,7 @@ from quadstep.io.user_code.installed import installed
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import place
 from quadstep.metrics.of_log import Metrics, flight_metrics
+from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import section_of
@@ -31,6 +32,7 @@ from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Structure
+from quadstep.numbers.noise import key
 from quadstep.vehicle.plants.declared import DeclaredPlant, PlantParameters
 from quadstep.vehicle.plants.planar import Planar
 
@@ -58,6 +60,12 @@ class DeclaredSimulation(ClockSection):
 
     control_period: Annotated[Positive, Quantity("s", "sampling period of the controller's law")] = 0.002
     guidance_period: Annotated[Positive, Quantity("s", "sampling period of its slower loop, if it has one")] = 0.01
+
+
+class WindySimulation(DeclaredSimulation):
+    """The same, and of air that moves."""
+
+    air_period: Annotated[Positive, Quantity("s", "sampling period of the turbulence")] = 0.01
 
 
 class DeclaredMission(Mission):
@@ -92,6 +100,32 @@ class DeclaredMission(Mission):
             raise UserError(f"vehicle: {self.vehicle.type}: {error}") from None
 
 
+class WindyMission(DeclaredMission):
+    """A mission file for a plant that declares itself, and that air acts on."""
+
+    simulation: WindySimulation
+    if TYPE_CHECKING:
+        seed: int
+        wind: WindSection
+
+    @property
+    def noisy(self) -> bool:
+        return self.wind.air.stirs
+
+    def build(self, path: BuiltPath) -> Built:
+        built = super().build(path)
+        try:
+            self.wind.check(self.simulation.duration or path.length)
+        except ValueError as error:
+            raise UserError(str(error)) from None
+        return built._replace(
+            numbers=partial(built.numbers, wind=self.wind.build(), key=key(self.seed, 0)),
+            air=self.wind.air,
+            periods={"air": self.simulation.air_period},
+            warnings=self.wind.warnings,
+        )
+
+
 def check_plant(plant: type[DeclaredPlant]) -> None:
     """Refuses declarations that contradict each other. Raises TypeError."""
     lacking = [name for name in ("Numbers", "Limits", "measures", "columns", "axes", "efforts") if not hasattr(plant, name)]
@@ -120,19 +154,24 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     first = controller(plant.measures, known[0]) if known else None
     usual: Any = section_of(first)(type=known[0]) if first else ...
     called: Any = Annotated[Name, Quantity("", "name of the flight, shown in its results")]
-    made: Any = create_model(
+    simulation = WindySimulation if plant.windy else DeclaredSimulation
+    seed: object = Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all turbulence")]
+    air: dict[str, object] = {"seed": (seed, 1), "wind": (AnyWind, WindSection())} if plant.windy else {}
+    create: Any = create_model
+    made = create(
         f"{name}Mission",
-        __base__=DeclaredMission,
+        __base__=WindyMission if plant.windy else DeclaredMission,
         __module__=__name__,
         name=(called, "Flight"),
         vehicle=(vehicle, ...),
         path=(AnyPath, ...),
         controller=(any_controller(plant.measures), usual),
-        simulation=(DeclaredSimulation, DeclaredSimulation()),
+        simulation=(simulation, simulation()),
         limits=(limits, limits()),
         metrics=(OwnMetrics, ()),
         margins=(MarginsSection, MarginsSection()),
         tune=(TuneSection | None, None),
+        **air,
     )
     made.measures = plant.measures
     found: type[Mission] = made

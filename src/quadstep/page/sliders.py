@@ -21,6 +21,7 @@ from quadstep.page.controls import (
     parameter,
     path_controls,
     slider,
+    wind_controls,
 )
 from quadstep.page.laws import NEURONS
 from quadstep.page.model import Component, Control
@@ -40,6 +41,7 @@ def declared_controls(mission: Mission, plan: FlightPlan) -> list[Control]:
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
         *grouped("Vehicle", *number_sliders(plan.parameters.vehicle, "vehicle")),
+        *grouped("Wind", *(wind_controls(plan.parameters.wind) if plan.loop.air else [])),
         *grouped("Start", moved_start(plan.loop.plant.axes)),
     ]
 

@@ -1,8 +1,8 @@
 """A plant in one file, the package's or a user's, with all its declarations.
 
 Its numbers and limits are `NamedTuple`s of declarations (`gain.py`), from which the tables `[vehicle]` and `[limits]`
-of its missions follow, and the page's sliders. `planar.py` is an example. There is no air and there are no sensors: its
-controllers are told the state.
+of its missions follow, and the page's sliders. `planar.py` is an example. Where it sets `windy`, its missions have a wind,
+which `rate` is given; there are no sensors: its controllers are told the state.
 """
 
 from abc import ABC, abstractmethod
@@ -34,12 +34,16 @@ H = TypeVar("H", default=Any)
 
 
 class PlantParameters(NamedTuple, Generic[N, L]):
-    """Every number of a flight: vehicle as its plant declares it, limits likewise."""
+    """Every number of a flight: vehicle as its plant declares it, limits likewise. wind: of its air, () where there is none.
+    key: of the air's noise, likewise.
+    """
 
     vehicle: N
     path: object
     gains: object
     limits: L
+    wind: object = ()
+    key: object = ()
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
     """A `Plant`; structure only, so it has no fields unless the structure of its equations varies.
 
     name: the `type` in [vehicle]. Numbers, Limits: declared. measures: its state, which is what controllers are told.
-    columns, axes, efforts, norms: see `Plant`; efforts are columns too.
+    columns, axes, efforts, norms: see `Plant`; efforts are columns too. windy: whether air acts on it.
     """
 
     name: ClassVar[str]
@@ -57,6 +61,7 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
     Limits: ClassVar[type]
     measures: ClassVar[type]
     compact: ClassVar[bool] = True
+    windy: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, str]]
     axes: ClassVar[tuple[str, ...]]
     efforts: ClassVar[Mapping[str, str]]
