@@ -259,7 +259,7 @@ def test_a_name_that_looks_like_code_can_be_tuned(tmp_path):
 def entry_point(monkeypatch):
     """An installed entry point `hovering`, whose module is the standard library's json."""
     found = EntryPoint("hovering", "json:dumps", installed.CONTROLLERS)
-    monkeypatch.setattr(doors, "entry_points", lambda group: [found] if group == found.group else [])
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [found] if group == found.group else [])
     doors.installed.cache_clear()
     yield
     doors.installed.cache_clear()

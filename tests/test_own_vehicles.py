@@ -183,7 +183,7 @@ def packages(tmp_path, monkeypatch):
         EntryPoint("pulled", "quadstep_bring:Pull", installed.DISTURBANCES),
         EntryPoint("racer", "quadstep_bring:RACER", installed.VEHICLES),
     ]
-    monkeypatch.setattr(doors, "entry_points", lambda group: [one for one in points if one.group == group])
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [one for one in points if one.group == group])
     doors.installed.cache_clear()
     yield
     doors.installed.cache_clear()
