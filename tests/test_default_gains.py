@@ -24,6 +24,15 @@ def test_a_vehicle_from_a_random_data_sheet_hovers_with_margin(law):
     assert found.word == SOUND, f"{law}: {found.why}"
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize("law", LAWS)
+def test_vehicles_from_500_random_data_sheets_hover_with_margin(law):
+    random = np.random.default_rng(0)
+    for sheet in (random_sheet(random) for _ in range(500)):
+        found = hover_grade(vehicle(sheet), law)
+        assert found.word == SOUND, f"{law} on {sheet.name}: {found.why}"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_every_preset_and_the_tutorials_vehicle_hover_with_margin(law):
@@ -52,12 +61,12 @@ def test_late_fixes_slow_the_loops_around_the_gyros_more_than_that_of_the_rates(
     assert late.rate_agility == pytest.approx(0.043 / (0.048 + 0.7 * 0.02))
     assert 1.0 / late.agility == pytest.approx(1.0 / late.rate_agility + 0.02 / 0.07)
     later = pace(sensors={"latency": 0.1})
-    assert (later.rate_agility, later.agility) == pytest.approx((0.22, 0.22 / (1.0 + 0.022 / 0.07)))
+    assert (later.rate_agility, later.agility) == pytest.approx((0.21, 0.21 / (1.0 + 0.021 / 0.07)))
     assert pace(sensors={"latency": 0.1, "estimator": True}).agility == pace().agility
 
 
-LACKING = [("indi", "hummingbird", 0.02)]
-"""Its rotors' inertia turns it 47 times as much as their drag, quicker than the filters of this law follow on late fixes."""
+LACKING = [("indi", "hummingbird", 0.02), ("thrust-extended-backstepping", "paper", 0.02)]
+"""Misses: rotors whose inertia turns the vehicle 47 times as much as their drag (4.4 dB in yaw); no drag (29.7 degrees)."""
 
 
 def late(law, latency, table):

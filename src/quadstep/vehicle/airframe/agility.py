@@ -30,7 +30,7 @@ LIVELY = 60.0
 DELAYS = 3.0
 """How much more a second of delay counts than one of lag: the margins asked for include two further delays."""
 
-AGES, OLDEST = 0.7, 0.022
+AGES, OLDEST = 0.7, 0.021
 """The same for a second by which fixes are older than the gyro's samples, in the loop of the body rates, and the largest
 product of that age and `rates` [s]: of the pi/2 that this loop has, with a gain of 30 1/s, twice that age then takes 1.3.
 """
