@@ -25,8 +25,8 @@ from quadstep.interfaces.learning import Net
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total
 from quadstep.program.terms import variable
-from quadstep.proofs.theory.lyapunov import STANDARD, Motion, closed_loop, lyapunov_rate, sum_squares
-from quadstep.proofs.theory.samples import Sample
+from quadstep.proofs.theory.lyapunov import STANDARD, ErrorMotion, closed_loop, lyapunov_rate, sum_squares
+from quadstep.proofs.theory.samples import LoopBatch
 from quadstep.vehicle.paper.kinematics import thrust_direction
 from quadstep.vehicle.paper.lagrange import Vehicle, coriolis_torque
 from quadstep.vehicle.paper.rotors import Rotors
@@ -36,7 +36,7 @@ SERIES = 1e-17
 """What T1_near leaves of the gap of both directions, entry by entry."""
 
 
-def any_loop() -> Sample:
+def any_loop() -> LoopBatch:
     """A closed loop of variables; the controller knows mass, inertia and gravity."""
     mass, inertia, gravity, kappa = variable("m"), vector_of("s"), variable("g"), variable("kappa")
     net_1 = Net(matrix_of("xa", NEURONS, FORCE_INPUTS + 1), variable("fa"), kappa)
@@ -51,7 +51,7 @@ def any_loop() -> Sample:
     )  # fmt: skip
     filtered, counter = (Filtered(vector_of(name, 2), vector_of(f"{name}r", 2)) for name in ("z", "c"))
     before = BacksteppingMemory(vector_of("na"), vector_of("nb"), filtered, paper.weights_1, paper.weights_2)
-    return Sample(
+    return LoopBatch(
         vehicle=Vehicle(mass, inertia, gravity, Rotors(0.0, 0.0, 0.0, 0.0)),
         state=State(vector_of("p"), vector_of("v"), Vector(map(variable, ("psi", "theta", "phi"))), vector_of("q")),
         reference=Reference(
@@ -72,8 +72,8 @@ class Loop(NamedTuple):
     plant: under any torque. closed: the law on it, which closes the loop.
     """
 
-    sample: Sample
-    motion: Motion
+    sample: LoopBatch
+    motion: ErrorMotion
     plant: Setting
     closed: Setting
 
@@ -84,7 +84,7 @@ class Loop(NamedTuple):
         return gap(self.sample) - (b_theta * self.motion.e2[1] + b_phi * self.motion.e2[2])
 
 
-def tilt(loop: Sample) -> Vector:
+def tilt(loop: LoopBatch) -> Vector:
     """(theta, phi)."""
     return Vector(loop.state.attitude.entries[1:])
 
@@ -94,12 +94,12 @@ def direction(of: Vector) -> Vector:
     return thrust_direction(with_yaw(0.0, of))
 
 
-def gap(loop: Sample) -> Vector:
+def gap(loop: LoopBatch) -> Vector:
     """n(eta_f) - n(eta)."""
     return direction(loop.memory.paper.filtered.value) - direction(tilt(loop))
 
 
-def plant_of(loop: Sample, motion: Motion) -> Setting:
+def plant_of(loop: LoopBatch, motion: ErrorMotion) -> Setting:
     """The plant, its names and the inversion of the wanted force; b: the torque that acts on it, whatever law asks for it."""
     paper, before, outer, state_now = loop.gains.paper, loop.memory.paper, motion.outer, loop.state
     estimate, e1 = 1.0 * output(before.weights_1, outer.mu_1), loop.reference.position - state_now.position
@@ -177,7 +177,7 @@ def statements_of_plant() -> list[Statement]:
     ]  # fmt: skip
 
 
-def apart(loop: Sample) -> list[Claim]:
+def apart(loop: LoopBatch) -> list[Claim]:
     """Both angles are far enough from the filtered ones for B to be without its series."""
     return [at_most(1e-3, absolute(error)) for error in loop.memory.paper.filtered.value - tilt(loop)]
 
@@ -201,7 +201,7 @@ def statements_of(completed: bool) -> list[Statement]:
     ]  # fmt: skip
 
 
-def lengths_of(loop: Sample, completed: bool) -> dict[str, object]:
+def lengths_of(loop: LoopBatch, completed: bool) -> dict[str, object]:
     """The lengths and the least and largest gains that bounds are made of."""
     motion, paper, before = closed_loop(loop, completed), loop.gains.paper, loop.memory.paper
     p = weight_of(loop, completed)
@@ -219,7 +219,7 @@ def lengths_of(loop: Sample, completed: bool) -> dict[str, object]:
     }  # fmt: skip
 
 
-def weight_of(loop: Sample, completed: bool) -> Vector:
+def weight_of(loop: LoopBatch, completed: bool) -> Vector:
     """P of L; p I for the paper's law."""
     return loop.gains.coupling if completed else Vector([loop.gains.coupling[0]] * 3)
 

@@ -7,7 +7,7 @@ from typing import cast
 
 from proofs.statement import Stated
 from quadstep.program.terms import coq, term, variable, variables
-from quadstep.proofs.theory.region import BENDING, NORMS, R1, SIZE, Bounds, Setting, Shape, decay
+from quadstep.proofs.theory.region import BENDING, NORMS, R1, SIZE, LevelBounds, Setting, Shape, decay
 
 VECTORS = (
     "r1 I1 e1 e2 r2 I2 a b a_c b_c eps1 eps2 delta_f Be2 jerk r1_dot F_dot e2_dot c c_raw command_dot c_raw_dot "
@@ -76,11 +76,11 @@ def number(name: str) -> Fraction:
     return cast(Fraction, variable(name))
 
 
-def numbers(of: Callable[[str], Fraction]) -> tuple[Setting, Shape, Bounds]:
+def numbers(of: Callable[[str], Fraction]) -> tuple[Setting, Shape, LevelBounds]:
     """The setting, the shape of L and its bounds, by their names here."""
     largest = [of("r1_most" if i == R1 else f"{name}_most") for i, name in enumerate(NORMS)]
     inertia = of("low"), of("high")
-    bounds = Bounds(of("pull"), of("u"), of("fz"), largest, inertia, of("column"), of("rates"))
+    bounds = LevelBounds(of("pull"), of("u"), of("fz"), largest, inertia, of("column"), of("rates"))
     setting = Setting(*(of(NAMES.get(name, name)) for name in Setting._fields))
     return setting, Shape(*(of(NAMES[name]) for name in Shape._fields)), bounds
 

@@ -155,10 +155,10 @@ SAMPLES = 200
 @cache
 def near():
     """Closed loops near to the bound of each statement, and where the laws that are right take the region."""
-    from quadstep.proofs.theory.adverse import Seen, search
+    from quadstep.proofs.theory.adverse import StatementRecord, search
     from quadstep.proofs.theory.inequalities import STATEMENTS
 
-    return {statement.number: search(statement, Seen()) for statement in STATEMENTS}
+    return {statement.number: search(statement, StatementRecord()) for statement in STATEMENTS}
 
 
 def seen_by_rows() -> str:
@@ -172,13 +172,13 @@ def seen_by_rows() -> str:
 
 def seen_by_statements() -> str:
     """The first statement of docs/theory.md that some random closed loop breaks."""
-    from quadstep.proofs.theory.adverse import ROUND_OFF, Seen
+    from quadstep.proofs.theory.adverse import ROUND_OFF, StatementRecord
     from quadstep.proofs.theory.inequalities import STATEMENTS
     from quadstep.proofs.theory.samples import draw_sample
 
     sample = draw_sample(11, SAMPLES)
     for statement in STATEMENTS:
-        seen = Seen()
+        seen = StatementRecord()
         seen.look(statement.sides(sample))
         if not seen.worst >= -ROUND_OFF:
             return statement.number
@@ -187,14 +187,14 @@ def seen_by_statements() -> str:
 
 def seen_by_bounds() -> str:
     """The first statement that is broken, or no longer tight, where it was nearest to its bound."""
-    from quadstep.proofs.theory.adverse import Margin, Seen
+    from quadstep.proofs.theory.adverse import StatementMargin, StatementRecord
     from quadstep.proofs.theory.inequalities import STATEMENTS
     from quadstep.proofs.theory.samples import sample_at
 
     for statement in STATEMENTS:
-        seen = Seen()
+        seen = StatementRecord()
         seen.look(statement.sides(sample_at(near()[statement.number])))
-        margin = Margin(statement.number, "", seen.worst, 1, seen.reached)
+        margin = StatementMargin(statement.number, "", seen.worst, 1, seen.reached)
         if not margin.holds:
             return statement.number
         if not margin.bites:

@@ -12,7 +12,7 @@ import numpy as np
 from quadstep.engines.fly import fly
 from quadstep.mission.schema import Mission
 from quadstep.page.build import fill, page_data
-from quadstep.page.flights import Flown
+from quadstep.page.flights import ShownFlight
 from quadstep.page.laws import Laws
 from quadstep.studies.paper.cases import adaptive, nested
 from tests.needs import NODE as NODE_JS
@@ -99,7 +99,7 @@ FLIGHTS = {
 def flown(name, given, folder=Path(), log=None):
     plan = given.plan(folder)
     log = log or fly(plan)
-    return Flown(name.replace(" ", "-"), name, "Missions", given, plan, log, given.flight_metrics(log)[0], folder)
+    return ShownFlight(name.replace(" ", "-"), name, "Missions", given, plan, log, given.flight_metrics(log)[0], folder)
 
 
 def write_page(path, *flights):

@@ -12,7 +12,7 @@ from quadstep import Mission
 from quadstep.bridges.autopilot import controller as autopilots
 from quadstep.bridges.autopilot.address import address
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.link import Piloted, Sample
+from quadstep.bridges.autopilot.link import Piloted, SensorSample
 from quadstep.bridges.autopilot.matching import MATCHING
 from quadstep.bridges.autopilot.px4 import Px4
 from quadstep.io.errors import UserError
@@ -98,7 +98,7 @@ def test_a_silent_autopilot_loses_the_flight(tmp_path, monkeypatch, name):
     mission = write(tmp_path, MISSION)
     pilot = fake(name, mission, silent_after=500)
     link = {"ardupilot": ArduPilot, "px4": Px4}[name]
-    monkeypatch.setitem(autopilots.KINDS, name, autopilots.Kind(lambda where, _: link(where, wait=0.3), 1))
+    monkeypatch.setitem(autopilots.KINDS, name, autopilots.AutopilotKind(lambda where, _: link(where, wait=0.3), 1))
     run = quadstep("fly", mission, "--autopilot", name, "--connect", pilot.port, "--out", tmp_path / "out")
     pilot.stop.set()
     assert run.code == 3, run.err
@@ -191,7 +191,7 @@ class Scripted:
         self.closed = True
 
 
-MOVING = Sample(0.0, (1.0, 2.0, -3.0), (4.0, 0.0, 0.0), (0.6, 0.5, 0.4, 0.48), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+MOVING = SensorSample(0.0, (1.0, 2.0, -3.0), (4.0, 0.0, 0.0), (0.6, 0.5, 0.4, 0.48), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
 
 
 def piloted(answer):

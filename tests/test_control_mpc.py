@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import block_diag, expm, solve_discrete_are
 
 from quadstep import fly
-from quadstep.control.admm import Bounds, idle, iterate
+from quadstep.control.admm import StageBounds, idle, iterate
 from quadstep.control.disturbance_observer import observed
 from quadstep.control.mpc import FREE, STAGE, STAGES, chain
 from quadstep.control.sampled_regulator import discretised, regulator
@@ -74,7 +74,7 @@ def system(laws):
 
 def bounded(low, high, low_state, high_state):
     """Bounds from arrays of a row a stage, the states' with the last."""
-    return Bounds(
+    return StageBounds(
         rows(low), rows(high), rows(low_state[:-1]), rows(high_state[:-1]), Vector(low_state[-1]), Vector(high_state[-1])
     )
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from quadstep import Mission, fly
 from quadstep.control.geometric import Geometric
 from quadstep.control.indi import Indi
-from quadstep.control.predictor import Known, Predicting, Sample, predicted, predicting
+from quadstep.control.predictor import ImuSample, MeasuredMotion, Predicting, predicted, predicting
 from quadstep.control.registry import controllers
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
@@ -21,7 +21,7 @@ PERIOD, GRAVITY = 0.002, 9.7
 
 def known_of(random):
     attitude = Rotation.from_rotvec(random.normal(0.0, 1.0, 3)).as_quat()
-    return Known(any_vector(random, 1.0), any_vector(random, 2.0), Vector(map(float, np.roll(attitude, 1))))
+    return MeasuredMotion(any_vector(random, 1.0), any_vector(random, 2.0), Vector(map(float, np.roll(attitude, 1))))
 
 
 def reckoned(known, steps):
@@ -49,7 +49,7 @@ def test_it_goes_through_the_samples_since(age, late):
     """Times on a grid, but the last sample comes 1 ms after the one before it, as for a slower loop between two samples."""
     random = np.random.default_rng(5)
     times = [0.990, 0.992, 0.994, 0.996, 0.998, 1.000, 1.001]
-    samples = [Sample(any_vector(random, 3.0), any_vector(random, 9.0), t) for t in times]
+    samples = [ImuSample(any_vector(random, 3.0), any_vector(random, 9.0), t) for t in times]
     known = known_of(random)
     steps, left = [], max(0.0, age - late)
     for older, newer in zip(samples[-2::-1], samples[:0:-1], strict=True):
@@ -76,7 +76,7 @@ def test_it_follows_the_equations_of_motion():
     known = known_of(np.random.default_rng(2))
     begin = np.concatenate([list(known.position), list(known.velocity), rotation_of(known.attitude).ravel()])
     end = solve_ivp(motion, (0.96, 1.0), begin, rtol=1e-10, atol=1e-12).y[:, -1]
-    samples = [Sample(Vector(rates(t)), Vector(force(t)), t) for t in 1.0 - PERIOD * np.arange(20, -1, -1)]
+    samples = [ImuSample(Vector(rates(t)), Vector(force(t)), t) for t in 1.0 - PERIOD * np.arange(20, -1, -1)]
     found = predicted(samples[:-1], samples[-1], known, 0.04, 0.0, GRAVITY)
     same(found, (end[:3], end[3:6], end[6:].reshape(3, 3)), 2e-5)
 
@@ -84,7 +84,7 @@ def test_it_follows_the_equations_of_motion():
 def test_it_goes_no_further_back_than_to_the_start():
     known, sample = (
         known_of(np.random.default_rng(4)),
-        Sample(any_vector(np.random.default_rng(1), 3.0), vector(0.0, 0.0, 9.0), 0.0),
+        ImuSample(any_vector(np.random.default_rng(1), 3.0), vector(0.0, 0.0, 9.0), 0.0),
     )
     for late in (0.0, 0.02):
         same(predicted((sample,) * 5, sample, known, 0.02, late, GRAVITY), reckoned(known, []))

@@ -4,7 +4,7 @@ import pytest
 
 from quadstep import Mission, UserError, fly
 from quadstep.engines.engine import Engine
-from quadstep.export.run import TARGETS, Request, export_mission
+from quadstep.export.run import TARGETS, ExportRequest, export_mission
 from quadstep.identify.logs.topics import read_topics
 from quadstep.io import doors
 from quadstep.io.user_code import loading
@@ -112,7 +112,7 @@ def test_an_engine():
 
 
 def test_an_export_target(tiny):
-    done = export_mission(write(tiny, LINE), tiny / "out", Request("text"))
+    done = export_mission(write(tiny, LINE), tiny / "out", ExportRequest("text"))
     assert done.files[0] == "law.txt"
     assert (tiny / "out" / "law.txt").read_text()
     assert quadstep("export", tiny / "mission.toml", "--target", "word").err.count("ardupilot, text") == 1

@@ -10,9 +10,9 @@ import pytest
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.judging.grade import RULES, Grade, graded
+from quadstep.metrics.judging.grade import RULES, FlightGrade, graded
 from quadstep.metrics.of_log import flight_metrics
-from quadstep.metrics.reductions import Growth
+from quadstep.metrics.reductions import LateGrowth
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
 from tests.commands import quadstep
@@ -28,7 +28,7 @@ def test_a_flight_breaks_the_rules_that_it_breaks(name):
     metrics, _ = mission.flight_metrics(log)
     found = graded(metrics)
     assert [rule.metric for rule in RULES if (metrics.get(rule.metric) or 0.0) > rule.most] == broken
-    assert found.grade is (Grade.FLEW_BUT if broken else Grade.AS_ASKED)
+    assert found.grade is (FlightGrade.FLEW_BUT if broken else FlightGrade.AS_ASKED)
     assert len(found.reasons) == len(broken)
     assert all(f"{number:g}" in reason for reason, number in zip(found.reasons, limits(broken), strict=True))
 
@@ -43,7 +43,7 @@ def test_a_vehicle_that_starts_upside_down_and_recovers_is_as_asked():
     mission = read_mission(Path(__file__).parent.parent / "examples" / "upside_down.toml")
     metrics, _ = mission.flight_metrics(fly(mission.plan()))
     assert metrics["largest_tilt[rad]"] > 3.0
-    assert graded(metrics).grade is Grade.AS_ASKED
+    assert graded(metrics).grade is FlightGrade.AS_ASKED
 
 
 def test_every_rule_is_broken_by_a_flight():
@@ -51,8 +51,8 @@ def test_every_rule_is_broken_by_a_flight():
 
 
 def test_a_flight_that_ends_early_is_lost_whatever_its_numbers():
-    assert graded({"outcome": "off_path", "relative_error": 0.0}).grade is Grade.LOST
-    assert graded({}).grade is Grade.LOST
+    assert graded({"outcome": "off_path", "relative_error": 0.0}).grade is FlightGrade.LOST
+    assert graded({}).grade is FlightGrade.LOST
 
 
 def log_of(error):
@@ -79,7 +79,7 @@ def test_a_vehicle_that_stays_where_it_started_has_a_relative_error_of_one():
 )
 def test_growth_is_faster_than_in_proportion_to_time(error, grows):
     t = np.linspace(0.0, 1.0, 2000)
-    (growth,) = Growth.of(np.column_stack([np.abs(error(t)), np.ones(len(t))]), t)
+    (growth,) = LateGrowth.of(np.column_stack([np.abs(error(t)), np.ones(len(t))]), t)
     assert (growth > 2.0) == grows
 
 

@@ -13,15 +13,15 @@ from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
 from quadstep.identify.errors import differences
 from quadstep.identify.errors import logged as measured_at
 from quadstep.identify.fit import EFFECTS, LONG_WEIGHTS, Fitted, Identified, identify, limits_guess
-from quadstep.identify.intervals import Spread, freedom, jackknife, with_values
+from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with_values
 from quadstep.identify.logs.signals import spectrum
 from quadstep.identify.parameters import LIMITS, numbers_of
 from quadstep.identify.predictor import Predictor, leaning
-from quadstep.identify.problem import Batch, as_states
+from quadstep.identify.problem import PredictionBatch, as_states
 from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.report import write as write_report
 from quadstep.identify.residual import trained
-from quadstep.identify.run import Run
+from quadstep.identify.run import Identification
 from quadstep.identify.search import solved
 from quadstep.identify.starts import laid_out, starts_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_proportion
@@ -71,7 +71,9 @@ def gone_wrong(flights, p, horizon=10):
     """Mean error of the rates and of the velocity, `horizon` samples ahead, over how much they change until then."""
     laid = laid_out(flights[:1])
     starts = starts_at(flights[:1], laid, [np.arange(300, 1700, 20)])
-    batch = Batch(Predictor(start().geometry(), EFFECTS, (horizon,)), flights[0].period, starts, p._replace(rows=laid.rows))
+    batch = PredictionBatch(
+        Predictor(start().geometry(), EFFECTS, (horizon,)), flights[0].period, starts, p._replace(rows=laid.rows)
+    )
     states, _ = batch.run([np.zeros(0)])
     later, now = measured_at(flights[:1], starts, horizon), measured_at(flights[:1], starts, 0)
     parts, changes = differences(as_states(states[0][0]), later), differences(now, later)
@@ -146,7 +148,7 @@ def test_intervals_hold_where_few_parts_of_flight_tell_most():
     scores, information = place * noise, place * place
     slope = scores.sum(axis=0) / information.sum()
     shifts = (scores.sum(axis=0) - scores) / (information.sum() - information) - slope
-    every = Spread(jackknife(shifts), np.full(4000, 39.0), np.zeros(4000))
+    every = StandardErrors(jackknife(shifts), np.full(4000, 39.0), np.zeros(4000))
     found = every._replace(freedom=freedom(shifts))
     held, naive = (np.mean(np.abs(slope) < one.halves(0.0)) for one in (found, every))
     assert naive < 0.93 < held < 0.96
@@ -373,7 +375,7 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
     found = Identified(
         truth, None, {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", "made")}, {"command.exponent": "the reason"}
     )
-    write_report(tmp_path / "r.html", Run(vehicle, with_fitted(found), [], None, None, None), flights[:1], start())
+    write_report(tmp_path / "r.html", Identification(vehicle, with_fitted(found), [], None, None, None), flights[:1], start())
     text = (tmp_path / "r.html").read_text()
     for words in (
         "rotor.rise_time",

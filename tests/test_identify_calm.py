@@ -10,8 +10,8 @@ from quadstep.identify.fit import UNDETERMINED, Fitted, Identified, identify
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.replay import ready
 from quadstep.identify.report import facts
-from quadstep.identify.run import Run, answer
-from quadstep.identify.table import Compared
+from quadstep.identify.run import Identification, answer
+from quadstep.identify.table import ErrorTable
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
@@ -93,14 +93,14 @@ def test_logs_of_one_name_are_told_apart_by_their_folders(tmp_path):
 def compared(ratios):
     """Errors of one flight, 10 samples ahead, over those of "constant", by group."""
     ones = np.ones((1, 4, 1))
-    return Compared(("a",), (10,), np.array(ratios)[None, :, None], ones, ones, 100)
+    return ErrorTable(("a",), (10,), np.array(ratios)[None, :, None], ones, ones, 100)
 
 
 def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_table(flight_numbers):
     found = Identified(
         flight_numbers, None, {"command.speed": Fitted(1.0, 0.9, 1.1, "", "made")}, {"inertia[0]": UNDETERMINED}
     )
-    worse = Run(
+    worse = Identification(
         start("x500"), found, ["a"], found, compared([0.2, 0.5, 1.13, 1.63]), compared([0.1, 0.6, 0.82, 0.86])
     )  # fmt: skip
     said = answer(worse)

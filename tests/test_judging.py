@@ -220,8 +220,8 @@ def test_a_share_that_is_none_is_refused(text):
 
 def test_the_lower_end_of_the_exact_interval_decides():
     found = interval(998, 1000)
-    assert share.Judged(found.low, found, 1000).met
-    missed = share.Judged(math.nextafter(found.low, 1.0), found, 1000)
+    assert share.JudgedShare(found.low, found, 1000).met
+    missed = share.JudgedShare(math.nextafter(found.low, 1.0), found, 1000)
     assert not missed.met
     assert "success rate should be at least" in missed.case.failure
 
@@ -231,7 +231,7 @@ def test_the_flights_that_a_share_needs_are_the_fewest(least):
     needed = share.flights_needed(least)
     assert interval(needed, needed).low >= least
     assert interval(needed - 1, needed - 1).low < least
-    judged = share.Judged(least, interval(needed - 1, needed - 1), needed - 1)
+    judged = share.JudgedShare(least, interval(needed - 1, needed - 1), needed - 1)
     assert f"{needed} could, if none fails" in judged.case.failure
 
 

@@ -15,7 +15,7 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Vector
 from quadstep.proofs.theory import flow as flow_module
 from quadstep.proofs.theory.edge import default_region
-from quadstep.proofs.theory.flow import Flow, Instant, draw
+from quadstep.proofs.theory.flow import Flow, LoopInstant, draw
 from quadstep.proofs.theory.region import R1
 from quadstep.vehicle.paper.kinematics import thrust_direction
 from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
@@ -112,10 +112,10 @@ def evaluated():
     count = len(np.asarray(force[0]))
     s, shape, bounds = flow.setting, region.shape, region.bounds
 
-    def outer(at: Instant):
+    def outer(at: LoopInstant):
         return position_loop(flow.gains.paper, at.memory.paper, at.state, at.reference, 0.0)
 
-    def matrices(at: Instant):
+    def matrices(at: LoopInstant):
         attitude, rates = at.state.attitude, at.state.rates
         j = effective_inertia(attitude, flow.vehicle.inertia, STANDARD)
         c = coriolis(attitude, rates, flow.vehicle.inertia, STANDARD)
@@ -124,11 +124,11 @@ def evaluated():
             for m in (j, c)
         ]
 
-    def wanted_force(at: Instant):
+    def wanted_force(at: LoopInstant):
         found = outer(at)
         return columns_of(found.u_d * thrust_direction(with_yaw(0.0, found.tilt)), count)
 
-    def known(at: Instant):
+    def known(at: LoopInstant):
         """What changes with time."""
         tilt, filtered = Vector(at.state.attitude.entries[1:]), at.memory.paper.filtered
         r1, i1, e1, e2, r2, i2, a, b, a_c, b_c = flow.errors(at)

@@ -16,7 +16,7 @@ from quadstep.program.python_code import compiled
 from quadstep.program.terms import coq, variable
 from quadstep.proofs.prove.influence import Influence
 from quadstep.proofs.prove.jet import jets
-from quadstep.proofs.prove.known import Known
+from quadstep.proofs.prove.known import ExactNumber
 from tests.exports import COMPILERS, through_c
 from tests.flights import through_lanes
 from tests.needs import NODE, needs
@@ -102,8 +102,8 @@ def test_an_enclosure_has_every_value_of_its_numbers():
 
 
 def test_exact_numbers_dependence_symbols_and_proofs():
-    assert tanh(Known(Fraction(0))).value == 0
-    assert tanh(Known(Fraction(1))).value is None
+    assert tanh(ExactNumber(Fraction(0))).value == 0
+    assert tanh(ExactNumber(Fraction(1))).value is None
     assert tanh(Influence(frozenset((3,)))).of == {3}
     assert tanh(sympy.Symbol("x")) == sympy.tanh(sympy.Symbol("x"))
     assert coq(tanh(variable("x"))) == "(tanh x)"

@@ -15,7 +15,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.schema import Mission
 from quadstep.page import build
 from quadstep.page.build import build_page, fill, page_data
-from quadstep.page.flights import Flown, check_length, facts, length
+from quadstep.page.flights import ShownFlight, check_length, facts, length
 from quadstep.page.laws import Laws
 from quadstep.page.missions import fly_missions, identity, missions_page
 from quadstep.page.model import ClaimView, json_number
@@ -160,7 +160,7 @@ def test_a_flight_that_is_too_long_shows_its_recording_thinned():
     given = case_1(simulation={"duration": 40.0, "step": 0.0001, "log_period": 0.0005, "control_period": 0.002})
     plan = given.plan()
     log = fly(plan)
-    data = data_of(build_page("long", "", [Flown("long", "long", "m", given, plan, log, {})]))
+    data = data_of(build_page("long", "", [ShownFlight("long", "long", "m", given, plan, log, {})]))
     (flight,) = data["flights"]
     assert "400000 steps" in flight["whyNot"]
     assert flight["controllers"] == []
@@ -201,7 +201,7 @@ def test_an_own_controller_flies_with_a_slider_for_each_of_its_gains():
     )
     plan = case_1().plan().with_controller(CascadedPD(), gains)
     log = fly(plan)
-    data = data_of(build_page("own", "", [Flown("own", "own", "m", None, plan, log, {})]))
+    data = data_of(build_page("own", "", [ShownFlight("own", "own", "m", None, plan, log, {})]))
     (flight,) = data["flights"]
     assert flight["whyNot"] == ""
     assert {control["id"] for control in flight["controllers"][0]["controls"]} >= set(Gains._fields) - {"mass", "gravity"}

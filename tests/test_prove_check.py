@@ -9,7 +9,7 @@ from quadstep.io.documents import parse_toml
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.proofs.prove import check, check_set
 from quadstep.proofs.prove.certificate import read_certificate
-from quadstep.proofs.prove.check_loop import Loop
+from quadstep.proofs.prove.check_loop import CheckedLoop
 from quadstep.proofs.prove.set_certificate import read_set
 from tests.commands import quadstep
 from tests.planar_proofs import SET, TUBE, checked, proved
@@ -27,7 +27,7 @@ def hover(tmp_path_factory):
 
 def loop_of(found, path):
     content = parse_toml(found.mission, "mission")
-    return Loop(plan_mission(check_mission(content, "mission"), path), found.states, found.unknown)
+    return CheckedLoop(plan_mission(check_mission(content, "mission"), path), found.states, found.unknown)
 
 
 @pytest.mark.parametrize("name", ["tube", "hover"])

@@ -19,7 +19,7 @@ from quadstep.io import exit_codes
 from quadstep.mission.read import check_mission
 from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
-from quadstep.proofs.prove.check_loop import Loop
+from quadstep.proofs.prove.check_loop import CheckedLoop
 from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped, starts_of
 from quadstep.proofs.prove.hold import Left, held
 from quadstep.proofs.prove.rest import holds, rest
@@ -314,10 +314,10 @@ def test_turns_are_held_where_a_root_would_vanish(angle):
 
 def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(proved, monkeypatch):
     """As a flag that a loop has begun: out of the sample comes a float."""
-    found, after = read_set(proved[1]), Loop.after
+    found, after = read_set(proved[1]), CheckedLoop.after
     count, place = len(found.live), found.live[-1]
     plan = check_mission(tomllib.loads(found.mission), "proof").plan()
-    loop = Loop(plan, found.states, starts_of(found))
+    loop = CheckedLoop(plan, found.states, starts_of(found))
     directions = count + count * count + UNKNOWNS
     numbers = box(found, found.spread * found.radii, count, directions)
     usual = mapped(loop, found, numbers, np.array([100.0]), directions)
@@ -328,7 +328,7 @@ def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(proved, mon
         numbers[place] = float(found.rest[place]) + 0.5
         return numbers
 
-    monkeypatch.setattr(Loop, "after", written)
+    monkeypatch.setattr(CheckedLoop, "after", written)
     image = mapped(loop, found, numbers, np.array([100.0]), directions)
     assert image.gap[-1] == pytest.approx(0.5)
     assert not image.parts[-1].any()

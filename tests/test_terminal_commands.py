@@ -103,11 +103,11 @@ STUDIES = {
 from concurrent.futures import ThreadPoolExecutor
 from quadstep.proofs.theory import adverse, comparison, completion
 completion.check_statements = lambda samples: [
-    adverse.Margin(s.number, s.says, 0.0, samples, {"term": 1.0}) for s in adverse.STATEMENTS
+    adverse.StatementMargin(s.number, s.says, 0.0, samples, {"term": 1.0}) for s in adverse.STATEMENTS
 ]
 completion.drawing_pool = lambda: ThreadPoolExecutor(1)
 completion.grid = lambda: []
-completion.summarise = lambda *cells: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0)
+completion.summarise = lambda *cells: comparison.ComparisonSummary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0)
 completion.draw_map = lambda folder, cells: (folder / "completion.svg").write_text("<svg></svg>")
 from quadstep.commands import cli
 cli.main()

@@ -17,10 +17,10 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.theory import adverse, comparison, lyapunov
-from quadstep.proofs.theory.adverse import FACTOR, Seen, check_statements, search
+from quadstep.proofs.theory.adverse import FACTOR, StatementRecord, check_statements, search
 from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
 from quadstep.proofs.theory.lyapunov import closed_loop, lyapunov_rate
-from quadstep.proofs.theory.samples import Sample, draw_sample, sample_at
+from quadstep.proofs.theory.samples import LoopBatch, draw_sample, sample_at
 from quadstep.studies.paper.cases import stress
 from quadstep.vehicle.paper.kinematics import thrust_direction
 from quadstep.vehicle.paper.state import State
@@ -31,12 +31,12 @@ BY_NUMBER = {statement.number: statement for statement in STATEMENTS}
 
 
 @cache
-def sought(number: str) -> tuple[adverse.Margin, adverse.Cube]:
+def sought(number: str) -> tuple[adverse.StatementMargin, adverse.Cube]:
     """What a statement shows on random closed loops and where a search brings it; and where that ended."""
-    statement, seen = BY_NUMBER[number], Seen()
+    statement, seen = BY_NUMBER[number], StatementRecord()
     seen.look(statement.sides(draw_sample(7, SAMPLES)))
     ended = search(statement, seen)
-    return adverse.Margin(number, statement.says, seen.worst, SAMPLES, seen.reached), ended
+    return adverse.StatementMargin(number, statement.says, seen.worst, SAMPLES, seen.reached), ended
 
 
 def broken(monkeypatch) -> set[str]:
@@ -71,7 +71,7 @@ def test_a_statement_that_lacks_a_term_is_found_broken(number, shares):
     _, ended = sought(number)
     (side,) = BY_NUMBER[number].sides(sample_at(ended))
     assert set(shares) <= set(side.terms)
-    seen = Seen()
+    seen = StatementRecord()
     seen.look([side._replace(terms={name: shares.get(name, 1.0) * term for name, term in side.terms.items()})])
     assert seen.worst < -1e-6
 
@@ -83,20 +83,20 @@ def test_a_bound_that_nothing_comes_near_to_does_not_bite(monkeypatch):
         x = sample.state.position[0]
         return [Sides(np.sin(x), {"2": 2.0 + 0.0 * x}, 1.0)]
 
-    seen = Seen()
+    seen = StatementRecord()
     search(Statement("T0", "sin x <= 2", sides), seen)
-    margin = adverse.Margin("T0", "", seen.worst, 1, seen.reached)
+    margin = adverse.StatementMargin("T0", "", seen.worst, 1, seen.reached)
     assert margin.holds
     assert not margin.bites
     assert seen.reached["2"] == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_statement_that_is_no_number_somewhere_does_not_hold():
-    seen = Seen()
+    seen = StatementRecord()
     with np.errstate(invalid="ignore"):
         seen.look([Sides(np.array([0.0, 0.0]), {"root": np.sqrt(np.array([1.0, -1.0]))}, 1.0)])
     seen.look([Sides(np.array([0.0, 0.0]), {"root": np.array([1.0, 1.0])}, 1.0)])
-    assert not adverse.Margin("T0", "", seen.worst, 2, seen.reached).holds
+    assert not adverse.StatementMargin("T0", "", seen.worst, 2, seen.reached).holds
 
 
 def test_the_terms_of_learning_are_made_of_the_errors_of_the_weights_and_of_what_the_law_returns():
@@ -104,7 +104,7 @@ def test_the_terms_of_learning_are_made_of_the_errors_of_the_weights_and_of_what
     assert other_learning_terms() == []
 
 
-def level(sample: Sample, is_completed: bool):
+def level(sample: LoopBatch, is_completed: bool):
     """L of Eq. 55, with 1/2 e2^T P e2; P = p I for the paper's law."""
     motion, paper, before = closed_loop(sample, is_completed), sample.gains.paper, sample.memory.paper
     p = sample.gains.coupling if is_completed else Vector([sample.gains.coupling[0]] * 3)
@@ -119,7 +119,7 @@ def level(sample: Sample, is_completed: bool):
     return 0.5 * twice
 
 
-def later(sample: Sample, is_completed: bool, h: float) -> Sample:
+def later(sample: LoopBatch, is_completed: bool, h: float) -> LoopBatch:
     """The closed loop h seconds on, to first order: the plant by its own rates, the memory by those of the law's sample."""
     motion, state, wanted, memory = closed_loop(sample, is_completed), sample.state, sample.reference, sample.memory
     before, after, share = memory.paper, motion.following, h / sample.period
@@ -236,7 +236,7 @@ def test_a_broken_inequality_is_told_by_the_exit_code(monkeypatch, tmp_path, cap
     wrong = Statement("T0", "one is zero", lambda s: [Sides(1.0, {"zero": 0.0 * s.state.position[0]}, 1.0, equal=True)])
     monkeypatch.setattr(adverse, "STATEMENTS", (wrong,))
     monkeypatch.setattr(completion, "grid", lambda: [])
-    monkeypatch.setattr(completion, "summarise", lambda *cells: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0))
+    monkeypatch.setattr(completion, "summarise", lambda *cells: comparison.ComparisonSummary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0))
     monkeypatch.setattr("quadstep.proofs.theory.completion.draw_map", draw_nothing)
     monkeypatch.setattr("sys.argv", ["quadstep", "study", "completion", "--out", str(tmp_path / "out"), "--samples", "10"])
     with pytest.raises(SystemExit) as stop:

@@ -16,7 +16,7 @@ from quadstep.numbers import atan2, clip, sin, where
 from quadstep.proofs.verify.errata import page
 from quadstep.proofs.verify.registry import EQUATIONS, FOLLOWS, all_rows, chosen, verify
 from quadstep.proofs.verify.report import cells, closing, document, write_document
-from quadstep.proofs.verify.rows import Check, Evidence, Row, Verdict, judge
+from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, judge
 
 PAGE = Path(__file__).parents[1] / "docs" / "errata.md"
 
@@ -56,7 +56,7 @@ def test_every_row_says_where_and_the_place_exists():
 
 
 def test_every_correction_has_a_reason_and_numbers_and_shows_that_the_printed_form_fails():
-    corrected = [r for r in results() if r.row.verdict is Verdict.CORRECTED]
+    corrected = [r for r in results() if r.row.verdict is EquationVerdict.CORRECTED]
     assert len(corrected) >= 20
     for result in corrected:
         assert result.row.reason, result.row.number
@@ -205,7 +205,7 @@ def test_without_sympy_one_line_says_how_to_install_it(monkeypatch, capsys):
 
 
 def failing_row(gather):
-    return Row("5", "what", "printed", "quadstep.vehicle.paper.rotors:mix", Verdict.AS_PRINTED, "", gather)
+    return EquationRow("5", "what", "printed", "quadstep.vehicle.paper.rotors:mix", EquationVerdict.AS_PRINTED, "", gather)
 
 
 def test_a_failing_row_is_marked_and_the_exit_code_is_1(monkeypatch, capsys):

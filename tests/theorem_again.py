@@ -14,7 +14,7 @@ from quadstep.control.backstepping import Backstepping
 from quadstep.proofs.theory import region
 from quadstep.proofs.theory.inequalities import learning_bound
 from quadstep.proofs.theory.lyapunov import lyapunov_rate
-from quadstep.proofs.theory.region import AC, BC, E1, E2, I1, I2, R1, R2, SHAPE, SIZE, A, B, Bounds, Setting, Shape
+from quadstep.proofs.theory.region import AC, BC, E1, E2, I1, I2, R1, R2, SHAPE, SIZE, A, B, LevelBounds, Setting, Shape
 from quadstep.proofs.theory.samples import NEURONS, PERIOD, draw_sample
 
 Array = NDArray[np.float64]
@@ -73,7 +73,7 @@ def bounds_again(s: Setting, shape: Shape, level: float) -> dict[str, Array]:
     return {name: np.array(value, dtype=float) for name, value in found.items()}
 
 
-def forms_again(s: Setting, shape: Shape, bounds: Bounds) -> dict[str, Array]:
+def forms_again(s: Setting, shape: Shape, bounds: LevelBounds) -> dict[str, Array]:
     """Q and d of `region.decay` and M of `region.upper_form`."""
     u, column, r1, high = (float(x) for x in (bounds.thrust, bounds.columns, bounds.largest[R1], bounds.inertia[1]))
     w, m, p, slope = float(s.filter_frequency), float(s.mass), float(s.coupling), float(s.slope_2)

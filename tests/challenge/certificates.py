@@ -15,7 +15,7 @@ from quadstep.mission.read import check_mission, plan_mission
 from quadstep.proofs.prove.certificate import read_unknown
 from quadstep.proofs.prove.run import check
 from quadstep.proofs.prove.sampled import Sampled
-from quadstep.proofs.prove.verdict import Kind
+from quadstep.proofs.prove.verdict import VerdictKind
 from tests.challenge.search import Attempt, Search
 from tests.planar_proofs import SET, TUBE, proved
 from tests.started import begun, flown
@@ -182,7 +182,7 @@ def tampered(seed: int) -> Iterable[Attempt]:
             file.write_text(json.dumps(content))
             try:
                 with np.errstate(all="ignore"):
-                    confirmed = check(file).kind is Kind.PROVED
+                    confirmed = check(file).kind is VerdictKind.PROVED
             except UserError:
                 confirmed = False
             yield Attempt(broken(content, folder) if confirmed else 0.0, "; ".join(said))

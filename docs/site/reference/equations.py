@@ -8,7 +8,7 @@ from pathlib import Path
 from docs.site.pages import ROOT
 from docs.site.reference.markdown import code, plain, table
 from quadstep.proofs.verify.registry import all_rows
-from quadstep.proofs.verify.rows import Row, Verdict
+from quadstep.proofs.verify.rows import EquationRow, EquationVerdict
 
 HEAD = """\
 # The equations of the paper
@@ -50,7 +50,7 @@ def tests() -> dict[str, tuple[set[str], set[int]]]:
     return found
 
 
-def tests_of(row: Row) -> list[str]:
+def tests_of(row: EquationRow) -> list[str]:
     """The test files of an equation: those that name it, else those that import the function that holds it."""
     module, _, function = row.where.partition(":")
     number = int(row.number) if row.number.isdigit() else None
@@ -59,17 +59,17 @@ def tests_of(row: Row) -> list[str]:
     return (naming + [name for name in calling if name not in naming])[:4]
 
 
-def file_of(row: Row) -> str:
+def file_of(row: EquationRow) -> str:
     """The file that holds an equation."""
     module = row.where.partition(":")[0].replace(".", "/")
     path = Path("src") / f"{module}.py"
     return (path if (ROOT / path).is_file() else Path("src") / module / "__init__.py").as_posix()
 
 
-def line(row: Row) -> tuple[str, ...]:
+def line(row: EquationRow) -> tuple[str, ...]:
     """One row of the table."""
     named = ", ".join(map(code, tests_of(row))) or code("test_verify.py")
-    verdict = f"[{row.verdict}](../errata.md)" if row.verdict is Verdict.CORRECTED else str(row.verdict)
+    verdict = f"[{row.verdict}](../errata.md)" if row.verdict is EquationVerdict.CORRECTED else str(row.verdict)
     return plain(row.number), plain(row.what), code(row.where.partition(":")[2]), code(file_of(row)), named, verdict
 
 

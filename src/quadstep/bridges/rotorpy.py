@@ -45,7 +45,7 @@ class FlatOutput(TypedDict):
     yaw_ddot: NotRequired[float]
 
 
-class Control(TypedDict, total=False):
+class RotorPyControl(TypedDict, total=False):
     """What its controllers want: rotor speeds [rad/s], their thrusts [N], the total thrust [N], moment [N m], attitude."""
 
     cmd_motor_speeds: NDArray[np.float64]
@@ -58,7 +58,7 @@ class Control(TypedDict, total=False):
 class RotorpyControl(Protocol):
     """A controller as RotorPy has them."""
 
-    def update(self, t: float, state: State, flat_output: FlatOutput) -> Control:
+    def update(self, t: float, state: State, flat_output: FlatOutput) -> RotorPyControl:
         """What is to be done from time t [s] on."""
         ...
 
@@ -76,7 +76,7 @@ class Adapter:
     command: Command
     thrust: Number
     torque: Vector
-    answer: Control
+    answer: RotorPyControl
 
     def __init__(self, plan: FlightPlan) -> None:
         if not isinstance(plan.loop.plant, Multirotor):
@@ -90,7 +90,7 @@ class Adapter:
         self.periods = {task.name: every[task.name] * plan.ticks.step for task in plan.loop.sampled}
         self.last = math.inf
 
-    def update(self, t: float, state: State, flat_output: FlatOutput) -> Control:
+    def update(self, t: float, state: State, flat_output: FlatOutput) -> RotorPyControl:
         """Rotor speeds [rad/s], the thrusts [N] of each and the thrust and moment [N m] of all that they make.
 
         Raises UserError where the mission's periods are no multiples of the steps from call to call.

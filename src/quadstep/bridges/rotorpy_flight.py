@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.bridges.quad_params import to_quad_params
-from quadstep.bridges.rotorpy import Adapter, Control, State, Trajectory, array, column
+from quadstep.bridges.rotorpy import Adapter, RotorPyControl, State, Trajectory, array, column
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Loop
 from quadstep.interfaces.closed_loop import Outcome
@@ -25,22 +25,24 @@ from quadstep.world.air.wind import MovingAir, start_turbulence, wind_at
 STILL = start_turbulence()
 
 
-class Vehicle(Protocol):
+class RotorPyVehicle(Protocol):
     """RotorPy's."""
 
-    def step(self, state: dict[str, NDArray[np.float64]], control: Control, t_step: float) -> dict[str, NDArray[np.float64]]:
+    def step(
+        self, state: dict[str, NDArray[np.float64]], control: RotorPyControl, t_step: float
+    ) -> dict[str, NDArray[np.float64]]:
         """Its state one step [s] later."""
         ...
 
 
-def multirotor(quad_params: dict[str, object], integrator: dict[str, object] | None = None) -> Vehicle:
+def multirotor(quad_params: dict[str, object], integrator: dict[str, object] | None = None) -> RotorPyVehicle:
     """RotorPy's vehicle, told rotor speeds. integrator: keywords for SciPy's solve_ivp; RotorPy's own if left out.
 
     Raises UserError without RotorPy.
     """
     with needed_by("flying on RotorPy's vehicle"):
         module = import_module("rotorpy.vehicles.multirotor")
-    made: Vehicle = module.Multirotor(quad_params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
+    made: RotorPyVehicle = module.Multirotor(quad_params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
     return made
 
 

@@ -33,7 +33,7 @@ def export(
 
     The generated code is yours. Exit code 2: bad input.
     """
-    from quadstep.export.run import TARGETS, Request, export_mission
+    from quadstep.export.run import TARGETS, ExportRequest, export_mission
     from quadstep.mission.read import read_mission
 
     if target not in TARGETS:
@@ -42,7 +42,7 @@ def export(
         raise UserError(f"--precision {precision}: is not known; allowed: {', '.join(PRECISIONS)}")
     folder = out or Path("out") / f"{mission.stem}-{target}"
     with bar("loading") as shown:
-        request = Request(target, precision == "f64", measure, overwrite)
+        request = ExportRequest(target, precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
         margins, short = "", False
         from quadstep.linear.firmware import PATHS, in_firmware

@@ -12,7 +12,7 @@ from quadstep.report.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.identify.logs.flight import FlightRecord
-    from quadstep.identify.table import Compared
+    from quadstep.identify.table import ErrorTable
     from quadstep.mission.airframe import AirframeSection
 
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of flights.", show_default=False)]
@@ -47,7 +47,7 @@ def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]"
     return flights
 
 
-def show_compared(title: str, found: "Compared") -> None:
+def show_compared(title: str, found: "ErrorTable") -> None:
     """The table of mean errors, and of their ratios to those of "constant" and of "zero rate"; it fits 80 columns."""
     from quadstep.identify.errors import GROUPS, HORIZONS, SHOWN, UNITS
 

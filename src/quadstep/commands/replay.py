@@ -57,7 +57,7 @@ def replay(
     asked for, tracking.csv and estimates.csv.
     """
     from quadstep.identify.logs.judge import judge
-    from quadstep.identify.replayed import Asked, replayed
+    from quadstep.identify.replayed import ReplayRequest, replayed
     from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):
@@ -75,7 +75,7 @@ def replay(
     if starts and predictions:
         write_predictions(flights, section, starts, predictions, commands_only, warnings)
         return
-    asked = Asked(Path(vehicle).stem, section, chosen, estimator, commands_only, residual, out is not None)
+    asked = ReplayRequest(Path(vehicle).stem, section, chosen, estimator, commands_only, residual, out is not None)
     if out:
         from quadstep.identify.replay_report import identity
 

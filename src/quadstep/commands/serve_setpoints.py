@@ -31,11 +31,11 @@ def serve_setpoints(
 
     Exit code 2: bad input, or no vehicle responded.
     """
-    from quadstep.bridges.autopilot.setpoints import Kind, check_hold, check_rate, serve
+    from quadstep.bridges.autopilot.setpoints import SetpointKind, check_hold, check_rate, serve
     from quadstep.mission.read import plan_mission, read_mission
 
-    if kind not in list(Kind):
-        raise UserError(f"--kind {kind}: is not known; allowed: {', '.join(Kind)}")
+    if kind not in list(SetpointKind):
+        raise UserError(f"--kind {kind}: is not known; allowed: {', '.join(SetpointKind)}")
     check_rate(rate)
     check_hold(hold)
     plan = plan_mission(read_mission(mission), mission)
@@ -49,5 +49,5 @@ def serve_setpoints(
         def heard() -> None:
             complain("This sends setpoints and nothing else: arming and the change to offboard or guided mode are yours.")
 
-        count = serve(plan, connect, Kind(kind), rate, hold, told, heard)
+        count = serve(plan, connect, SetpointKind(kind), rate, hold, told, heard)
     say(f"Sent {count} setpoints over {duration:g} s, and its last point for {hold:g} s. {ENDED}")

@@ -2,42 +2,42 @@
 
 from typing import NamedTuple
 
-from quadstep.control.vectoring import ZERO, Body, followed
+from quadstep.control.vectoring import ZERO, BelievedBody, followed
 from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Measured
 from quadstep.numbers import Number, Vector, vector, where
 from quadstep.numbers.rotations import cross, rotation_matrix
 
 
-class Made(NamedTuple):
+class AchievedCommand(NamedTuple):
     """thrust [N], torque [N m] about the body's axes."""
 
     thrust: Number
     torque: Vector
 
 
-def at_rest(body: Body) -> Made:
+def at_rest(body: BelievedBody) -> AchievedCommand:
     """The weight, and no torque."""
-    return Made(body.mass * body.gravity, ZERO)
+    return AchievedCommand(body.mass * body.gravity, ZERO)
 
 
-def lagged(made: Made, measured: Measured, lag: Number, t: Number, period: Number) -> Made:
+def lagged(made: AchievedCommand, measured: Measured, lag: Number, t: Number, period: Number) -> AchievedCommand:
     """At time t [s], a period [s] later, by what the rotors have been asked for since; lag: their time constant [s].
 
     At t = 0 nothing has been asked for yet.
     """
     share = where(t > 0.0, followed(1.0 / lag, period), 0.0)
     thrust = made.thrust + share * (measured.thrust - made.thrust)
-    return Made(thrust, made.torque + share * (measured.torque - made.torque))
+    return AchievedCommand(thrust, made.torque + share * (measured.torque - made.torque))
 
 
-def of_speeds(speeds: Vector, per_speed: Number, mixing: tuple[Vector, ...]) -> Made:
+def of_speeds(speeds: Vector, per_speed: Number, mixing: tuple[Vector, ...]) -> AchievedCommand:
     """Of rotors that turn at `speeds` [rad/s]. per_speed, mixing: as in `Model`."""
     thrust, *torque = (row @ (per_speed * (speeds * speeds)) for row in mixing)
-    return Made(thrust, Vector(torque))
+    return AchievedCommand(thrust, Vector(torque))
 
 
-def accelerations(made: Made, measured: Measured, body: Body) -> tuple[Vector, Vector]:
+def accelerations(made: AchievedCommand, measured: Measured, body: BelievedBody) -> tuple[Vector, Vector]:
     """What the rotors and gravity alone would do: acceleration [m/s^2], world; angular acceleration [rad/s^2], body axes."""
     axis = up_axis(rotation_matrix(measured.attitude))
     left = made.torque - cross(measured.rates, body.inertia * measured.rates)

@@ -15,7 +15,7 @@ from quadstep.control.sampled_regulator import Regulator
 from quadstep.numbers import Matrix, Vector, clip, scan
 
 
-class Chain(NamedTuple):
+class BoundedChain(NamedTuple):
     """A chain of n states and one input. regulator: what it is without bounds. penalty: rho of its states, length n.
     input_penalty: rho of its input.
     """
@@ -25,7 +25,7 @@ class Chain(NamedTuple):
     input_penalty: float
 
 
-class Duals(NamedTuple):
+class AdmmIterate(NamedTuple):
     """What an iteration leaves to the next, for all chains one after the other.
 
     pulls: d, what the input has beside -K x, a row a stage but the last. inputs: y, scaled duals of the inputs' bounds, as
@@ -38,7 +38,7 @@ class Duals(NamedTuple):
     last: Vector
 
 
-class Bounds(NamedTuple):
+class StageBounds(NamedTuple):
     """Low and high bounds of inputs and states, a row a stage; of the states also at the last stage."""
 
     low: Matrix
@@ -49,7 +49,7 @@ class Bounds(NamedTuple):
     high_last: Vector
 
 
-def split(chains: Sequence[Chain], states: Vector) -> list[Vector]:
+def split(chains: Sequence[BoundedChain], states: Vector) -> list[Vector]:
     """The states of each chain."""
     parts, place = [], 0
     for chain in chains:
@@ -68,26 +68,28 @@ def within(values: Vector, low: Vector, high: Vector) -> Vector:
     return Vector([clip(*one) for one in zip(values, low, high, strict=True)])
 
 
-def inputs_of(chains: Sequence[Chain], states: Vector, pulls: Vector) -> Vector:
+def inputs_of(chains: Sequence[BoundedChain], states: Vector, pulls: Vector) -> Vector:
     """u = -K x - d of every chain."""
     parts = zip(chains, split(chains, states), pulls, strict=True)
     return Vector([-(chain.regulator.gain @ x) - pull for chain, x, pull in parts])
 
 
-def moved(chains: Sequence[Chain], states: Vector, inputs: Vector) -> Vector:
+def moved(chains: Sequence[BoundedChain], states: Vector, inputs: Vector) -> Vector:
     """a x + b u of every chain."""
     parts = zip(chains, split(chains, states), inputs, strict=True)
     return joined([chain.regulator.a @ x + chain.regulator.b * u for chain, x, u in parts])
 
 
-def idle(chains: Sequence[Chain], stages: int) -> Duals:
+def idle(chains: Sequence[BoundedChain], stages: int) -> AdmmIterate:
     """Before the first iteration: no bound has been met."""
     inputs = Matrix([Vector([0.0] * len(chains))] * (stages - 1))
     none = Vector([0.0] * sum(len(chain.penalty) for chain in chains))
-    return Duals(inputs, inputs, Matrix([none] * (stages - 1)), none)
+    return AdmmIterate(inputs, inputs, Matrix([none] * (stages - 1)), none)
 
 
-def iterate(chains: Sequence[Chain], begin: Vector, duals: Duals, bounds: Bounds, iterations: int) -> tuple[Duals, Matrix]:
+def iterate(
+    chains: Sequence[BoundedChain], begin: Vector, duals: AdmmIterate, bounds: StageBounds, iterations: int
+) -> tuple[AdmmIterate, Matrix]:
     """The duals after some more iterations from the state `begin`, and the inputs found last, within their bounds."""
     penalties = Vector([chain.input_penalty for chain in chains])
     state_penalties = joined([chain.penalty for chain in chains])
@@ -109,14 +111,14 @@ def iterate(chains: Sequence[Chain], begin: Vector, duals: Duals, bounds: Bounds
             before.append(chain.regulator.closed @ p - price * chain.regulator.gain)
         return q + joined(before), Vector(pulls)
 
-    def iteration(carry: tuple[Duals, Matrix], _: tuple[()]) -> tuple[tuple[Duals, Matrix], tuple[()]]:
+    def iteration(carry: tuple[AdmmIterate, Matrix], _: tuple[()]) -> tuple[tuple[AdmmIterate, Matrix], tuple[()]]:
         before, _inputs = carry
         rows = (before.pulls, before.inputs, before.states, *bounds[:4])
         final, (y, g, z, toward, toward_state) = scan(forward, begin, rows)
         v = within(final + before.last, bounds.low_last, bounds.high_last)
         last = before.last + final - v
         _costs, pulls = scan(backward, -(state_penalties * (v - last)), (toward, toward_state), backwards=True)
-        return (Duals(pulls, y, g, last), z), ()
+        return (AdmmIterate(pulls, y, g, last), z), ()
 
     (duals, inputs), _ = scan(iteration, (duals, duals.inputs), times=iterations)
     return duals, inputs

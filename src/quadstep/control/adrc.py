@@ -12,10 +12,10 @@ The law subtracts d^ and drives what is left, a double integrator, with both pol
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.actuators import Made, accelerations, at_rest, lagged
+from quadstep.control.actuators import AchievedCommand, accelerations, at_rest, lagged
 from quadstep.control.vectoring import (
     ZERO,
-    Body,
+    BelievedBody,
     Pull,
     Turn,
     attitude_for,
@@ -37,7 +37,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 class AdrcGains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its bandwidths, of the attitude about body x, y, z."""
 
-    body: Body
+    body: BelievedBody
     bandwidth: Vector = gain(usual(2.75, 1), "1/s", "bandwidth of the position loop", symbol="w_c")
     turn_bandwidth: Vector = gain(usual((10.2, 10.2, 10.0), 1, "body"), "1/s", "bandwidth of the attitude loop", symbol="w_cR")
     observer: Number = gain(usual(8.8, 1), "1/s", "bandwidth of the position observer", symbol="w_o")
@@ -56,7 +56,7 @@ class AdrcMemory(NamedTuple):
     disturbance: Vector
     rates: Vector
     turning: Vector
-    made: Made
+    made: AchievedCommand
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 from quadstep.control.projection import project
 from quadstep.control.vectoring import (
     ZERO,
-    Body,
+    BelievedBody,
     Pull,
     Turn,
     attitude_for,
@@ -38,7 +38,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 class GeometricAdaptiveGains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its gains."""
 
-    body: Body
+    body: BelievedBody
     pull: Pull
     turn: Turn
     adaptation: Number = gain(usual(6.0, 2), "1/s^2", "adaptation rate of the acceleration estimate", symbol="g_x", zero=True)

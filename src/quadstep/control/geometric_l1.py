@@ -17,10 +17,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.actuators import Made, accelerations, at_rest, lagged
+from quadstep.control.actuators import AchievedCommand, accelerations, at_rest, lagged
 from quadstep.control.vectoring import (
     ZERO,
-    Body,
+    BelievedBody,
     Pull,
     Turn,
     attitude_for,
@@ -43,7 +43,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 class GeometricL1Gains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its gains."""
 
-    body: Body
+    body: BelievedBody
     pull: Pull
     turn: Turn
     pole: Number = gain(5.0, "1/s", "-A_s of the velocity predictor", symbol="a_v", low=0.5, high=50.0)
@@ -70,7 +70,7 @@ class GeometricL1Memory(NamedTuple):
     along: Number
     across: Vector
     about: tuple[Vector, Vector]
-    made: Made
+    made: AchievedCommand
 
 
 def adapted(error: Vector, pole: Number, period: Number) -> Vector:

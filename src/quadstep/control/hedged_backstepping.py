@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.actuators import Made, lagged
+from quadstep.control.actuators import AchievedCommand, lagged
 from quadstep.control.attitude_filter import LedAttitude, led_acceleration, led_filter
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
@@ -52,7 +52,7 @@ class HedgedBacksteppingMemory(NamedTuple):
     law: RotationMemory
     place: Vector
     speed: Vector
-    made: Made
+    made: AchievedCommand
     rates: Vector
     turning: Vector
     asked: Vector
@@ -84,7 +84,7 @@ class HedgedBackstepping(Controller):
             law=LAW.start(measured, gains.law),
             place=measured.position,
             speed=measured.velocity,
-            made=Made(gains.law.mass * gains.law.gravity, zero),
+            made=AchievedCommand(gains.law.mass * gains.law.gravity, zero),
             rates=zero,
             turning=zero,
             asked=zero,

@@ -15,10 +15,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.actuators import Made, at_rest, lagged, of_speeds
+from quadstep.control.actuators import AchievedCommand, at_rest, lagged, of_speeds
 from quadstep.control.vectoring import (
     ZERO,
-    Body,
+    BelievedBody,
     Pull,
     Turn,
     attitude_for,
@@ -42,7 +42,7 @@ class IndiGains(NamedTuple):
     per_speed [N s^2], mixing [1, m]: as in `Model`, thrust over squared speed, and thrust and torque over each rotor's thrust.
     """
 
-    body: Body
+    body: BelievedBody
     pull: Pull
     turn: Turn
     force_filter: Number = gain(usual(10.5, 1), "rad/s", "cut-off of the filters of applied and measured force")
@@ -58,7 +58,7 @@ class IndiMemory(NamedTuple):
     the velocity [m/s]. Each once and twice: rates [rad/s] and torque [N m], body axes.
     """
 
-    made: Made
+    made: AchievedCommand
     pushed: Vector
     felt: Vector
     rates: tuple[Vector, Vector]
@@ -117,7 +117,7 @@ class Indi(Controller):
         )
         return command, IndiMemory(made, pushed, felt, rates, torque)
 
-    def made(self, memory: IndiMemory, measured: Measured, gains: IndiGains, t: Number, period: Number) -> Made:
+    def made(self, memory: IndiMemory, measured: Measured, gains: IndiGains, t: Number, period: Number) -> AchievedCommand:
         """What the rotors make now."""
         if len(measured.rotor_speeds):
             return of_speeds(measured.rotor_speeds, gains.per_speed, gains.mixing)

@@ -66,7 +66,7 @@ class LoopShapingMemory(NamedTuple):
     integral: Vector
 
 
-class Filter(NamedTuple):
+class ShapingFilter(NamedTuple):
     """gamma: 1 over the largest error of the coprime factors that the loop stands. a, b, c: of the filter; its d is 0."""
 
     gamma: float
@@ -91,7 +91,7 @@ def outer(a: Sequence[float], b: Sequence[float]) -> list[list[float]]:
     return [[x * y for y in b] for x in a]
 
 
-def robust(a: list[list[float]], b: list[float], c: list[float], margin: float) -> Filter:
+def robust(a: list[list[float]], b: list[float], c: list[float], margin: float) -> ShapingFilter:
     """The law for a plant x' = A x + B u, y = C x, with u = K y: McFarlane and Glover's, for gamma = margin times the least.
 
     The least gamma is sqrt(1 + the largest eigenvalue of X Z), X and Z from the plant's two Riccati equations. Raises
@@ -113,7 +113,7 @@ def robust(a: list[list[float]], b: list[float], c: list[float], margin: float) 
     entry = [square * dot(row, zc) for row in inverse(transposed(left))]
     back = [dot(b, column) for column in zip(*x, strict=True)]
     drift = [[a[i][j] - b[i] * back[j] + entry[i] * c[j] for j in range(len(b))] for i in range(len(b))]
-    return Filter(gamma, drift, entry, back)
+    return ShapingFilter(gamma, drift, entry, back)
 
 
 @dataclass(frozen=True)

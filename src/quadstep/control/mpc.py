@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.admm import Bounds, Chain, Duals, idle, inputs_of, iterate, joined
+from quadstep.control.admm import AdmmIterate, BoundedChain, StageBounds, idle, inputs_of, iterate, joined
 from quadstep.control.admm import within as bounded
 from quadstep.control.disturbance_observer import observed
 from quadstep.control.projection import project
@@ -76,7 +76,7 @@ class MpcGains(NamedTuple):
     """What the law flies. weights: what it was worked out from. chains: level x, level y, climb, turn."""
 
     weights: MpcWeights
-    chains: tuple[Chain, Chain, Chain, Chain]
+    chains: tuple[BoundedChain, BoundedChain, BoundedChain, BoundedChain]
 
 
 class MpcMemory(NamedTuple):
@@ -86,7 +86,7 @@ class MpcMemory(NamedTuple):
     lift [N], torque [N m]: what the rotors make by now.
     """
 
-    duals: Duals
+    duals: AdmmIterate
     velocity: Vector
     push: Vector
     rates: Vector
@@ -95,7 +95,7 @@ class MpcMemory(NamedTuple):
     torque: Vector
 
 
-class Target(NamedTuple):
+class PathTarget(NamedTuple):
     """What the path wants now, and how far the vehicle is from it.
 
     force [N]. feed_forward: angular acceleration, body axes [rad/s^2]. deviation: states of all chains. level: forward and
@@ -120,13 +120,13 @@ def boxed(v: Vector, most: Number) -> Vector:
     return Vector(clip(entry, -most, most) for entry in v)
 
 
-def chain(rate: Matrix, weights: Sequence[Number], bounds: Sequence[int], penalty: Number) -> Chain:
+def chain(rate: Matrix, weights: Sequence[Number], bounds: Sequence[int], penalty: Number) -> BoundedChain:
     """rate: [A B] of the deviations. weights: of states and input. bounds: states that have some."""
     *states, price = weights
     penalties = [penalty * weight if place in bounds else 0.0 for place, weight in enumerate(states)]
     a, b = discretised(rate, STAGE)
     best = regulator(a, b, [w + rho for w, rho in zip(states, penalties, strict=True)], price * (1.0 + penalty))
-    return Chain(best, Vector(penalties), penalty * price)
+    return BoundedChain(best, Vector(penalties), penalty * price)
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Mpc(Controller):
         zero, weight = vector(0.0, 0.0, 0.0), gains.weights.mass * gains.weights.gravity
         return MpcMemory(idle(gains.chains, STAGES), measured.velocity, zero, measured.rates, zero, weight, zero)
 
-    def target(self, memory: MpcMemory, measured: Measured, reference: Reference, gains: MpcWeights) -> Target:
+    def target(self, memory: MpcMemory, measured: Measured, reference: Reference, gains: MpcWeights) -> PathTarget:
         """What the path wants of a vehicle that is pushed as estimated, and the deviations from it."""
         up = vector(0.0, 0.0, gains.gravity)
         force = within(gains.mass * (reference.acceleration - memory.push + up), gains.most_thrust)
@@ -183,16 +183,16 @@ class Mpc(Controller):
             vector(position[2], velocity[2], lift),
             vector(tilt[2], rates[2], made[2]),
         )
-        return Target(force, wanted, axis, feed_forward, joined(parts))
+        return PathTarget(force, wanted, axis, feed_forward, joined(parts))
 
-    def bounds(self, memory: MpcMemory, reference: Reference, gains: MpcWeights) -> Bounds:
+    def bounds(self, memory: MpcMemory, reference: Reference, gains: MpcWeights) -> StageBounds:
         """Of the deviations at each stage."""
         *stages, final = (self.asked_of(stage) for stage in (reference, *reference.ahead))
         _, (low, high, low_state, high_state) = scan(
             lambda _, row: ((), self.room(row, memory, reference, gains)), (), Matrix(stages)
         )
         _, _, low_last, high_last = self.room(final, memory, reference, gains)
-        return Bounds(low, high, low_state, high_state, low_last, high_last)
+        return StageBounds(low, high, low_state, high_state, low_last, high_last)
 
     @staticmethod
     def asked_of(stage: Reference) -> Vector:

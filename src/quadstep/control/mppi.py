@@ -91,7 +91,7 @@ class Rollout(NamedTuple):
     drawn: Number
 
 
-class Mean(NamedTuple):
+class PlanMean(NamedTuple):
     """Of the plans so far. least: their least cost. weight: sum of exp((least - cost) / temperature); perturbations: so
     weighed too. size: 0 for the first plan, which is the one that there is, then 1.
     """
@@ -137,24 +137,24 @@ class Mppi(Controller):
 
     def average(
         self, away: tuple[Vector, Vector], stages: tuple[Matrix, Matrix, Matrix], gains: MppiGains, noise: Key, drawn: Number
-    ) -> Mean:
+    ) -> PlanMean:
         """All samples, weighed as they come. stages: the plan, the specific force that the path wants, and costs' factors."""
 
-        def sample(mean: Mean, _: tuple[()]) -> tuple[Mean, tuple[()]]:
+        def sample(mean: PlanMean, _: tuple[()]) -> tuple[PlanMean, tuple[()]]:
             end, perturbations = self.rolled_out(away, stages, gains, noise, mean)
             least = minimum(mean.least, end.cost)
             kept = exp((least - mean.least) * (1.0 / gains.temperature))
             share = exp((least - end.cost) * (1.0 / gains.temperature))
             weighed = kept * mean.perturbations + share * perturbations
-            return Mean(least, kept * mean.weight + share, weighed, 1.0, end.drawn), ()
+            return PlanMean(least, kept * mean.weight + share, weighed, 1.0, end.drawn), ()
 
         none = Matrix([vector(0.0, 0.0, 0.0)] * STAGES)
-        mean, _ = scan(sample, Mean(WORST, 0.0, none, 0.0, drawn), times=SAMPLES)
+        mean, _ = scan(sample, PlanMean(WORST, 0.0, none, 0.0, drawn), times=SAMPLES)
         return mean
 
     @staticmethod
     def rolled_out(
-        away: tuple[Vector, Vector], stages: tuple[Matrix, Matrix, Matrix], gains: MppiGains, noise: Key, mean: Mean
+        away: tuple[Vector, Vector], stages: tuple[Matrix, Matrix, Matrix], gains: MppiGains, noise: Key, mean: PlanMean
     ) -> tuple[Rollout, Matrix]:
         """The end of one perturbed plan, and its perturbations, a row a stage."""
         zero = vector(0.0, 0.0, 0.0)

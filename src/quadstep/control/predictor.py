@@ -22,7 +22,7 @@ NEEDS = "specific_force", "age"
 """What the predictor measures, beside what the controller does."""
 
 
-class Sample(NamedTuple):
+class ImuSample(NamedTuple):
     """Of gyro [rad/s] and accelerometer [m/s^2], body axes, told at a time [s]."""
 
     rates: Vector
@@ -34,10 +34,10 @@ class PredictingMemory(NamedTuple):
     """law: of the controller. past: the samples that it was told at its last instants, oldest first."""
 
     law: object
-    past: tuple[Sample, ...]
+    past: tuple[ImuSample, ...]
 
 
-class Known(NamedTuple):
+class MeasuredMotion(NamedTuple):
     """Position [m], velocity [m/s] in the world, attitude (quaternion)."""
 
     position: Vector
@@ -45,29 +45,31 @@ class Known(NamedTuple):
     attitude: Vector
 
 
-class Span(NamedTuple):
+class ImuSpan(NamedTuple):
     """What is known at its beginning; rates [rad/s] and specific force [m/s^2] that are held; how long [s]."""
 
-    known: Known
+    known: MeasuredMotion
     rates: Vector
     force: Vector
     period: Number
 
 
-def carried(span: Span, gravity: float) -> Known:
+def carried(span: ImuSpan, gravity: float) -> MeasuredMotion:
     """What follows for its end; the force acts in the attitude half-way. gravity [m/s^2]."""
     known, rates, force, period = span
     half = from_rotation_vector((0.5 * period) * rates)
     middle = multiply(known.attitude, half)
     acceleration = rotate(middle, force) - vector(0.0, 0.0, gravity)
-    return Known(
+    return MeasuredMotion(
         known.position + period * known.velocity + (0.5 * period * period) * acceleration,
         known.velocity + period * acceleration,
         multiply(middle, half),
     )
 
 
-def predicted(past: Sequence[Sample], now: Sample, known: Known, age: Number, board_late: float, gravity: float) -> Known:
+def predicted(
+    past: Sequence[ImuSample], now: ImuSample, known: MeasuredMotion, age: Number, board_late: float, gravity: float
+) -> MeasuredMotion:
     """What was known `age` [s] ago, carried forward to now: through the samples since, and the last `board_late` [s], of which
     none has come yet, with the newest. No further than to the start of the flight.
     """
@@ -83,12 +85,12 @@ def predicted(past: Sequence[Sample], now: Sample, known: Known, age: Number, bo
     if board_late > 0.0:
         spans.insert(0, (now.rates, now.force, waiting))
 
-    def step(span: Span) -> Known:
+    def step(span: ImuSpan) -> MeasuredMotion:
         return carried(span, gravity)
 
     later = repeated(step)
     for rates, force, span in reversed(spans):
-        known = later(Span(known, rates, force, span))
+        known = later(ImuSpan(known, rates, force, span))
     return known
 
 
@@ -123,7 +125,7 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
 
     def start(self, measured: Measured, gains: object) -> PredictingMemory:
         """The vehicle has been as it is."""
-        begin = Sample(measured.rates, measured.specific_force, 0.0)
+        begin = ImuSample(measured.rates, measured.specific_force, 0.0)
         return PredictingMemory(self.flown.start(self.stripped(measured), gains), (begin,) * self.samples)
 
     def slower(
@@ -139,13 +141,13 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
     ) -> tuple[object, PredictingMemory]:
         """The controller's, told what is predicted."""
         command, law = self.flown.law(memory.law, self.now(memory, measured, t), reference, gains, t, period)
-        past = (*memory.past, Sample(measured.rates, measured.specific_force, t))
+        past = (*memory.past, ImuSample(measured.rates, measured.specific_force, t))
         return command, PredictingMemory(law, past[1:])
 
     def now(self, memory: PredictingMemory, measured: Measured, t: Number) -> Measured:
         """What the controller is told."""
-        known = Known(measured.position, measured.velocity, measured.attitude)
-        sample = Sample(measured.rates, measured.specific_force, t)
+        known = MeasuredMotion(measured.position, measured.velocity, measured.attitude)
+        sample = ImuSample(measured.rates, measured.specific_force, t)
         known = predicted(memory.past, sample, known, measured.age, self.board_late, self.gravity)
         return self.stripped(measured)._replace(**known._asdict())
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.vectoring import ZERO, Body, attitude_for, boxed, errors_to, force_for, torque_for
+from quadstep.control.vectoring import ZERO, BelievedBody, attitude_for, boxed, errors_to, force_for, torque_for
 from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
@@ -24,7 +24,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 class SuperTwistingGains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its gains in x, y, z; of the attitude about body x, y, z."""
 
-    body: Body
+    body: BelievedBody
     slope: Vector = gain(usual(2.2, 1), "1/s", "decay rate of an error on the sliding surface", symbol="c")
     reaching: Vector = gain(usual(3.0, 1), "m^(1/2)/s^(3/2)", "gain of the square root of s", symbol="k_1", key="k_1")
     twisting: Vector = gain(usual(1.3, 2), "m/s^3", "rate of the integral part", symbol="k_2", key="k_2", zero=True)

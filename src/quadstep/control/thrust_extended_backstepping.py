@@ -43,7 +43,7 @@ class ThrustExtendedMemory(NamedTuple):
     integral: Vector
 
 
-class Errors(NamedTuple):
+class BacksteppingErrors(NamedTuple):
     """e1 [m], e2 [m/s], e3 [m/s^2], e4 [m/s^3], and the snap that they ask for [m/s^4]."""
 
     position: Vector
@@ -55,7 +55,7 @@ class Errors(NamedTuple):
 
 def backstepped(
     gains: ThrustExtendedGains, integral: Vector, measured: Measured, reference: Reference, force: Vector, force_rate: Vector
-) -> Errors:
+) -> BacksteppingErrors:
     """The errors, each of what the one before it asks for, and the snap. The rates of an error follow from the errors:
 
     e1' = e2 - k_1 e1 - k_0 e0,    e2' = e3 - e1 - k_2 e2,    e3' = e4 - e2 - k_3 e3.
@@ -76,7 +76,7 @@ def backstepped(
     e1_ddd = e2_dd - k_1 * e1_dd - k_0 * e1_d
     wanted_snap = reference.snap - k_1 * e1_ddd - k_0 * e1_dd
     wanted_change = wanted_snap - e1_dd - k_2 * e2_dd
-    return Errors(e1, e2, e3, e4, wanted_change - e2_d - k_3 * e3_d - e3 - k_4 * e4)
+    return BacksteppingErrors(e1, e2, e3, e4, wanted_change - e2_d - k_3 * e3_d - e3 - k_4 * e4)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ class Push(NamedTuple):
     rate: Number
 
 
-class Motion(NamedTuple):
+class ThrustMotion(NamedTuple):
     """Third axis of the body, and the specific force that the thrust makes [m/s^2] with its rate [m/s^3]; world axes."""
 
     axis: Vector
@@ -65,11 +65,11 @@ class Inputs(NamedTuple):
     about_y: Number
 
 
-def motion(measured: Measured, push: Push) -> Motion:
+def motion(measured: Measured, push: Push) -> ThrustMotion:
     """What the extended thrust does now: d/dt (push b3) = rate b3 + push R (Omega x e3)."""
     rotation, (p, q, _) = rotation_matrix(measured.attitude), measured.rates
     axis = up_axis(rotation)
-    return Motion(axis, push.value * axis, push.rate * axis + push.value * (rotation @ vector(q, -p, 0.0)))
+    return ThrustMotion(axis, push.value * axis, push.rate * axis + push.value * (rotation @ vector(q, -p, 0.0)))
 
 
 def inputs(measured: Measured, push: Push, snap: Vector) -> Inputs:

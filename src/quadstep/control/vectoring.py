@@ -17,7 +17,7 @@ from quadstep.numbers.rotations import cross, rotation_matrix
 ZERO = vector(0.0, 0.0, 0.0)
 
 
-class Body(NamedTuple):
+class BelievedBody(NamedTuple):
     """What a law believes of the vehicle. lag: time constant of the rotors [s]."""
 
     mass: Number = believed("mass")
@@ -69,7 +69,7 @@ def pulled(measured: Measured, reference: Reference, gains: Pull) -> Vector:
     return reference.acceleration + gains.stiffness * e + gains.damping * e_dot
 
 
-def force_for(acceleration: Vector, body: Body) -> Vector:
+def force_for(acceleration: Vector, body: BelievedBody) -> Vector:
     """The thrust vector [N] for an acceleration [m/s^2], world axes, within the rotors' reach."""
     return within(body.mass * (acceleration + vector(0.0, 0.0, body.gravity)), body.most_thrust)
 

@@ -20,7 +20,7 @@ from quadstep.numbers.repeated import repeated
 from quadstep.numbers.structure import replaced
 from quadstep.sensing.delay import filled, passed
 from quadstep.sensing.sensors import Sensors
-from quadstep.sensing.suite import Memory, Suite
+from quadstep.sensing.suite import Suite, SuiteMemory
 
 STILL = vector(0.0, 0.0, 0.0)
 
@@ -125,7 +125,7 @@ class Loop:
         if self.sensing.feels:
             felt = self.plant.felt(p, cycle.state, self.rate(cycle, p, clock.time, cycle.state))
         truth = self.plant.truth(cycle.state)
-        sensed = self.sensing.sense(cast(Memory, cycle.sensed), truth, felt, *sensors_of(p), clock.tick, clock.period)
+        sensed = self.sensing.sense(cast(SuiteMemory, cycle.sensed), truth, felt, *sensors_of(p), clock.tick, clock.period)
         return cycle._replace(sensed=sensed), 0.0
 
     def fix(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
@@ -133,7 +133,7 @@ class Loop:
         assert self.sensing
         truth = self.plant.truth(cycle.state)
         return cycle._replace(
-            sensed=self.sensing.fix(cast(Memory, cycle.sensed), truth, *sensors_of(p), clock.tick, clock.period)
+            sensed=self.sensing.fix(cast(SuiteMemory, cycle.sensed), truth, *sensors_of(p), clock.tick, clock.period)
         ), 0.0
 
     def told(self, cycle: Cycle, p: Numbers) -> Structure:
@@ -142,11 +142,13 @@ class Loop:
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
         """The same, before there is a cycle."""
-        told = self.plant.told(self.sensing.measured(cast(Memory, sensed)) if self.sensing else self.plant.truth(state), held)
+        told = self.plant.told(
+            self.sensing.measured(cast(SuiteMemory, sensed)) if self.sensing else self.plant.truth(state), held
+        )
         also = self.controller.also_measures
         if not also:
             return told
-        more: dict[str, Structure] = self.sensing.more(cast(Memory, sensed)) if self.sensing else {}
+        more: dict[str, Structure] = self.sensing.more(cast(SuiteMemory, sensed)) if self.sensing else {}
         if "rotor_speeds" in also:
             more["rotor_speeds"] = self.plant.rotor_speeds(state)
         if "noise" in also:

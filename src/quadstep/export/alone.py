@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.engines.fly import FlightPlan
-from quadstep.export.arm import Counted, Sizes, measured
+from quadstep.export.arm import InstructionCounts, Sizes, measured
 from quadstep.export.c.interface import Exported, loops
 from quadstep.export.c.subject import exported
 from quadstep.export.c99 import c99_files
@@ -19,7 +19,7 @@ class Alone(NamedTuple):
 
     law: Exported
     sizes: Sizes
-    counted: Counted
+    counted: InstructionCounts
     folder: Path
 
     @property

@@ -40,7 +40,7 @@ class Sizes(NamedTuple):
     stack: dict[str, int]
 
 
-class Counted(NamedTuple):
+class InstructionCounts(NamedTuple):
     """Instructions of each function, on average and at worst over the golden samples, and whether the bits were the same."""
 
     average: dict[str, int]
@@ -52,7 +52,7 @@ class OnArm(NamedTuple):
     """What was measured on one processor."""
 
     sizes: Sizes
-    counted: Counted | None
+    counted: InstructionCounts | None
     warnings: int
 
 
@@ -134,14 +134,14 @@ def emulated(program: Path, board: str) -> str:
     return run.stdout + run.stderr
 
 
-def parsed(said: str) -> Counted:
+def parsed(said: str) -> InstructionCounts:
     """The counts that the program printed. Raises ToolError where it printed none."""
     words = dict(re.findall(r"^(\w+) (-?\d+)$", said, re.M))
     if "differences" not in words:
         raise ToolError(f"{MACHINE} gave no counts: {said or 'nothing'}")
     names = sorted({name.removesuffix("_worst") for name in words if name.endswith("_worst")})
     average = {name: int(words[f"{name}_average"]) for name in names}
-    return Counted(average, {name: int(words[f"{name}_worst"]) for name in names}, words["differences"] == "0")
+    return InstructionCounts(average, {name: int(words[f"{name}_worst"]) for name in names}, words["differences"] == "0")
 
 
 def counting(exported: Exported) -> str:

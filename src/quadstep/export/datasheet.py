@@ -35,7 +35,7 @@ class Facts(NamedTuple):
         )
 
 
-class Measured(NamedTuple):
+class Measurements(NamedTuple):
     """What was measured. arm: by processor. misra: deviations by rule. apart: largest distance of the closed loop in f32 from
     that in f64 [m], over so many seconds. absent: what could not be measured, and why.
     """
@@ -46,7 +46,7 @@ class Measured(NamedTuple):
     absent: tuple[str, ...]
 
 
-NOTHING = Measured({}, None, None, ("instructions, code and stack: export with --measure",))
+NOTHING = Measurements({}, None, None, ("instructions, code and stack: export with --measure",))
 
 
 def ascii_of(text: str) -> str:
@@ -54,7 +54,7 @@ def ascii_of(text: str) -> str:
     return text.encode("ascii", "backslashreplace").decode().replace("*/", "* /").replace("/*", "/ *")
 
 
-def datasheet(exported: Exported, facts: Facts, measured: Measured = NOTHING) -> str:
+def datasheet(exported: Exported, facts: Facts, measured: Measurements = NOTHING) -> str:
     """The sheet, in Markdown."""
     parts = [
         f"# {exported.subject.controller.label or exported.name}: data sheet",
@@ -107,7 +107,7 @@ def memory(exported: Exported) -> str:
     )
 
 
-def processors(exported: Exported, measured: Measured) -> list[str]:
+def processors(exported: Exported, measured: Measurements) -> list[str]:
     """What was measured on each processor."""
     parts = []
     for processor, found in measured.arm.items():

@@ -10,7 +10,7 @@ from quadstep.engines.fly import FlightPlan, fly
 from quadstep.export import arm, misra
 from quadstep.export.c.flown import fly_c
 from quadstep.export.c.interface import Exported
-from quadstep.export.datasheet import Measured
+from quadstep.export.datasheet import Measurements
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 
@@ -18,7 +18,7 @@ LONGEST = 8.0
 """Seconds of the flight in f32."""
 
 
-def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Callable[[str], None]) -> Measured:
+def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Callable[[str], None]) -> Measurements:
     """The measurements of the law in a folder."""
     absent: list[str] = []
     on_arm: dict[str, arm.OnArm] = {}
@@ -46,7 +46,7 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
             found = misra.deviations(folder, [f"{exported.name}.c", f"{exported.name}_params.c"])
         except UserError as error:
             absent.append(f"MISRA: {error}")
-    return Measured(on_arm, found, None if exported.precise else in_f32(plan, absent, told), tuple(absent))
+    return Measurements(on_arm, found, None if exported.precise else in_f32(plan, absent, told), tuple(absent))
 
 
 def in_f32(plan: FlightPlan, absent: list[str], told: Callable[[str], None]) -> tuple[float, float] | None:

@@ -11,7 +11,7 @@ from quadstep.export.arm import state_size
 from quadstep.export.c.interface import Exported
 from quadstep.export.c.subject import exported
 from quadstep.export.c99 import c99_files
-from quadstep.export.datasheet import NOTHING, Facts, Measured, datasheet
+from quadstep.export.datasheet import NOTHING, Facts, Measurements, datasheet
 from quadstep.export.measure import measurements
 from quadstep.io.doors import Door
 from quadstep.io.errors import UserError
@@ -36,7 +36,7 @@ TARGETS = Door("quadstep.targets", {
 """What a law is exported for: each turns an `Exported` and the files of C99, texts by name, into the files of the target."""
 
 
-class Request(NamedTuple):
+class ExportRequest(NamedTuple):
     """How to export. measure: whether to fill the data sheet with measurements."""
 
     target: str = C99
@@ -45,7 +45,7 @@ class Request(NamedTuple):
     overwrite: bool = False
 
 
-class Done(NamedTuple):
+class ExportOutcome(NamedTuple):
     """What was written. said: lines about it. warnings: of the mission."""
 
     exported: Exported
@@ -66,7 +66,9 @@ def facts_of(path: Path, plan: FlightPlan, name: str) -> Facts:
     return Facts(__version__, name, digest(read_bytes(path, TOML)), fingerprint([plan]), gains)
 
 
-def export_mission(path: Path, folder: Path, request: Request, told: Callable[[str], None] = lambda _: None) -> Done:
+def export_mission(
+    path: Path, folder: Path, request: ExportRequest, told: Callable[[str], None] = lambda _: None
+) -> ExportOutcome:
     """Write the law of a mission in `path` as C into `folder`. told: of every stage. Raises UserError."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
@@ -88,10 +90,10 @@ def export_mission(path: Path, folder: Path, request: Request, told: Callable[[s
         found = measurements(law, plan, out, told) if request.measure else NOTHING
         (out / "datasheet.md").write_text(datasheet(law, facts, found), encoding="utf-8")
         write_json(out / MANIFEST, {"name": mission.name, "target": request.target, "precision": kind, **facts._asdict()})
-    return Done(law, [*files, "datasheet.md", MANIFEST], summary(law, found), plan.warnings)
+    return ExportOutcome(law, [*files, "datasheet.md", MANIFEST], summary(law, found), plan.warnings)
 
 
-def summary(law: Exported, found: Measured) -> list[str]:
+def summary(law: Exported, found: Measurements) -> list[str]:
     """What the command says."""
     kind = "f64" if law.precise else "f32"
     lines = [f"{law.subject.controller.label or law.name} in C99, {kind}: {state_size(law)} bytes of RAM."]

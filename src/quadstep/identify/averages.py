@@ -53,7 +53,7 @@ class Told(NamedTuple):
     pulls: float = 0.0
 
 
-class Block(NamedTuple):
+class HalfSeconds(NamedTuple):
     """n half seconds of flight with their samples. flight, row (n,): index, and first row. gain (n, 3): mean
     acceleration less gravity, world axes [m/s^2]. axes (n, samples, 3, 3): rotation matrices. commands (n, samples, rotors),
     volts (n, samples). velocity (n, samples, 3): body axes [m/s]. rates (n, samples, 3). turning (n, 3): mean angular
@@ -105,7 +105,7 @@ def between(column: Floats) -> Floats:
     return found
 
 
-def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: float) -> Block | None:
+def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: float) -> HalfSeconds | None:
     """Averages of all flights, with rotors that follow their commands in this way; None if there are too few."""
     found: list[tuple[Floats, ...]] = []
     for number, flight in enumerate(flights):
@@ -125,10 +125,10 @@ def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: f
             found.append((np.array(number), np.array(first), gain + np.array([0.0, 0.0, gravity]), *told, twist))
     if len(found) < FEWEST:
         return None
-    return Block(*(np.array(column) for column in zip(*found, strict=True)))
+    return HalfSeconds(*(np.array(column) for column in zip(*found, strict=True)))
 
 
-def clusters_of(block: Block) -> Floats:
+def clusters_of(block: HalfSeconds) -> Floats:
     """A cluster number for each block: one cluster per flight or, if there are few flights, per four blocks."""
     flights = len(np.unique(block.flight))
     return block.flight if flights >= 6 else np.floor(np.arange(len(block.flight)) / 4.0)
@@ -146,14 +146,14 @@ def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Flo
     return solution, np.sqrt(np.diag(spread)), np.abs(inverse @ (matrix * rest[:, None]).T).sum(axis=1), count
 
 
-def in_rotors_axes(block: Block, tilt: Floats) -> Block:
+def in_rotors_axes(block: HalfSeconds, tilt: Floats) -> HalfSeconds:
     """The averages in the axes of the rotors, turned by `tilt` about x and y [rad] from the measured ones."""
     (turn,) = matrices(np.array([list(from_rotation_vector(vector(float(tilt[0]), float(tilt[1]), 0.0)))]))
     axes, velocity, rates, turning = (part @ turn for part in (block.axes, block.velocity, block.rates, block.turning))
     return block._replace(axes=axes, velocity=velocity, rates=rates, turning=turning)
 
 
-def hubs(block: Block, geometry: Geometry) -> Floats:
+def hubs(block: HalfSeconds, geometry: Geometry) -> Floats:
     """Velocity of every rotor's hub in body axes [m/s], shape (n, samples, rotors, 3)."""
     places = np.array([mount.position for mount in geometry.mounts])
     return block.velocity[:, :, None, :] + np.cross(block.rates[:, :, None, :], places)
@@ -193,7 +193,7 @@ def exponents(
 
 
 def forces(
-    block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, wind: bool = False
+    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, wind: bool = False
 ) -> tuple[dict[str, Told], dict[str, str]]:
     """Thrust curve, tilt and drag from mean forces, all at once, in `rounds` rounds; undetermined ones with the reason.
 
@@ -263,7 +263,7 @@ def forces(
     return known, why
 
 
-def unfitted(block: Block, p: PredictorParameters, air: Floats) -> Floats:
+def unfitted(block: HalfSeconds, p: PredictorParameters, air: Floats) -> Floats:
     """Mean accelerations by parasitic drag and translational lift, which no fit changes, in world axes (n, 3)."""
     drag, speed = p.airframe.drag, np.linalg.norm(block.velocity, axis=-1, keepdims=True)
     body = -speed * block.velocity * np.array([float(one) for one in drag.parasitic])
@@ -284,7 +284,7 @@ def rotor_speeds(commands: Floats, volts: Floats, curve: Curve, measured: bool) 
     return cast(Floats, curve.speeds(cast(float, commands), cast(float, volts[..., None]), measured))
 
 
-def torques(block: Block, p: PredictorParameters, geometry: Geometry, measured: bool) -> dict[str, Told]:
+def torques(block: HalfSeconds, p: PredictorParameters, geometry: Geometry, measured: bool) -> dict[str, Told]:
     """Centre of gravity and flapping from mean torques, with a known thrust curve.
 
     I alpha + w x I w = torque - c x thrust + k_flap W v x e_z: about x torque - c_y T + k W v_y, about y torque + c_x T - k W

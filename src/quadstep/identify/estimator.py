@@ -30,7 +30,7 @@ SENSORS = Sensors(
 """The filter's model of small IMUs: noise densities and initial biases."""
 
 
-class Errors(NamedTuple):
+class EstimateErrors(NamedTuple):
     """Root mean squares: position [m], velocity [m/s], tilt [rad], yaw [rad]."""
 
     position: float
@@ -47,18 +47,18 @@ class Deviation(NamedTuple):
     tilt: Floats
     yaw: Floats
 
-    def rms(self, skip: int) -> Errors:
+    def rms(self, skip: int) -> EstimateErrors:
         """Root mean squares after the first `skip` rows."""
         squares = ((self.position**2).sum(axis=1), (self.velocity**2).sum(axis=1), self.tilt**2, self.yaw**2)
-        return Errors(*(float(np.sqrt(np.nanmean(one[skip:]))) for one in squares))
+        return EstimateErrors(*(float(np.sqrt(np.nanmean(one[skip:]))) for one in squares))
 
 
 class Estimated(NamedTuple):
     """A flight: the filter's errors, and those of the log's own estimate where there is one; time [s] (n,): of both."""
 
     name: str
-    filter: Errors
-    own: Errors | None
+    filter: EstimateErrors
+    own: EstimateErrors | None
     time: Floats
     filter_deviation: Deviation
     own_deviation: Deviation | None

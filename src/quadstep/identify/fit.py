@@ -6,8 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.averages import Block, Told, blocks
-from quadstep.identify.intervals import AVERAGED, DYNAMIC, FROM_AVERAGES, IN_STEP, Spread, averaged, parts, spread, with_values
+from quadstep.identify.averages import HalfSeconds, Told, blocks
+from quadstep.identify.intervals import (
+    AVERAGED,
+    DYNAMIC,
+    FROM_AVERAGES,
+    IN_STEP,
+    StandardErrors,
+    averaged,
+    parts,
+    spread,
+    with_values,
+)
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import (
     ANSWERS,
@@ -21,8 +31,8 @@ from quadstep.identify.parameters import (
     values_at,
 )
 from quadstep.identify.predictor import Predictor, PredictorParameters
-from quadstep.identify.problem import Problem
-from quadstep.identify.search import Prior, Weights, cost, curvature, search
+from quadstep.identify.problem import PredictionProblem
+from quadstep.identify.search import ErrorWeights, Prior, cost, curvature, search
 from quadstep.identify.starts import Starts, laid_out, setpoint_of, starts_at, usable
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
@@ -33,8 +43,8 @@ from quadstep.vehicle.airframe.observer import Observer
 SHORT, LONG = (1, 3), (1, 3, 10, 25, 50)
 """Horizons [samples] of the vehicle's fit and of the predictor's."""
 
-SHORT_WEIGHTS = Weights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
-LONG_WEIGHTS = Weights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))
+SHORT_WEIGHTS = ErrorWeights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
+LONG_WEIGHTS = ErrorWeights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))
 """Weights of horizons, and of position, velocity, attitude, rates."""
 
 MOST_STARTS = 800
@@ -106,7 +116,7 @@ def chosen_starts(flights: Sequence[FlightRecord], horizons: Sequence[int], most
 def problem_of(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, horizons: tuple[int, ...],
     free: Sequence[Free], guided: bool = False,
-) -> Problem:  # fmt: skip
+) -> PredictionProblem:  # fmt: skip
     """Predictions of some flights. Raises UserError if none can be made."""
     laid = laid_out(flights, guided)
     starts: Starts = starts_at(flights, laid, chosen_starts(flights, horizons, MOST_STARTS))
@@ -114,12 +124,12 @@ def problem_of(
         names = ", ".join(flight.name for flight in flights)
         raise UserError(f"{names}: {len(starts.row)} segments of flight without a gap; a fit needs at least 30")
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
-    return Problem(loop, flights, laid, starts, p, free, by_flight=horizons == LONG)
+    return PredictionProblem(loop, flights, laid, starts, p, free, by_flight=horizons == LONG)
 
 
 def from_averages(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
-) -> tuple[PredictorParameters, dict[str, Told], dict[str, str], Block | None]:
+) -> tuple[PredictorParameters, dict[str, Told], dict[str, str], HalfSeconds | None]:
     """p with the parameters that averages determine; why the others stay; and the averages."""
     block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
@@ -145,7 +155,7 @@ def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Told]) 
     return Prior(places, np.array(centres), np.array(deviations))
 
 
-def first_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
+def first_guess(problem: PredictionProblem, point: Floats, weights: ErrorWeights) -> Floats:
     """The best of several lags, delays and inertias, as the start of the search."""
     keys = [one.key for one in problem.batch.free]
     tries = []
@@ -164,7 +174,7 @@ def first_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
     return [point, *tries][int(np.argmin(costs))]
 
 
-def limits_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
+def limits_guess(problem: PredictionProblem, point: Floats, weights: ErrorWeights) -> Floats:
     """The point with the best of several limits of acceleration and tilt; with its own where the flights reach none.
 
     A search alone does not find them: beyond the largest acceleration and tilt their derivatives are zero.
@@ -266,7 +276,7 @@ def vehicle_alone(observer: Observer) -> Observer:
     return observer._replace(authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0)
 
 
-def in_step(free: Sequence[Free], point: Floats, found: Spread, told: dict[str, Told]) -> float:
+def in_step(free: Sequence[Free], point: Floats, found: StandardErrors, told: dict[str, Told]) -> float:
     """The share of the pulls on predictions that are in step: as large as it takes for the axial drag that they give to be
     that of the averages, to which it hardly matters how commands change between the rows of a log.
     """
@@ -281,7 +291,7 @@ def in_step(free: Sequence[Free], point: Floats, found: Spread, told: dict[str, 
 
 def told_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
-    told: dict[str, Told], block: Block | None,
+    told: dict[str, Told], block: HalfSeconds | None,
 ) -> tuple[dict[str, Fitted], dict[str, str]]:  # fmt: skip
     """Every parameter of the vehicle that the flights determine, with its interval; the others with the reason."""
     every = (*free, *AVERAGED)

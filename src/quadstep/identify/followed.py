@@ -8,7 +8,7 @@ from quadstep.identify.errors import HORIZONS, States, logged
 from quadstep.identify.fit import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Predictor, PredictorParameters
-from quadstep.identify.problem import Batch, as_states
+from quadstep.identify.problem import PredictionBatch, as_states
 from quadstep.identify.starts import laid_out, starts_at, usable
 from quadstep.mission.airframe import AirframeSection
 
@@ -41,7 +41,7 @@ def followed(flight: FlightRecord, vehicle: AirframeSection, p: PredictorParamet
         return None
     laid = laid_out([flight])
     starts = starts_at([flight], laid, [chosen])
-    batch = Batch(
+    batch = PredictionBatch(
         Predictor(vehicle.geometry(), EFFECTS, HORIZONS, flight.speeds), flight.period, starts, p._replace(rows=laid.rows)
     )
     states, rest = batch.run([np.zeros(0)])

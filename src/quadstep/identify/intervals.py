@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.averages import Block, Told, forces, torques
+from quadstep.identify.averages import HalfSeconds, Told, forces, torques
 from quadstep.identify.logs.flight import Floats
 from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
 from quadstep.identify.predictor import PredictorParameters
@@ -42,7 +42,7 @@ AVERAGED = tuple(one for one in VEHICLE if one.key in FROM_AVERAGES)
 DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
 
 
-class Spread(NamedTuple):
+class StandardErrors(NamedTuple):
     """Standard errors on the search's scale, the degrees of freedom behind each, and by how much errors that all pull the same
     way would move each estimate: the sum of the sizes of all pulls.
     """
@@ -66,7 +66,7 @@ def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorPa
 
 
 def averaged(
-    block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
+    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
 ) -> tuple[PredictorParameters, dict[str, Told], dict[str, str]]:
     """p with the parameters that averages determine; and why the others stay."""
     known, why = forces(block, p, geometry, speeds, rounds)
@@ -86,7 +86,8 @@ def parts(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int64], p
 
 
 def shifts_of_averages(
-    block: Block, names: Floats, labels: Floats, p: PredictorParameters, geometry: Geometry, speeds: bool, keys: Sequence[str],
+    block: HalfSeconds, names: Floats, labels: Floats, p: PredictorParameters, geometry: Geometry, speeds: bool,
+    keys: Sequence[str],
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Shifts of the estimates from averages without each part: (parts, averaged) on the search's scale, and (parts, keys) of
     other numbers, logarithms.
@@ -99,7 +100,7 @@ def shifts_of_averages(
             found.append(point_of(start, AVERAGED))
             others.append([told[key].value for key in keys])
             continue
-        moved, values, _ = averaged(Block(*(column[rest] for column in block)), p, geometry, speeds, 2)
+        moved, values, _ = averaged(HalfSeconds(*(column[rest] for column in block)), p, geometry, speeds, 2)
         found.append(point_of(moved, AVERAGED))
         others.append([values[key].value for key in keys])
     base = np.array([told[key].value for key in keys])
@@ -125,9 +126,9 @@ def freedom(shifts: Floats) -> Floats:
 
 def spread(
     around: Curvature, prior: Prior, sure: Sequence[tuple[int, str]], told: dict[str, Told],
-    starts: Floats, block: Block | None, blocks: Floats,
+    starts: Floats, block: HalfSeconds | None, blocks: Floats,
     p: PredictorParameters, geometry: Geometry, speeds: bool,
-) -> Spread:  # fmt: skip
+) -> StandardErrors:  # fmt: skip
     """Standard errors of everything that was fitted: estimates from predictions first, then `AVERAGED`.
 
     around: the fit of both kinds of numbers. sure: places of numbers whose prior comes from averages, with their keys. starts,
@@ -169,4 +170,4 @@ def spread(
     if "command.exponent" not in told and not speeds:
         place = [one.key for one in AVERAGED].index("command.exponent")
         variance[:many] += (UNKNOWN_EXPONENT * (inverse @ crossed[:, place])) ** 2
-    return Spread(np.sqrt(variance), freedom(shifts), pulls)
+    return StandardErrors(np.sqrt(variance), freedom(shifts), pulls)

@@ -48,7 +48,7 @@ class Curve(NamedTuple):
         return self.speed * exp(self.exponent * log(maximum(command, STANDING)) + shift)
 
 
-class Rows(NamedTuple):
+class LogTables(NamedTuple):
     """Rows of logs, one log after the other; each number a table.
 
     motors: commands. measured, guided: 1 where the state was measured, or there is a setpoint, else 0.
@@ -77,7 +77,7 @@ class PredictorParameters(NamedTuple):
     tilt: Vector
     curve: Curve
     observer: Observer
-    rows: Rows
+    rows: LogTables
     first: Number
     history: Number
 
@@ -99,7 +99,7 @@ class Prediction(NamedTuple):
     unexplained: Unexplained
 
 
-class Wanted(NamedTuple):
+class SpeedCommands(NamedTuple):
     """Commanded rotor speeds [rad/s] at the start of a step, in its middle and at its end; a parabola in between."""
 
     first: Vector
@@ -124,12 +124,12 @@ class Moving(NamedTuple):
     passed: Number
 
 
-class Predicting(NamedTuple):
+class PredictionCycle(NamedTuple):
     """The cycle. wanted: for the next step. goal: setpoint in x and y [m], and whether there is one."""
 
     state: AirframeState
     unexplained: Unexplained
-    wanted: Wanted
+    wanted: SpeedCommands
     goal: Vector
     score: Prediction
 
@@ -155,18 +155,18 @@ class Predictor:
         """One task: take in a row."""
         return (Task("row", self.row_taken),)
 
-    def row(self, cycle: Predicting, parameters: PredictorParameters, time: Number) -> list[Number]:
+    def row(self, cycle: PredictionCycle, parameters: PredictorParameters, time: Number) -> list[Number]:
         """No rows are written."""
         return []
 
-    def start(self, start: tuple[()], p: PredictorParameters) -> Predicting:
+    def start(self, start: tuple[()], p: PredictorParameters) -> PredictionCycle:
         """The state of the first row; its rotors turn as commanded."""
         state, speeds = self.measured(p, p.first), self.told(p, p.first, 0.0)
         whole = AirframeState(*state, speeds=speeds, charge=0.0 * p.first)
         none = Unexplained(*[0.0 * p.first * vector(1.0, 1.0, 1.0)] * 3)
         kept = Vector([0.0 * p.first] * 13)
-        still = Wanted(speeds, speeds, speeds)
-        return Predicting(whole, none, still, self.goal(p, p.first), Prediction((kept,) * len(self.horizons), none))
+        still = SpeedCommands(speeds, speeds, speeds)
+        return PredictionCycle(whole, none, still, self.goal(p, p.first), Prediction((kept,) * len(self.horizons), none))
 
     def measured(self, p: PredictorParameters, row: Number) -> tuple[Vector, Vector, Vector, Vector]:
         """Position, velocity, attitude and rates as measured in a row, in the rotors' axes."""
@@ -201,7 +201,7 @@ class Predictor:
         """The setpoint of a row in x and y [m], and whether there was one."""
         return vector(p.rows.setpoint[0].at(row), p.rows.setpoint[1].at(row), p.rows.guided.at(row))
 
-    def row_taken(self, cycle: Predicting, p: PredictorParameters, clock: Clock) -> tuple[Predicting, Number]:
+    def row_taken(self, cycle: PredictionCycle, p: PredictorParameters, clock: Clock) -> tuple[PredictionCycle, Number]:
         """Correct the state by a row, up to the start; store it at a horizon."""
         row = p.first + clock.tick
         known = where(clock.tick <= p.history, where(clock.tick > 0.0, p.rows.measured.at(row), 0.0), 0.0)
@@ -219,8 +219,8 @@ class Predictor:
             )
         )
         late = (p.curve.delay + p.observer.delay) / clock.period
-        wanted = Wanted(*(self.told(p, row, share - late) for share in (0.0, 0.5, 1.0)))
-        return Predicting(state, unexplained, wanted, self.goal(p, row), Prediction(states, at_start)), 0.0
+        wanted = SpeedCommands(*(self.told(p, row, share - late) for share in (0.0, 0.5, 1.0)))
+        return PredictionCycle(state, unexplained, wanted, self.goal(p, row), Prediction(states, at_start)), 0.0
 
     def shown(self, p: PredictorParameters, state: AirframeState) -> tuple[Vector, Vector, Vector, Vector]:
         """Position, velocity, attitude and rates in the measured axes."""
@@ -229,7 +229,7 @@ class Predictor:
         return state.position, state.velocity, attitude, rotation_matrix(turn) @ state.rates
 
     def corrected(
-        self, cycle: Predicting, p: PredictorParameters, row: Number, known: Number, before: Number
+        self, cycle: PredictionCycle, p: PredictorParameters, row: Number, known: Number, before: Number
     ) -> tuple[AirframeState, Unexplained]:
         """State and unexplained forces after a row, where known is 1; as they are, where it is 0.
 
@@ -259,7 +259,7 @@ class Predictor:
         )
         return state, unexplained
 
-    def advance(self, cycle: Predicting, p: PredictorParameters, clock: Clock) -> Predicting:
+    def advance(self, cycle: PredictionCycle, p: PredictorParameters, clock: Clock) -> PredictionCycle:
         """One sample of the laws."""
         airframe, unexplained, gains = p.airframe, cycle.unexplained, p.observer
         x, y, z = airframe.inertia

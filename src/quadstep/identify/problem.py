@@ -16,7 +16,7 @@ from quadstep.identify.starts import Laid, Starts
 from quadstep.interfaces.closed_loop import Ticks
 
 
-class Batch:
+class PredictionBatch:
     """Predictions from many starts, with some numbers free."""
 
     def __init__(
@@ -47,7 +47,7 @@ def as_states(values: Floats) -> States:
     return States(values[:, :3], values[:, 3:6], values[:, 6:10], values[:, 10:])
 
 
-class Problem:
+class PredictionProblem:
     """Prediction errors by group and horizon, relative to the errors of the baseline "constant".
 
     by_flight: whether relative to those of each flight, so that calm flights count as much as lively ones; else to the mean.
@@ -59,7 +59,7 @@ class Problem:
     ) -> None:  # fmt: skip
         self.flights, self.starts = flights, starts
         self.period = flights[0].period
-        self.batch = Batch(loop, self.period, starts, parameters._replace(rows=laid.rows), free)
+        self.batch = PredictionBatch(loop, self.period, starts, parameters._replace(rows=laid.rows), free)
         now = logged(flights, starts, 0)
         self.truth = [logged(flights, starts, horizon) for horizon in loop.horizons]
         plain = [constant(now, horizon * self.period) for horizon in loop.horizons]

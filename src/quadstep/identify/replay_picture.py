@@ -7,7 +7,7 @@ import numpy as np
 from quadstep.identify.errors import GROUPS
 from quadstep.identify.estimator import Deviation, Estimated
 from quadstep.identify.logs.flight import Floats
-from quadstep.identify.table import Compared
+from quadstep.identify.table import ErrorTable
 from quadstep.report.axes import logarithmic, plain_decades
 from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
 from quadstep.report.drawing import FigureJob
@@ -22,7 +22,7 @@ FACTOR = {"position": 1.0, "velocity": 1.0, "attitude": 180.0 / np.pi, "rates": 
 """To these units."""
 
 
-def draw_errors(path: Path, found: Compared, period: float, sheet: Sheet) -> None:
+def draw_errors(path: Path, found: ErrorTable, period: float, sheet: Sheet) -> None:
     """Mean errors of the predictions and of the two guesses over the time ahead."""
     ahead = period * np.array(found.horizons)
     columns = sheet.side_by_side(2)

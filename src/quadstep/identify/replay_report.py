@@ -13,8 +13,8 @@ from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Estimated
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay_picture import FACTOR, UNIT, draw_errors, estimate_picture
-from quadstep.identify.replayed import Asked, Predictions, Replayed
-from quadstep.identify.table import Compared
+from quadstep.identify.replayed import Predictions, Replayed, ReplayRequest
+from quadstep.identify.table import ErrorTable
 from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.report import page
@@ -33,7 +33,7 @@ TIMES = 2.0
 SI = {"position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"}
 
 
-def identity(flights: Sequence[FlightRecord], asked: Asked) -> str:
+def identity(flights: Sequence[FlightRecord], asked: ReplayRequest) -> str:
     """A digest of the logs and of what is asked of them."""
     digest = hashlib.sha256(f"{asked!r} {[(one.name, one.period) for one in flights]}".encode())
     for flight in flights:
@@ -43,7 +43,8 @@ def identity(flights: Sequence[FlightRecord], asked: Asked) -> str:
 
 
 def write(
-    folder: Path, flights: Sequence[FlightRecord], asked: Asked, found: Replayed, warnings: Sequence[str], overwrite: bool,
+    folder: Path, flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, warnings: Sequence[str],
+    overwrite: bool,
     sheet: Sheet,
 ) -> None:  # fmt: skip
     """Write every file of the folder. Raises UserError."""
@@ -77,7 +78,7 @@ def columns(group: str) -> tuple[str, str, str]:
     return group, f"{group}_constant", f"{group}_zero_rate"
 
 
-def error_rows(found: Compared, period: float) -> list[tuple[object, ...]]:
+def error_rows(found: ErrorTable, period: float) -> list[tuple[object, ...]]:
     """Mean errors of each flight at each horizon, in SI."""
     several = (found.predicted, found.constant, found.zero)
     return [
@@ -87,7 +88,7 @@ def error_rows(found: Compared, period: float) -> list[tuple[object, ...]]:
     ]
 
 
-def numbers(found: Compared) -> dict[str, object]:
+def numbers(found: ErrorTable) -> dict[str, object]:
     """Mean errors over the flights, in SI, and their ratios to those of "constant"."""
     said: dict[str, object] = {"flights": len(found.names), "predictions": found.starts}
     for horizon in HORIZONS:
@@ -98,7 +99,7 @@ def numbers(found: Compared) -> dict[str, object]:
 
 
 def sections(
-    folder: Path, flights: Sequence[FlightRecord], asked: Asked, found: Replayed, warnings: Sequence[str], sheet: Sheet
+    folder: Path, flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, warnings: Sequence[str], sheet: Sheet
 ) -> list[str]:
     """The body of the report; draws the figures into a folder."""
     compared = found.predictions[0].compared

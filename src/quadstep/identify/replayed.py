@@ -9,7 +9,7 @@ from quadstep.identify.errors import HORIZONS
 from quadstep.identify.estimator import Estimated, estimate
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ready
-from quadstep.identify.table import Compared, compare
+from quadstep.identify.table import ErrorTable, compare
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report.units import counted
 
@@ -17,7 +17,7 @@ DRAWN_HORIZONS = (1, 2, 5, 10, 20, 50)
 """Samples ahead that a report shows; those of `HORIZONS` among them."""
 
 
-class Asked(NamedTuple):
+class ReplayRequest(NamedTuple):
     """What is asked of some flights. vehicle: its name. controller: its keys. report: whether to find all that one shows."""
 
     vehicle: str
@@ -33,7 +33,7 @@ class Predictions(NamedTuple):
     """Errors of predictions; title: what they know."""
 
     title: str
-    compared: Compared
+    compared: ErrorTable
 
 
 class Replayed(NamedTuple):
@@ -46,7 +46,7 @@ class Replayed(NamedTuple):
     estimates: list[Estimated]
 
 
-def replayed(flights: Sequence[FlightRecord], asked: Asked) -> Replayed:
+def replayed(flights: Sequence[FlightRecord], asked: ReplayRequest) -> Replayed:
     """All that is asked; predictions where nothing else is, and for a report. Raises UserError."""
     estimates = [estimate(flight) for flight in flights] if asked.estimator else []
     flown = fly_again(list(flights), asked.section, asked.controller) if asked.controller else []
@@ -55,7 +55,7 @@ def replayed(flights: Sequence[FlightRecord], asked: Asked) -> Replayed:
     return Replayed(flights[0].period, predicted_errors(flights, asked), thrust(flights, asked.section), flown, estimates)
 
 
-def predicted_errors(flights: Sequence[FlightRecord], asked: Asked) -> list[Predictions]:
+def predicted_errors(flights: Sequence[FlightRecord], asked: ReplayRequest) -> list[Predictions]:
     """Errors of the vehicle's predictions, and of those with its learned residual."""
     horizons = DRAWN_HORIZONS if asked.report else HORIZONS
     numbers, guided = ready(flights, asked.section, asked.commands_only)

@@ -15,8 +15,8 @@ from quadstep.identify.fit import Identified
 from quadstep.identify.followed import Followed, followed
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.signals import spectrum
-from quadstep.identify.run import AHEAD, Run, answer
-from quadstep.identify.table import Compared
+from quadstep.identify.run import AHEAD, Identification, answer
+from quadstep.identify.table import ErrorTable
 from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.io.atomic import write_beside
 from quadstep.io.errors import UserError
@@ -35,7 +35,7 @@ SHOWN = 8.0
 AXES = ("roll", "pitch", "yaw")
 
 
-def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: AirframeSection) -> None:
+def write(path: Path, run: Identification, flights: Sequence[FlightRecord], start: AirframeSection) -> None:
     """Write the page for the flights that were held out or, if none were, for the fitted ones. Raises UserError."""
     tested = run.tested or run.found
     shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
@@ -64,7 +64,7 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
     write_beside(path, page_text("Identified vehicle", parts, "Identification"))
 
 
-def facts(run: Run) -> list[Fact]:
+def facts(run: Identification) -> list[Fact]:
     """Errors relative to those of the baseline with constant velocity and rates: of each group the worse of the tables."""
     tables = run.tables
     found = []
@@ -85,7 +85,7 @@ def fitted(found: Identified) -> list[str]:
     return [heading("Identified parameters", "found"), table(("number", "value", "95 % interval", "unit", "from"), rows)]
 
 
-def compared(run: Run) -> list[str]:
+def compared(run: Identification) -> list[str]:
     """Errors on held-out flights over those of "constant"."""
     parts = [heading("Prediction of held-out flights", "held-out")]
     if not run.held_out:
@@ -101,7 +101,7 @@ def compared(run: Run) -> list[str]:
     return parts
 
 
-def ratios(found: Compared, horizon: int) -> tuple[str, ...]:
+def ratios(found: ErrorTable, horizon: int) -> tuple[str, ...]:
     """A row of the table."""
     values = [found.ratio(horizon, group).value for group in GROUPS] + [found.ratio(horizon, "rates", "zero").value]
     return (str(horizon), *(f"{value:.2f}" for value in values))

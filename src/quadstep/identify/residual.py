@@ -14,7 +14,7 @@ from quadstep.identify.errors import HORIZONS
 from quadstep.identify.fit import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Predictor, PredictorParameters
-from quadstep.identify.problem import Batch
+from quadstep.identify.problem import PredictionBatch
 from quadstep.identify.starts import laid_out, starts_at, usable, voltage_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Vector, matrix
@@ -26,7 +26,7 @@ STRENGTHS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
 """Candidate ridge penalties, as shares of the number of samples."""
 
 
-class Trained(NamedTuple):
+class TrainedResidual(NamedTuple):
     """The network, and the share of the unexplained accelerations' variance left on left-out flights (angular, linear)."""
 
     net: Residual
@@ -41,7 +41,7 @@ def samples(
     laid = laid_out(flights)
     starts = starts_at(flights, laid, rows)
     loop = Predictor(vehicle.geometry(), EFFECTS, HORIZONS, flights[0].speeds)
-    _, rest = Batch(loop, flights[0].period, starts, p._replace(rows=laid.rows)).run([np.zeros(0)])
+    _, rest = PredictionBatch(loop, flights[0].period, starts, p._replace(rows=laid.rows)).run([np.zeros(0)])
     wanted = np.concatenate([rest[0][:, :3] + rest[0][:, 3:6], rest[0][:, 6:]], axis=1)
     seen = [inputs(flight, p)[chosen] for flight, chosen in zip(flights, rows, strict=True)]
     return np.concatenate(seen), wanted, starts.flight.astype(np.float64)
@@ -56,7 +56,7 @@ def inputs(flight: FlightRecord, p: PredictorParameters) -> Floats:
     return np.concatenate([body, flight.channel("rates"), speeds.mean(axis=1, keepdims=True)], axis=1)
 
 
-def trained(flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters) -> Trained:
+def trained(flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters) -> TrainedResidual:
     """The network that does best on flights left out of its training."""
     seen, wanted, flight = samples(flights, vehicle, p)
     middle, spread = seen.mean(axis=0), seen.std(axis=0) + 1e-9
@@ -90,4 +90,4 @@ def trained(flights: Sequence[FlightRecord], vehicle: AirframeSection, p: Predic
         matrix(*(tuple(map(float, row)) for row in outputs)),
         Vector(map(float, offsets)),
     )
-    return Trained(net, tried[best])
+    return TrainedResidual(net, tried[best])

@@ -10,7 +10,7 @@ from quadstep.identify.fit import Identified, Say, identify
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ready
 from quadstep.identify.residual import trained
-from quadstep.identify.table import Compared, compare
+from quadstep.identify.table import ErrorTable, compare
 from quadstep.identify.vehicle_file import identified_vehicle, in_proportion
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection, ResidualSection
@@ -27,7 +27,7 @@ MIXED = 0.2
 """Share by which the mean command in flight, times the voltage, may differ from the median of all flights."""
 
 
-class Run(NamedTuple):
+class Identification(NamedTuple):
     """vehicle: the result. held_out: names. tested: the fit without these; commands, guided: how it predicts them, by what it
     knows; *_residual: with the learned residual of that fit. None if there are none. residual: of the whole fit, if it
     was requested and did better on the held-out flights.
@@ -37,14 +37,14 @@ class Run(NamedTuple):
     found: Identified
     held_out: list[str]
     tested: Identified | None
-    commands: Compared | None
-    guided: Compared | None
+    commands: ErrorTable | None
+    guided: ErrorTable | None
     residual: Residual | None = None
-    commands_residual: Compared | None = None
-    guided_residual: Compared | None = None
+    commands_residual: ErrorTable | None = None
+    guided_residual: ErrorTable | None = None
 
     @property
-    def tables(self) -> dict[str, Compared]:
+    def tables(self) -> dict[str, ErrorTable]:
         """How the fit predicts the flights held out, by what it knows; empty if there are none."""
         several = {"commands alone": self.commands, "commands and setpoints": self.guided}
         return {knows: one for knows, one in several.items() if one is not None}
@@ -58,7 +58,7 @@ class Run(NamedTuple):
         )
 
 
-def answer(run: Run) -> str:
+def answer(run: Identification) -> str:
     """The result in a sentence: first what is worse than no model, and what the flights leave open."""
     worse = [
         f"{group} ({one.ratio(AHEAD, group).value:.2f} times the error, from {knows})"
@@ -86,7 +86,7 @@ def listed(names: Sequence[str]) -> str:
 def run(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, mass_source: str, hold_out: bool, say: Say,
     learn: bool = False,
-) -> Run:  # fmt: skip
+) -> Identification:  # fmt: skip
     """Identify a vehicle. learn: whether to train a network on what the laws do not explain. Raises UserError."""
     vehicle = vehicle.model_copy(update={"residual": None})
     ready(flights, vehicle)
@@ -107,7 +107,7 @@ def run(
     names = ", ".join(flight.name for flight in flights)
     description = f"{vehicle.description or 'A vehicle'}; identified from {names}"
     result = identified_vehicle(vehicle, found, description[:900], mass_source)
-    done = Run(result, found, [flight.name for flight in unseen], tested, commands, guided)
+    done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided)
     if not learn:
         return done
     if tested is None:
@@ -117,9 +117,9 @@ def run(
 
 
 def with_residual(
-    done: Run, flights: Sequence[FlightRecord], fitted: Sequence[FlightRecord], unseen: Sequence[FlightRecord],
+    done: Identification, flights: Sequence[FlightRecord], fitted: Sequence[FlightRecord], unseen: Sequence[FlightRecord],
     vehicle: AirframeSection,
-) -> Run:  # fmt: skip
+) -> Identification:  # fmt: skip
     """The run with a network trained on the fit's residual, if held-out flights support it; the plain vehicle is unchanged."""
     assert done.tested
     numbers = done.tested.numbers

@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep.identify.logs.flight import Floats
 from quadstep.identify.parameters import Free
-from quadstep.identify.problem import Problem
+from quadstep.identify.problem import PredictionProblem
 from quadstep.io.errors import UserError
 
 CORE = 0.15
@@ -29,7 +29,7 @@ class Prior(NamedTuple):
     deviation: Floats
 
 
-class Weights(NamedTuple):
+class ErrorWeights(NamedTuple):
     """Weight of each horizon, and of each group."""
 
     horizons: Floats
@@ -60,7 +60,7 @@ def lengths(residuals: Floats) -> Floats:
     return found
 
 
-def cost(residuals: Floats, weights: Weights) -> float:
+def cost(residuals: Floats, weights: ErrorWeights) -> float:
     """The weighted mean of the distances of one point."""
     return float((weights.table[..., None] * lengths(residuals)).mean(axis=-1).sum())
 
@@ -78,7 +78,7 @@ def scales(free: Sequence[Free]) -> Floats:
     return np.array([one.scale for one in free])
 
 
-def derivatives(problem: Problem, point: Floats) -> tuple[Floats, Floats]:
+def derivatives(problem: PredictionProblem, point: Floats) -> tuple[Floats, Floats]:
     """Residuals (horizons, groups, n, 3), and their derivatives (..., parameters) by each parameter over its scale."""
     size = scales(problem.batch.free)
     share = 1e-4
@@ -87,7 +87,7 @@ def derivatives(problem: Problem, point: Floats) -> tuple[Floats, Floats]:
     return found[0], np.moveaxis((found[1:] - found[0]) / share, 0, -1)
 
 
-def normal_equations(residuals: Floats, slopes: Floats, weights: Weights) -> tuple[Floats, Floats]:
+def normal_equations(residuals: Floats, slopes: Floats, weights: ErrorWeights) -> tuple[Floats, Floats]:
     """Gradient and Hessian of the mean, as in iteratively reweighted least squares."""
     count = residuals.shape[2]
     weight = weights.table[..., None] / lengths(residuals) / count
@@ -98,7 +98,12 @@ def normal_equations(residuals: Floats, slopes: Floats, weights: Weights) -> tup
 
 
 def search(
-    problem: Problem, point: Floats, weights: Weights, rounds: int, prior: Prior | None = None, told: Told | None = None
+    problem: PredictionProblem,
+    point: Floats,
+    weights: ErrorWeights,
+    rounds: int,
+    prior: Prior | None = None,
+    told: Told | None = None,
 ) -> Floats:
     """The best point found from a start."""
     size, damping = scales(problem.batch.free), 1e-3
@@ -133,7 +138,7 @@ def search(
     return point
 
 
-def curvature(problem: Problem, point: Floats, weights: Weights, prior: Prior | None = None) -> Curvature:
+def curvature(problem: PredictionProblem, point: Floats, weights: ErrorWeights, prior: Prior | None = None) -> Curvature:
     """Around a point: exact second derivatives of the distance, the model taken as linear."""
     residuals, slopes = derivatives(problem, point)
     distance = lengths(residuals)

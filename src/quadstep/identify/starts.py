@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.predictor import Rows
+from quadstep.identify.predictor import LogTables
 from quadstep.numbers import Table
 
 HISTORY = 50
@@ -29,7 +29,7 @@ class Starts(NamedTuple):
 class Laid(NamedTuple):
     """Flights one after the other: their tables, and the global row that each begins at."""
 
-    rows: Rows
+    rows: LogTables
     offsets: NDArray[np.int64]
 
 
@@ -50,7 +50,7 @@ def laid_out(flights: Sequence[FlightRecord], guided: bool = False) -> Laid:
         return tuple(table(column) for column in values.T)
 
     motors = np.concatenate([flight.motors for flight in flights])
-    rows = Rows(
+    rows = LogTables(
         motors=tuple(table(column) for column in motors.T),
         voltage=table(np.concatenate([voltage_of(flight) for flight in flights])),
         position=tables("position"),

@@ -10,7 +10,7 @@ from quadstep.identify.errors import GROUPS, HORIZONS, States, constant, logged,
 from quadstep.identify.fit import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Predictor, PredictorParameters
-from quadstep.identify.problem import Batch, as_states
+from quadstep.identify.problem import PredictionBatch, as_states
 from quadstep.identify.starts import HISTORY, Starts, laid_out, starts_at, usable
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, mean
@@ -19,7 +19,7 @@ from quadstep.mission.airframe import AirframeSection
 MOST_PREDICTIONS = 20_000
 
 
-class Compared(NamedTuple):
+class ErrorTable(NamedTuple):
     """Mean errors of each flight, shape (horizons, groups, flights): of the predictions, of "constant", of "zero rate"."""
 
     names: tuple[str, ...]
@@ -49,7 +49,7 @@ def predicted(
     laid = laid_out(flights, guided)
     starts = starts_at(flights, laid, rows, longest)
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
-    batch = Batch(loop, flights[0].period, starts, p._replace(rows=laid.rows))
+    batch = PredictionBatch(loop, flights[0].period, starts, p._replace(rows=laid.rows))
     states, _ = batch.run([np.zeros(0)])
     return starts, [as_states(one) for one in states[0]]
 
@@ -67,7 +67,7 @@ def why_unusable(flights: Sequence[FlightRecord]) -> str:
 def compare(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, guided: bool = False,
     horizons: tuple[int, ...] = HORIZONS,
-) -> Compared:  # fmt: skip
+) -> ErrorTable:  # fmt: skip
     """Predictions from all over some flights against the measurements. guided: whether they may use setpoints."""
     rows = [usable(flight, horizons) for flight in flights]
     stride = max(1, -(-sum(map(len, rows)) // MOST_PREDICTIONS))
@@ -90,4 +90,4 @@ def compare(
     if len(still):
         name, group = flights[still[0, 2]].name, GROUPS[still[0, 1]]
         raise UserError(f"{name}: {group}: exactly as if nothing acted on the vehicle: no measurement, and nothing to predict")
-    return Compared(tuple(flight.name for flight in flights), horizons, found[0], found[1], found[2], len(starts.row))
+    return ErrorTable(tuple(flight.name for flight in flights), horizons, found[0], found[1], found[2], len(starts.row))

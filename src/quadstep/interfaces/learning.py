@@ -85,7 +85,7 @@ class LearningStart:
 
 
 @dataclass(frozen=True)
-class Weights:
+class StartWeights:
     """Weights of one net at the start."""
 
     number: int
@@ -110,4 +110,4 @@ def nets_start() -> Any:
 
 def weights(number: int) -> Any:
     """Declares the weights of the net of this number at the start."""
-    return Weights(number)
+    return StartWeights(number)

@@ -93,7 +93,7 @@ class RotorActivity(EffortMetric):
         return sums.sum / where(time > 0.0, time, 1.0)
 
 
-class Counted(NamedTuple):
+class SampleCounts(NamedTuple):
     """Samples, and those of them that count."""
 
     samples: Number
@@ -106,19 +106,19 @@ class Saturation(EffortMetric):
 
     name: ClassVar[str] = "saturation"
 
-    def start(self) -> Counted:
+    def start(self) -> SampleCounts:
         """None."""
-        return Counted(0.0, 0.0)
+        return SampleCounts(0.0, 0.0)
 
-    def add(self, sums: Counted, sample: Mapping[str, Number]) -> Counted:
+    def add(self, sums: SampleCounts, sample: Mapping[str, Number]) -> SampleCounts:
         """One more."""
         missing = absolute(sample["u"] - sample["u_a"])
         for axis in ("tau_x", "tau_y", "tau_z"):
             missing = maximum(missing, 10.0 * absolute(sample[axis] - sample[f"{axis}_a"]))
         limited = missing > SHORTFALL * self.weight
-        return Counted(sums.samples + 1.0, sums.counting + where(limited, 1.0, 0.0))
+        return SampleCounts(sums.samples + 1.0, sums.counting + where(limited, 1.0, 0.0))
 
-    def value(self, sums: Counted) -> Number:
+    def value(self, sums: SampleCounts) -> Number:
         """The share."""
         return sums.counting / maximum(sums.samples, 1.0)
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import TypeAlias, cast
 
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.quantities import Seen
+from quadstep.metrics.quantities import LoggedFlight
 from quadstep.metrics.registry import OTHER, PAPER, REAL, REPORTED
 
 Metrics: TypeAlias = dict[str, object]
@@ -32,7 +32,7 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
     if len(t) < 2 or t[-1] <= since:
         return result
     kind = REAL if "q_w" in log.columns else PAPER if "psi" in log.columns else OTHER
-    seen = Seen(log, since, efforts or {}, arm)
+    seen = LoggedFlight(log, since, efforts or {}, arm)
     for metric in REPORTED:
         found = metric.quantity(seen) if kind in metric.of else None
         if found is not None:

@@ -20,7 +20,7 @@ SATURATED = 1e-3
 """What the rotors could not make counts as saturation from this share of the vehicle's mean thrust on."""
 
 
-class Seen(NamedTuple):
+class LoggedFlight(NamedTuple):
     """A log. since: errors of the position count from then on [s]. efforts: columns of the plant's inputs and their units.
     arm: from the vehicle's centre to its farthest rotor [m], 0 if not known.
     """
@@ -31,7 +31,7 @@ class Seen(NamedTuple):
     arm: float = 0.0
 
 
-class Rows(NamedTuple):
+class QuantityRows(NamedTuple):
     """A quantity. entries: names and units. values: of shape (samples, entries), at times t [s]."""
 
     entries: Mapping[str, str]
@@ -39,7 +39,7 @@ class Rows(NamedTuple):
     t: Numbers
 
 
-Quantity = Callable[[Seen], Rows | None]
+Quantity = Callable[[LoggedFlight], QuantityRows | None]
 """None where the log has no such columns."""
 
 
@@ -85,23 +85,23 @@ def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:
     return float(((forces <= least + tolerance) | (forces >= greatest - tolerance)).any(axis=1).mean()) if len(forces) else 0.0
 
 
-def has(seen: Seen, *names: str) -> bool:
+def has(seen: LoggedFlight, *names: str) -> bool:
     """Whether the log has these columns."""
     return all(name in seen.log.columns for name in names)
 
 
-def rows(seen: Seen, entries: Mapping[str, str], values: Numbers) -> Rows:
+def rows(seen: LoggedFlight, entries: Mapping[str, str], values: Numbers) -> QuantityRows:
     """Over the whole log."""
-    return Rows(entries, values.reshape(len(values), -1), seen.log.column("t"))
+    return QuantityRows(entries, values.reshape(len(values), -1), seen.log.column("t"))
 
 
-def position_error(seen: Seen) -> Rows | None:
+def position_error(seen: LoggedFlight) -> QuantityRows | None:
     """e1 (Eq. 11), from `since` on."""
     t, axes = seen.log.column("t"), position_axes(seen.log)
     if not axes:
         return None
     scored = seen.log._replace(rows=seen.log.rows[t >= seen.since])
-    return Rows(dict.fromkeys(axes, "m"), position_errors(scored), t[t >= seen.since])
+    return QuantityRows(dict.fromkeys(axes, "m"), position_errors(scored), t[t >= seen.since])
 
 
 ARMS = 10.0
@@ -117,7 +117,7 @@ def moves(wanted: Numbers) -> bool:
     return bool(steps > 1 and (wanted.max(axis=0) - wanted.min(axis=0) > POINT).any())
 
 
-def error_against_path(seen: Seen) -> Rows | None:
+def error_against_path(seen: LoggedFlight) -> QuantityRows | None:
     """Distance from the path, and what it is measured against [m].
 
     Of a path that moves: the distance of its points from where the vehicle started, which is the error of a vehicle that
@@ -136,16 +136,16 @@ def error_against_path(seen: Seen) -> Rows | None:
         against, first = np.full(len(distance), ARMS * seen.arm), len(distance) // 2
     else:
         return None
-    return Rows({"error": "-"}, np.column_stack([distance, against])[first:], found.t[first:])
+    return QuantityRows({"error": "-"}, np.column_stack([distance, against])[first:], found.t[first:])
 
 
-def error_over_time(seen: Seen) -> Rows | None:
+def error_over_time(seen: LoggedFlight) -> QuantityRows | None:
     """As `error_against_path`, of the whole flight."""
     found, against = position_error(seen), error_against_path(seen)
     if found is None or against is None:
         return None
     scale = np.full(len(found.t), np.sqrt(np.mean(np.square(against.values[:, 1]))))
-    return Rows({"error": "-"}, np.column_stack([np.linalg.norm(found.values, axis=1), scale]), found.t)
+    return QuantityRows({"error": "-"}, np.column_stack([np.linalg.norm(found.values, axis=1), scale]), found.t)
 
 
 RATES = (("p", "q", "r"), ("psi_dot", "theta_dot", "phi_dot"))
@@ -155,7 +155,7 @@ RATE_SCALE = 1e3
 """What rates are measured against [rad/s]."""
 
 
-def rates_over_time(seen: Seen) -> Rows | None:
+def rates_over_time(seen: LoggedFlight) -> QuantityRows | None:
     """Magnitude of the angular rates, and `RATE_SCALE`."""
     names = next((names for names in RATES if has(seen, *names)), None)
     if names is None:
@@ -164,14 +164,14 @@ def rates_over_time(seen: Seen) -> Rows | None:
     return rows(seen, {"rate": "-"}, np.column_stack([rates, np.full(len(rates), RATE_SCALE)]))
 
 
-def attitude_error(seen: Seen) -> Rows | None:
+def attitude_error(seen: LoggedFlight) -> QuantityRows | None:
     """Of each angle of the paper's plant against its command; None of a law that does not say which attitude it wants."""
     if not has(seen, *ANGLES, "psi_d", "theta_d", "phi_d"):
         return None
     return rows(seen, dict.fromkeys(ANGLES, "rad"), attitude_errors(seen.log))
 
 
-def attitude_from_last(seen: Seen) -> Rows | None:
+def attitude_from_last(seen: LoggedFlight) -> QuantityRows | None:
     """Each of these angles less the last command: level, or the final yaw."""
     if not has(seen, *ANGLES, "psi_d", "theta_d", "phi_d"):
         return None
@@ -179,14 +179,14 @@ def attitude_from_last(seen: Seen) -> Rows | None:
     return rows(seen, dict.fromkeys(ANGLES, "rad"), seen.log.table(*ANGLES) - last)
 
 
-def measuring_error(seen: Seen) -> Rows | None:
+def measuring_error(seen: LoggedFlight) -> QuantityRows | None:
     """What the controller was told of the position, less the truth."""
     if not has(seen, "x_m", "y_m", "z_m"):
         return None
     return rows(seen, dict.fromkeys("xyz", "m"), seen.log.table("x_m", "y_m", "z_m") - seen.log.table("x", "y", "z"))
 
 
-def tilt(seen: Seen) -> Rows | None:
+def tilt(seen: LoggedFlight) -> QuantityRows | None:
     """Between thrust and vertical."""
     if has(seen, "q_x", "q_y"):
         cosines = 1.0 - 2.0 * (seen.log.table("q_x", "q_y") ** 2).sum(axis=1)
@@ -198,7 +198,7 @@ def tilt(seen: Seen) -> Rows | None:
     return rows(seen, {"tilt": "rad"}, angles_of(cosines))
 
 
-def inputs(seen: Seen) -> Rows | None:
+def inputs(seen: LoggedFlight) -> QuantityRows | None:
     """Thrust and torques of the paper's plant, or what the plant calls its inputs and logs."""
     for names in (tuple(seen.efforts), INPUTS):
         if names and has(seen, *names):
@@ -206,19 +206,19 @@ def inputs(seen: Seen) -> Rows | None:
     return None
 
 
-def rotors(seen: Seen) -> Rows | None:
+def rotors(seen: LoggedFlight) -> QuantityRows | None:
     """Each rotor's thrust."""
     names = rotor_columns(seen.log.columns)
     return rows(seen, dict.fromkeys(names, "N"), seen.log.table(*names)) if names else None
 
 
-def total_thrust(seen: Seen) -> Rows | None:
+def total_thrust(seen: LoggedFlight) -> QuantityRows | None:
     """Of all rotors."""
     found = rotors(seen)
     return rows(seen, {"thrust": "N"}, found.values.sum(axis=1)) if found else None
 
 
-def saturation(seen: Seen) -> Rows | None:
+def saturation(seen: LoggedFlight) -> QuantityRows | None:
     """1 at samples at which the rotors' limits left less than was asked for, else 0."""
     names = ("u", "tau_x", "tau_y", "tau_z")
     if not has(seen, *names, *(f"{name}_a" for name in names)):
@@ -229,13 +229,13 @@ def saturation(seen: Seen) -> Rows | None:
     return rows(seen, {"saturated": "-"}, np.any(missing, axis=1).astype(float))
 
 
-def wind(seen: Seen) -> Rows | None:
+def wind(seen: LoggedFlight) -> QuantityRows | None:
     """In world axes."""
     names = ("wind_x", "wind_y", "wind_z")
     return rows(seen, dict.fromkeys(names, "m/s"), seen.log.table(*names)) if has(seen, *names) else None
 
 
-def weight_norms(seen: Seen) -> Rows | None:
+def weight_norms(seen: LoggedFlight) -> QuantityRows | None:
     """Of each net."""
     names = [name for name in ("norm_W1", "norm_W2") if has(seen, name)]
     return rows(seen, dict.fromkeys(names, "-"), seen.log.table(*names)) if names else None

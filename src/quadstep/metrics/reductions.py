@@ -206,7 +206,7 @@ GROWTH_PARTS, GROWTH_FLOOR = 8, 1e-4
 """A flight is cut into so many equal parts; errors below this share of their scale do not grow."""
 
 
-class Growth:
+class LateGrowth:
     """How many times the first entry grows over the last half of the flight at least, from eighth to eighth.
 
     The cube of the least ratio of root mean squares in successive eighths of the last four; 0 where the last is below

@@ -13,9 +13,9 @@ from quadstep.metrics.reductions import (
     Activity,
     Final,
     Greatest,
-    Growth,
     Largest,
     LargestLength,
+    LateGrowth,
     Least,
     LengthOfMean,
     Mean,
@@ -35,7 +35,7 @@ PAPER, REAL, OTHER = "paper", "real", "other"
 ALL = (PAPER, REAL, OTHER)
 
 
-class Metric(NamedTuple):
+class LogMetric(NamedTuple):
     """name: its place in results, dots between levels, {} for the entry of its quantity. per: unit after that of the entry."""
 
     name: str
@@ -52,8 +52,8 @@ class Metric(NamedTuple):
         return [with_unit(self.name.format(name), self.unit or unit) for name, unit in entries.items()]
 
 
-class Score(NamedTuple):
-    """A metric summed while flying; as `Metric`. quantity: a name of `Scored.now`."""
+class SummedMetric(NamedTuple):
+    """A metric summed while flying; as `LogMetric`. quantity: a name of `Scored.now`."""
 
     name: str
     meaning: str
@@ -71,46 +71,51 @@ DISTANCE = "root mean square of the distance from the path"
 FARTHEST = "largest distance from the path"
 
 REPORTED = (
-    Metric("position.{}.rmse", "root mean square error along an axis", quantities.position_error, Rms),
-    Metric("position.{}.largest", "largest error along an axis", quantities.position_error, Largest),
-    Metric("position.{}.final", "error along an axis at the end", quantities.position_error, Final),
-    Metric(RMSE, DISTANCE, quantities.position_error, RmsLength),
-    Metric(LARGEST, FARTHEST, quantities.position_error, LargestLength, (REAL, OTHER)),
-    Metric("relative_error", "position RMSE, as a share of that of a vehicle that stays where it started; to a point, RMSE of "
+    LogMetric("position.{}.rmse", "root mean square error along an axis", quantities.position_error, Rms),
+    LogMetric("position.{}.largest", "largest error along an axis", quantities.position_error, Largest),
+    LogMetric("position.{}.final", "error along an axis at the end", quantities.position_error, Final),
+    LogMetric(RMSE, DISTANCE, quantities.position_error, RmsLength),
+    LogMetric(LARGEST, FARTHEST, quantities.position_error, LargestLength, (REAL, OTHER)),
+    LogMetric("relative_error", "position RMSE, as a share of that of a vehicle that stays where it started; to a "
+                                "point, RMSE of "
            "the second half as a share of ten arms of the vehicle", quantities.error_against_path, RmsShare),
-    Metric("error_growth", "how many times the error grows over the last half, at least, by the least of its successive "
-           "eighths", quantities.error_over_time, Growth),
-    Metric("rate_growth", "the same of the angular rates", quantities.rates_over_time, Growth),
-    Metric("measured_rmse", "distance between the measured position and the true one", quantities.measuring_error, RmsLength),
-    Metric("attitude.{}.rmse", "root mean square error of an angle", quantities.attitude_error, Rms),
-    Metric("attitude.{}.largest", "largest error of an angle", quantities.attitude_error, Largest),
-    Metric("attitude.{}.final", "error of an angle at the end", quantities.attitude_error, Final),
-    Metric("attitude.{}.error_settling", "when the error of an angle becomes and stays small", quantities.attitude_error,
+    LogMetric("error_growth", "how many times the error grows over the last half, at least, by the least of its successive "
+           "eighths", quantities.error_over_time, LateGrowth),
+    LogMetric("rate_growth", "the same of the angular rates", quantities.rates_over_time, LateGrowth),
+    LogMetric("measured_rmse", "distance between the measured position and the true "
+                               "one", quantities.measuring_error, RmsLength),
+    LogMetric("attitude.{}.rmse", "root mean square error of an angle", quantities.attitude_error, Rms),
+    LogMetric("attitude.{}.largest", "largest error of an angle", quantities.attitude_error, Largest),
+    LogMetric("attitude.{}.final", "error of an angle at the end", quantities.attitude_error, Final),
+    LogMetric("attitude.{}.error_settling", "when the error of an angle becomes and stays small", quantities.attitude_error,
            Settling, unit="s"),
-    Metric("attitude.{}.angle_settling", "when an angle last comes close to its final command", quantities.attitude_from_last,
+    LogMetric("attitude.{}.angle_settling", "when an angle last comes close to its final "
+                                            "command", quantities.attitude_from_last,
            Settling, unit="s"),
-    Metric("largest_tilt", "largest angle between thrust and vertical", quantities.tilt, Largest),
-    Metric("overturned", "largest tilt after the vehicle was first within 90 degrees of upright", quantities.tilt, Overturned),
-    Metric("{}.largest", "largest magnitude of an input", quantities.inputs, Largest),
-    Metric("{}.total_variation", "sum of |changes| of an input from row to row", quantities.inputs, Variation),
-    Metric("rotors.least", "smallest thrust of any rotor", quantities.rotors, Least),
-    Metric("rotors.largest", "largest thrust of any rotor", quantities.rotors, Greatest),
-    Metric("rotors.activity", "sum of |changes| of all rotor thrusts per second", quantities.rotors, Activity, (REAL, OTHER),
+    LogMetric("largest_tilt", "largest angle between thrust and vertical", quantities.tilt, Largest),
+    LogMetric("overturned", "largest tilt after the vehicle was first within 90 degrees of "
+                            "upright", quantities.tilt, Overturned),
+    LogMetric("{}.largest", "largest magnitude of an input", quantities.inputs, Largest),
+    LogMetric("{}.total_variation", "sum of |changes| of an input from row to row", quantities.inputs, Variation),
+    LogMetric("rotors.least", "smallest thrust of any rotor", quantities.rotors, Least),
+    LogMetric("rotors.largest", "largest thrust of any rotor", quantities.rotors, Greatest),
+    LogMetric("rotors.activity", "sum of |changes| of all rotor thrusts per "
+                                 "second", quantities.rotors, Activity, (REAL, OTHER),
            "N/s"),
-    Metric("mean_thrust", "mean of the sum of the rotors' thrusts", quantities.total_thrust, Mean, (REAL, OTHER)),
-    Metric("saturated_share", "share of the rows at which the rotor limits reduced the command",
+    LogMetric("mean_thrust", "mean of the sum of the rotors' thrusts", quantities.total_thrust, Mean, (REAL, OTHER)),
+    LogMetric("saturated_share", "share of the rows at which the rotor limits reduced the command",
            quantities.saturation, Mean),
-    Metric("wind.mean", "length of the mean wind", quantities.wind, LengthOfMean),
-    Metric("largest_weight_norm.{}", "largest norm of a net's weights", quantities.weight_norms, Largest),
+    LogMetric("wind.mean", "length of the mean wind", quantities.wind, LengthOfMean),
+    LogMetric("largest_weight_norm.{}", "largest norm of a net's weights", quantities.weight_norms, Largest),
 )  # fmt: skip
 """In the order of `metrics.json`. A flight has those whose quantity its log has."""
 
 SCORED = (
-    Score(RMSE, DISTANCE, "error", RmsLength),
-    Score(LARGEST, FARTHEST, "error", LargestLength),
-    Score("effort_{}", "root mean square of an input", "inputs", Rms),
-    Score("variation_{}", "sum of |changes| of an input from sample to sample", "inputs", Variation),
-    Score("largest_{}", "largest norm of a net's weights", "norms", Largest),
+    SummedMetric(RMSE, DISTANCE, "error", RmsLength),
+    SummedMetric(LARGEST, FARTHEST, "error", LargestLength),
+    SummedMetric("effort_{}", "root mean square of an input", "inputs", Rms),
+    SummedMetric("variation_{}", "sum of |changes| of an input from sample to sample", "inputs", Variation),
+    SummedMetric("largest_{}", "largest norm of a net's weights", "norms", Largest),
 )
 """In the order of a campaign's columns."""
 

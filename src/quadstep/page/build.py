@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
-from quadstep.page.flights import RECORDED_NUMBERS, Flown, flight, outcomes, rules
+from quadstep.page.flights import RECORDED_NUMBERS, ShownFlight, flight, outcomes, rules
 from quadstep.page.laws import Laws
 from quadstep.page.model import FORMAT, ClaimView, Link, Sharing
 from quadstep.page.story import Story, story_view
@@ -40,7 +40,7 @@ def template() -> str:
 def build_page(
     title: str,
     intro: str,
-    flown: Sequence[Flown],
+    flown: Sequence[ShownFlight],
     claims: Sequence[ClaimView] = (),
     links: Sequence[Link] = (),
     walk: Walk | None = None,
@@ -53,7 +53,7 @@ def build_page(
 def page_data(
     title: str,
     intro: str,
-    flown: Sequence[Flown],
+    flown: Sequence[ShownFlight],
     claims: Sequence[ClaimView],
     links: Sequence[Link],
     laws: Laws,

@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from urllib.parse import quote
 
-from quadstep.page.folder import Result
+from quadstep.page.folder import ResultFolder
 from quadstep.report import units
 from quadstep.report.page import page_text, paragraph
 
@@ -18,7 +18,7 @@ def part(name: str) -> str:
     return f"<{kind}>{files('quadstep.page').joinpath(name).read_text(encoding='utf-8')}</{kind}>"
 
 
-def list_page(root: Path, found: list[Result], share: str = "") -> str:
+def list_page(root: Path, found: list[ResultFolder], share: str = "") -> str:
     """The list of results as HTML, every text escaped. share: markup that says how others open it."""
     if not found:
         body = [paragraph("No results yet. `quadstep fly` and `quadstep reproduce` produce them.")]
@@ -29,7 +29,7 @@ def list_page(root: Path, found: list[Result], share: str = "") -> str:
     return page_text(f"Results in {root.name or root}", [share, *body], "Results", part("results.css"))
 
 
-def bar(found: Iterable[Result]) -> str:
+def bar(found: Iterable[ResultFolder]) -> str:
     """Search, kind and order."""
     kinds = "".join(f"<option>{escape(kind)}</option>" for kind in sorted({one.kind for one in found}))
     orders = {"newest": "newest first", "name": "by name", "error": "smallest error first", "folder": "by folder"}
@@ -43,20 +43,20 @@ def bar(found: Iterable[Result]) -> str:
     )
 
 
-def address(result: Result, name: str) -> str:
+def address(result: ResultFolder, name: str) -> str:
     """Where a file of a result is."""
     place = result.place.as_posix()
     return f"/files/{'' if place == '.' else quote(place) + '/'}{quote(name)}"
 
 
-def best(result: Result) -> str:
+def best(result: ResultFolder) -> str:
     """What a card opens: the page or report, or the flight drawn from its log."""
     if "flight.csv" in result.files and not {"page.html", "report.html"} & set(result.files):
         return address(result, "").replace("/files/", "/fly/", 1)
     return address(result, result.files[0])
 
 
-def picture(result: Result) -> str:
+def picture(result: ResultFolder) -> str:
     """Its thumbnail."""
     if result.picture is None:
         return "<span>no picture</span>"
@@ -66,7 +66,7 @@ def picture(result: Result) -> str:
 MARKS = {"as asked": ("good", "✓"), "flew, but": ("fair", "!"), "lost": ("bad", "✕")}
 
 
-def mark(result: Result) -> str:
+def mark(result: ResultFolder) -> str:
     """The grade of a flight."""
     if result.grade not in MARKS:
         return ""
@@ -74,7 +74,7 @@ def mark(result: Result) -> str:
     return f' <b class="{kind}"><span aria-hidden="true">{sign}</span> {escape(result.grade)}</b>'
 
 
-def card(result: Result) -> str:
+def card(result: ResultFolder) -> str:
     """One result: its picture and name lead to its page or report; then every file."""
     place = result.place.as_posix()
     links = " ".join(f'<a href="{escape(address(result, name))}">{escape(name)}</a>' for name in result.files)

@@ -7,7 +7,7 @@ from urllib.parse import urlencode
 from quadstep.metrics.judging.verdict import scalars
 from quadstep.metrics.of_log import Metrics
 from quadstep.page.cards import best, picture
-from quadstep.page.folder import Result
+from quadstep.page.folder import ResultFolder
 from quadstep.report import page, units
 
 MOST_ROWS = 400
@@ -19,7 +19,7 @@ STYLE = """<style>
 </style>"""
 
 
-def compared_page(results: tuple[Result, Result], contents: tuple[Metrics, Metrics]) -> str:
+def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Metrics, Metrics]) -> str:
     """The page. contents: of their metrics.json."""
     first, second = (numbers(content) for content in contents)
     names = [one.name if results[0].name != results[1].name else one.place.as_posix() for one in results]

@@ -29,7 +29,7 @@ class Law(NamedTuple):
     net: int = 0
 
 
-class Section(NamedTuple):
+class TickSection(NamedTuple):
     """A part of a tick, or what comes before the first. outputs: where its results go. extra: arguments only it takes."""
 
     name: str
@@ -58,16 +58,18 @@ def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...]) -> Law
         pairs = ((f"C[{place}]", record.at(leaf)) for place, leaf in enumerate(flatten(structure)))
         return [Output(target, place) for target, place in pairs if record.nodes[place].text != target]
 
-    sections = [Section("start", stored(shape), ("S",))]
+    sections = [TickSection("start", stored(shape), ("S",))]
     for number, task in enumerate(loop.tasks):
         after, code = task.run(cycle, numbers, clock(f"h{number}"))
-        sections.append(Section(f"task{number}", [*stored(after), Output("code", record.at(code))]))
+        sections.append(TickSection(f"task{number}", [*stored(after), Output("code", record.at(code))]))
     row = loop.row(cycle, numbers, clock("h").time)
-    sections.append(Section("row", [Output(f"R[r+{place}]", record.at(one)) for place, one in enumerate(row)], ("R", "r")))
+    sections.append(TickSection("row", [Output(f"R[r+{place}]", record.at(one)) for place, one in enumerate(row)], ("R", "r")))
     net = net_row(loop, cycle, numbers, clock("h").time)
     if net:
-        sections.append(Section("net", [Output(f"Q[q+{place}]", record.at(one)) for place, one in enumerate(net)], ("Q", "q")))
-    sections.append(Section("move", stored(loop.advance(cycle, numbers, clock("h")))))
+        sections.append(
+            TickSection("net", [Output(f"Q[q+{place}]", record.at(one)) for place, one in enumerate(net)], ("Q", "q"))
+        )
+    sections.append(TickSection("move", stored(loop.advance(cycle, numbers, clock("h")))))
 
     fixed = [*(f"P[{place}]" for place in range(len(names))), "h", *(f"h{number}" for number in range(len(loop.tasks)))]
     text = script(Writer(record, fixed), sections, size, list(loop.columns), len(tables), len(loop.tasks), len(net))
@@ -75,7 +77,9 @@ def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...]) -> Law
     return Law(text, names, leaf_names(start), tables, list(loop.columns.items()), tasks, neurons_of(net))
 
 
-def script(writer: Writer, sections: list[Section], size: int, columns: list[str], tables: int, tasks: int, net: int) -> str:
+def script(
+    writer: Writer, sections: list[TickSection], size: int, columns: list[str], tables: int, tasks: int, net: int
+) -> str:
     """The JavaScript expression of a law.
 
     P: parameters. T: tables. S: start. C: the cycle. K: what is computed once a flight. X: numbers between functions. R: rows.

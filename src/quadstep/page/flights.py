@@ -32,7 +32,7 @@ RECORDED_NUMBERS = 70_000
 """Numbers that the recordings of one page may hold together; longer ones are thinned."""
 
 
-class Flown(NamedTuple):
+class ShownFlight(NamedTuple):
     """A flight to show. mission, plan: None where they are not known; metrics: of the log, as reported.
 
     folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand. called: what its
@@ -81,7 +81,7 @@ def words(outcome: Outcome) -> str:
     return REASONS.get(outcome, outcome.name.lower().replace("_", " "))
 
 
-def ending(flown: Flown) -> dict[str, object]:
+def ending(flown: ShownFlight) -> dict[str, object]:
     """How a flight ended, and its grade."""
     log, grade = flown.log, graded(flown.metrics)
     lost = "" if log.outcome is Outcome.COMPLETED else reason(flown.plan, log) if flown.plan else words(log.outcome)
@@ -90,7 +90,7 @@ def ending(flown: Flown) -> dict[str, object]:
             "reasons": list(grade.reasons)}  # fmt: skip
 
 
-def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
+def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
     """One flight of the page. share: numbers its recording may hold, if it needs one."""
     plan, log = flown.plan, flown.log
     live, reason = Live((), ()), flown.why_not or "only its recording is available"
@@ -136,7 +136,7 @@ class Live(NamedTuple):
     controls: tuple[Control, ...]
 
 
-def fliers(flown: Flown, plan: FlightPlan, laws: Laws) -> Live:
+def fliers(flown: ShownFlight, plan: FlightPlan, laws: Laws) -> Live:
     """The laws of a flight. Raises UserError where the page cannot fly it."""
     check_length(plan.ticks)
     if flown.mission is not None:
@@ -192,7 +192,7 @@ UNLIMITED = 1e9
 """A greatest thrust [N] that stands for none."""
 
 
-def summary(flown: Flown) -> Summary:
+def summary(flown: ShownFlight) -> Summary:
     """What the page needs to sum up a flight as `quadstep fly` does."""
     numbers = dict(zip(leaf_names(flown.plan.parameters), flatten(flown.plan.parameters), strict=True)) if flown.plan else {}
     limit = next((name for name in LIMITS if name in numbers and numbers[name] < UNLIMITED), None)

@@ -18,7 +18,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import files
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging.grade import Grade
+from quadstep.metrics.judging.grade import FlightGrade
 from quadstep.metrics.margins import AT_REST
 from quadstep.mission.clock import MOST_ROWS
 from quadstep.report.publish import MANIFEST
@@ -41,7 +41,7 @@ REPORTS = (
 """What of a result is linked, best first."""
 
 
-class Result(NamedTuple):
+class ResultFolder(NamedTuple):
     """A folder with results.
 
     place: below the folder that is served. says: how the flight ended, or what the report answers. changed: when its newest
@@ -90,7 +90,7 @@ PICTURES = (
 """What a result is seen by, the first that there is."""
 
 
-def results(root: Path) -> list[Result]:
+def results(root: Path) -> list[ResultFolder]:
     """All folders below `root` that hold a result, by place. Links are not followed."""
     found = [result_in(root, Path(folder)) for folder in walk(root)]
     return sorted((result for result in found if result), key=lambda result: result.place)
@@ -104,7 +104,7 @@ def walk(root: Path) -> Iterator[str]:
         yield folder
 
 
-def result_in(root: Path, folder: Path) -> Result | None:
+def result_in(root: Path, folder: Path) -> ResultFolder | None:
     """The result that a folder holds, if it does."""
     try:
         found = {entry.name: entry.stat().st_mtime for entry in os.scandir(folder) if entry.is_file(follow_symlinks=False)}
@@ -123,7 +123,7 @@ def result_in(root: Path, folder: Path) -> Result | None:
     title = folder.name if title == kind else title  # which tells it from no other
     rmse = content.get("position_rmse[m]")
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
-    return Result(
+    return ResultFolder(
         folder.relative_to(root), title, ending(content) or begins.answer, max(found[name] for name in shown), tuple(shown),
         kind, picture(folder, found), known_rmse, grade(content),
     )  # fmt: skip
@@ -144,7 +144,7 @@ def ending(content: dict[str, object]) -> str:
     time, outcome = (content.get(key) for key in ("ended[s]", "outcome"))
     if not isinstance(outcome, str) or not isinstance(time, int | float):
         return ""
-    if grade(content) == Grade.LOST:
+    if grade(content) == FlightGrade.LOST:
         known = outcome.upper() in Outcome.__members__
         return f"lost at {time:g} s: {REASONS[Outcome[outcome.upper()]] if known else outcome}"
     reasons = content.get("grade_reasons")
@@ -163,8 +163,8 @@ def grade(content: dict[str, object]) -> str:
     """Of a flight, as far as its metrics.json says; one that ended early is lost, whoever wrote it."""
     stated, outcome = content.get("grade"), content.get("outcome")
     if isinstance(outcome, str) and outcome != Outcome.COMPLETED.name.lower():
-        return Grade.LOST
-    return stated if isinstance(stated, str) and stated in {*Grade} else ""
+        return FlightGrade.LOST
+    return stated if isinstance(stated, str) and stated in {*FlightGrade} else ""
 
 
 def opening(report: Path) -> Opening:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.closed_loop import ClosedLoop
-from quadstep.interfaces.learning import DeclaredNet, Weights, random_input_weights
+from quadstep.interfaces.learning import DeclaredNet, StartWeights, random_input_weights
 from quadstep.io.errors import UserError
 from quadstep.numbers import Matrix, Table, Vector, flatten, leaf_names
 from quadstep.page.emit import Law, emit
@@ -21,7 +21,7 @@ ROOM, ROOM_FOR_GHOSTS = 1_200_000, 800_000
 """Characters of laws that a page may hold, and those up to which controllers are added beside the missions' own."""
 
 
-class Numbers(NamedTuple):
+class PageNumbers(NamedTuple):
     """A plan's numbers in the page's form. preset, tables: keys."""
 
     law: str
@@ -50,7 +50,7 @@ class Laws:
         """Whether there is room for controllers beside the missions' own."""
         return self.size < ROOM_FOR_GHOSTS
 
-    def add(self, plan: FlightPlan) -> Numbers:
+    def add(self, plan: FlightPlan) -> PageNumbers:
         """The plan's numbers, its loop compiled if that is new. Raises UserError for a loop that the page cannot hold."""
         named = list(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
         key = (plan.loop, tuple(f"{name}:{leaf.size}" if isinstance(leaf, Table) else name for name, leaf in named))
@@ -65,7 +65,7 @@ class Laws:
         base = self.presets.setdefault(name, values)
         overrides = tuple((i, new) for i, (new, old) in enumerate(zip(values, base, strict=True)) if repr(new) != repr(old))
         tables = tuple(self._table(leaf) for _, leaf in named if isinstance(leaf, Table))
-        return Numbers(name, name, overrides, tables, tuple(float(leaf) for leaf in flatten(plan.start)))
+        return PageNumbers(name, name, overrides, tables, tuple(float(leaf) for leaf in flatten(plan.start)))
 
     def _table(self, table: Table) -> str:
         text = numbers_text(table.array)
@@ -138,7 +138,7 @@ def widened(gains: Any, seed: int) -> Any:
             count = max(NEURONS, len(value.input_weights))
             wide = random_input_weights(seed, declaration.number, count, declaration.inputs)
             changed[name] = value._replace(input_weights=wide)
-        elif isinstance(declaration, Weights):
+        elif isinstance(declaration, StartWeights):
             changed[name] = Matrix([*value, *[Vector((0.0, 0.0, 0.0))] * (NEURONS - len(value))])
         else:
             changed[name] = widened(value, seed)

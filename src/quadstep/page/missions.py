@@ -13,7 +13,7 @@ from quadstep.metrics.of_log import Metrics
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.page.build import Walk, build_page
-from quadstep.page.flights import Flown
+from quadstep.page.flights import ShownFlight
 from quadstep.page.identity import identity
 from quadstep.page.model import Link
 from quadstep.page.story import Story
@@ -34,9 +34,9 @@ def fly_missions(
 
 def flown_files(
     paths: Sequence[Path], engine: Engine, group: str = GROUP, taken: Sequence[str] = (), grading: Grading = ungraded
-) -> list[Flown]:
+) -> list[ShownFlight]:
     """Mission files, flown. taken: ids in use. Raises UserError naming the file."""
-    flown: list[Flown] = []
+    flown: list[ShownFlight] = []
     for path in paths:
         mission = read_mission(path)
         plan = plan_mission(mission, path)
@@ -51,7 +51,7 @@ def flown_files(
     ]
 
 
-def with_walk(flown: Sequence[Flown], story: Story, engine: Engine) -> tuple[list[Flown], Walk]:
+def with_walk(flown: Sequence[ShownFlight], story: Story, engine: Engine) -> tuple[list[ShownFlight], Walk]:
     """Flights of a page and those of a story's own missions behind them. Raises UserError naming the file."""
     own = flown_files(story.missions, engine, WALK, [one.id for one in flown])
     return [*flown, *own], Walk(story, {path: one.id for path, one in zip(story.missions, own, strict=True)})
@@ -67,7 +67,7 @@ def write_mission_page(
         path.write_text(missions_page([flown_mission(mission, plan, log, folder, measured=measured)]), encoding="utf-8")
 
 
-def missions_page(flown: Sequence[Flown], links: Sequence[Link] = ()) -> str:
+def missions_page(flown: Sequence[ShownFlight], links: Sequence[Link] = ()) -> str:
     """The page of missions that were flown. Raises UserError."""
     title = flown[0].name if len(flown) == 1 else f"{len(flown)} missions"
     return build_page(title, "", flown, links=links)
@@ -76,10 +76,12 @@ def missions_page(flown: Sequence[Flown], links: Sequence[Link] = ()) -> str:
 def flown_mission(
     mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = (),
     measured: tuple[Metrics, list[str]] | None = None,
-) -> Flown:  # fmt: skip
+) -> ShownFlight:  # fmt: skip
     """A mission as the page takes it. folder: where its files are looked up; taken: ids in use; measured: its metrics and
     warnings, where they are known.
     """
     metrics, found = measured or mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
-    return Flown(identity(mission.name, taken), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings)
+    return ShownFlight(
+        identity(mission.name, taken), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings
+    )

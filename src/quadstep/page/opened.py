@@ -10,14 +10,14 @@ from quadstep.metrics.of_log import Metrics
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.page.build import build_page
-from quadstep.page.flights import Flown, facts, filed
+from quadstep.page.flights import ShownFlight, facts, filed
 from quadstep.page.folder import manifest, read_log
 from quadstep.page.identity import identity
 from quadstep.page.missions import GROUP
 from quadstep.page.model import Link
 
 
-class Planned(NamedTuple):
+class OpenedMission(NamedTuple):
     """A mission read back, or why it cannot be flown again."""
 
     mission: Mission | None
@@ -38,7 +38,7 @@ def open_two(folders: tuple[Path, Path], links: tuple[Link, ...] = ()) -> str:
     return build_page(f"{first.name} and {second.name}", "", [first, second], links=links)
 
 
-def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> Flown:
+def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> ShownFlight:
     """The flight in `folder`. taken: names that others on the page have. Raises UserError where there is none."""
     content = manifest(folder)
     log = read_log(folder / "flight.csv", outcome(content), ended(content))
@@ -48,23 +48,23 @@ def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> Flown:
     found = content.get("warnings")
     warnings = tuple(line for line in found if isinstance(line, str)) if isinstance(found, list) else ()
     metrics = metrics_of(content)
-    return Flown(identity(name, taken), name, GROUP, planned.mission, planned.plan, log, metrics,
+    return ShownFlight(identity(name, taken), name, GROUP, planned.mission, planned.plan, log, metrics,
                   warnings=warnings, why_not=planned.why_not)  # fmt: skip
 
 
-def plan_again(content: object) -> Planned:
+def plan_again(content: object) -> OpenedMission:
     """The flight that a metrics.json describes; one that needs further files is not planned, so that none is read."""
     if not isinstance(content, dict):
-        return Planned(None, None, "its metrics.json does not say how it was flown")
+        return OpenedMission(None, None, "its metrics.json does not say how it was flown")
     try:
         if names_files(content):
-            return Planned(None, None, "its mission needs further files")
+            return OpenedMission(None, None, "its mission needs further files")
         mission = check_mission(content, "metrics.json")
-        return Planned(mission, mission.plan(), "")
+        return OpenedMission(mission, mission.plan(), "")
     except UserError as error:
-        return Planned(None, None, str(error).rstrip("."))
+        return OpenedMission(None, None, str(error).rstrip("."))
     except (ArithmeticError, ValueError, RecursionError):
-        return Planned(None, None, "its metrics.json does not describe a flight")
+        return OpenedMission(None, None, "its metrics.json does not describe a flight")
 
 
 def names_files(content: object) -> bool:

@@ -55,7 +55,7 @@ class Settings(Section):
     camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
 
 
-class Step(NamedTuple):
+class StoryStep(NamedTuple):
     """One step as it was written. text: its paragraphs."""
 
     title: str
@@ -68,7 +68,7 @@ class Story(NamedTuple):
 
     title: str
     source: Path
-    steps: tuple[Step, ...]
+    steps: tuple[StoryStep, ...]
 
     @property
     def missions(self) -> list[Path]:
@@ -94,7 +94,7 @@ def read_story(path: Path) -> Story:
     return Story(title[1], path, tuple(step(part, place, path) for place, part in enumerate(parts, 1)))
 
 
-def step(part: str, place: int, path: Path) -> Step:
+def step(part: str, place: int, path: Path) -> StoryStep:
     """One step, from its heading on. Raises UserError."""
     title, _, body = part.partition("\n")
     where = f"{path}: step {place} ({title.strip():.40})"
@@ -110,7 +110,7 @@ def step(part: str, place: int, path: Path) -> Step:
     text = tuple(" ".join(one.split()) for one in re.split(r"\n\s*\n", prose) if one.strip())
     if not text:
         raise UserError(f"{where}: has no text; write two or three sentences below its settings")
-    return Step(title.strip(), text, settings)
+    return StoryStep(title.strip(), text, settings)
 
 
 def story_view(story: Story, flights: Sequence[Flight], of_missions: Mapping[Path, str], laws: Laws) -> StoryView:
@@ -128,7 +128,7 @@ def story_view(story: Story, flights: Sequence[Flight], of_missions: Mapping[Pat
     return StoryView(story.title, tuple(steps))
 
 
-def step_view(written: Step, flight: Flight, where: str, laws: Laws) -> StepView:
+def step_view(written: StoryStep, flight: Flight, where: str, laws: Laws) -> StepView:
     """A step on its flight. Raises UserError."""
     title, text, settings = written
     if not flight.controllers:

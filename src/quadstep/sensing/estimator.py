@@ -46,7 +46,7 @@ class Instant(NamedTuple):
     since: Number
 
 
-class Filter(NamedTuple):
+class EstimatorMemory(NamedTuple):
     """What the filter remembers.
 
     now: the latest estimate. gyro_bias [rad/s], accelerometer_bias [m/s^2]: estimated. gyro, accelerometer: the last samples.
@@ -91,11 +91,11 @@ def fix_variances(sensors: Sensors) -> Vector:
     return variances(sizes.position_noise, sizes.velocity_noise, sizes.attitude_noise)
 
 
-def start(first: Navigation, gyro: Vector, sensors: Sensors, lag: int, delay: int) -> Filter:
+def start(first: Navigation, gyro: Vector, sensors: Sensors, lag: int, delay: int) -> EstimatorMemory:
     """The filter that knows one fix. Later ones speak of `delay` fixes and `lag` samples ago, fewer than between two fixes."""
     sizes, instant = believed(sensors), Instant(first, 0.0)
     biases = variances(sizes.accelerometer_bias, sizes.gyro_bias)
-    return Filter(
+    return EstimatorMemory(
         now=instant,
         gyro_bias=ZERO,
         accelerometer_bias=ZERO,
@@ -109,7 +109,7 @@ def start(first: Navigation, gyro: Vector, sensors: Sensors, lag: int, delay: in
     )
 
 
-def predict(memory: Filter, gyro: Vector, accelerometer: Vector, gravity: Number, period: Number) -> Filter:
+def predict(memory: EstimatorMemory, gyro: Vector, accelerometer: Vector, gravity: Number, period: Number) -> EstimatorMemory:
     """The estimate `period` [s] later, when these samples come in: midpoint rule with the mean of each pair of samples."""
     rates = 0.5 * (memory.gyro + gyro) - memory.gyro_bias
     force = 0.5 * (memory.accelerometer + accelerometer) - memory.accelerometer_bias
@@ -179,7 +179,7 @@ def moved(state: Navigation, error: Vector) -> Navigation:
     )
 
 
-def correct(memory: Filter, fix: Navigation, sensors: Sensors) -> Filter:
+def correct(memory: EstimatorMemory, fix: Navigation, sensors: Sensors) -> EstimatorMemory:
     """The filter after a fix, whose nine numbers are taken in one by one.
 
     The estimates in `recent` stay as they are: none will be compared with a fix, as the lag is shorter than to the next one.

@@ -15,7 +15,7 @@ from quadstep.sensing.sensors import FIX, IMU, START, Navigation, Sensors, draws
 from quadstep.vehicle.airframe.motion import Motion
 
 
-class Memory(NamedTuple):
+class SuiteMemory(NamedTuple):
     """What the sensors remember; what a suite does not have is empty. Lines of samples are oldest first.
 
     biases: the true ones, of the gyro [rad/s] and of the accelerometer [m/s^2]. lagged: true states at the last samples of the
@@ -27,7 +27,7 @@ class Memory(NamedTuple):
     biases: tuple[Vector, ...]
     lagged: tuple[Navigation, ...]
     queued: tuple[Navigation, ...]
-    filter: estimator.Filter | tuple[()]
+    filter: estimator.EstimatorMemory | tuple[()]
     held: Motion | tuple[()]
     board: "tuple[Board, ...]"
     force: Vector | tuple[()] = ()
@@ -72,7 +72,7 @@ class Suite:
         """How many sensors of the IMU are used: the gyro, and the accelerometer if anything asks for it."""
         return 2 if self.feels else 1
 
-    def start(self, motion: Motion, sensors: Sensors, key: Key) -> Memory:
+    def start(self, motion: Motion, sensors: Sensors, key: Key) -> SuiteMemory:
         """The memory before the first sample of a flight that starts with this motion, as an estimator learns from a fix."""
         truth = first = navigation(motion)
         biases: tuple[Vector, ...] = ()
@@ -80,7 +80,7 @@ class Suite:
             noise = draws(key, START, 0.0, 3 + self.on_board)
             first = fixed(truth, sensors, noise[:3])
             biases = tuple(size * bias for size, bias in zip(sensors.biases, noise[3:], strict=False))
-        memory = Memory(
+        memory = SuiteMemory(
             biases=biases,
             lagged=filled(truth, self.lag + 1 if self.lag else 0),
             queued=filled(truth, self.delay),
@@ -93,8 +93,15 @@ class Suite:
         return memory._replace(board=filled(self._on_board(memory), self.imu_delay))
 
     def sense(
-        self, memory: Memory, motion: Motion, specific_force: Vector, sensors: Sensors, key: Key, tick: Number, period: Number
-    ) -> Memory:
+        self,
+        memory: SuiteMemory,
+        motion: Motion,
+        specific_force: Vector,
+        sensors: Sensors,
+        key: Key,
+        tick: Number,
+        period: Number,
+    ) -> SuiteMemory:
         """A sample of the IMU, every `period` [s] from tick 0 on.
 
         specific_force: acceleration of the body's origin less that of gravity, body axes [m/s^2].
@@ -118,10 +125,12 @@ class Suite:
                 age=() if self.late is None else cast(Number, memory.age) + passed_by(tick, period),
             )
         gyro, force = samples
-        known = cast(estimator.Filter, memory.filter)
+        known = cast(estimator.EstimatorMemory, memory.filter)
         return memory._replace(filter=estimator.predict(known, gyro, force, sensors.gravity, passed_by(tick, period)))
 
-    def fix(self, memory: Memory, motion: Motion, sensors: Sensors, key: Key, tick: Number, period: Number) -> Memory:
+    def fix(
+        self, memory: SuiteMemory, motion: Motion, sensors: Sensors, key: Key, tick: Number, period: Number
+    ) -> SuiteMemory:
         """A fix, every `period` [s] from tick 0 on, after the sample of the IMU at that instant. The biases wander here."""
         queued, fix = passed(memory.queued, memory.lagged[0] if self.lag else navigation(motion))
         memory = memory._replace(queued=queued)
@@ -132,30 +141,30 @@ class Suite:
             biases = (bias + step * white for bias, step, white in zip(memory.biases, steps, noise[3:], strict=False))
             memory = memory._replace(biases=tuple(biases))
         if self.estimator:
-            return memory._replace(filter=estimator.correct(cast(estimator.Filter, memory.filter), fix, sensors))
+            return memory._replace(filter=estimator.correct(cast(estimator.EstimatorMemory, memory.filter), fix, sensors))
         return memory._replace(held=Motion(*fix, cast(Motion, memory.held).rates), age=() if self.late is None else self.late)
 
-    def measured(self, memory: Memory) -> Motion:
+    def measured(self, memory: SuiteMemory) -> Motion:
         """What the controller gets to know now."""
         known, _ = self._arrived(memory)
         return known if isinstance(known, Motion) else cast(Motion, memory.held)._replace(rates=known)
 
-    def more(self, memory: Memory) -> dict[str, object]:
+    def more(self, memory: SuiteMemory) -> dict[str, object]:
         """What else the controller gets to know where it asks for it, as fields of `Measured`."""
         _, force = self._arrived(memory)
         return {"specific_force": force, "age": self.late if self.estimator else memory.age}
 
-    def _arrived(self, memory: Memory) -> Board:
+    def _arrived(self, memory: SuiteMemory) -> Board:
         """What has come from the board."""
         return memory.board[0] if self.imu_delay else self._on_board(memory)
 
-    def _on_board(self, memory: Memory) -> Board:
+    def _on_board(self, memory: SuiteMemory) -> Board:
         """What is known on board and reaches the controller `imu_delay` samples later: the estimate, or the gyro's rates; and
         the accelerometer's sample, () where nobody asks for it.
         """
         if not self.estimator:
             return cast(Motion, memory.held).rates, memory.force
-        known = cast(estimator.Filter, memory.filter)
+        known = cast(estimator.EstimatorMemory, memory.filter)
         force = known.accelerometer - known.accelerometer_bias if self.accelerometer else ()
         return Motion(*known.now.state, known.gyro - known.gyro_bias), force
 

@@ -7,7 +7,7 @@ import socket
 import struct
 
 from quadstep.bridges.autopilot.address import Address
-from quadstep.bridges.autopilot.link import WAIT, Lost, Sample
+from quadstep.bridges.autopilot.link import WAIT, Lost, SensorSample
 from quadstep.io.errors import UserError
 from quadstep.mission.autopilots import FIRST_WAIT
 
@@ -43,7 +43,7 @@ class ArduPilot:
             self.socket.close()
             raise UserError(f"{where}: cannot listen there: {error.strerror or error}") from None
 
-    def meet(self, sample: Sample) -> None:
+    def meet(self, sample: SensorSample) -> None:
         try:
             self._hear(self.first_wait)
         except Lost:
@@ -51,7 +51,7 @@ class ArduPilot:
                 f"nothing from ArduPilot on {self.where} for {self.first_wait:g} s; start its simulator with --model JSON"
             ) from None
 
-    def exchange(self, sample: Sample) -> list[float]:
+    def exchange(self, sample: SensorSample) -> list[float]:
         at, turning = (*sample.position, *sample.attitude, *sample.velocity), (*sample.rates, *sample.force)
         assert self.peer, "meet() knows it"
         self.socket.sendto((STATE % (sample.time, *turning, *at)).encode(), self.peer)

@@ -11,7 +11,7 @@ from pydantic import AfterValidator
 from quadstep.bridges.autopilot import ardupilot, px4
 from quadstep.bridges.autopilot.address import Address, address
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.link import Link, Piloted, sample_of
+from quadstep.bridges.autopilot.link import AutopilotLink, Piloted, sample_of
 from quadstep.bridges.autopilot.matching import MATCHING, Matching
 from quadstep.bridges.autopilot.px4 import Px4
 from quadstep.control.opaque import NoGains, Opaque
@@ -30,14 +30,14 @@ from quadstep.numbers.registered import raise_pending, register
 from quadstep.vehicle.plants.multirotor import Multirotor
 
 
-class Kind(NamedTuple):
+class AutopilotKind(NamedTuple):
     """An autopilot that is spoken to. link: waits for it somewhere, so long [s]; port: where it is expected."""
 
-    link: Callable[[Address, float], Link]
+    link: Callable[[Address, float], AutopilotLink]
     port: int
 
 
-KINDS = {"px4": Kind(Px4, px4.PORT), "ardupilot": Kind(ArduPilot, ardupilot.PORT)}
+KINDS = {"px4": AutopilotKind(Px4, px4.PORT), "ardupilot": AutopilotKind(ArduPilot, ardupilot.PORT)}
 
 
 class PilotedGains(NamedTuple):

@@ -21,7 +21,7 @@ WAIT = 5.0
 """Seconds that an autopilot may be silent in flight."""
 
 
-class Sample(NamedTuple):
+class SensorSample(NamedTuple):
     """What sensors say, in the axes of autopilots: north, east, down; front, right, down.
 
     time [s]. position [m], velocity [m/s]: world. attitude: (w, x, y, z), body to world. rates [rad/s], force: specific force
@@ -35,12 +35,12 @@ class Sample(NamedTuple):
     rates: tuple[float, float, float]
     force: tuple[float, float, float]
 
-    def standing(self, time: float) -> "Sample":
+    def standing(self, time: float) -> "SensorSample":
         """At rest on level ground at this place and heading."""
         w, _, _, z = self.attitude
         size = math.hypot(w, z) or 1.0
         still = (0.0, 0.0, 0.0)
-        return Sample(time, self.position, still, (w / size, 0.0, 0.0, z / size), still, (0.0, 0.0, -GRAVITY))
+        return SensorSample(time, self.position, still, (w / size, 0.0, 0.0, z / size), still, (0.0, 0.0, -GRAVITY))
 
     def into_body(self, vector: tuple[float, float, float]) -> tuple[float, float, float]:
         """A vector of the world in body axes."""
@@ -52,16 +52,16 @@ class Lost(Exception):  # noqa: N818 (it is no error of ours)
     """The autopilot stopped sending or closed the connection in flight."""
 
 
-class Link(Protocol):
+class AutopilotLink(Protocol):
     """A connection to an autopilot. period: from one sample to the next while the vehicle stands [s]."""
 
     period: float
 
-    def meet(self, sample: Sample) -> None:
+    def meet(self, sample: SensorSample) -> None:
         """Wait until it is there. sample: standing at the start. Raises UserError where it does not come."""
         ...
 
-    def exchange(self, sample: Sample) -> list[float]:
+    def exchange(self, sample: SensorSample) -> list[float]:
         """Tell a sample, and get the outputs, 0 to 1. Raises Lost, and UserError for a malformed packet."""
         ...
 
@@ -77,15 +77,15 @@ class Piloted:
     time; empty where it did not. told: of what is waited for.
     """
 
-    def __init__(self, connect: Callable[[float], Link]) -> None:
+    def __init__(self, connect: Callable[[float], AutopilotLink]) -> None:
         self.connect, self.rotors, self.lost = connect, 0, ""
         self.first_wait = FIRST_WAIT
         self.told: Callable[[str], None] = lambda _: None
-        self.link: Link | None = None
+        self.link: AutopilotLink | None = None
         self.stood = 0.0
         self._asked, self._answer = b"", [0.0]
 
-    def begin(self, sample: Sample, rotors: int, lift: float) -> None:
+    def begin(self, sample: SensorSample, rotors: int, lift: float) -> None:
         """Before a flight: wait until the autopilot is there, and let the vehicle stand until the autopilot lifts it.
 
         lift: the sum of the squares of the rotors' shares that carries the weight. Raises UserError.
@@ -101,7 +101,7 @@ class Piloted:
             self.end()
             raise
 
-    def stand(self, link: Link, sample: Sample, lift: float) -> None:
+    def stand(self, link: AutopilotLink, sample: SensorSample, lift: float) -> None:
         """On the ground until the rotors carry the weight. The flight's clock starts then; the autopilot's goes on."""
         for count in range(round(STANDING / link.period)):
             time = count * link.period
@@ -144,7 +144,7 @@ class Piloted:
         return self._answer
 
 
-def sample_of(inputs: Iterable[float]) -> Sample:
+def sample_of(inputs: Iterable[float]) -> SensorSample:
     """A sample from our axes, z up and front, left, up."""
     t, px, py, pz, vx, vy, vz, w, x, y, z, p, q, r, fx, fy, fz = (float(one) for one in inputs)
-    return Sample(t, (px, -py, -pz), (vx, -vy, -vz), (w, x, -y, -z), (p, -q, -r), (fx, -fy, -fz))
+    return SensorSample(t, (px, -py, -pz), (vx, -vy, -vz), (w, x, -y, -z), (p, -q, -r), (fx, -fy, -fz))

@@ -8,7 +8,7 @@ import socket
 from typing import Protocol, cast
 
 from quadstep.bridges.autopilot.address import Address
-from quadstep.bridges.autopilot.link import WAIT, Lost, Sample
+from quadstep.bridges.autopilot.link import WAIT, Lost, SensorSample
 from quadstep.io.errors import UserError
 from quadstep.io.extras import optional
 from quadstep.mission.autopilots import FIRST_WAIT
@@ -79,7 +79,7 @@ class Px4:
         except OSError:
             raise Lost("PX4 closed the connection") from None
 
-    def meet(self, sample: Sample) -> None:
+    def meet(self, sample: SensorSample) -> None:
         """PX4 connects, and starts to answer after some samples at rest."""
         self.server.settimeout(self.first_wait)
         try:
@@ -99,14 +99,14 @@ class Px4:
                 raise UserError(f"{error} before the flight") from None
         raise UserError(f"PX4 on {self.where} sent no actuator controls")
 
-    def exchange(self, sample: Sample) -> list[float]:
+    def exchange(self, sample: SensorSample) -> list[float]:
         self._tell(sample)
         controls = self._hear(self.wait)
         if controls is None:
             raise Lost("PX4 stopped sending")
         return controls
 
-    def _tell(self, sample: Sample) -> None:
+    def _tell(self, sample: SensorSample) -> None:
         """The sensors, and now and then the satellites."""
         time = 1_000_000 + round(1e6 * (sample.time + self.behind))
         north, east, down = sample.position

@@ -42,7 +42,7 @@ LOCAL_NED = 1
 ADDRESSES = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT"
 
 
-class Kind(StrEnum):
+class SetpointKind(StrEnum):
     """What a setpoint says."""
 
     POSITION = "position"
@@ -98,7 +98,7 @@ def check_hold(hold: float) -> None:
 def serve(
     plan: FlightPlan,
     connect: str,
-    kind: Kind,
+    kind: SetpointKind,
     rate: float,
     hold: float,
     told: Callable[[float], None],
@@ -157,7 +157,9 @@ def at_rest(reference: Reference) -> Reference:
     return Reference(reference.position, still, still, reference.yaw, 0.0, still, still, 0.0)
 
 
-def stream(plan: FlightPlan, link: Connection, kind: Kind, rate: float, hold: float, told: Callable[[float], None]) -> int:
+def stream(
+    plan: FlightPlan, link: Connection, kind: SetpointKind, rate: float, hold: float, told: Callable[[float], None]
+) -> int:
     """The setpoints, at their times."""
     duration, started, count = plan.ticks.last * plan.ticks.step, time.monotonic(), 0
     while count / rate <= duration + hold:
@@ -167,7 +169,7 @@ def stream(plan: FlightPlan, link: Connection, kind: Kind, rate: float, hold: fl
         one = setpoint(plan, reference if at <= duration else at_rest(reference))
         stamp = round(1e3 * at)
         target = link.target_system, link.target_component
-        if kind is Kind.POSITION:
+        if kind is SetpointKind.POSITION:
             link.mav.set_position_target_local_ned_send(
                 stamp,
                 *target,
@@ -180,7 +182,7 @@ def stream(plan: FlightPlan, link: Connection, kind: Kind, rate: float, hold: fl
                 one.yaw_rate,
             )
         else:
-            mask = ATTITUDE_MASK if kind is Kind.ATTITUDE else RATES_MASK
+            mask = ATTITUDE_MASK if kind is SetpointKind.ATTITUDE else RATES_MASK
             link.mav.set_attitude_target_send(stamp, *target, mask, one.attitude, *one.rates, one.thrust)
         count += 1
         told(at)

@@ -3,13 +3,13 @@
 import json
 import math
 
-from quadstep.identify.datasheet.estimate import Number, Numbers
+from quadstep.identify.datasheet.estimate import Number, VehicleEstimate
 from quadstep.identify.datasheet.sheet import Datasheet
 
 FLIGHTS = 2000
 
 
-def varying(found: Numbers) -> list[tuple[str, Number]]:
+def varying(found: VehicleEstimate) -> list[tuple[str, Number]]:
     """The keys of a mission that vary. Inertia about z follows that about x and y only loosely, so each varies by itself."""
     return [
         ("vehicle.rotor.thrust_coefficient", found.thrust),
@@ -22,7 +22,7 @@ def varying(found: Numbers) -> list[tuple[str, Number]]:
     ]
 
 
-def bodies(found: Numbers) -> tuple[tuple[float, float], tuple[float, float]]:
+def bodies(found: VehicleEstimate) -> tuple[tuple[float, float], tuple[float, float]]:
     """Between which the inertias about x and y may be drawn, one without the other, beside that about z as it is: each may
     use up a little less than half of what the triangle inequality leaves it, so that every draw is a rigid body.
     """
@@ -31,7 +31,7 @@ def bodies(found: Numbers) -> tuple[tuple[float, float], tuple[float, float]]:
     return (x - min(below, y_above), x + x_above), (y - min(below, x_above), y + y_above)
 
 
-def campaign_text(sheet: Datasheet, found: Numbers, vehicle_file: str) -> str:
+def campaign_text(sheet: Datasheet, found: VehicleEstimate, vehicle_file: str) -> str:
     """The campaign file: a circle, flown with the controller's usual gains, which believe in the vehicle as estimated."""
     inertia = [float(f"{one.value:.5g}") for one in found.inertia]
     lines = [

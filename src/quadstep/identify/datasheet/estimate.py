@@ -78,7 +78,7 @@ def through_origin(x: Floats, y: Floats) -> tuple[float, float]:
     return slope, max(error / abs(slope), 5e-3)
 
 
-class Numbers(NamedTuple):
+class VehicleEstimate(NamedTuple):
     """Everything estimated, by key of a vehicle file."""
 
     thrust: Number
@@ -98,7 +98,7 @@ class Numbers(NamedTuple):
     efficiency: Number
 
 
-def estimate(sheet: Datasheet) -> Numbers:
+def estimate(sheet: Datasheet) -> VehicleEstimate:
     """Every number of a vehicle. Raises UserError where a thrust stand contradicts itself."""
     count = LAYOUTS[sheet.layout][0]
     diameter, full = sheet.propeller.size, FULL * sheet.cells
@@ -141,7 +141,7 @@ def estimate(sheet: Datasheet) -> Numbers:
         rise_time = usual(0.025 + 0.1 * diameter, "25 ms and 0.1 s a metre of propeller", 0.4)
     disc = 0.3 * sheet.mass / (count * hover)
     capacity = sheet.capacity or 0.02 * sheet.mass * 100.0
-    return Numbers(
+    return VehicleEstimate(
         thrust=k_f,
         torque=k_m,
         fastest=fastest,
@@ -274,7 +274,7 @@ def body_inertia(sheet: Datasheet, count: int) -> tuple[Number, Number, Number]:
     return first, second, third
 
 
-def vehicle_of(sheet: Datasheet, found: Numbers) -> AirframeSection:
+def vehicle_of(sheet: Datasheet, found: VehicleEstimate) -> AirframeSection:
     """The vehicle, flyable."""
     full, empty = FULL * sheet.cells, EMPTY * sheet.cells
 

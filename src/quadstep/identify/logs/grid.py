@@ -20,7 +20,7 @@ STALE = 0.1
 LONGEST = 3600.0 * 6
 
 
-class Rows(NamedTuple):
+class LogRows(NamedTuple):
     """Rows of a log: time [s] (n,), their period [s], the motors' commands as logged (n, rotors), and channels in SI."""
 
     time: Floats
@@ -29,7 +29,7 @@ class Rows(NamedTuple):
     channels: dict[str, Floats]
 
 
-def gridded(path: Path, columns: Columns, mapping: Mapping) -> Rows:
+def gridded(path: Path, columns: Columns, mapping: Mapping) -> LogRows:
     """A log by a mapping. Raises UserError if the motors, or everything else, are missing, or time goes backward."""
     for name, series in columns.items():
         if len(series.time) > 1 and (np.diff(series.time) < 0.0).any():
@@ -54,7 +54,7 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> Rows:
             samples = np.stack([columns[one].value for one in channel.columns], axis=1)
             stamps = columns[channel.columns[0]].time
             channels[name] = between(stamps, converted(mapping, name, samples), time)
-    return Rows(time - time[0], period, logged, channels)
+    return LogRows(time - time[0], period, logged, channels)
 
 
 def stale(stamps: Floats, time: Floats) -> Flags:

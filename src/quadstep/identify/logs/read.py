@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.logs.grid import Rows, gridded
+from quadstep.identify.logs.grid import LogRows, gridded
 from quadstep.identify.logs.mapping import Mapping, commanded, converted, fitting, load_mapping, mapping_names, read_mapping
 from quadstep.identify.logs.table import header_of, read_columns
 from quadstep.identify.logs.topics import READERS, of_topics, read_topics, refuse_empty
@@ -61,10 +61,10 @@ def read_table(path: Path, mapping: Mapping) -> FlightRecord:
         name: converted(mapping, name, np.stack([columns[one] for one in channel.columns], axis=1))
         for name, channel in mapping.columns.items()
     }
-    return recorded(path, mapping, Rows(time, period, logged, channels))
+    return recorded(path, mapping, LogRows(time, period, logged, channels))
 
 
-def recorded(path: Path, mapping: Mapping, rows: Rows, damaged: int = 0) -> FlightRecord:
+def recorded(path: Path, mapping: Mapping, rows: LogRows, damaged: int = 0) -> FlightRecord:
     """The flight of some rows, whose motors' commands are still as logged. damaged: as in `FlightRecord`."""
     channels = {name: values for name, values in rows.channels.items() if np.isfinite(values).any()}
     if mapping.columns.get("velocity") and mapping.columns["velocity"].axes == "body" and "attitude" in channels:

@@ -7,7 +7,7 @@ import numpy as np
 from quadstep.identify.logs.flight import Flags, Floats
 
 
-class Slope(NamedTuple):
+class LineFit(NamedTuple):
     """y = slope x by least squares. share: of y's variance that x explains. axis: the column of x that explains y best, and
     the slope on it alone.
     """
@@ -49,7 +49,7 @@ def spectrum(x: Floats, period: float, count: int = 256) -> tuple[Floats, Floats
     return frequencies[1:], density[1:]
 
 
-def slopes(x: Floats, y: Floats, where: Flags) -> list[Slope]:
+def slopes(x: Floats, y: Floats, where: Flags) -> list[LineFit]:
     """For each column of y: its slope on the same column of x, and on the one that explains it best; means removed."""
     found = []
     for place in range(y.shape[1]):
@@ -63,7 +63,7 @@ def slopes(x: Floats, y: Floats, where: Flags) -> list[Slope]:
             fits.append(fit)
             shares.append(fit * fit * power / spread)
         best = int(np.argmax(shares))
-        found.append(Slope(fits[place], shares[place], best, fits[best], shares[best]))
+        found.append(LineFit(fits[place], shares[place], best, fits[best], shares[best]))
     return found
 
 

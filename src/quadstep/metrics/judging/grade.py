@@ -7,7 +7,7 @@ from typing import NamedTuple
 from quadstep.metrics.judging.verdict import scalars
 
 
-class Grade(StrEnum):
+class FlightGrade(StrEnum):
     """as asked: to its end, and no rule is broken. flew, but: to its end, and a rule is broken. lost: it ended early."""
 
     AS_ASKED = "as asked"
@@ -45,7 +45,7 @@ RULES = (
 class Graded(NamedTuple):
     """reasons: why it is not as asked, one clause each; empty for a flight that is, and for one that was lost."""
 
-    grade: Grade
+    grade: FlightGrade
     reasons: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, object]:
@@ -67,8 +67,8 @@ def graded(metrics: Mapping[str, object]) -> Graded:
     'Flew, but its rotors were saturated 43.1 % of the time (more than 10 %).'
     """
     if metrics.get("outcome") != "completed":
-        return Graded(Grade.LOST)
+        return Graded(FlightGrade.LOST)
     measured = scalars(dict(metrics))
     values = ((rule, measured.get(rule.metric)) for rule in RULES)
     reasons = tuple(rule.text.format(f"{rule.factor * value:.3g}") for rule, value in values if value and value > rule.most)
-    return Graded(Grade.FLEW_BUT if reasons else Grade.AS_ASKED, reasons)
+    return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons)

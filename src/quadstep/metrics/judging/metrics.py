@@ -17,7 +17,7 @@ class Requirement(NamedTuple):
     most: float
 
 
-class Judged(NamedTuple):
+class JudgedMetric(NamedTuple):
     """A requirement applied to a flight. metric: with its unit. measured: None where the flight has no such number."""
 
     metric: str
@@ -69,7 +69,7 @@ def named(wanted: Collection[Requirement], known: Collection[str]) -> list[Requi
     return [one._replace(metric=full[one.metric]) for one in wanted]
 
 
-def judge(one: Requirement, measured: Mapping[str, float | None], diverged: str | None) -> Judged:
+def judge(one: Requirement, measured: Mapping[str, float | None], diverged: str | None) -> JudgedMetric:
     """Hold a requirement against the metrics of a flight. diverged: how it ended, if that was before its time."""
     value = measured.get(one.metric)
     number, most = quantity(value, unit(one.metric)), quantity(one.most, unit(one.metric))
@@ -79,7 +79,7 @@ def judge(one: Requirement, measured: Mapping[str, float | None], diverged: str 
         failure = f"{bare(one.metric)} should be at most {most}, but the flight {diverged}{until}"
     elif value is None or not value <= one.most:
         failure = f"{bare(one.metric)} should be at most {most}, but is {number}"
-    return Judged(one.metric, one.most, value, failure)
+    return JudgedMetric(one.metric, one.most, value, failure)
 
 
 def quantity(value: float | None, unit: str) -> str:

@@ -22,7 +22,7 @@ def parsed(text: str) -> float:
     return least
 
 
-class Judged(NamedTuple):
+class JudgedShare(NamedTuple):
     """least: what was required. success: share of flights with its exact interval, of which the lower end counts."""
 
     least: float

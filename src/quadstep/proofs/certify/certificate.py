@@ -10,7 +10,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.proofs.certify.arrays import Array, Mask, lengths
 from quadstep.proofs.certify.bounds import error_radius, printed_error_radius, weight_radius
-from quadstep.proofs.certify.conditions import Conditions, conditions
+from quadstep.proofs.certify.conditions import ConditionMargins, conditions
 from quadstep.proofs.certify.history import History, recall
 from quadstep.proofs.certify.hypotheses import (
     FEWEST_SAMPLES,
@@ -24,7 +24,7 @@ from quadstep.proofs.certify.ideal_weights import IdealWeights, ideal_weights, r
 from quadstep.proofs.certify.lyapunov import Lyapunov, lyapunov, matrices
 
 
-class Certificate(NamedTuple):
+class FlightCertificate(NamedTuple):
     """What Theorem 5.1 says about a flight and what the flight did.
 
     outcome, ended [s]: of the flight; until [s]: the last sample looked at. conditions, ideal, lyapunov: as in their files.
@@ -37,7 +37,7 @@ class Certificate(NamedTuple):
     ended: float
     until: float
     history: History
-    conditions: Conditions
+    conditions: ConditionMargins
     ideal: IdealWeights
     lyapunov: Lyapunov
     weight_bound: float
@@ -68,7 +68,7 @@ class Certificate(NamedTuple):
         return size[moving] / (self.conditions.k_min * np.square(self.r[moving]))
 
 
-def certify_plan(plan: FlightPlan) -> Certificate:
+def certify_plan(plan: FlightPlan) -> FlightCertificate:
     """Fly a plan and certify it. Raises UserError where Theorem 5.1 does not apply.
 
     A diverging flight is examined up to where its commanded force last defined an attitude.
@@ -80,7 +80,7 @@ def certify_plan(plan: FlightPlan) -> Certificate:
         return certify_flight(plan, log)
 
 
-def certify_flight(plan: FlightPlan, log: FlightLog) -> Certificate:
+def certify_flight(plan: FlightPlan, log: FlightLog) -> FlightCertificate:
     """The certificate of a flight of this plan, logged at every control sample. Raises UserError."""
     if len(log.rows) < FEWEST_SAMPLES:
         raise UserError(f"the flight diverged after {len(log.rows)} control samples; certify needs {FEWEST_SAMPLES}")
@@ -95,7 +95,7 @@ def certify_flight(plan: FlightPlan, log: FlightLog) -> Certificate:
     return certificate(plan, log, history)
 
 
-def certificate(plan: FlightPlan, log: FlightLog, history: History) -> Certificate:
+def certificate(plan: FlightPlan, log: FlightLog, history: History) -> FlightCertificate:
     """The certificate of a flight with this history."""
     gains = plan.parameters.gains
     about = matrices(plan, history)
@@ -108,7 +108,7 @@ def certificate(plan: FlightPlan, log: FlightLog, history: History) -> Certifica
     b_r = error_radius(size, error, kappa, asked.k_min)
     r = np.sqrt(np.square(lengths(history.r1)) + np.square(lengths(history.r2)))
     inside = np.flatnonzero(r <= (-1.0 if b_r is None else b_r))
-    return Certificate(
+    return FlightCertificate(
         outcome=log.outcome,
         ended=log.ended,
         until=float(history.t[-1]),

@@ -10,7 +10,7 @@ from quadstep.numbers import smallest
 from quadstep.proofs.certify.arrays import Array
 
 
-class Conditions(NamedTuple):
+class ConditionMargins(NamedTuple):
     """Every margin must be above zero.
 
     j_visited: J_M, the largest eigenvalue of J(eta) over the flight's attitudes; j_anywhere: over all attitudes, 2 max(Sigma).
@@ -78,7 +78,7 @@ class Conditions(NamedTuple):
         return found
 
 
-def conditions(plan: FlightPlan, inertia: Array, thrust: Array) -> Conditions:
+def conditions(plan: FlightPlan, inertia: Array, thrust: Array) -> ConditionMargins:
     """The conditions for a plan's gains, with J along the flight (n, 3, 3) and its thrust (n,)."""
     gains: BacksteppingGains = plan.parameters.gains
     vehicle = plan.parameters.vehicle
@@ -94,7 +94,7 @@ def conditions(plan: FlightPlan, inertia: Array, thrust: Array) -> Conditions:
     def printed(j_m: float) -> tuple[float, ...]:
         return tuple(gains.gain_2 - j_m * gains.slope_2)
 
-    return Conditions(
+    return ConditionMargins(
         j_visited=visited,
         j_anywhere=anywhere,
         position=tuple(position),

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from quadstep.proofs.certify.arrays import Array, Mask, lengths
-from quadstep.proofs.certify.certificate import Certificate
+from quadstep.proofs.certify.certificate import FlightCertificate
 from quadstep.proofs.certify.verdict import kind, verdict
 
 TERMS = ("dissipation", "residual", "learning", "coupling", "filtering")
@@ -26,7 +26,7 @@ def share(condition: Mask) -> float | None:
     return float(np.mean(condition)) if len(condition) else None
 
 
-def rate_record(c: Certificate) -> dict[str, object]:
+def rate_record(c: FlightCertificate) -> dict[str, object]:
     """L and L_dot: ends, work of each term, and how well the three ways to L_dot agree."""
     rate, value = c.lyapunov.rate, c.lyapunov.value
     mean = 0.5 * (rate[1:] + rate[:-1])
@@ -49,7 +49,7 @@ def rate_record(c: Certificate) -> dict[str, object]:
     }
 
 
-def coupling_record(c: Certificate) -> dict[str, object]:
+def coupling_record(c: FlightCertificate) -> dict[str, object]:
     """The term -r1^T delta that the proof leaves out."""
     ratio, h = c.coupling_ratio, c.history
     tilt = np.sqrt(np.square(h.e2[:, 1:]).sum(axis=1))
@@ -69,7 +69,7 @@ def coupling_record(c: Certificate) -> dict[str, object]:
     }
 
 
-def flight_record(c: Certificate) -> dict[str, object]:
+def flight_record(c: FlightCertificate) -> dict[str, object]:
     """Where |r| and |W_tilde| really were."""
     entered = c.entered
     return {
@@ -84,7 +84,7 @@ def flight_record(c: Certificate) -> dict[str, object]:
     }
 
 
-def record(c: Certificate) -> dict[str, Any]:
+def record(c: FlightCertificate) -> dict[str, Any]:
     """Everything, with units in the keys; r mixes m/s and rad/s as the paper does."""
     k, (first, second) = c.conditions, c.ideal.fits
     return {
@@ -129,7 +129,7 @@ def record(c: Certificate) -> dict[str, Any]:
     }
 
 
-def target_rows(c: Certificate) -> list[Array]:
+def target_rows(c: FlightCertificate) -> list[Array]:
     """The nets' targets at each sample: what the ideal weights say and the error they leave."""
     pairs = zip(c.ideal.fits, (c.history.mu_1, c.history.mu_2), strict=True)
     return [fit.residual + mu @ fit.weights for fit, mu in pairs]
@@ -140,7 +140,7 @@ def shown(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
-def table(c: Certificate) -> list[list[str]]:
+def table(c: FlightCertificate) -> list[list[str]]:
     """What is measured, its value, and what it is held against."""
     k, full = c.conditions, record(c)
     nets, flight, rate, coupling = full["nets"], full["flight"], full["lyapunov"], full["coupling"]

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from quadstep.proofs.certify.certificate import Certificate
+from quadstep.proofs.certify.certificate import FlightCertificate
 from quadstep.proofs.certify.record import table
 from quadstep.proofs.certify.verdict import answer, kind
 from quadstep.report import page, units
 
 
-def write_report(path: Path, c: Certificate, name: str, verdict: str, figure: str) -> None:
+def write_report(path: Path, c: FlightCertificate, name: str, verdict: str, figure: str) -> None:
     """Write it beside certificate.json. figure: its file, without ending."""
     shown = page.figure(
         path.parent / figure,
@@ -25,7 +25,7 @@ def write_report(path: Path, c: Certificate, name: str, verdict: str, figure: st
     page.write_page(path, name, body, "Certificate")
 
 
-def facts(c: Certificate) -> list[page.Fact]:
+def facts(c: FlightCertificate) -> list[page.Fact]:
     """What decides."""
     bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "b_r does not exist"
     return [

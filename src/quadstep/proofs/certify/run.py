@@ -12,7 +12,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.arrays import Array, lengths
-from quadstep.proofs.certify.certificate import Certificate, certify_plan
+from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.record import record, table
 from quadstep.proofs.certify.report import write_report
 from quadstep.report.drawing import FigureJob
@@ -58,7 +58,7 @@ def bounded(name: str, values: Array, bound: str, radius: float | None) -> Panel
     return Panel(name, "-" if name != "|r|" else "m/s, rad/s", lines, LOG)
 
 
-def figure_of(c: Certificate, name: str) -> FigureJob:
+def figure_of(c: FlightCertificate, name: str) -> FigureJob:
     """L and its parts, L_dot, |r| with b_r, |W_tilde| with b_w, and the coupling term beside what should outweigh it.
 
     All axes are logarithmic, time too: a transient takes milliseconds, what it leaves is thousands of times smaller.

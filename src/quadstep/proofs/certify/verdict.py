@@ -3,10 +3,10 @@
 import numpy as np
 
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.proofs.certify.certificate import Certificate
+from quadstep.proofs.certify.certificate import FlightCertificate
 
 
-def kind(c: Certificate) -> str:
+def kind(c: FlightCertificate) -> str:
     """diverged, conditions broken, untested, sign consistent or contradicted."""
     if c.outcome is not Outcome.COMPLETED:
         return "diverged"
@@ -17,7 +17,7 @@ def kind(c: Certificate) -> str:
     return "sign consistent" if (c.lyapunov.rate[c.outside] < 0.0).all() else "contradicted"
 
 
-def margins(c: Certificate) -> str:
+def margins(c: FlightCertificate) -> str:
     """The smallest margins of the conditions that hold."""
     k = c.conditions
     return (
@@ -26,7 +26,7 @@ def margins(c: Certificate) -> str:
     )
 
 
-def after(c: Certificate) -> str:
+def after(c: FlightCertificate) -> str:
     """What |r| did once it had come inside b_r."""
     if c.entered is None:
         return "|r| never entered b_r"
@@ -49,7 +49,7 @@ ANSWERS = {
 """What a verdict means, by its kind."""
 
 
-def answer(c: Certificate) -> str:
+def answer(c: FlightCertificate) -> str:
     """What a reader wants to know first, in a sentence; everything else is in the verdict."""
     if kind(c) != "diverged":
         return f"{ANSWERS[kind(c)]}."
@@ -61,7 +61,7 @@ def answer(c: Certificate) -> str:
     return f"{ended} although the printed conditions of Theorem 5.1 hold. Broken on this flight: {'; '.join(found)}."
 
 
-def verdict(c: Certificate) -> str:
+def verdict(c: FlightCertificate) -> str:
     """The verdict line."""
     what, k = kind(c), c.conditions
     if what == "diverged":

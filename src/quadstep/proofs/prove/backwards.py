@@ -33,7 +33,7 @@ def passage(whole: Array, pushes: Array, steady: Array, box: Array, reach: Array
     return Passage(whole, pushes, steady, (box + 3.0 * rounding(len(box)) * size) * UP)
 
 
-class Rows(NamedTuple):
+class BackwardRows(NamedTuple):
     """Quantities c e + s c' + u + d: rows c, constants' part s, and bounds on |u|, the sum of the pushes, and on |d|."""
 
     rows: Array
@@ -41,59 +41,59 @@ class Rows(NamedTuple):
     pushed: Array
     rest: Array
 
-    def before(self, one: Passage) -> Rows:
+    def before(self, one: Passage) -> BackwardRows:
         """The same by the state a passage earlier."""
         steady = self.steady + self.rows @ one.steady
         rest = self.rest + np.abs(self.rows) @ one.box + 2.0**-52 * np.abs(steady).sum(axis=1)
         pushed = self.pushed + np.abs(self.rows @ one.pushes).sum(axis=1)
-        return Rows(self.rows @ one.whole, steady, pushed * UP, rest * UP)
+        return BackwardRows(self.rows @ one.whole, steady, pushed * UP, rest * UP)
 
     def within(self, sums: Array) -> Array:
         """Bounds of what is not constant, for |e| <= sums."""
         result: Array = (np.abs(self.rows) @ sums + self.pushed + self.rest) * UP
         return result
 
-    def at(self, places: list[int]) -> Rows:
+    def at(self, places: list[int]) -> BackwardRows:
         """Some of them."""
-        return Rows(*(part[places] for part in self))
+        return BackwardRows(*(part[places] for part in self))
 
 
-def joined(parts: list[Rows]) -> Rows:
+def joined(parts: list[BackwardRows]) -> BackwardRows:
     """All of them."""
-    return Rows(*map(np.concatenate, zip(*parts, strict=True)))
+    return BackwardRows(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-class Block(NamedTuple):
+class CheckedBlock(NamedTuple):
     """A block of samples. inside: z at all of them, sample by sample, by e at its start; whole: from there to its end;
     out: from z, within its box, to e.
     """
 
-    inside: Rows
+    inside: BackwardRows
     whole: Passage
     out: Passage
 
 
-def block(once: Passage, samples: int, box: Array, into: Array, spread: Array) -> Block:
+def block(once: Passage, samples: int, box: Array, into: Array, spread: Array) -> CheckedBlock:
     """The block that repeats a sample, with z = into e, |z| <= box at each."""
     n, none = len(box), np.zeros((len(box), CONSTANTS))
     reach, nothing = np.abs(spread) @ box, np.zeros(n)
-    seen, now, pushes = [Rows(into, none, nothing, nothing)], Rows(np.eye(n), none, nothing, nothing), []
+    seen, now, pushes = [BackwardRows(into, none, nothing, nothing)], BackwardRows(np.eye(n), none, nothing, nothing), []
     for _ in range(samples):
         pushes.append(now.rows @ once.pushes)
         now = now.before(once)
         seen.append(seen[-1].before(once))
     whole = passage(now.rows, np.concatenate(pushes, axis=1), now.steady, now.rest, reach)
-    return Block(joined(seen), whole, passage(spread, np.zeros((n, 0)), none, nothing, box))
+    return CheckedBlock(joined(seen), whole, passage(spread, np.zeros((n, 0)), none, nothing, box))
 
 
-def spots(one: Block, axes: int) -> list[int]:
+def spots(one: CheckedBlock, axes: int) -> list[int]:
     """Places of z at a block's start, and of the position at every stride, among its rows."""
     n = len(one.out.box)
     strides = range(STRIDE * n, len(one.inside.rest), STRIDE * n)
     return [*range(n), *(first + axis for first in strides for axis in range(axes))]
 
 
-def from_the_start(blocks: list[Block], start: Passage, axes: int) -> list[tuple[Array, Array]]:
+def from_the_start(blocks: list[CheckedBlock], start: Passage, axes: int) -> list[tuple[Array, Array]]:
     """Of every block's spots: parts s of the constants, and bounds of all else, from the sum over all samples before."""
     found = blocks[-1].inside.at(spots(blocks[-1], axes))
     for one in blocks[-2::-1]:
@@ -103,7 +103,7 @@ def from_the_start(blocks: list[Block], start: Passage, axes: int) -> list[tuple
     return list(zip(np.split(found.steady, ends), np.split(bounds, ends), strict=True))
 
 
-def grown(blocks: list[Block], start: Passage, place: int, known: list[tuple[Array, Array]], axes: int) -> Array:
+def grown(blocks: list[CheckedBlock], start: Passage, place: int, known: list[tuple[Array, Array]], axes: int) -> Array:
     """Bounds of z at every sample of a block, (samples + 1, states): the least of those from a box some blocks earlier (the
     starts themselves at first), sharp for what is fast, those from the start, and those from the sample before, sharp for
     what is slow.

@@ -17,9 +17,9 @@ from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import Number
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, UndefinedError
-from quadstep.proofs.prove.backwards import Block, Passage, block, from_the_start, grown, passage, rounding
+from quadstep.proofs.prove.backwards import CheckedBlock, Passage, block, from_the_start, grown, passage, rounding
 from quadstep.proofs.prove.certificate import Certificate, read_certificate
-from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, UP, Loop, all_finite, number, pushed
+from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, UP, CheckedLoop, all_finite, number, pushed
 from quadstep.proofs.prove.unknown import Unknown
 
 
@@ -35,7 +35,7 @@ class Checked(NamedTuple):
     seconds: float
 
 
-def over_its_box(loop: Loop, found: Certificate, place: int) -> Block:
+def over_its_box(loop: CheckedLoop, found: Certificate, place: int) -> CheckedBlock:
     """A block, over its box of z, e = spread z. Raises UndefinedError, UserError."""
     n, box, known = len(found.states), found.boxes[place], len(found.states) + PUSHES + CONSTANTS
     begin, end = place * found.block, min((place + 1) * found.block, len(found.flown) - 1)
@@ -61,7 +61,7 @@ def over_its_box(loop: Loop, found: Certificate, place: int) -> Block:
     return block(once, samples, box, into, found.spread)
 
 
-def beginning(loop: Loop, flown: Array) -> Passage:
+def beginning(loop: CheckedLoop, flown: Array) -> Passage:
     """All starts, off the flown one."""
     n = len(flown)
     columns, rest = np.zeros((n, STARTS)), np.zeros(n)
@@ -75,7 +75,7 @@ def beginning(loop: Loop, flown: Array) -> Passage:
     return passage(np.zeros((n, n)), columns, np.zeros((n, CONSTANTS)), rest, np.zeros(n))
 
 
-def failing(loop: Loop, found: Certificate) -> str:
+def failing(loop: CheckedLoop, found: Certificate) -> str:
     """What is not shown, in words; empty if everything is. Raises UserError."""
     axes, seconds = len(found.position), loop.span * loop.plan.ticks.step
     blocks, most = [], np.zeros(axes)
@@ -98,7 +98,7 @@ def failing(loop: Loop, found: Certificate) -> str:
     return ""
 
 
-def refuse_unfit(loop: Loop, found: Certificate) -> None:
+def refuse_unfit(loop: CheckedLoop, found: Certificate) -> None:
     """Raises UserError for a certificate that is not one of its mission's flight."""
     n, axes = len(found.states), len(loop.plan.loop.plant.axes)
     shear = found.spread - np.eye(n)
@@ -118,7 +118,7 @@ def check_certificate(path: Path) -> Checked:
     mission = check_mission(parse_toml(found.mission, str(path)), str(path), folder)
     plan = plan_mission(mission, path, folder)
     try:
-        loop = Loop(plan, found.states, found.unknown)
+        loop = CheckedLoop(plan, found.states, found.unknown)
         refuse_unfit(loop, found)
         with np.errstate(all="ignore"):  # what is not finite fails
             failed = failing(loop, found)

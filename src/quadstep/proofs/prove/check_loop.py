@@ -27,7 +27,7 @@ UP = 1.0 + 1e-11
 """More than what sums of some thousand positive numbers lose by rounding."""
 
 
-class Loop:
+class CheckedLoop:
     """From sample to sample. Leaves that are not states stay constant, or are written before they are read.
 
     begun: all leaves at the start, over all starts. Raises UserError for states that are not the mission's, UndefinedError.

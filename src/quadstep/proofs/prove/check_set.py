@@ -17,7 +17,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Operand, UndefinedError
-from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, Loop, all_finite, moved, number, pushed
+from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, CheckedLoop, all_finite, moved, number, pushed
 from quadstep.proofs.prove.set_certificate import SetCertificate, read_set
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.vehicle.plants.multirotor import Multirotor
@@ -45,7 +45,7 @@ class CheckedSet(NamedTuple):
     seconds: float
 
 
-class Image(NamedTuple):
+class CheckedImage(NamedTuple):
     """The image of the moving states: centre less the rest, the part of each direction, and the remainder."""
 
     gap: Array
@@ -53,7 +53,7 @@ class Image(NamedTuple):
     left: Array
 
 
-def begun(loop: Loop, found: SetCertificate) -> list[Operand]:
+def begun(loop: CheckedLoop, found: SetCertificate) -> list[Operand]:
     """All states of the loop at the start: the mission's, or as at rest, off them by as much as is unknown."""
     if found.own:
         return [loop.begun[place] for place in loop.places]
@@ -102,7 +102,7 @@ def box(found: SetCertificate, width: Array, second: int, directions: int) -> li
     return numbers
 
 
-def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int) -> Image:
+def mapped(loop: CheckedLoop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int) -> CheckedImage:
     """The image one sample later. Raises UndefinedError, UserError."""
     p = pushed(loop.plan.parameters, found.unknown, directions - UNKNOWNS, directions, 1)
     after = loop.after(numbers, ticks, p)
@@ -129,7 +129,7 @@ def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Ope
         if one.parts is not None:
             parts[i, : len(one.parts)] = one.parts[:, 0]
     all_finite(gap, parts, left)
-    return Image(gap, parts, left)
+    return CheckedImage(gap, parts, left)
 
 
 class Discs:
@@ -150,7 +150,7 @@ class Discs:
         off = np.abs(np.eye(count) - self.into @ self.spread)
         self.off = off + self.unit * (np.abs(self.into) @ np.abs(self.spread))
 
-    def reached(self, image: Image, first: int, second: bool) -> Array:
+    def reached(self, image: CheckedImage, first: int, second: bool) -> Array:
         """Bounds of |w| after the sample. first: whether the directions are those of the set, else of a box."""
         size, count = np.abs(self.into), len(self.radii)
         seen = self.into @ image.parts.astype(np.longdouble)
@@ -165,7 +165,7 @@ class Discs:
         return np.asarray(bound)
 
 
-def failing(loop: Loop, found: SetCertificate) -> str:
+def failing(loop: CheckedLoop, found: SetCertificate) -> str:
     """What is not shown, in words; empty if everything is. Raises UserError."""
     count = len(found.live)
     try:
@@ -209,7 +209,7 @@ def check_set(path: Path) -> CheckedSet:
             raise UserError("its first states are not the position")  # noqa: TRY301 (one message for all)
         if set(range(len(axes))) - set(found.live):
             raise UserError("its position does not move")  # noqa: TRY301
-        loop = Loop(plan, found.states, starts_of(found))
+        loop = CheckedLoop(plan, found.states, starts_of(found))
         if found.unit >= 0 and not isinstance(plan.loop.plant, Multirotor):
             raise UserError("its attitude is not a unit quaternion")  # noqa: TRY301
         with np.errstate(all="ignore"):  # what is not finite fails

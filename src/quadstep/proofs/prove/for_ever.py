@@ -12,7 +12,7 @@ from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.set_certificate import SetCertificate, write_set
 from quadstep.proofs.prove.unknown import Unknown
-from quadstep.proofs.prove.verdict import Kind, Verdict, down, millimetres, off, under, up
+from quadstep.proofs.prove.verdict import Verdict, VerdictKind, down, millimetres, off, under, up
 
 COLUMNS = ("", "verdict", "begins within", "stays within")
 
@@ -40,7 +40,7 @@ def held_for_ever(name: str, path: Path, text: str, loop: Sampled, unknown: Unkn
     ]
     if not enough:
         says.append(f"open: starts within {1e3 * unknown.start:g} mm were requested.")
-    return Verdict(name, Kind.PROVED if enough else Kind.OPEN, rows, says, out, COLUMNS)
+    return Verdict(name, VerdictKind.PROVED if enough else VerdictKind.OPEN, rows, says, out, COLUMNS)
 
 
 def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdict:
@@ -61,7 +61,7 @@ def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdi
         f"box about the rest within {up(found.seconds, 3):g} s: at a sample, one of its numbers is farther off than the last "
         "column says, or one of the law's memory than a bound of its own. This holds for the law as flown, rounding included."
     )
-    return Verdict(name, Kind.DISPROVED, rows, [says], columns=("", "verdict", "from within", "out of"))
+    return Verdict(name, VerdictKind.DISPROVED, rows, [says], columns=("", "verdict", "from within", "out of"))
 
 
 def listed(values: Sequence[float], rounded: Callable[[float, int], float], least: float) -> str:
@@ -103,7 +103,7 @@ def check_for_ever(path: Path) -> Verdict:
     found = check_set(path)
     if found.failed:
         rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
-        return Verdict(found.name, Kind.OPEN, rows, [f"not confirmed: {found.failed}"], columns=COLUMNS)
+        return Verdict(found.name, VerdictKind.OPEN, rows, [f"not confirmed: {found.failed}"], columns=COLUMNS)
     says = "confirmed: " + sentence(found.unknown, found.start, found.begun.tolist(), found.own, found.seconds)
     rows = rows_of(found.axes, "proved", found.start, found.position)
-    return Verdict(found.name, Kind.PROVED, rows, [says], columns=COLUMNS)
+    return Verdict(found.name, VerdictKind.PROVED, rows, [says], columns=COLUMNS)

@@ -93,29 +93,29 @@ class Jet:
     def __abs__(self) -> Jet:
         return Jet.functions.where(self < 0.0, -self, self)
 
-    def __lt__(self, other: Operand) -> Decided:
+    def __lt__(self, other: Operand) -> JetChoice:
         return decided(self.value < plain(other), self - other)
 
-    def __le__(self, other: Operand) -> Decided:
+    def __le__(self, other: Operand) -> JetChoice:
         return decided(self.value <= plain(other), self - other)
 
-    def __gt__(self, other: Operand) -> Decided:
+    def __gt__(self, other: Operand) -> JetChoice:
         return decided(self.value > plain(other), self - other)
 
-    def __ge__(self, other: Operand) -> Decided:
+    def __ge__(self, other: Operand) -> JetChoice:
         return decided(self.value >= plain(other), self - other)
 
 
-class Decided(Truth):
+class JetChoice(Truth):
     """What comparing jets gives: a choice between jets."""
 
     __slots__ = ()
 
 
-def decided(truth: Truth, gap: Jet) -> Decided:
+def decided(truth: Truth, gap: Jet) -> JetChoice:
     """The same, of jets. gap: of what is compared. If that may be zero, either may be the larger nearby."""
     edge = (gap.value.low <= 0.0) & (gap.value.high >= 0.0)
-    return Decided(truth.holds | edge, truth.fails | edge)
+    return JetChoice(truth.holds | edge, truth.fails | edge)
 
 
 UNBOUNDED = ball(np.zeros((1, 1)), np.inf)
@@ -197,7 +197,7 @@ class Jets(Kind):
         raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
 
 
-Jet.functions = Decided.functions = Jets()
+Jet.functions = JetChoice.functions = Jets()
 
 
 def jets(values: list[float]) -> list[Jet]:

@@ -12,10 +12,10 @@ from typing import NoReturn, TypeAlias
 
 from quadstep.numbers.operation import Kind, Operation, Rule
 
-Operand: TypeAlias = "Known | float"
+Operand: TypeAlias = "ExactNumber | float"
 
 
-class Known:
+class ExactNumber:
     """value: exact, or None."""
 
     __slots__ = ("value",)
@@ -25,77 +25,77 @@ class Known:
     def __init__(self, value: Fraction | None) -> None:
         self.value = value
 
-    def __add__(self, other: Operand) -> Known:
+    def __add__(self, other: Operand) -> ExactNumber:
         return both(self, other, lambda a, b: a + b)
 
     __radd__ = __add__
 
-    def __neg__(self) -> Known:
-        return Known(None if self.value is None else -self.value)
+    def __neg__(self) -> ExactNumber:
+        return ExactNumber(None if self.value is None else -self.value)
 
-    def __pos__(self) -> Known:
+    def __pos__(self) -> ExactNumber:
         return self
 
-    def __sub__(self, other: Operand) -> Known:
+    def __sub__(self, other: Operand) -> ExactNumber:
         return self + -exact(other)
 
-    def __rsub__(self, other: Operand) -> Known:
+    def __rsub__(self, other: Operand) -> ExactNumber:
         return exact(other) + -self
 
-    def __mul__(self, other: Operand) -> Known:
-        if not isinstance(other, Known | float | int):
+    def __mul__(self, other: Operand) -> ExactNumber:
+        if not isinstance(other, ExactNumber | float | int):
             return NotImplemented
         other = exact(other)
-        return Known(Fraction(0)) if 0 in (self.value, other.value) else both(self, other, lambda a, b: a * b)
+        return ExactNumber(Fraction(0)) if 0 in (self.value, other.value) else both(self, other, lambda a, b: a * b)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Operand) -> Known:
+    def __truediv__(self, other: Operand) -> ExactNumber:
         other = exact(other)
         if other.value == 0:
-            return Known(None)
-        return self * Known(None if other.value is None else 1 / other.value)
+            return ExactNumber(None)
+        return self * ExactNumber(None if other.value is None else 1 / other.value)
 
-    def __rtruediv__(self, other: Operand) -> Known:
+    def __rtruediv__(self, other: Operand) -> ExactNumber:
         return exact(other) / self
 
-    def __abs__(self) -> Known:
-        return Known(None if self.value is None else abs(self.value))
+    def __abs__(self) -> ExactNumber:
+        return ExactNumber(None if self.value is None else abs(self.value))
 
-    def __lt__(self, other: Operand) -> bool | Known:
+    def __lt__(self, other: Operand) -> bool | ExactNumber:
         return compared(self, other, lambda a, b: a < b)
 
-    def __le__(self, other: Operand) -> bool | Known:
+    def __le__(self, other: Operand) -> bool | ExactNumber:
         return compared(self, other, lambda a, b: a <= b)
 
-    def __gt__(self, other: Operand) -> bool | Known:
+    def __gt__(self, other: Operand) -> bool | ExactNumber:
         return compared(self, other, lambda a, b: a > b)
 
-    def __ge__(self, other: Operand) -> bool | Known:
+    def __ge__(self, other: Operand) -> bool | ExactNumber:
         return compared(self, other, lambda a, b: a >= b)
 
 
-def exact(x: Operand) -> Known:
+def exact(x: Operand) -> ExactNumber:
     """A number as one of these."""
-    if isinstance(x, Known):
+    if isinstance(x, ExactNumber):
         return x
     try:
-        return Known(Fraction(float(x)))
+        return ExactNumber(Fraction(float(x)))
     except (OverflowError, ValueError):  # infinite or NaN
-        return Known(None)
+        return ExactNumber(None)
 
 
-def both(a: Known, b: Operand, operation: Callable[[Fraction, Fraction], Fraction]) -> Known:
+def both(a: ExactNumber, b: Operand, operation: Callable[[Fraction, Fraction], Fraction]) -> ExactNumber:
     """An operation on two known numbers."""
     b = exact(b)
-    return Known(None if a.value is None or b.value is None else operation(a.value, b.value))
+    return ExactNumber(None if a.value is None or b.value is None else operation(a.value, b.value))
 
 
-def compared(a: Known, b: Operand, relation: Callable[[Fraction, float | Fraction], bool]) -> bool | Known:
+def compared(a: ExactNumber, b: Operand, relation: Callable[[Fraction, float | Fraction], bool]) -> bool | ExactNumber:
     """Whether a relation holds, or that this is not known."""
     other = exact(b)
-    right = float(b) if other.value is None and not isinstance(b, Known) else other.value
-    return Known(None) if a.value is None or right is None else relation(a.value, right)
+    right = float(b) if other.value is None and not isinstance(b, ExactNumber) else other.value
+    return ExactNumber(None) if a.value is None or right is None else relation(a.value, right)
 
 
 class Knowns(Kind):
@@ -104,22 +104,22 @@ class Knowns(Kind):
     @staticmethod
     def rule(operation: Operation) -> Rule:
         """Its exact value."""
-        return lambda _, *given: Known(operation.exact(*(exact(one).value for one in given)))
+        return lambda _, *given: ExactNumber(operation.exact(*(exact(one).value for one in given)))
 
-    def sqrt(self, x: Known) -> Known:
+    def sqrt(self, x: ExactNumber) -> ExactNumber:
         if x.value is None or x.value < 0:
-            return Known(None)
+            return ExactNumber(None)
         root = Fraction(isqrt(x.value.numerator), isqrt(x.value.denominator))
-        return Known(root if root * root == x.value else None)
+        return ExactNumber(root if root * root == x.value else None)
 
-    def where(self, condition: bool | Known, yes: Operand, no: Operand) -> Operand:
-        return condition if isinstance(condition, Known) else yes if condition else no
+    def where(self, condition: bool | ExactNumber, yes: Operand, no: Operand) -> Operand:
+        return condition if isinstance(condition, ExactNumber) else yes if condition else no
 
-    def word(self, x: Known) -> NoReturn:
+    def word(self, x: ExactNumber) -> NoReturn:
         raise TypeError("the law manipulates the bits of a number")
 
     def opaque(self, *_: object) -> NoReturn:
         raise TypeError("it calls an opaque function")
 
 
-Known.functions = Knowns()
+ExactNumber.functions = Knowns()

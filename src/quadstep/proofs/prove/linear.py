@@ -9,7 +9,7 @@ import numpy as np
 from quadstep.numbers import leaf_names
 from quadstep.numbers.enclosure import Enclosure, UndefinedError
 from quadstep.proofs.prove.box import Image, image, seeded
-from quadstep.proofs.prove.products import UP, Known, lost, powers
+from quadstep.proofs.prove.products import UP, BoundedMatrix, lost, powers
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
 
@@ -61,19 +61,19 @@ def straightened(found: Image, after: Array, coordinates: Coordinates, box: Arra
     return Block(first, first + samples, step, pushes, constants, (rest.max(axis=1) + rounded) * UP)
 
 
-def ways(one: Block) -> Known:
+def ways(one: Block) -> BoundedMatrix:
     """The powers of a block's map, from its start to every later sample: 0 to its number of samples."""
-    return powers(Known(one.step, np.zeros_like(one.step)), one.past - one.first)
+    return powers(BoundedMatrix(one.step, np.zeros_like(one.step)), one.past - one.first)
 
 
-def after_each(maps: Known, sources: Array) -> Known:
+def after_each(maps: BoundedMatrix, sources: Array) -> BoundedMatrix:
     """Each of the stacked maps times the sources."""
     size = np.abs(sources)
     off = (lost(sources.shape[0] + 2) * (np.abs(maps.middle) @ size) + maps.off @ size) * UP
-    return Known(maps.middle @ sources, off)
+    return BoundedMatrix(maps.middle @ sources, off)
 
 
-def through(rows: Array, maps: Known) -> Array:
+def through(rows: Array, maps: BoundedMatrix) -> Array:
     """Bounds on |rows| of each of the stacked maps."""
     rounded = lost(rows.shape[1] + 2) * (np.abs(rows) @ np.abs(maps.middle)) + np.abs(rows) @ maps.off
     result: Array = (np.abs(rows @ maps.middle) + rounded) * UP

@@ -21,18 +21,18 @@ def summed(count: int) -> float:
     return UP * (1.0 + lost(count + 2))
 
 
-class Known(NamedTuple):
+class BoundedMatrix(NamedTuple):
     """Matrices, and bounds on their distance from the exact ones, entry by entry; with the same leading axes."""
 
     middle: Array
     off: Array
 
-    def times(self, other: "Known") -> "Known":
+    def times(self, other: "BoundedMatrix") -> "BoundedMatrix":
         """The product."""
         size = np.abs(self.middle)
         rounded = lost(self.middle.shape[-1] + 2) * (size @ np.abs(other.middle))
         off = (rounded + size @ other.off + self.off @ (np.abs(other.middle) + other.off)) * UP
-        return Known(self.middle @ other.middle, off)
+        return BoundedMatrix(self.middle @ other.middle, off)
 
     @property
     def size(self) -> Array:
@@ -40,12 +40,12 @@ class Known(NamedTuple):
         return (np.abs(self.middle) + self.off) * UP
 
 
-def powers(base: Known, count: int) -> Known:
+def powers(base: BoundedMatrix, count: int) -> BoundedMatrix:
     """base^0 to base^count, stacked."""
     n = len(base.middle)
-    now = Known(np.eye(n), np.zeros((n, n)))
+    now = BoundedMatrix(np.eye(n), np.zeros((n, n)))
     found = [now]
     for _ in range(count):
         now = now.times(base)
         found.append(now)
-    return Known(np.stack([one.middle for one in found]), np.stack([one.off for one in found]))
+    return BoundedMatrix(np.stack([one.middle for one in found]), np.stack([one.off for one in found]))

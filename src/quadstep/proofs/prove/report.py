@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from quadstep.io.atomic import write_beside
 from quadstep.io.errors import UserError
 from quadstep.proofs.prove.sampled import Array
-from quadstep.proofs.prove.verdict import Kind, Traced, Verdict
+from quadstep.proofs.prove.verdict import TubeRecord, Verdict, VerdictKind
 from quadstep.report import canvas, page, units
 from quadstep.report.sheet import Sheet
 
@@ -33,7 +33,7 @@ def place_beside(certificate: Path) -> Path:
     return path
 
 
-def write_report(path: Path, verdict: Verdict, traced: Traced | None) -> None:
+def write_report(path: Path, verdict: Verdict, traced: TubeRecord | None) -> None:
     """Write it. traced: None where no tube was followed. Raises UserError."""
     answer, *others = verdict.says
     figures, more = [], []
@@ -73,11 +73,11 @@ def sentence(text: str) -> str:
 
 def facts(verdict: Verdict) -> list[page.Fact]:
     """The verdict, and the last column of the table for each row that is a position."""
-    word = {Kind.PROVED: "proved", Kind.OPEN: "open", Kind.DISPROVED: "disproved"}[verdict.kind]
+    word = {VerdictKind.PROVED: "proved", VerdictKind.OPEN: "open", VerdictKind.DISPROVED: "disproved"}[verdict.kind]
     return [page.Fact("verdict", word), *(page.Fact(f"{row[0]}, {verdict.columns[-1]}", row[-1]) for row in verdict.rows[:3])]
 
 
-def tube(traced: Traced) -> Figure:
+def tube(traced: TubeRecord) -> Figure:
     """A panel for each axis, in millimetres."""
     figure = Figure(figsize=(7.2, 1.5 * len(traced.axes) + 0.4), layout="constrained")
     panels = figure.subplots(len(traced.axes), 1, sharex=True, squeeze=False)[:, 0]
@@ -89,7 +89,7 @@ def tube(traced: Traced) -> Figure:
     return figure
 
 
-def widths(traced: Traced) -> Figure:
+def widths(traced: TubeRecord) -> Figure:
     """The widest box of each quantity, on a logarithmic scale."""
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
     panel = figure.subplots()
@@ -105,7 +105,7 @@ def widths(traced: Traced) -> Figure:
     return figure
 
 
-def quantities(traced: Traced) -> tuple[list[str], Array]:
+def quantities(traced: TubeRecord) -> tuple[list[str], Array]:
     """Names of quantities, as `speeds` of `speeds.0` to `speeds.3`, and the widest of their boxes, (blocks, quantities)."""
     names = [name.rpartition(".")[0] or name for name in traced.states]
     every = list(dict.fromkeys(names))
@@ -113,7 +113,7 @@ def quantities(traced: Traced) -> tuple[list[str], Array]:
     return every, np.stack(columns, axis=1)
 
 
-def widest(traced: Traced) -> list[tuple[str, str]]:
+def widest(traced: TubeRecord) -> list[tuple[str, str]]:
     """The widest box of each state that has one."""
     most = traced.boxes.max(axis=0)
     return [(name, units.number(float(one))) for name, one in zip(traced.states, most, strict=True) if one > 0.0]

@@ -29,9 +29,9 @@ from quadstep.proofs.prove.products import UP
 from quadstep.proofs.prove.rest import holds
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.set_certificate import is_set
-from quadstep.proofs.prove.tube import SAMPLES, Open, Tube, beginning, tube
+from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
-from quadstep.proofs.prove.verdict import Kind, Traced, Verdict, down, millimetres, under, up
+from quadstep.proofs.prove.verdict import TubeRecord, Verdict, VerdictKind, down, millimetres, under, up
 from quadstep.report.terminal.bars import bar
 from quadstep.vehicle.paper.disturbance import Disturbance
 from quadstep.vehicle.plants.lagrange import Parameters
@@ -89,7 +89,7 @@ def prove_mission(
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
         ended = fly(plan)
-        return Verdict(mission.name, Kind.DISPROVED, flown_rows(plan, ended), [f"disproved: {flight_says(ended)}"])
+        return Verdict(mission.name, VerdictKind.DISPROVED, flown_rows(plan, ended), [f"disproved: {flight_says(ended)}"])
     chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
     refuse_singular(path, loop, flown, unknown, chosen)
     with bar("proving", "samples", loop.samples) as progress:
@@ -97,7 +97,7 @@ def prove_mission(
         result = tube(loop, flown, unknown, chosen, axes, shown)
     apart = flown[:, :axes] - wanted(loop, len(flown))
     off, traced = np.abs(apart), followed(loop, apart, result, chosen)
-    if isinstance(result, Open):
+    if isinstance(result, OpenTube):
         return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(traced=traced)
     position = result.position.max(axis=0) * 1.001
     if out is not None:
@@ -106,7 +106,7 @@ def prove_mission(
         write_certificate(out, Certificate(*content, seen_from(out, path)))
     return Verdict(
         mission.name,
-        Kind.PROVED,
+        VerdictKind.PROVED,
         [
             [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(float(o))} mm"]  # as the check of the certificate has them
             for axis, p, o in zip(plan.loop.plant.axes, position, (off.max(axis=0) + position) * UP, strict=True)
@@ -121,13 +121,13 @@ def prove_mission(
     )
 
 
-def followed(loop: Sampled, error: Array, result: Tube | Open, chosen: Coordinates) -> Traced:
+def followed(loop: Sampled, error: Array, result: Tube | OpenTube, chosen: Coordinates) -> TubeRecord:
     """A tube as far as it is closed. error: flown less desired position, (samples + 1, axes) [m]."""
     count, blocks = len(result.position), len(result.boxes)
     time: Array = np.arange(count, dtype=np.float64) * loop.period
     boxes = result.boxes @ np.abs(chosen.spread).T
     axes = tuple(loop.loop.plant.axes)
-    return Traced(axes, time, error[:count], result.position, tuple(loop.names), time[::SAMPLES][:blocks], boxes)
+    return TubeRecord(axes, time, error[:count], result.position, tuple(loop.names), time[::SAMPLES][:blocks], boxes)
 
 
 def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
@@ -154,7 +154,7 @@ def checked(path: Path) -> Verdict:
     found = check_certificate(path)
     if found.failed:
         rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
-        return Verdict(found.name, Kind.OPEN, rows, [f"not confirmed: {found.failed}"])
+        return Verdict(found.name, VerdictKind.OPEN, rows, [f"not confirmed: {found.failed}"])
     rows = [
         [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(o)} mm"]
         for axis, p, o in zip(found.axes, found.position, found.off_path, strict=True)
@@ -162,7 +162,7 @@ def checked(path: Path) -> Verdict:
     says = (
         f"confirmed: every flight of {found.seconds:g} s {under(found.unknown)} stays within these bounds at all its samples."
     )
-    return Verdict(found.name, Kind.PROVED, rows, [says])
+    return Verdict(found.name, VerdictKind.PROVED, rows, [says])
 
 
 def counted(to: Callable[[int], None]) -> Callable[[int], None]:
@@ -190,7 +190,9 @@ def not_for_ever(why: str) -> list[str]:
     return [f"open: no set was found that hover never leaves: {why}."] if why else []
 
 
-def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: Open, off: Array, why: str) -> Verdict:
+def still_open(
+    name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: OpenTube, off: Array, why: str
+) -> Verdict:
     """The verdict on a tube that did not close: what was closed, and what was not."""
     closed = len(result.position)
     position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
@@ -202,7 +204,7 @@ def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, res
         f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}.",
         *not_for_ever(why),
     ]
-    return Verdict(name, Kind.OPEN, rows, says)
+    return Verdict(name, VerdictKind.OPEN, rows, says)
 
 
 def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verdict:
@@ -217,7 +219,7 @@ def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verd
         *consequence(plan),
         flight_says(log),
     ]
-    return Verdict(name, Kind.DISPROVED, flown_rows(plan, log), says)
+    return Verdict(name, VerdictKind.DISPROVED, flown_rows(plan, log), says)
 
 
 def consequence(plan: FlightPlan) -> list[str]:

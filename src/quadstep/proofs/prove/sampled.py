@@ -36,7 +36,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Recorded(Loop):
+class RecordedLoop(Loop):
     """The same loop; its log has these leaves of the cycle as columns. (Others need not be finite: a command may lack an
     attitude.)
     """
@@ -123,7 +123,7 @@ class Sampled:
     def flown(self) -> tuple[Array, FlightLog]:
         """The state before every sample of the flight, (samples + 1, states), by the compiled engine."""
         own = {field.name: getattr(self.loop, field.name) for field in fields(Loop)}
-        loop = Recorded(**own, places=tuple(self.places))
+        loop = RecordedLoop(**own, places=tuple(self.places))
         log = fly(self.plan._replace(loop=loop, ticks=self.ticks._replace(log=1)))
         if not len(log.rows):
             raise UserError("the flight has no first sample: a number is not finite at t = 0 s")

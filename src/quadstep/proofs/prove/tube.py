@@ -16,7 +16,7 @@ import numpy as np
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.box import image
 from quadstep.proofs.prove.linear import Block, Coordinates, after_each, block, through, ways
-from quadstep.proofs.prove.products import UP, Known, lost, summed
+from quadstep.proofs.prove.products import UP, BoundedMatrix, lost, summed
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.starts import STARTS
 from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, Unknown
@@ -42,7 +42,7 @@ class Tube(NamedTuple):
     position: Array
 
 
-class Open(NamedTuple):
+class OpenTube(NamedTuple):
     """A tube that did not close. sample: where; why: in words; boxes, position: up to there."""
 
     sample: int
@@ -99,14 +99,14 @@ class Past:
         result: Array = np.abs(self.columns[:, : self.used]) @ self.weights[: self.used] * summed(self.used)
         return result
 
-    def move(self, one: Block, on: Known, box: Array) -> None:
+    def move(self, one: Block, on: BoundedMatrix, box: Array) -> None:
         """Move to the end of a block, where it has added this box and the rounding here."""
-        last = Known(on.middle[-1], on.off[-1])
+        last = BoundedMatrix(on.middle[-1], on.off[-1])
         size = self.size + np.abs(self.constants).sum(axis=1) * UP
         rounded = (lost(len(size) + 2) * np.abs(last.middle) + last.off) @ size
         np.matmul(last.middle, self.columns[:, : self.used], out=self.other[:, : self.used])
         self.columns, self.other = self.other, self.columns
-        begun = Known(on.middle[:-1], on.off[:-1])
+        begun = BoundedMatrix(on.middle[:-1], on.off[:-1])
         pushes, constants = after_each(begun, one.pushes), after_each(begun, one.constants)
         self.constants = last.middle @ self.constants + constants.middle.sum(axis=0)
         added = np.abs(constants.middle).sum(axis=(0, 2))
@@ -127,13 +127,13 @@ class Grown(NamedTuple):
     box: Array
 
 
-def grown(one: Block, on: Known, coordinates: Coordinates, past: Past, recent: Past, start: Array, axes: int) -> Grown:
+def grown(one: Block, on: BoundedMatrix, coordinates: Coordinates, past: Past, recent: Past, start: Array, axes: int) -> Grown:
     """Bounds on e in a block, given those on z at its start: the least of what follows from the recent past, sharp for what
     is fast; from the sample before, sharp for what is slow; and, of the position, from the whole past at every stride.
     """
     t, v = coordinates
     count = len(t)
-    begun = Known(on.middle[:-1], on.off[:-1])
+    begun = BoundedMatrix(on.middle[:-1], on.off[:-1])
     pushes, constants = after_each(begun, one.pushes), after_each(begun, one.constants)
     summed = np.concatenate([np.zeros((1, *one.constants.shape)), np.cumsum(constants.middle, axis=0)])
     rounded = constants.off.sum(axis=2) + lost(len(begun.middle) + 4) * np.abs(constants.middle).sum(axis=2)
@@ -148,7 +148,7 @@ def grown(one: Block, on: Known, coordinates: Coordinates, past: Past, recent: P
     some = np.s_[STRIDE::STRIDE, :axes]
     whole = past.bound(rows[some].reshape(-1, count), parts[some].reshape(-1, CONSTANTS))
     found[some] = np.minimum(found[some], whole.reshape(-1, axes) + local[some])
-    carry = through(t, after_each(Known(on.middle[1], on.off[1]), v))
+    carry = through(t, after_each(BoundedMatrix(on.middle[1], on.off[1]), v))
     more = added[0] + np.abs(t) @ np.abs(one.constants).sum(axis=1)
     for sample in range(len(added)):
         found[sample + 1] = np.minimum(found[sample + 1], (carry @ found[sample] + more) * UP)
@@ -173,7 +173,7 @@ def tube(
     coordinates: Coordinates,
     axes: int,
     progress: Callable[[int], None] = lambda _: None,
-) -> Tube | Open:
+) -> Tube | OpenTube:
     """The tube of a flight. flown: its states before every sample, (samples + 1, states). axes: of the position."""
     count, samples = flown.shape[1], len(flown) - 1
     blocks = -(-samples // SAMPLES)
@@ -191,13 +191,13 @@ def tube(
             try:
                 one = block(loop, flown, unknown, coordinates, box, first, last)
             except UndefinedError as error:
-                return Open(first, str(error), boxes[:place], position[: first + 1])
+                return OpenTube(first, str(error), boxes[:place], position[: first + 1])
             on = ways(one)
             found = grown(one, on, coordinates, past, recent, begun, axes)
             if np.all(found.inside * SLACK <= box):
                 break
             if not np.all(found.inside < MOST):
-                return Open(
+                return OpenTube(
                     first,
                     f"{loop.names[int(np.argmax(found.inside))]} grew without bound",
                     boxes[:place],
@@ -206,7 +206,7 @@ def tube(
             box = np.maximum(box, found.inside * LARGER)
         else:
             widest = int(np.argmax(found.inside / box))
-            return Open(first, f"the bound of {loop.names[widest]} kept growing", boxes[:place], position[: first + 1])
+            return OpenTube(first, f"the bound of {loop.names[widest]} kept growing", boxes[:place], position[: first + 1])
         for one_past in dict.fromkeys((past, recent, later)):
             one_past.move(one, on, found.box)
         boxes[place], position[first + 1 : last + 1] = box, found.position

@@ -12,7 +12,7 @@ from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown
 
 
-class Kind(IntEnum):
+class VerdictKind(IntEnum):
     """A verdict, with its exit code."""
 
     PROVED = 0
@@ -20,7 +20,7 @@ class Kind(IntEnum):
     DISPROVED = DIVERGED
 
 
-class Traced(NamedTuple):
+class TubeRecord(NamedTuple):
     """A tube over time, as far as it is closed. time: (samples + 1,) [s]. error: flown less desired position, and bound:
     of every flight about the flown one, (samples + 1, axes) [m]. boxes: half widths of each state, (blocks, states), from the
     times `blocks` on.
@@ -41,12 +41,12 @@ class Verdict(NamedTuple):
     """
 
     name: str
-    kind: Kind
+    kind: VerdictKind
     rows: list[list[str]]
     says: list[str]
     written: Path | None = None
     columns: tuple[str, ...] = ("axis", "verdict", "from the flight", "from the path")
-    traced: Traced | None = None
+    traced: TubeRecord | None = None
 
 
 def millimetres(metres: float) -> str:

@@ -22,7 +22,7 @@ FACTOR = 0.9
 """A statement must fail once a term of its bound is scaled by this."""
 
 
-class Margin(NamedTuple):
+class StatementMargin(NamedTuple):
     """A statement: its number in docs/theory.md, its text, its worst relative margin (negative: violated), samples.
 
     reached: for each term of its bound, the share of it that some closed loop uses up; of an equation, 1 where it is not zero.
@@ -45,7 +45,7 @@ class Margin(NamedTuple):
         return all(share > FACTOR for share in self.reached.values())
 
 
-class Seen:
+class StatementRecord:
     """Results for a statement so far: the worst margin, and the share of each term that was used up."""
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class Seen:
         return left
 
 
-def search(statement: Statement, seen: Seen, seed: int = 1) -> Cube:
+def search(statement: Statement, seen: StatementRecord, seed: int = 1) -> Cube:
     """Move closed loops towards those where a term of the bound is used up, LANES of them for each term. Returns the last."""
     draw = np.random.default_rng([seed, int(statement.number[1:])])
     cube: Cube = draw.random((DIMENSIONS, LANES))
@@ -103,9 +103,9 @@ def moved(cube: Cube, best: Cube, draw: np.random.Generator) -> Cube:
     return np.where(changed, new, cube)
 
 
-def check_statements(samples: int = 1_000_000, seed: int = 1) -> list[Margin]:
+def check_statements(samples: int = 1_000_000, seed: int = 1) -> list[StatementMargin]:
     """Every statement over random closed loops and over those that a search finds nearest to its bound."""
-    seen = {statement.number: Seen() for statement in STATEMENTS}
+    seen = {statement.number: StatementRecord() for statement in STATEMENTS}
     done = 0
     while done < samples:
         count = min(CHUNK, samples - done)
@@ -115,4 +115,4 @@ def check_statements(samples: int = 1_000_000, seed: int = 1) -> list[Margin]:
         done += count
     for statement in STATEMENTS:
         search(statement, seen[statement.number], seed)
-    return [Margin(s.number, s.says, seen[s.number].worst, samples, seen[s.number].reached) for s in STATEMENTS]
+    return [StatementMargin(s.number, s.says, seen[s.number].worst, samples, seen[s.number].reached) for s in STATEMENTS]

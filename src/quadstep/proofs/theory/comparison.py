@@ -40,7 +40,7 @@ TOLERANCE = 1.01
 """The completed controller should never be worse by more than 1 %."""
 
 
-class Cell(NamedTuple):
+class GridFlight(NamedTuple):
     """One flight of the grid. rmse [m]: of the position, None where it diverged at `ended` [s]. law: of LAWS."""
 
     gain: float
@@ -65,7 +65,7 @@ def plan_of(gain: float, slope: float, time: float, scale: float, nets: bool, la
     return plan.with_controller(Uncountered(), plan.parameters.gains) if law == UNCOUNTERED else plan
 
 
-def grid() -> list[Cell]:
+def grid() -> list[GridFlight]:
     """Fly every law over the whole grid."""
     keys = [
         (gain, slope, time, scale, nets, law)
@@ -77,7 +77,7 @@ def grid() -> list[Cell]:
     ]
     metrics = [flight_metrics(log) for log in fly_all([plan_of(*key) for key in keys])]
     return [
-        Cell(*key, metric(m, "position_rmse[m]") if m["outcome"] == "completed" else None, metric(m, "ended[s]"))
+        GridFlight(*key, metric(m, "position_rmse[m]") if m["outcome"] == "completed" else None, metric(m, "ended[s]"))
         for key, m in zip(keys, metrics, strict=True)
     ]
 
@@ -92,7 +92,7 @@ def disturbance_over_weight(times: tuple[float, ...] = TIMES) -> dict[float, flo
     return result
 
 
-class Summary(NamedTuple):
+class ComparisonSummary(NamedTuple):
     """A law compared with another over the grid: flights, survivors, flights gained, lost and worse, ratios of RMSE."""
 
     flights: int
@@ -106,12 +106,12 @@ class Summary(NamedTuple):
     best_ratio: float
 
 
-def summarise(cells: list[Cell], law: str, beside: str = PAPER) -> Summary:
+def summarise(cells: list[GridFlight], law: str, beside: str = PAPER) -> ComparisonSummary:
     """Pair the cells of a law with another's by flight and compare."""
     other = {cell[:5]: cell for cell in cells if cell.law == beside}
     pairs = [(other[cell[:5]], cell) for cell in cells if cell.law == law]
     ratios = [ours.rmse / theirs.rmse for theirs, ours in pairs if ours.rmse is not None and theirs.rmse is not None]
-    return Summary(
+    return ComparisonSummary(
         flights=len(pairs),
         other_flies=sum(theirs.rmse is not None for theirs, _ in pairs),
         law_flies=sum(ours.rmse is not None for _, ours in pairs),

@@ -4,14 +4,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.io.version import __version__
-from quadstep.proofs.theory.adverse import Margin, check_statements
+from quadstep.proofs.theory.adverse import StatementMargin, check_statements
 from quadstep.proofs.theory.comparison import (
     COMPLETED,
     LAWS,
     PAPER,
     UNCOUNTERED,
-    Cell,
-    Summary,
+    ComparisonSummary,
+    GridFlight,
     disturbance_over_weight,
     grid,
     summarise,
@@ -34,10 +34,10 @@ class Completion(NamedTuple):
     over_weight: largest disturbance at scale 1 over the weight, by t_f [s].
     """
 
-    margins: list[Margin]
-    cells: list[Cell]
-    summaries: dict[str, Summary]
-    uncountered: Summary
+    margins: list[StatementMargin]
+    cells: list[GridFlight]
+    summaries: dict[str, ComparisonSummary]
+    uncountered: ComparisonSummary
     over_weight: dict[float, float]
 
 
@@ -108,12 +108,12 @@ def sections(out: Path, found: Completion) -> list[str]:
     ]
 
 
-def least_reached(margin: Margin) -> str:
+def least_reached(margin: StatementMargin) -> str:
     """The least share of a term of the bound that is used up."""
     return f"{min(margin.reached.values()):.3f}"
 
 
-def verdict(margin: Margin) -> tuple[str, str]:
+def verdict(margin: StatementMargin) -> tuple[str, str]:
     """Text and class of a verdict."""
     if not margin.holds:
         return ("broken", "fails")

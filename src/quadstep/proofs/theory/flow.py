@@ -27,7 +27,7 @@ STEP = 1e-6
 """Step of the finite difference for L_dot [s]."""
 
 
-class Instant(NamedTuple):
+class LoopInstant(NamedTuple):
     """A closed loop at an instant, nets off."""
 
     state: State
@@ -35,7 +35,7 @@ class Instant(NamedTuple):
     memory: CompletedMemory
 
 
-class Slope(NamedTuple):
+class LyapunovSlope(NamedTuple):
     """One number per closed loop. rate: L_dot [W]. quadratic, linear: s^T Q s and d . s. level: L [J]."""
 
     rate: NDArray[np.float64]
@@ -64,7 +64,7 @@ class Flow:
         self.vehicle: Vehicle = plan.parameters.vehicle
         self.forms = decay(self.setting, region.shape, region.bounds)
 
-    def errors(self, now: Instant) -> list[Vector]:
+    def errors(self, now: LoopInstant) -> list[Vector]:
         """r1, I1, e1, e2, r2, I2, a, b, a_c, b_c."""
         paper, memory, w = self.gains.paper, now.memory.paper, self.gains.paper.filter_frequency
         outer = position_loop(paper, memory, now.state, now.reference, 0.0)
@@ -78,7 +78,7 @@ class Flow:
             found += [command - filtered.value - b, b]
         return found
 
-    def level(self, now: Instant) -> Number:
+    def level(self, now: LoopInstant) -> Number:
         """L [J]."""
         r1, i1, e1, e2, r2, i2, *stages = self.errors(now)
         s, shape = self.setting, [float(number) for number in self.region.shape]
@@ -90,7 +90,7 @@ class Flow:
             twice = twice + weight * (stage @ stage)
         return 0.5 * twice
 
-    def at(self, errors: list[Vector], wanted: Reference) -> Instant:
+    def at(self, errors: list[Vector], wanted: Reference) -> LoopInstant:
         """The closed loop with these errors off a reference."""
         r1, i1, e1, e2, r2, i2, a, b, a_c, b_c = errors
         paper, w = self.gains.paper, self.gains.paper.filter_frequency
@@ -104,13 +104,13 @@ class Flow:
         raw = counter_rate(self.gains, outer.u_d, Vector(attitude.entries[1:]), filtered.value, r1)
         counter = Filtered(raw - a_c - b_c, w * b_c)
         rates = with_yaw(wanted.yaw_rate, filtered.rate) - (r2 - paper.slope_2 * e2 - with_yaw(0.0, counter.value))
-        return Instant(
+        return LoopInstant(
             State(wanted.position - e1, velocity, attitude, rates),
             wanted,
             CompletedMemory(memory._replace(filtered=filtered), counter),
         )
 
-    def moved(self, now: Instant, h: float, force: Vector, torque: Vector) -> Instant:
+    def moved(self, now: LoopInstant, h: float, force: Vector, torque: Vector) -> LoopInstant:
         """h [s] later along the flow, to second order; before, for a negative h."""
         paper, memory, state, wanted = self.gains.paper, now.memory.paper, now.state, now.reference
         command, _ = CompletedBackstepping().law(now.memory, state, wanted, self.gains, 0.0, STEP)
@@ -120,7 +120,7 @@ class Flow:
         tilt = Vector(state.attitude.entries[1:])
         raw = counter_rate(self.gains, outer.u_d, tilt, memory.filtered.value, outer.r1)
         w = paper.filter_frequency
-        return Instant(
+        return LoopInstant(
             State(
                 state.position + h * state.velocity, state.velocity + h * xi_dd,
                 state.attitude + h * state.rates, state.rates + h * eta_dd,
@@ -138,14 +138,14 @@ class Flow:
             ),
         )  # fmt: skip
 
-    def slopes(self, errors: list[Vector], wanted: Reference, force: Vector, torque: Vector) -> Slope:
+    def slopes(self, errors: list[Vector], wanted: Reference, force: Vector, torque: Vector) -> LyapunovSlope:
         """L_dot of closed loops, and Theorem B's bound on it."""
         now = self.at(errors, wanted)
         after, before = (self.level(self.moved(now, h, force, torque)) for h in (STEP, -STEP))
         rate = np.asarray((after - before) / (2.0 * STEP))
         s = np.array([np.broadcast_to(np.asarray(v.norm()), np.shape(rate)) for v in self.errors(now)])
         q, d = (np.array(form, dtype=float) for form in self.forms)
-        return Slope(rate, np.einsum("ik,ij,jk->k", s, q, s), d @ s, np.asarray(self.level(now)))
+        return LyapunovSlope(rate, np.einsum("ik,ij,jk->k", s, q, s), d @ s, np.asarray(self.level(now)))
 
 
 def towards(generator: np.random.Generator, length: NDArray[np.float64], size: int = 3) -> Vector:
@@ -159,7 +159,7 @@ def entries(norm: int) -> int:
     return 3 if norm < 6 else 2
 
 
-def draw(flow: Flow, seed: int, count: int) -> Slope:
+def draw(flow: Flow, seed: int, count: int) -> LyapunovSlope:
     """L_dot on random closed loops inside the region, with unknown force and torque at their bounds and the path's largest
     acceleration and jerk.
     """

@@ -11,7 +11,7 @@ from quadstep.control.projection import project
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Number, Vector, absolute, largest, smallest, total
 from quadstep.proofs.theory.lyapunov import inner, lyapunov_rate, sum_squares
-from quadstep.proofs.theory.samples import PERIOD, Sample
+from quadstep.proofs.theory.samples import PERIOD, LoopBatch
 from quadstep.vehicle.paper.kinematics import thrust_direction
 from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia, effective_inertia_partials
 
@@ -41,22 +41,22 @@ class Statement(NamedTuple):
 
     number: str
     says: str
-    sides: Callable[[Sample], list[Sides]]
+    sides: Callable[[LoopBatch], list[Sides]]
 
 
-def tilts(sample: Sample) -> tuple[Vector, Vector, Vector]:
+def tilts(sample: LoopBatch) -> tuple[Vector, Vector, Vector]:
     """Tilt, filtered tilt, and their difference."""
     tilt, wanted = Vector(sample.state.attitude.entries[1:]), sample.memory.paper.filtered.value
     return tilt, wanted, wanted - tilt
 
 
-def force_gap(sample: Sample) -> Vector:
+def force_gap(sample: LoopBatch) -> Vector:
     """n(wanted) - n(tilt)."""
     tilt, wanted, _ = tilts(sample)
     return thrust_direction(with_yaw(0.0, wanted)) - thrust_direction(with_yaw(0.0, tilt))
 
 
-def coupling_identity(sample: Sample) -> list[Sides]:
+def coupling_identity(sample: LoopBatch) -> list[Sides]:
     """B e2 is the gap itself, along any direction."""
     tilt, wanted, error = tilts(sample)
     b_theta, b_phi = coupling_columns(tilt, wanted)
@@ -65,19 +65,19 @@ def coupling_identity(sample: Sample) -> list[Sides]:
     return [Sides(way @ force_gap(sample), terms, way.norm(), equal=True)]
 
 
-def coupling_bound(sample: Sample) -> list[Sides]:
+def coupling_bound(sample: LoopBatch) -> list[Sides]:
     """The gap is at most the tilt error."""
     error = tilts(sample)[2].norm()
     return [Sides(force_gap(sample).norm(), {"|e2|": error}, 1.0)]  # both directions have length 1
 
 
-def column_bounds(sample: Sample) -> list[Sides]:
+def column_bounds(sample: LoopBatch) -> list[Sides]:
     """Each column of B has length at most 1."""
     tilt, wanted, _ = tilts(sample)
     return [Sides(column.norm(), {"1": 0.0 * column[0] + 1.0}, 1.0) for column in coupling_columns(tilt, wanted)]
 
 
-def inertia_bounds(sample: Sample) -> list[Sides]:
+def inertia_bounds(sample: LoopBatch) -> list[Sides]:
     """min(Sigma) (1 - |sin theta|) |r|^2 <= r^T J r <= max(Sigma) (1 + |sin theta|) |r|^2."""
     attitude, inertia, r = sample.state.attitude, sample.vehicle.inertia, sample.state.rates
     form = r @ (effective_inertia(attitude, inertia, Kinematics.STANDARD) @ r)
@@ -86,7 +86,7 @@ def inertia_bounds(sample: Sample) -> list[Sides]:
     return [Sides(form, {"max(Sigma) (1 + |sin theta|)": high}, high), Sides(low, {"r^T J r": form}, high)]
 
 
-def gain_bound(sample: Sample) -> list[Sides]:
+def gain_bound(sample: LoopBatch) -> list[Sides]:
     """r^T (K_r2 - J Lambda_2) r >= (min K_r2 - J_M max Lambda_2) |r|^2, Lambda_2 any positive diagonal."""
     paper, inertia, r = sample.gains.paper, sample.vehicle.inertia, sample.state.rates
     j = effective_inertia(sample.state.attitude, inertia, Kinematics.STANDARD)
@@ -98,7 +98,7 @@ def gain_bound(sample: Sample) -> list[Sides]:
     return [Sides(r @ (j @ (paper.slope_2 * r)) - damped, terms, damped)]
 
 
-def skewness(sample: Sample) -> list[Sides]:
+def skewness(sample: LoopBatch) -> list[Sides]:
     """r^T J_dot r = 2 r^T C r for Christoffel's C, and J_dot = C + C^T."""
     attitude, rates, inertia = sample.state.attitude, sample.state.rates, sample.vehicle.inertia
     r, other = sample.memory.paper.integral_1, sample.state.velocity
@@ -113,7 +113,7 @@ def skewness(sample: Sample) -> list[Sides]:
     ]
 
 
-def trace_bound(sample: Sample) -> list[Sides]:
+def trace_bound(sample: LoopBatch) -> list[Sides]:
     """trace(W_tilde^T W_hat) <= |W_tilde| |W| - |W_tilde|^2."""
     ideal, weights = sample.ideal[0], sample.memory.paper.weights_1
     error = ideal - weights
@@ -121,7 +121,7 @@ def trace_bound(sample: Sample) -> list[Sides]:
     return [Sides(inner(error, weights), terms, sum_squares(error) + sum_squares(ideal))]
 
 
-def projection(sample: Sample) -> list[Sides]:
+def projection(sample: LoopBatch) -> list[Sides]:
     """Projection brings no vector farther from one inside the bound."""
     inside, moved = sample.residual[0], sample.memory.paper.integral_1
     bound = inside.norm() * sample.vehicle.mass + 0.1  # the mass is 0.5 kg or more: some are outside
@@ -130,27 +130,27 @@ def projection(sample: Sample) -> list[Sides]:
     return [Sides(after, {"|W~|": before}, before)]
 
 
-def rate_identity(completed: bool) -> Callable[[Sample], list[Sides]]:
+def rate_identity(completed: bool) -> Callable[[LoopBatch], list[Sides]]:
     """L_dot is as the theorem states, up to round-off."""
 
-    def sides(sample: Sample) -> list[Sides]:
+    def sides(sample: LoopBatch) -> list[Sides]:
         rate = lyapunov_rate(sample, completed)
         return [Sides(rate.flown, rate.identity, rate.scale, equal=True)]
 
     return sides
 
 
-def rate_bound(completed: bool) -> Callable[[Sample], list[Sides]]:
+def rate_bound(completed: bool) -> Callable[[LoopBatch], list[Sides]]:
     """L_dot is at most its bound."""
 
-    def sides(sample: Sample) -> list[Sides]:
+    def sides(sample: LoopBatch) -> list[Sides]:
         rate = lyapunov_rate(sample, completed)
         return [Sides(rate.flown, rate.bound, rate.scale)]
 
     return sides
 
 
-def small_gain(sample: Sample) -> list[Sides]:
+def small_gain(sample: LoopBatch) -> list[Sides]:
     """For p = 2 l2 k2, the quadratic form of the paper's law is positive wherever u_d^2 < 4 k1 k2 l2^2."""
     a = [absolute(number) for number in sample.state.velocity]  # any positive numbers: |r1|, |e2|, |r2|
     paper = sample.gains.paper
@@ -160,7 +160,7 @@ def small_gain(sample: Sample) -> list[Sides]:
     return [Sides(u * a[0] * a[1] + p * a[1] * a[2], positive, 0.0 * u)]
 
 
-def learning_bound(sample: Sample) -> list[Sides]:
+def learning_bound(sample: LoopBatch) -> list[Sides]:
     """One sample of Eq. 54: |W^+| <= (1 - s) |W^| + s sqrt(N) / kappa, s = F kappa |r| T, for each net of the paper's law."""
     paper, before = sample.gains.paper, sample.memory.paper
     command, after = Backstepping().law(before, sample.state, sample.reference, paper, 0.0, PERIOD)

@@ -16,7 +16,7 @@ from quadstep.control.completed_backstepping import CompletedBackstepping, coupl
 from quadstep.control.networks import output
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Number, Vector, exp, largest, smallest, sqrt, total
-from quadstep.proofs.theory.samples import Sample
+from quadstep.proofs.theory.samples import LoopBatch
 from quadstep.vehicle.paper.kinematics import thrust_direction
 from quadstep.vehicle.paper.lagrange import (
     acceleration,
@@ -29,7 +29,7 @@ from quadstep.vehicle.paper.lagrange import (
 STANDARD = Kinematics.STANDARD
 
 
-class Rate(NamedTuple):
+class LyapunovRate(NamedTuple):
     """L_dot as flown, the terms of the theorem's identity for it and those of its bound, and the size of the flown terms."""
 
     flown: Number
@@ -55,7 +55,7 @@ def filtered_command(before: Filtered, after: Filtered, frequency: Number, perio
     return (after.value - passed) * (1.0 / (1.0 - decay * share))
 
 
-class Motion(NamedTuple):
+class ErrorMotion(NamedTuple):
     """Errors and their rates in closed loop; following: the law's memory after the sample.
 
     raw_counter, counter: before and after its filter, from the law's memories; zero for the paper's law. torque: that the law
@@ -79,7 +79,7 @@ class Motion(NamedTuple):
     eta_dd: Vector
 
 
-def closed_loop(sample: Sample, completed: bool) -> Motion:
+def closed_loop(sample: LoopBatch, completed: bool) -> ErrorMotion:
     """The shipped law's command put into the shipped plant.
 
     The disturbance is chosen so that Eqs 22 and 33 hold exactly with the sample's ideal weights and residuals. (The completed
@@ -113,7 +113,7 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
     xi_dd = acceleration(sample.vehicle, state.attitude, command.thrust, force)
     eta_dd = angular_acceleration(sample.vehicle, state.attitude, state.rates, pushed, STANDARD)
     e2_dot = wanted_rates - state.rates
-    return Motion(
+    return ErrorMotion(
         outer, e2, r2, following, raw_counter, counter, e2_dot,
         r1_dot=reference.acceleration - xi_dd + paper.slope_1 * (reference.velocity - state.velocity),
         r2_dot=wanted_acceleration + slope_2 * e2_dot + counter_dot - eta_dd,
@@ -126,7 +126,7 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
     )  # fmt: skip
 
 
-def rate_terms(sample: Sample, motion: Motion, p: Vector) -> list[Number]:
+def rate_terms(sample: LoopBatch, motion: ErrorMotion, p: Vector) -> list[Number]:
     """The terms of L_dot, L being Eq. 55 extended by 1/2 e2^T P e2."""
     paper, before, period = sample.gains.paper, sample.memory.paper, sample.period
     r1, r2, e2 = motion.outer.r1, motion.r2, motion.e2
@@ -143,7 +143,7 @@ def rate_terms(sample: Sample, motion: Motion, p: Vector) -> list[Number]:
     ]
 
 
-def lyapunov_rate(sample: Sample, completed: bool) -> Rate:
+def lyapunov_rate(sample: LoopBatch, completed: bool) -> LyapunovRate:
     """L_dot of the closed loop, with the identity and the bound of docs/theory.md. For the paper's law P = p I, any p > 0."""
     motion, paper, before = closed_loop(sample, completed), sample.gains.paper, sample.memory.paper
     p = sample.gains.coupling if completed else Vector([sample.gains.coupling[0]] * 3)
@@ -190,7 +190,7 @@ def lyapunov_rate(sample: Sample, completed: bool) -> Rate:
         b_theta, b_phi = coupling_columns(Vector(sample.state.attitude.entries[1:]), wanted)
         identity |= {"u r1 B e2": u_d * (r1 @ (b_theta * e2[1] + b_phi * e2[2])), "p e2 r2": e2 @ (p * r2)}
         bound |= {"u |r1| |e2|": u_d * n1 * ne, "p |e2| |r2|": p[0] * ne * n2}
-    return Rate(total(terms), identity, bound, total(abs(term) for term in terms))
+    return LyapunovRate(total(terms), identity, bound, total(abs(term) for term in terms))
 
 
 def sum_squares(m: Matrix) -> Number:

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from quadstep.proofs.theory.comparison import INNER_LOOPS, LAWS, SCALES, TIMES, Cell
+from quadstep.proofs.theory.comparison import INNER_LOOPS, LAWS, SCALES, TIMES, GridFlight
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label
@@ -15,7 +15,7 @@ DARKEST, LIGHTEST = 3.0, -2.0
 """log10 of RMSE [mm] at the ends of the grey scale."""
 
 
-def draw_map(folder: Path, cells: list[Cell]) -> None:
+def draw_map(folder: Path, cells: list[GridFlight]) -> None:
     """completion.png and completion.svg: inner loop down, t_f across; a block for each scale, nets and law."""
     found = {cell[:6]: cell for cell in cells}
     with drawing(Sheet(), {"axes.grid": False}):

@@ -60,7 +60,7 @@ class Shape(NamedTuple):
     counter_2: Fraction
 
 
-class Bounds(NamedTuple):
+class LevelBounds(NamedTuple):
     """Bounds that hold wherever L <= level. force: |F - m g e_z| [N]. thrust: most u [N]. vertical: least f_z [N].
 
     largest: of every norm. inertia: least and largest eigenvalue of J. columns: |B|. rates: |eta_dot| [rad/s].
@@ -81,7 +81,7 @@ class Region(NamedTuple):
     level: Fraction
     rate: Fraction
     ultimate: Fraction
-    bounds: Bounds
+    bounds: LevelBounds
     shape: Shape
 
 
@@ -118,7 +118,7 @@ def outer_form(s: Setting, shape: Shape) -> Form:
     return [[s.mass, cross, zero], [cross, s.integral_1, zero], [zero, zero, shape.position]]
 
 
-def bounds_of(s: Setting, shape: Shape, level: Fraction) -> Bounds | None:
+def bounds_of(s: Setting, shape: Shape, level: Fraction) -> LevelBounds | None:
     """The bounds that L <= level implies; None where it implies too little (falling, or a tilt whose sine exceeds 1)."""
     outer, twice, weight = outer_form(s, shape), 2 * level, s.mass * s.gravity
     if not positive_definite(outer):
@@ -142,10 +142,10 @@ def bounds_of(s: Setting, shape: Shape, level: Fraction) -> Bounds | None:
     counter = columns * thrust * r1 / s.coupling + a_c + b_c
     rates = s.yaw_rate + s.filter_frequency * b + r2 + s.slope_2 * e2 + counter
     largest = [r1, i1, e1, e2, r2, i2, a, b, a_c, b_c]
-    return Bounds(force, thrust, weight - force, largest, (low, high), columns, rates)
+    return LevelBounds(force, thrust, weight - force, largest, (low, high), columns, rates)
 
 
-def decay(s: Setting, shape: Shape, bounds: Bounds, rounded: Callable[[Fraction], Fraction] = above) -> tuple[Form, Line]:
+def decay(s: Setting, shape: Shape, bounds: LevelBounds, rounded: Callable[[Fraction], Fraction] = above) -> tuple[Form, Line]:
     """(Q, d) of L_dot <= -s^T Q s + d . s. Every line is a term of the proof in docs/theory.md.
 
     rounded: upwards, what is subtracted from Q.
@@ -199,7 +199,7 @@ def decay(s: Setting, shape: Shape, bounds: Bounds, rounded: Callable[[Fraction]
     return q, driven
 
 
-def upper_form(s: Setting, shape: Shape, bounds: Bounds) -> Form:
+def upper_form(s: Setting, shape: Shape, bounds: LevelBounds) -> Form:
     """M of 2 L <= s^T M s."""
     high = bounds.inertia[1]
     diagonal = [

@@ -33,7 +33,7 @@ Cube: TypeAlias = NDArray[np.float64]
 """Points of the unit cube, shape (DIMENSIONS, closed loops)."""
 
 
-class Sample(NamedTuple):
+class LoopBatch(NamedTuple):
     """A batch of closed loops. ideal: W_1 and W_2; residual: eps_1 [N] and eps_2 [N m]; period: of the law [s]."""
 
     vehicle: Vehicle
@@ -81,12 +81,12 @@ class Draw:
         return size * Matrix([self.vector(-bound, bound, columns) for _ in range(rows)])
 
 
-def draw_sample(seed: int, count: int) -> Sample:
+def draw_sample(seed: int, count: int) -> LoopBatch:
     """Random closed loops."""
     return sample_at(np.random.default_rng(seed).random((DIMENSIONS, count)))
 
 
-def sample_at(cube: Cube) -> Sample:
+def sample_at(cube: Cube) -> LoopBatch:
     """The closed loops of a cube's points, far beyond any flight: |theta| to 1.4 rad, all rolls and yaws, unequal inertias,
     gains over decades.
     """
@@ -131,7 +131,7 @@ def sample_at(cube: Cube) -> Sample:
     outer = position_loop(paper, before, state, reference, 1.0)
     lacking = draw.number(1.0, 60.0) * pushing - outer.u_d * thrust_direction(Vector((0.0, *outer.tilt)))
     along, across = draw.error(1.0), draw.error(1.0)
-    sample = Sample(
+    sample = LoopBatch(
         vehicle=vehicle,
         state=state,
         reference=reference._replace(acceleration=lacking * (1.0 / vehicle.mass)),

@@ -38,10 +38,10 @@ from quadstep.proofs.verify.closed_loop import (
 )
 from quadstep.proofs.verify.plant import TORQUE, inertia_matrix
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, RATES
-from quadstep.proofs.verify.rows import Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
 from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 ERRORS, TORQUE_LAW = "control.backstepping:attitude_errors", "control.backstepping:wanted_torque"
 NET, LAW = "control.backstepping:torque_basis", "control.backstepping:Backstepping.law"
 K_R2, K_I2 = diagonal(GAINS.gain_2), diagonal(GAINS.integral_2)
@@ -67,7 +67,7 @@ def target() -> Expression:
     return j * ETA_D_DD - array(MOMENT) + c * (ETA_D_DOT + LAMBDA_2 * E2) - j * LAMBDA_2**2 * E2
 
 
-@row(ROWS, "27", "attitude error", "e2 = (psi_d - psi, theta_d - theta, phi_d - phi)", ERRORS, Verdict.AS_PRINTED,
+@row(ROWS, "27", "attitude error", "e2 = (psi_d - psi, theta_d - theta, phi_d - phi)", ERRORS, EquationVerdict.AS_PRINTED,
      "the text before it once writes eta_d as (phi_d, theta_d, psi_d)")  # fmt: skip
 def equation_27() -> Evidence:
     r2 = array(loop.sample(gains=GAINS._replace(slope_2=Vector((1.0, 1.0, 1.0)))).command.r2)
@@ -75,7 +75,7 @@ def equation_27() -> Evidence:
     return Evidence([same("r2 of the law for Lambda_2 = I, at the desired rates", r2.xreplace(matched), E2)])
 
 
-@row(ROWS, "28", "sliding mode error of the attitude", "r2 = e2_dot + Lambda_2 e2", ERRORS, Verdict.AS_PRINTED,
+@row(ROWS, "28", "sliding mode error of the attitude", "r2 = e2_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED,
      "e2_dot by the command filter, see eta_d_dot")  # fmt: skip
 def equation_28() -> Evidence:
     return Evidence([same("r2 of the law", loop.sample().command.r2, E2_DOT + LAMBDA_2 * E2)])
@@ -83,7 +83,7 @@ def equation_28() -> Evidence:
 
 # Eq. 29
 @row(ROWS, "29", "rate of r2", "J r2_dot = J e2_dot + J Lambda_2 e2_dot = J eta_d_dd - {tau - C eta_dot + A_eta} + "
-     "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, Verdict.CORRECTED, "slip: J e2_dd, not J e2_dot; the second line is "
+     "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, EquationVerdict.CORRECTED, "slip: J e2_dd, not J e2_dot; the second line is "
      "right")  # fmt: skip
 def equation_29() -> Evidence:
     j, real = inertia_matrix(), j_r2_dot()
@@ -104,7 +104,7 @@ def equation_29() -> Evidence:
        f"line, {short(true)} N m by the second")  # fmt: skip
 
 
-@row(ROWS, "30", "rates in r2 and e2", "eta_dot = -r2 + eta_d_dot + Lambda_2 e2", ERRORS, Verdict.AS_PRINTED)
+@row(ROWS, "30", "rates in r2 and e2", "eta_dot = -r2 + eta_d_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED)
 def equation_30() -> Evidence:
     return Evidence(
         [same("eta_dot from the r2 of the law", -array(loop.sample().command.r2) + ETA_D_DOT + LAMBDA_2 * E2, RATES)]
@@ -113,7 +113,7 @@ def equation_30() -> Evidence:
 
 # Eq. 31
 @row(ROWS, "31", "rate of r2 with Eq. 30", "J r2_dot = J eta_d_dd - {tau - C (-r2 + eta_d_dot + Lambda_2 e2) + A_eta} + "
-     "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, Verdict.AS_PRINTED)  # fmt: skip
+     "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_31() -> Evidence:
     j, c = inertia_matrix(), coriolis_matrix()
     inside = array(TORQUE) - c * (-R2 + ETA_D_DOT + LAMBDA_2 * E2) + array(MOMENT)
@@ -122,14 +122,14 @@ def equation_31() -> Evidence:
 
 # Eq. 32
 @row(ROWS, "32", "rate of r2, ordered", "J r2_dot = -tau - C r2 + {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
-     "J Lambda_2^2 e2} + J Lambda_2 r2", ERRORS, Verdict.AS_PRINTED)  # fmt: skip
+     "J Lambda_2^2 e2} + J Lambda_2 r2", ERRORS, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_32() -> Evidence:
     printed = -array(TORQUE) - coriolis_matrix() * R2 + target() + inertia_matrix() * LAMBDA_2 * R2
     return Evidence([same("J r2_dot", j_r2_dot(), printed)])
 
 
 @row(ROWS, "33", "function approximated by the second net", "v_NN2 = {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
-     "J Lambda_2^2 e2} = W_2^T mu_2(chi_2) + eps_2", NET, Verdict.DEFINITION,
+     "J Lambda_2^2 e2} = W_2^T mu_2(chi_2) + eps_2", NET, EquationVerdict.DEFINITION,
      "a function of more than chi_2, see chi_2; W_2 cannot be constant, as eta_d depends on W_hat_1; the text's "
      "bound on 'e_2' must mean eps_2")  # fmt: skip
 def equation_33() -> Evidence:
@@ -148,7 +148,7 @@ def printed_torque() -> Expression:
     return array(W_HAT_2).T * loop.mu(loop.NET_2, CHI_2) + K_R2 * R2 + K_I2 * INTEGRAL
 
 
-@row(ROWS, "34", "second net", "v_NN2_hat = W_hat_2^T mu_2(chi_2)", "control.networks:output", Verdict.AS_PRINTED)
+@row(ROWS, "34", "second net", "v_NN2_hat = W_hat_2^T mu_2(chi_2)", "control.networks:output", EquationVerdict.AS_PRINTED)
 def equation_34() -> Evidence:
     spoken = array(loop.sample().command.torque) - array(loop.sample(learning=False).command.torque)
     return Evidence([
@@ -157,7 +157,7 @@ def equation_34() -> Evidence:
     ])  # fmt: skip
 
 
-@row(ROWS, "35", "torque law", "tau = v_NN2_hat + K_r2 r2 + K_i2 int r2", TORQUE_LAW, Verdict.AS_PRINTED)
+@row(ROWS, "35", "torque law", "tau = v_NN2_hat + K_r2 r2 + K_i2 int r2", TORQUE_LAW, EquationVerdict.AS_PRINTED)
 def equation_35() -> Evidence:
     command, following = loop.sample()
     r2, estimate = symbols("r2"), symbols("v_hat")
@@ -179,7 +179,7 @@ def net_error() -> tuple[Expression, Expression]:
 V_TILDE = "v_tilde_NN2 = v_NN2 - v_hat_NN2 = W_2^T mu_2 - W_hat_2^T mu_2 + eps_2 = W_tilde_2^T mu_2 + eps_2"
 
 
-@row(ROWS, "36", "error of the second net", V_TILDE, "control.networks:output", Verdict.DEFINITION)
+@row(ROWS, "36", "error of the second net", V_TILDE, "control.networks:output", EquationVerdict.DEFINITION)
 def equation_36() -> Evidence:
     return Evidence([same("v_NN2 - v_hat_NN2", *net_error())])
 
@@ -191,7 +191,7 @@ def rest() -> Expression:
 
 # Eq. 37
 @row(ROWS, "37", "closed loop of the attitude", "J r2_dot = v_tilde_NN2 + J Lambda_2 r2 - C r2 - K_r2 r2 - K_i2 int r2",
-     TORQUE_LAW, Verdict.AS_PRINTED)  # fmt: skip
+     TORQUE_LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_37() -> Evidence:
     estimate = symbols("v_hat")
     torque = wanted_torque(GAINS, loop.sample().command.r2, MEMORY.integral_2, estimate)
@@ -200,7 +200,8 @@ def equation_37() -> Evidence:
 
 # Eq. 38
 @row(ROWS, "38", "closed loop of the attitude with the net",
-     "J r2_dot = W_tilde_2^T mu_2 - {K_r2 + C - J Lambda_2} r2 - K_i2 int r2 + eps_2", LAW, Verdict.AS_PRINTED)  # fmt: skip
+     "J r2_dot = W_tilde_2^T mu_2 - {K_r2 + C - J Lambda_2} r2 - K_i2 int r2 + "
+     "eps_2", LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_38() -> Evidence:
     ideal = array(W_2).T * loop.mu(loop.NET_2, CHI_2) + array(EPS_2)
     lacking = target() - ideal  # Eq. 33 says that this is zero
@@ -209,14 +210,22 @@ def equation_38() -> Evidence:
 
 
 # Eq. 39
-@row(ROWS, "39", "error of the second net, again", V_TILDE, "control.networks:output", Verdict.DEFINITION, "Eq. 36 repeated")
+@row(
+    ROWS,
+    "39",
+    "error of the second net, again",
+    V_TILDE,
+    "control.networks:output",
+    EquationVerdict.DEFINITION,
+    "Eq. 36 repeated",
+)
 def equation_39() -> Evidence:
     spoken = array(loop.sample().command.torque) - K_R2 * R2 - K_I2 * INTEGRAL
     ideal = array(W_2).T * loop.mu(loop.NET_2, CHI_2) + array(EPS_2)
     return Evidence([same("v_NN2 less the output of the law's net", ideal - spoken, net_error()[1])])
 
 
-@row(ROWS, "chi_2", "input of the second net", "chi_2 = (eta, r1, r2)", NET, Verdict.AS_PRINTED,
+@row(ROWS, "chi_2", "input of the second net", "chi_2 = (eta, r1, r2)", NET, EquationVerdict.AS_PRINTED,
      "kept, but the target of Eq. 33 is not a function of it: e2 may change while r2 does not")  # fmt: skip
 def chi_2() -> Evidence:
     theta_d, theta_d_dot, slope = ETA_D[1], ETA_D_DOT[1], GAINS.slope_2[1]
@@ -233,7 +242,8 @@ def chi_2() -> Evidence:
 
 @row(ROWS, "eta_d_dot", "rate of the desired attitude", "used in Eq. 28, never "
      "defined", "control.command_filter:command_filter",
-     Verdict.DEFINITION, "theta_d and phi_d pass through x_dd = w^2 (command - x) - 2 w x_dot, solved exactly: the true rate "
+     EquationVerdict.DEFINITION, "theta_d and phi_d pass through x_dd = w^2 (command - x) - 2 w x_dot, solved "
+                                 "exactly: the true rate "
      "contains eta_dd, and so the torque itself")  # fmt: skip
 def eta_d_dot() -> Evidence:
     t, w = symbol("t"), symbol("w")

@@ -4,11 +4,11 @@ import numpy as np
 import sympy
 
 from quadstep.proofs.verify.algebra import holds, near, same, short, symbol
-from quadstep.proofs.verify.lyapunov import Batch, Moment, Weights, batch, moments
-from quadstep.proofs.verify.rows import Check, Evidence, Row, Verdict, row
+from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, WeightNorms, batch, moments
+from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
 from quadstep.proofs.verify.stability import LAW, SLOPES, TUNING, gap, printed_l_dot
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 SLACK = 1e-9
 
 
@@ -18,44 +18,44 @@ def below(what: str, small: Batch, large: Batch) -> Check:
     return holds(what, np.all(margin >= -SLACK), f"least margin {short(margin.min())} of {len(margin)}", "never negative")
 
 
-def damping(m: Moment) -> Batch:
+def damping(m: LyapunovBatch) -> Batch:
     """The kappa of both nets (the same in these moments)."""
     return batch(m.gains.force_net.damping)
 
 
-def quadratic(m: Moment) -> Batch:
+def quadratic(m: LyapunovBatch) -> Batch:
     """r^T K_v r with the corrected K_v: K_r1 - m Lambda_1 and K_r2 - J_M max(Lambda_2) I."""
     k = m.gains
     bound = inertia_bound(m) * np.max(np.array(k.slope_2.entries), axis=0)
     return batch(m.r1 @ ((k.gain_1 - k.mass * k.slope_1) * m.r1) + m.r2 @ (k.gain_2 * m.r2) - bound * (m.r2 @ m.r2))
 
 
-def inertia_bound(m: Moment) -> Batch:
+def inertia_bound(m: LyapunovBatch) -> Batch:
     """J_M: the largest eigenvalue of the shipped J at each moment."""
     return np.linalg.eigvalsh(np.array([[batch(e) for e in line] for line in m.j]).transpose(2, 0, 1))[:, -1]
 
 
-def noise(m: Moment) -> Batch:
+def noise(m: LyapunovBatch) -> Batch:
     """r^T eps_v."""
     return batch(m.r1 @ m.eps_1 + m.r2 @ m.eps_2)
 
 
-def skew(m: Moment) -> Batch:
+def skew(m: LyapunovBatch) -> Batch:
     """r2^T (J_dot - 2C) r2 / 2 with the shipped C."""
     return batch(0.5 * (m.r2 @ (m.j_dot @ m.r2)) - m.r2 @ (m.c @ m.r2))
 
 
-def fed(m: Moment) -> Batch:
+def fed(m: LyapunovBatch) -> Batch:
     """Kappa |r| tr{W_tilde^T W_hat}."""
     return damping(m) * m.r * m.trace
 
 
-def bound_61(m: Moment, w: Weights) -> Batch:
+def bound_61(m: LyapunovBatch, w: WeightNorms) -> Batch:
     """Right side of Eq. 61, first line, smallest eigenvalue of K_v for its norm."""
     return -m.k_v * m.r**2 + damping(m) * m.r * (w.error * w.ideal - w.error**2) + m.eps * m.r
 
 
-def bound_62(m: Moment, w: Weights) -> Batch:
+def bound_62(m: LyapunovBatch, w: WeightNorms) -> Batch:
     """Right side of Eq. 62."""
     kappa = damping(m)
     return -m.r * (kappa * (w.error - w.ideal / 2) ** 2 - kappa * w.ideal**2 / 4 + m.k_v * m.r - m.eps)
@@ -82,7 +82,7 @@ def cross_check() -> tuple[Check, str]:
 
 # Eq. 58
 @row(ROWS, "58", "L_dot with the tuning law", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J_dot - 2C) r / 2 + kappa |r| "
-     "tr{W_tilde^T W_hat}", TUNING, Verdict.CORRECTED,
+     "tr{W_tilde^T W_hat}", TUNING, EquationVerdict.CORRECTED,
      "r2 instead of r in the third term; the step needs J_M max(Lambda_2) in K_v; from Eq. 56, not 55; -r1^T delta as in "
      "56")  # fmt: skip
 def equation_58() -> Evidence:
@@ -98,7 +98,7 @@ def equation_58() -> Evidence:
 
 
 @row(ROWS, "59", "K_v and eps_v", "K_v = diag(K_r1 - m Lambda_1, K_r2 - J_M Lambda_2), eps_v = (eps_1, eps_2)", LAW,
-     Verdict.CORRECTED, "K_r2 - J_M max(Lambda_2) I unless Lambda_2 is scalar")  # fmt: skip
+     EquationVerdict.CORRECTED, "K_r2 - J_M max(Lambda_2) I unless Lambda_2 is scalar")  # fmt: skip
 def equation_59() -> Evidence:
     m, _ = moments(59)
     k, check_and_numbers = m.gains, cross_check()
@@ -109,7 +109,7 @@ def equation_59() -> Evidence:
 
 # Eq. 60
 @row(ROWS, "60", "L_dot with W_hat = W - W_tilde", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J - 2C) r / 2 + kappa |r| "
-     "tr{W_tilde^T (W - W_tilde)}, third term 0", LAW, Verdict.CORRECTED,
+     "tr{W_tilde^T (W - W_tilde)}, third term 0", LAW, EquationVerdict.CORRECTED,
      "slips: J_dot instead of J, r2 instead of r; the third term is 0 for Christoffel's C")  # fmt: skip
 def equation_60() -> Evidence:
     m, w = moments(60)
@@ -125,7 +125,8 @@ def equation_60() -> Evidence:
 
 @row(ROWS, "61", "L_dot in norms", "L_dot <= -|K_v|_min |r|^2 + kappa |r| {|W_tilde| |W| - |W_tilde|^2} + |eps_v|_max "
      "|r|", LAW,
-     Verdict.CORRECTED, "|K_v|_min has to be the smallest eigenvalue of K_v, not its 'minimum possible norm'")  # fmt: skip
+     EquationVerdict.CORRECTED, "|K_v|_min has to be the smallest eigenvalue of K_v, not its 'minimum possible "
+                                "norm'")  # fmt: skip
 def equation_61() -> Evidence:
     m, w = moments(61)
     case_1 = np.diag([3.0 - 1.0 * 1.0] * 3 + [250.0 - 10.0 * 15.0] * 3)
@@ -141,7 +142,7 @@ def equation_61() -> Evidence:
 
 
 @row(ROWS, "62", "L_dot, square completed", "L_dot <= -|r| {kappa [|W_tilde| - |W| / 2]^2 - kappa |W|^2 / 4 + |K_v|_min |r| - "
-     "|eps_v|_max}", LAW, Verdict.PROOF_STEP)  # fmt: skip
+     "|eps_v|_max}", LAW, EquationVerdict.PROOF_STEP)  # fmt: skip
 def equation_62() -> Evidence:
     m, w = moments(62)
     v, ideal, kappa = symbol("v"), symbol("W"), symbol("kappa")
@@ -154,7 +155,7 @@ def equation_62() -> Evidence:
 
 
 @row(ROWS, "63", "bound of r", "L_dot <= 0 if and only if |r| > (W_B^2 / 4 + |eps_v|_max) / |K_v|_min = b_r", LAW,
-     Verdict.CORRECTED, "(kappa W_B^2 / 4 + |eps_v|_max) / |K_v|_min: the printed bound is too small for kappa > 1, "
+     EquationVerdict.CORRECTED, "(kappa W_B^2 / 4 + |eps_v|_max) / |K_v|_min: the printed bound is too small for kappa > 1, "
          "needlessly large "
      "for kappa < 1; and 'if', not 'only if'")  # fmt: skip
 def equation_63() -> Evidence:
@@ -187,7 +188,7 @@ def attained() -> int:
 
 
 @row(ROWS, "64", "condition on the weights' error", "kappa |W_tilde| {|W_tilde| - |W|} - |eps_v|_max > 0", TUNING,
-     Verdict.PROOF_STEP)  # fmt: skip
+     EquationVerdict.PROOF_STEP)  # fmt: skip
 def equation_64() -> Evidence:
     m, w = moments(64)
     met = damping(m) * w.error * (w.error - w.ideal) - m.eps > 0
@@ -197,7 +198,7 @@ def equation_64() -> Evidence:
 
 
 @row(ROWS, "65", "bound of the weights' error", "|W_tilde| > W_B / 2 + sqrt(W_B^2 / 4 + |eps_v|_max / kappa) = b_w", TUNING,
-     Verdict.PROOF_STEP, "for r != 0, see compact set")  # fmt: skip
+     EquationVerdict.PROOF_STEP, "for r != 0, see compact set")  # fmt: skip
 def equation_65() -> Evidence:
     m, w = moments(65)
     w_b, eps, kappa = symbol("W_B"), symbol("eps"), symbol("kappa")
@@ -211,7 +212,7 @@ def equation_65() -> Evidence:
 
 @row(ROWS, "compact set", "conclusion from Eqs 63 and 65", "L_dot is negative outside a compact set; r and W_tilde "
      "are UUB", LAW,
-     Verdict.CORRECTED, "L_dot = 0 where r = 0, whatever W_tilde and the integrals are: the set is not compact, and "
+     EquationVerdict.CORRECTED, "L_dot = 0 where r = 0, whatever W_tilde and the integrals are: the set is not compact, and "
          "b_r, b_w are not "
      "ultimate bounds")  # fmt: skip
 def compact_set() -> Evidence:

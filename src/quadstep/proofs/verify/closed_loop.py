@@ -69,17 +69,17 @@ MEMORY = BacksteppingMemory(
 )
 
 
-class Sample(NamedTuple):
+class LawResult(NamedTuple):
     """The result of the law: the command, and the memory for the next sample."""
 
     command: Command
     following: BacksteppingMemory
 
 
-def sample(learning: bool = True, gains: BacksteppingGains = GAINS) -> Sample:
+def sample(learning: bool = True, gains: BacksteppingGains = GAINS) -> LawResult:
     """The shipped law evaluated with symbols, before or after the nets start learning."""
     start = 0.0 if learning else 2.0
-    return Sample(*Backstepping().law(MEMORY, STATE, REFERENCE, gains._replace(learning_start=start), 1.0, PERIOD))
+    return LawResult(*Backstepping().law(MEMORY, STATE, REFERENCE, gains._replace(learning_start=start), 1.0, PERIOD))
 
 
 def diagonal(entries: Vector) -> Expression:

@@ -8,16 +8,16 @@ from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Number, Vector
-from quadstep.proofs.theory.samples import Sample, draw_sample
+from quadstep.proofs.theory.samples import LoopBatch, draw_sample
 from quadstep.proofs.verify.plain import Plain, agree, blocks, christoffel, inertia, kept, learnt, neurons, rows, size
-from quadstep.proofs.verify.rows import Check, Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 COUNT, PERIOD = 300, 0.004
 LAW = "control.completed_backstepping:CompletedBackstepping.law"
 
 
-def closed_loops() -> Sample:
+def closed_loops() -> LoopBatch:
     """Random closed loops: in some of them bounds are active, in some the nets are off."""
     sample = draw_sample(75, COUNT)
     draw, paper, memory = np.random.default_rng(75), sample.gains.paper, sample.memory.paper
@@ -58,7 +58,7 @@ def half_ratio(x: Plain) -> Plain:
 
 @row(ROWS, "completed law", "the law that completes the paper's", "not in the paper: tau = Eq. 35 + P e2 + J (eta_d_dd - "
      "Lambda_2^2 e2 - Lambda_2 c + c_dot) + C (eta_d_dot + Lambda_2 e2 + c), c = filtered P^-1 u_d B^T r1, r2 = e2_dot + "
-     "Lambda_2 e2 + c", LAW, Verdict.DEFINITION,
+     "Lambda_2 e2 + c", LAW, EquationVerdict.DEFINITION,
      "docs/theory.md; every part of command and memory, sampled, nets on and off, bounds reached or not")  # fmt: skip
 def completed_law() -> Evidence:
     s = closed_loops()

@@ -23,10 +23,10 @@ from quadstep.proofs.verify.position_loop import (
     wanted_by,
 )
 from quadstep.proofs.verify.rigid_body import ATTITUDE
-from quadstep.proofs.verify.rows import Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
 from quadstep.vehicle.paper.kinematics import thrust_direction
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 
 
 def attained(force: Vector) -> Expression:
@@ -49,7 +49,7 @@ def off_by(angle: float) -> float:
 
 
 @row(ROWS, "20", "closed loop of the position", "m r1_dot = -(K_r1 - m Lambda_1) r1 - A_tilde - K_i1 int r1",
-     "control.backstepping:wanted_force", Verdict.CORRECTED,
+     "control.backstepping:wanted_force", EquationVerdict.CORRECTED,
      "right only at the desired attitude; in flight add -delta, delta = F_d(u_d, theta, phi) - F_d_hat")  # fmt: skip
 def equation_20() -> Evidence:
     force = wanted_by(-array(A_HAT))
@@ -64,7 +64,7 @@ def equation_20() -> Evidence:
 
 # Eq. 26
 @row(ROWS, "26", "closed loop of the position with the net", "m r1_dot = -(K_r1 - m Lambda_1) r1 + W_tilde_1^T mu_1 - "
-     "K_i1 int r1 + eps_1", LAW, Verdict.CORRECTED, "add -delta, as in Eq. 20")  # fmt: skip
+     "K_i1 int r1 + eps_1", LAW, EquationVerdict.CORRECTED, "add -delta, as in Eq. 20")  # fmt: skip
 def equation_26() -> Evidence:
     command = loop.sample().command
     w_tilde = array(W_1) - array(loop.W_HAT_1)
@@ -81,7 +81,7 @@ def equation_26() -> Evidence:
 
 
 @row(ROWS, "delta", "the coupling that Eqs 20, 26, 56 leave out", "none: F_d = F_d_hat is assumed",
-     "vehicle.paper.kinematics:thrust_direction", Verdict.CORRECTED,
+     "vehicle.paper.kinematics:thrust_direction", EquationVerdict.CORRECTED,
      "delta = F_d(u_d, theta, phi) - F_d_hat, |delta| <= u_d |e2|; L_dot gains -r1^T delta, which nothing "
      "cancels")  # fmt: skip
 def delta() -> Evidence:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from quadstep.io.atomic import write_beside
 from quadstep.proofs.verify.registry import all_rows, verify
-from quadstep.proofs.verify.rows import Result, Verdict
+from quadstep.proofs.verify.rows import EquationVerdict, JudgedRow
 
 PAGE = Path("docs/errata.md")
 
@@ -32,16 +32,18 @@ def table(header: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
     return "\n".join([row_of(*header), "|" + "---|" * len(header), *(row_of(*line) for line in lines)]) + "\n"
 
 
-def named(result: Result) -> str:
+def named(result: JudgedRow) -> str:
     """The name of a row."""
     return f"Eq. {result.row.number}" if result.row.number.isdigit() else result.row.number
 
 
-def page(results: list[Result]) -> str:
+def page(results: list[JudgedRow]) -> str:
     """The whole page."""
-    wrong = [r for r in results if r.row.verdict is Verdict.CORRECTED]
-    kept = [r for r in results if r.row.verdict is not Verdict.CORRECTED and r.evidence.counterexample]
-    noted = [r for r in results if r.row.verdict is not Verdict.CORRECTED and not r.evidence.counterexample and r.row.reason]
+    wrong = [r for r in results if r.row.verdict is EquationVerdict.CORRECTED]
+    kept = [r for r in results if r.row.verdict is not EquationVerdict.CORRECTED and r.evidence.counterexample]
+    noted = [
+        r for r in results if r.row.verdict is not EquationVerdict.CORRECTED and not r.evidence.counterexample and r.row.reason
+    ]
     return "\n".join([
         OPENING,
         f"## Corrected ({len(wrong)})\n",

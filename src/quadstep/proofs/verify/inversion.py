@@ -10,9 +10,9 @@ from quadstep.control.inversion import invert_force
 from quadstep.numbers import vector
 from quadstep.proofs.verify.algebra import Expression, array, holds, listed, near, number, same, short, symbols, unlike
 from quadstep.proofs.verify.forces import printed_direction
-from quadstep.proofs.verify.rows import Check, Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 PLACE = "control.inversion:invert_force"
 FORCE = symbols("f_d")
 F_X, F_Y, F_Z = FORCE
@@ -54,7 +54,7 @@ def plain(
     name: str,
     what: str,
     printed: str,
-    verdict: Verdict,
+    verdict: EquationVerdict,
     sides: Callable[[Solution], tuple[Expression, Expression]],
     reason: str = "",
 ) -> None:
@@ -72,14 +72,14 @@ def plain(
     "attitude and thrust for a force",
     "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat",
     PLACE,
-    Verdict.AS_PRINTED,
+    EquationVerdict.AS_PRINTED,
 )
 def equation_21() -> Evidence:
     found = solution()
     return Evidence([same("the force made by the shipped solution", made(found.u, found.theta, found.phi), FORCE)])
 
 
-@row(ROWS, "40", "Eq. 21 over time", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat(t)", PLACE, Verdict.AS_PRINTED,
+@row(ROWS, "40", "Eq. 21 over time", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat(t)", PLACE, EquationVerdict.AS_PRINTED,
      "solvable for every force: angles that a force leaves undetermined are set to zero")  # fmt: skip
 def equation_40() -> Evidence:
     checks: list[Check] = []
@@ -91,26 +91,35 @@ def equation_40() -> Evidence:
     return Evidence(checks)
 
 
-plain("41", "intermediate variables", "a = u_d s_thd, b = u_d c_thd", Verdict.DEFINITION, lambda s: ([s.a, s.b], [A, B]))
-plain("42", "the force in a and b", "(-a, b s_phd, b c_phd) = (f_x, f_y, f_z)", Verdict.AS_PRINTED,
+plain(
+    "41", "intermediate variables", "a = u_d s_thd, b = u_d c_thd", EquationVerdict.DEFINITION, lambda s: ([s.a, s.b], [A, B])
+)
+plain("42", "the force in a and b", "(-a, b s_phd, b c_phd) = (f_x, f_y, f_z)", EquationVerdict.AS_PRINTED,
       lambda s: ([-s.a, s.b * sympy.sin(s.phi), s.b * sympy.cos(s.phi)], FORCE))  # fmt: skip
-plain("43", "a", "a = -f_x", Verdict.AS_PRINTED, lambda s: (s.a, -F_X))
+plain("43", "a", "a = -f_x", EquationVerdict.AS_PRINTED, lambda s: (s.a, -F_X))
 # Eq. 44
-plain("44", "b squared", "b^2 s_phd^2 + b^2 c_phd^2 = f_y^2 + f_z^2", Verdict.AS_PRINTED,
+plain("44", "b squared", "b^2 s_phd^2 + b^2 c_phd^2 = f_y^2 + f_z^2", EquationVerdict.AS_PRINTED,
       lambda s: ((s.b * sympy.sin(s.phi)) ** 2 + (s.b * sympy.cos(s.phi)) ** 2, F_Y**2 + F_Z**2))  # fmt: skip
-plain("45", "b", "b = sqrt(f_y^2 + f_z^2)", Verdict.AS_PRINTED, lambda s: (s.b, B),
+plain("45", "b", "b = sqrt(f_y^2 + f_z^2)", EquationVerdict.AS_PRINTED, lambda s: (s.b, B),
       "the root with cos theta_d >= 0")  # fmt: skip
 # Eq. 46
-plain("46", "thrust squared in a and b", "(u_d s_thd)^2 + (u_d c_thd)^2 = a^2 + b^2", Verdict.AS_PRINTED,
+plain("46", "thrust squared in a and b", "(u_d s_thd)^2 + (u_d c_thd)^2 = a^2 + b^2", EquationVerdict.AS_PRINTED,
       lambda s: (s.a**2 + s.b**2, A**2 + B**2), "from Eq. 41, not Eq. 42 as the text says")  # fmt: skip
 # Eq. 47
-plain("47", "thrust squared", "u_d^2 = a^2 + b^2", Verdict.AS_PRINTED, lambda s: (s.u**2, A**2 + B**2))
-plain("48", "thrust", "u_d = sqrt(a^2 + b^2)", Verdict.AS_PRINTED, lambda s: (s.u, sympy.sqrt(A**2 + B**2)))
+plain("47", "thrust squared", "u_d^2 = a^2 + b^2", EquationVerdict.AS_PRINTED, lambda s: (s.u**2, A**2 + B**2))
+plain("48", "thrust", "u_d = sqrt(a^2 + b^2)", EquationVerdict.AS_PRINTED, lambda s: (s.u, sympy.sqrt(A**2 + B**2)))
 # Eq. 49
-plain("49", "tangent of pitch", "tan theta_d = a / b", Verdict.AS_PRINTED, lambda s: (sympy.tan(s.theta), A / B), "for b > 0")
+plain(
+    "49",
+    "tangent of pitch",
+    "tan theta_d = a / b",
+    EquationVerdict.AS_PRINTED,
+    lambda s: (sympy.tan(s.theta), A / B),
+    "for b > 0",
+)
 
 
-@row(ROWS, "50", "pitch", "theta_d = atan(a / b)", PLACE, Verdict.AS_PRINTED,
+@row(ROWS, "50", "pitch", "theta_d = atan(a / b)", PLACE, EquationVerdict.AS_PRINTED,
      "for b > 0; the code has atan2(a, b), the same there and right for a force along x too")  # fmt: skip
 def equation_50() -> Evidence:
     along_x = invert_force(vector(3.0, 0.0, 0.0))[1]
@@ -123,13 +132,14 @@ plain(
     "51",
     "tangent of roll",
     "tan phi_d = f_y / f_z",
-    Verdict.AS_PRINTED,
+    EquationVerdict.AS_PRINTED,
     lambda s: (sympy.tan(s.phi), F_Y / F_Z),
     "for f_z != 0",
 )
 
 
-@row(ROWS, "52", "roll", "phi_d = atan(f_y / f_z), 'f_z != 0, i.e. phi and psi are not 90 deg'", PLACE, Verdict.CORRECTED,
+@row(ROWS, "52", "roll", "phi_d = atan(f_y / f_z), 'f_z != 0, i.e. phi and psi are not 90 "
+                         "deg'", PLACE, EquationVerdict.CORRECTED,
      "atan2(f_y, f_z): atan takes the wrong branch for f_z < 0; and it is phi and theta that must not be 90 deg")  # fmt: skip
 def equation_52() -> Evidence:
     found, upward = solution(), symbols("up", 1, positive=True)[0]

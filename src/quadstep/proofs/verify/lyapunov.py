@@ -32,7 +32,7 @@ COUNT, NEURONS, PERIOD = 4000, 4, 1e-3
 STANDARD = Kinematics.STANDARD
 
 
-class Moment(NamedTuple):
+class LyapunovBatch(NamedTuple):
     """One number per entry and flight. l_dot: by the chain rule from the laws and the plant.
 
     delta: F_d less F_d_hat. growth: tr W_tilde^T (F^-1 W_tilde_dot + mu_r). k_v: smallest eigenvalue of the corrected K_v.
@@ -63,7 +63,7 @@ class Moment(NamedTuple):
         return batch(sqrt(self.eps_1 @ self.eps_1 + self.eps_2 @ self.eps_2))
 
 
-class Weights(NamedTuple):
+class WeightNorms(NamedTuple):
     """Frobenius norms of the ideal weights and of their error, both nets together, and the ideal ones themselves."""
 
     ideal: Batch
@@ -87,7 +87,7 @@ def inner(a: Matrix, b: Matrix) -> Number:
 
 def moments(
     seed: int, at_wanted_attitude: bool = True, sliding: bool = False, half_learnt: bool = False
-) -> tuple[Moment, Weights]:
+) -> tuple[LyapunovBatch, WeightNorms]:
     """COUNT random moments; r and the weights' error spread over decades.
 
     at_wanted_attitude: the force is the desired one (delta = 0). sliding: r1 = r2 = 0.
@@ -172,11 +172,11 @@ def moments(
     mu_r = total(r @ (w.T @ mu) for r, w, mu in zip((r1, r2), w_tilde, (mu_1, mu_2), strict=True))
     stored = memory.integral_1 @ (gains.integral_1 * r1) + memory.integral_2 @ (gains.integral_2 * r2)
     kinetic = mass * (r1 @ r1_dot) + r2 @ (j @ r2_dot) + 0.5 * (r2 @ (j_dot @ r2))
-    moment = Moment(
+    moment = LyapunovBatch(
         r1, r2, j, j_dot, c, eps_1, eps_2, delta, gains,
         growth=batch(mu_r - learning),
         trace=batch(total(inner(w, hat) for w, hat in zip(w_tilde, (memory.weights_1, memory.weights_2), strict=True))),
         l_dot=batch(kinetic + stored - learning),
         k_v=np.min(np.array([*margin_1, *margin_2]), axis=0),
     )  # fmt: skip
-    return moment, Weights(frobenius(ideal_1, ideal_2), frobenius(*w_tilde))
+    return moment, WeightNorms(frobenius(ideal_1, ideal_2), frobenius(*w_tilde))

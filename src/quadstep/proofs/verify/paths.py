@@ -7,10 +7,10 @@ import sympy
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify.algebra import Expression, array, branch, exact, holds, same, short, symbol, symbols
-from quadstep.proofs.verify.rows import Check, Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 PATH, BLEND = "world.guidance.minimum_jerk:MinimumJerk.reference", "world.guidance.minimum_jerk:blend"
 T, DURATION = symbol("t"), symbol("t_f")
 START, END = symbols("start"), symbols("end")
@@ -62,7 +62,7 @@ def quintic(axis: int, name: str) -> list[Check]:
 
 
 @row(ROWS, "68", "velocity of the path", "x_d_dot = a_1 + 2 a_2 t + 3 a_3 t^2 + 4 a_4 t^3 + 5 a_5 "
-     "t^4", BLEND, Verdict.AS_PRINTED,
+     "t^4", BLEND, EquationVerdict.AS_PRINTED,
      "Section 6 cites it once for the disturbance of Eq. 67")  # fmt: skip
 def equation_68() -> Evidence:
     a = coefficients().a
@@ -77,7 +77,14 @@ def equation_68() -> Evidence:
     ])  # fmt: skip
 
 
-@row(ROWS, "69", "acceleration of the path", "x_d_dd = 2 a_2 + 6 a_3 t + 12 a_4 t^2 + 20 a_5 t^3", BLEND, Verdict.AS_PRINTED)
+@row(
+    ROWS,
+    "69",
+    "acceleration of the path",
+    "x_d_dd = 2 a_2 + 6 a_3 t + 12 a_4 t^2 + 20 a_5 t^3",
+    BLEND,
+    EquationVerdict.AS_PRINTED,
+)
 def equation_69() -> Evidence:
     a = coefficients().a
     flown = on_the_way()
@@ -88,7 +95,7 @@ def equation_69() -> Evidence:
 
 
 @row(ROWS, "70", "end conditions", "(d_x, 0, 0) = [1 t_f t_f^2; 3 4 t_f 5 t_f^2; 6 12 t_f 20 t_f^2] (a_3, a_4, a_5), d_x = "
-     "(x_df - x_d0) / t_f^3", BLEND, Verdict.AS_PRINTED)  # fmt: skip
+     "(x_df - x_d0) / t_f^3", BLEND, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_70() -> Evidence:
     c = coefficients()
     d = (END[0] - START[0]) / DURATION**3
@@ -103,7 +110,9 @@ def equation_70() -> Evidence:
     ])  # fmt: skip
 
 
-@row(ROWS, "71", "coefficients", "(a_3, a_4, a_5) = inverse of that matrix times (d_x, 0, 0)", BLEND, Verdict.AS_PRINTED)
+@row(
+    ROWS, "71", "coefficients", "(a_3, a_4, a_5) = inverse of that matrix times (d_x, 0, 0)", BLEND, EquationVerdict.AS_PRINTED
+)
 def equation_71() -> Evidence:
     d = (END[0] - START[0]) / DURATION**3
     solved = SYSTEM.inv() * sympy.Matrix([d, 0, 0])
@@ -115,9 +124,14 @@ def equation_71() -> Evidence:
 
 def axis_row(number: str, axis: int, name: str) -> None:
     """The row of Eq. 72, 73 or 74."""
-    row(ROWS, number, f"path along {name}", f"{name}_d = {name}_d0 + a_3 t^3 + a_4 t^4 + a_5 t^5", PATH, Verdict.AS_PRINTED)(
-        lambda: Evidence(quintic(axis, name))
-    )
+    row(
+        ROWS,
+        number,
+        f"path along {name}",
+        f"{name}_d = {name}_d0 + a_3 t^3 + a_4 t^4 + a_5 t^5",
+        PATH,
+        EquationVerdict.AS_PRINTED,
+    )(lambda: Evidence(quintic(axis, name)))
 
 
 axis_row("72", 0, "x")
@@ -131,7 +145,7 @@ axis_row("74", 2, "z")
     "example",
     "x_d = 0.1 t^3 - 0.015 t^4 + 0.0006 t^5 for t_f = 10, x_df = 10, d_x = 0.01",
     PATH,
-    Verdict.AS_PRINTED,
+    EquationVerdict.AS_PRINTED,
     "Section 6 announces two cases before it, and three follow",
 )
 def equation_75() -> Evidence:
@@ -151,7 +165,7 @@ def equation_75() -> Evidence:
 
 @row(ROWS, "least jerk", "Section 6: 'the jerk is minimized over the time horizon'", "minimise the integral of "
      "x_d_ddd^2 with rest at "
-     "both ends", BLEND, Verdict.PROOF_STEP, "against every polynomial with the same ends up to degree 9, and by "
+     "both ends", BLEND, EquationVerdict.PROOF_STEP, "against every polynomial with the same ends up to degree 9, and by "
      "Euler-Lagrange")  # fmt: skip
 def least_jerk() -> Evidence:
     share = cut(blend(T, DURATION)[0])

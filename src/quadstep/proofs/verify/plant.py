@@ -30,7 +30,7 @@ from quadstep.proofs.verify.rigid_body import (
     rate_map,
     zyx,
 )
-from quadstep.proofs.verify.rows import Check, Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
 from quadstep.vehicle.paper.disturbance import Disturbance
 from quadstep.vehicle.paper.kinematics import euler_rate_matrix, euler_rate_partials
 from quadstep.vehicle.paper.lagrange import (
@@ -46,7 +46,7 @@ from quadstep.vehicle.paper.lagrange import (
 from quadstep.vehicle.paper.rotors import Rotors
 from quadstep.vehicle.paper.state import State
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 STANDARD, PRINTED = Kinematics.STANDARD, Kinematics.PRINTED
 MASS, GRAVITY, THRUST = symbol("m"), symbol("g"), symbol("u")
 TORQUE = symbols("tau")
@@ -81,7 +81,7 @@ def solves_lagrange(kinematics: Kinematics, bias: Expression) -> Check:
 
 
 @row(ROWS, "2", "rotation subsystem, Lagrange's equations", "J eta_dd + d/dt{J} eta_dot - 1/2 d/deta(eta_dot J eta_dot) = tau",
-     "vehicle.paper.lagrange:coriolis_torque", Verdict.AS_PRINTED,
+     "vehicle.paper.lagrange:coriolis_torque", EquationVerdict.AS_PRINTED,
      "with the transpose on the first eta_dot, which the text at hand lacks")  # fmt: skip
 def equation_2() -> Evidence:
     checks = [same("C eta_dot from the kinetic energy of R = Rz Ry Rx, unequal inertias",
@@ -103,7 +103,7 @@ def equation_2() -> Evidence:
 
 
 @row(ROWS, "3", "rotation subsystem with C", "J eta_dd + C(eta, eta_dot) eta_dot = tau",
-     "vehicle.paper.lagrange:angular_acceleration", Verdict.AS_PRINTED)  # fmt: skip
+     "vehicle.paper.lagrange:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_3() -> Evidence:
     checks = []
     for kinematics in Kinematics:
@@ -114,7 +114,8 @@ def equation_3() -> Evidence:
     return Evidence(checks)
 
 
-@row(ROWS, "4", "effective inertia", "J = T_eta^T Sigma T_eta", "vehicle.paper.lagrange:effective_inertia", Verdict.AS_PRINTED,
+@row(ROWS, "4", "effective inertia", "J = T_eta^T Sigma T_eta", "vehicle.paper.lagrange:effective_inertia",
+    EquationVerdict.AS_PRINTED,
      "with T_eta as in its own row")  # fmt: skip
 def equation_4() -> Evidence:
     t = rate_map(zyx())
@@ -130,7 +131,7 @@ def equation_4() -> Evidence:
 
 
 @row(ROWS, "T_eta", "body rates from Euler rates", "rows (-s_th, 0, 1), (c_th s_psi, c_psi, 0), (c_th c_psi, -s_psi, 0)",
-     "vehicle.paper.kinematics:euler_rate_matrix", Verdict.CORRECTED,
+     "vehicle.paper.kinematics:euler_rate_matrix", EquationVerdict.CORRECTED,
      "either rows 2 and 3 need roll in place of yaw, or the columns mean (phi, theta, psi) and the rows z, y, x: then it is "
      "-T_eta of the thrust's own order; as printed, for (psi, theta, phi), Lagrange and Newton-Euler disagree unless the "
      "inertias are equal")  # fmt: skip
@@ -169,7 +170,7 @@ def number_at(expression: Expression, inertia: tuple[float, ...], torque: tuple[
 
 
 @row(ROWS, "6", "the matrix C", "C = J_dot - 1/2 d/deta(eta_dot^T J) = 2 T^T Sigma T_dot - ...; J_dot - 2C skew",
-     "vehicle.paper.lagrange:coriolis", Verdict.CORRECTED,
+     "vehicle.paper.lagrange:coriolis", EquationVerdict.CORRECTED,
      "J_dot - 2C is not skew for this C, but is for Christoffel's; J_dot = T_dot^T Sigma T + T^T Sigma T_dot")  # fmt: skip
 def equation_6() -> Evidence:
     checks, found = [], {}
@@ -205,7 +206,7 @@ def equation_6() -> Evidence:
 
 
 @row(ROWS, "8", "rotation subsystem, summary", "J eta_dd = -C(eta, eta_dot) eta_dot + tau",
-     "vehicle.paper.lagrange:angular_acceleration", Verdict.AS_PRINTED)  # fmt: skip
+     "vehicle.paper.lagrange:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_8() -> Evidence:
     return Evidence([
         same("J eta_dd + C eta_dot is the torque by Newton-Euler, unequal inertias", newton_euler(STANDARD), euler_torque()),
@@ -214,7 +215,7 @@ def equation_8() -> Evidence:
 
 
 @row(ROWS, "10", "rotation subsystem with disturbance", "J eta_dd = tau - C(eta, eta_dot) eta_dot + A_eta",
-     "vehicle.paper.lagrange:derivative", Verdict.AS_PRINTED)  # fmt: skip
+     "vehicle.paper.lagrange:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_10() -> Evidence:
     state = State(symbols("xi"), symbols("xi_dot"), ATTITUDE, RATES)
     moment = symbols("A_eta")
@@ -228,7 +229,7 @@ def equation_10() -> Evidence:
 
 @row(ROWS, "66", "effective inertia written out", "rows (Sx s_th^2 + Sy c_th^2 s_psi^2 + Sz c_th^2 c_psi^2, "
      "(Sy-Sz) c_th s_psi c_psi, -Sx s_th), ((Sy-Sz) c_th c_psi s_psi, Sy c_psi^2 + Sz s_psi^2, 0), (-Sx s_th, 0, Sx)",
-     "vehicle.paper.lagrange:effective_inertia", Verdict.CORRECTED,
+     "vehicle.paper.lagrange:effective_inertia", EquationVerdict.CORRECTED,
      "roll for yaw as in T_eta; otherwise as printed")  # fmt: skip
 def equation_66() -> Evidence:
     s, c = sympy.sin(ATTITUDE[1]), sympy.cos(ATTITUDE[1])

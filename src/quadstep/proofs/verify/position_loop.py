@@ -25,11 +25,11 @@ from quadstep.proofs.verify.closed_loop import (
 from quadstep.proofs.verify.forces import printed_direction
 from quadstep.proofs.verify.plant import MASS, THRUST
 from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
-from quadstep.proofs.verify.rows import Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
 from quadstep.vehicle.paper.disturbance import disturb
 from quadstep.vehicle.paper.kinematics import thrust_direction
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 LAW = "control.backstepping:position_loop"
 K_R1, K_I1 = loop.diagonal(GAINS.gain_1), loop.diagonal(GAINS.integral_1)
 INTEGRAL = array(MEMORY.integral_1)
@@ -52,20 +52,20 @@ def wanted_by(estimate: Expression) -> Vector:
     return wanted_force(GAINS, REFERENCE, Vector(E1), Vector(R1), MEMORY.integral_1, Vector(estimate))
 
 
-@row(ROWS, "11", "position error", "e1 = xi_d - xi", LAW, Verdict.AS_PRINTED)
+@row(ROWS, "11", "position error", "e1 = xi_d - xi", LAW, EquationVerdict.AS_PRINTED)
 def equation_11() -> Evidence:
     r1 = array(loop.sample(gains=GAINS._replace(slope_1=vector(1.0, 1.0, 1.0))).command.r1)
     matched = dict(zip(REFERENCE.velocity, STATE.velocity, strict=True))
     return Evidence([same("r1 of the law for Lambda_1 = I, at the path's velocity", r1.xreplace(matched), E1)])
 
 
-@row(ROWS, "12", "sliding mode error", "r1 = e1_dot + Lambda_1 e1", LAW, Verdict.AS_PRINTED)
+@row(ROWS, "12", "sliding mode error", "r1 = e1_dot + Lambda_1 e1", LAW, EquationVerdict.AS_PRINTED)
 def equation_12() -> Evidence:
     return Evidence([same("r1 of the law", loop.sample().command.r1, E1_DOT + LAMBDA_1 * E1)])
 
 
 # Eq. 13
-@row(ROWS, "13", "e1 is bounded by r1", "|e1| <= |r1| / sigma_min(Lambda_1), |e1_dot| <= |r1|", LAW, Verdict.CORRECTED,
+@row(ROWS, "13", "e1 is bounded by r1", "|e1| <= |r1| / sigma_min(Lambda_1), |e1_dot| <= |r1|", LAW, EquationVerdict.CORRECTED,
      "both fail at an instant; for e1(0) = 0 the suprema over time obey |e1| <= sup|r1| / sigma_min and "
      "|e1_dot| <= (1 + sigma_max / sigma_min) sup|r1|")  # fmt: skip
 def equation_13() -> Evidence:
@@ -101,7 +101,7 @@ def in_errors(thing: Vector) -> Expression:
 
 
 # Eq. 14
-@row(ROWS, "14", "sliding", "e1(t) = exp(-Lambda_1 t) e1(0)", LAW, Verdict.AS_PRINTED, "while r1 = 0")
+@row(ROWS, "14", "sliding", "e1(t) = exp(-Lambda_1 t) e1(0)", LAW, EquationVerdict.AS_PRINTED, "while r1 = 0")
 def equation_14() -> Evidence:
     t, start = symbol("t"), symbols("e1_0")
     slide = [sympy.exp(-slope * t) * e for slope, e in zip(GAINS.slope_1, start, strict=True)]
@@ -114,7 +114,7 @@ def equation_14() -> Evidence:
 
 
 # Eq. 15
-@row(ROWS, "15", "rate of r1", "m r1_dot = m e1_dd + m Lambda_1 e1_dot", LAW, Verdict.AS_PRINTED)
+@row(ROWS, "15", "rate of r1", "m r1_dot = m e1_dd + m Lambda_1 e1_dot", LAW, EquationVerdict.AS_PRINTED)
 def equation_15() -> Evidence:
     e1_dd = XI_D_DD - array(loop.plant().velocity)
     return Evidence([same("m r1_dot", MASS * r1_dot(), MASS * e1_dd + MASS * LAMBDA_1 * E1_DOT)])
@@ -122,7 +122,7 @@ def equation_15() -> Evidence:
 
 # Eq. 16
 @row(ROWS, "16", "rate of r1 in terms of r1 and e1", "m r1_dot = m xi_d_dd - m xi_dd + m Lambda_1 (r1 - Lambda_1 e1)", LAW,
-     Verdict.AS_PRINTED)  # fmt: skip
+     EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_16() -> Evidence:
     printed = MASS * XI_D_DD - MASS * array(loop.plant().velocity) + MASS * LAMBDA_1 * (R1 - LAMBDA_1 * E1)
     return Evidence([same("m r1_dot", MASS * r1_dot(), printed)])
@@ -135,7 +135,7 @@ def driven(force: Expression) -> Expression:
 
 # Eq. 17
 @row(ROWS, "17", "rate of r1 under thrust", "m r1_dot = m xi_d_dd - u (-s_th, c_th s_ph, c_th c_ph) - (0, 0, -m g) - A_xyz "
-     "+ m Lambda_1 (r1 - Lambda_1 e1)", LAW, Verdict.AS_PRINTED)  # fmt: skip
+     "+ m Lambda_1 (r1 - Lambda_1 e1)", LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_17() -> Evidence:
     printed = MASS * XI_D_DD - THRUST * printed_direction() - M_G - array(FORCE) + MASS * LAMBDA_1 * (R1 - LAMBDA_1 * E1)
     return Evidence([same("m r1_dot", MASS * r1_dot(), printed)])
@@ -143,13 +143,13 @@ def equation_17() -> Evidence:
 
 # Eq. 18
 @row(ROWS, "18", "rate of r1 under F_d", "m r1_dot = m xi_d_dd + m Lambda_1 r1 - m Lambda_1^2 e1 - F_d - m_g - A_xyz", LAW,
-     Verdict.AS_PRINTED)  # fmt: skip
+     EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_18() -> Evidence:
     return Evidence([same("m r1_dot", MASS * r1_dot(), driven(THRUST * printed_direction()))])
 
 
 @row(ROWS, "19", "desired force", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g - A_hat + K_r1 r1 + K_i1 int r1",
-     "control.backstepping:wanted_force", Verdict.AS_PRINTED)  # fmt: skip
+     "control.backstepping:wanted_force", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_19() -> Evidence:
     after = array(loop.sample().following.integral_1)
     return Evidence([
@@ -159,14 +159,21 @@ def equation_19() -> Evidence:
 
 
 @row(ROWS, "22", "function approximated by the first net", "v_NN1 = -A_xyz = W_1^T mu_1(chi_1) + eps_1",
-     "control.networks:basis", Verdict.DEFINITION)  # fmt: skip
+     "control.networks:basis", EquationVerdict.DEFINITION)  # fmt: skip
 def equation_22() -> Evidence:
     weights = [list(row) for row in loop.NET_1.input_weights]
     sigmoids = [1 / (1 + sympy.exp(-sum(w * x for w, x in zip(row, (*CHI_1, 1), strict=True)))) for row in weights]
     return Evidence([same("mu_1 of the code: sigmoid of weighted inputs and a bias", loop.mu(loop.NET_1, CHI_1), sigmoids)])
 
 
-@row(ROWS, "23", "first net", "v_NN1_hat = -A_hat = W_hat_1^T mu_1(chi_1)", "control.networks:output", Verdict.AS_PRINTED)
+@row(
+    ROWS,
+    "23",
+    "first net",
+    "v_NN1_hat = -A_hat = W_hat_1^T mu_1(chi_1)",
+    "control.networks:output",
+    EquationVerdict.AS_PRINTED,
+)
 def equation_23() -> Evidence:
     spoken = wanted(loop.sample().command) - wanted(loop.sample(learning=False).command)
     printed = array(loop.W_HAT_1).T * loop.mu(loop.NET_1, CHI_1)
@@ -177,7 +184,7 @@ def equation_23() -> Evidence:
 
 
 @row(ROWS, "24", "desired force with the net", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + "
-     "K_i1 int r1", LAW, Verdict.AS_PRINTED)  # fmt: skip
+     "K_i1 int r1", LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_24() -> Evidence:
     printed = FEEDBACK + array(loop.W_HAT_1).T * loop.mu(loop.NET_1, CHI_1)
     return Evidence([same("thrust and desired attitude of the law produce it", wanted(loop.sample().command), printed)])
@@ -193,7 +200,7 @@ def ideal_1() -> Expression:
 
 # Eq. 25
 @row(ROWS, "25", "error of the first net", "-A_tilde = W_1^T mu_1 - W_hat_1^T mu_1 + eps_1 = W_tilde_1^T mu_1 + eps_1",
-     "control.networks:output", Verdict.DEFINITION)  # fmt: skip
+     "control.networks:output", EquationVerdict.DEFINITION)  # fmt: skip
 def equation_25() -> Evidence:
     basis = loop.mu(loop.NET_1, CHI_1)
     a, a_hat = -ideal_1(), -array(output(loop.W_HAT_1, Vector(basis)))
@@ -202,7 +209,7 @@ def equation_25() -> Evidence:
     )
 
 
-@row(ROWS, "chi_1", "input of the first net", "chi_1 = (xi, r1, eta, eta_dot)", LAW, Verdict.AS_PRINTED,
+@row(ROWS, "chi_1", "input of the first net", "chi_1 = (xi, r1, eta, eta_dot)", LAW, EquationVerdict.AS_PRINTED,
      "kept, but it lacks xi_dot, on which A_xyz of Eq. 67 depends")  # fmt: skip
 def chi_1() -> Evidence:
     shift = {v: v + 1 for v in (STATE.velocity[0], REFERENCE.velocity[0])}

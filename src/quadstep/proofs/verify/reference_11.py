@@ -7,18 +7,18 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify.algebra import holds, listed, near
-from quadstep.proofs.verify.rows import Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
 from quadstep.vehicle.paper.lagrange import Vehicle, acceleration, angular_acceleration
 from quadstep.vehicle.paper.rotors import Rotors
 from quadstep.vehicle.paper.state import State
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 WIDE, NARROW = vector(8e6, 4e6, 2e6, 1e6), vector(2.0, 1.0, 0.2, 0.1)
 
 
 @row(ROWS, "[11]", "the controller of reference [11]", "not given in this "
      "paper", "control.nested_saturation:NestedSaturation.law",
-     Verdict.DEFINITION, "u c_th c_ph = m g - m (a_z1 z_dot + a_z2 z); tau = C eta_dot + J tau~; unsaturated, each "
+     EquationVerdict.DEFINITION, "u c_th c_ph = m g - m (a_z1 z_dot + a_z2 z); tau = C eta_dot + J tau~; unsaturated, each "
          "channel has the "
      "poles of (s + 1)^4")  # fmt: skip
 def reference_11() -> Evidence:

@@ -19,7 +19,7 @@ from quadstep.proofs.verify import (
     rotor_rows,
     stability,
 )
-from quadstep.proofs.verify.rows import Result, Row, judge
+from quadstep.proofs.verify.rows import EquationRow, JudgedRow, judge
 
 EQUATIONS = 75
 
@@ -31,13 +31,13 @@ FOLLOWS = {
 """Items without a number in the paper, and the equation that each belongs to."""
 
 
-def place(row: Row) -> tuple[int, int]:
+def place(row: EquationRow) -> tuple[int, int]:
     """Where a row stands in the order of the paper."""
     names = list(FOLLOWS)
     return (int(row.number), 0) if row.number.isdigit() else (FOLLOWS[row.number], 1 + names.index(row.number))
 
 
-def all_rows() -> list[Row]:
+def all_rows() -> list[EquationRow]:
     """Every row, in the order of the paper."""
     parts = (
         plant,
@@ -58,7 +58,7 @@ def all_rows() -> list[Row]:
     return sorted((row for part in parts for row in part.ROWS), key=place)
 
 
-def chosen(only: str | None) -> list[Row]:
+def chosen(only: str | None) -> list[EquationRow]:
     """All rows, or the one with this number or name. Raises UserError if there is none."""
     rows = all_rows()
     if only is None:
@@ -69,9 +69,9 @@ def chosen(only: str | None) -> list[Row]:
     return found
 
 
-def verify(rows: list[Row], progress: Callable[[int], None] = lambda _: None) -> list[Result]:
+def verify(rows: list[EquationRow], progress: Callable[[int], None] = lambda _: None) -> list[JudgedRow]:
     """Each row with its evidence. progress: called after each row with the number of rows done."""
-    results: list[Result] = []
+    results: list[JudgedRow] = []
     for row in rows:
         results.append(judge(row))
         progress(len(results))

@@ -13,10 +13,10 @@ from quadstep.proofs.verify.attitude_loop import target
 from quadstep.proofs.verify.closed_loop import GAINS, MEMORY, REFERENCE, STATE
 from quadstep.proofs.verify.plant import MASS, THRUST, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA
-from quadstep.proofs.verify.rows import Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
 from quadstep.vehicle.paper.lagrange import acceleration, effective_inertia
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 FORCE_LAW, NET = "control.backstepping:wanted_force", "control.backstepping:torque_basis"
 
 
@@ -27,7 +27,7 @@ def asked() -> Expression:
 
 
 @row(ROWS, "assumption (a)", "the theorem's assumption about the path", "|q_d| < q_B, q_d = (xi_d, psi_d); "
-     "'assumption (a) always holds'", FORCE_LAW, Verdict.CORRECTED,
+     "'assumption (a) always holds'", FORCE_LAW, EquationVerdict.CORRECTED,
      "Eq. 24 needs a bounded xi_d_dd, Eq. 33 a bounded eta_d_dd and so xi_d's fourth and psi_d's second derivative; a bound "
      "on q_d bounds none of them")  # fmt: skip
 def assumption() -> Evidence:
@@ -46,7 +46,7 @@ def assumption() -> Evidence:
 
 
 @row(ROWS, "arbitrarily small", "Theorem 5.1, last sentence", "r_1 and r_2 can be made arbitrarily small by K_r1, "
-     "K_r2, Lambda_1, Lambda_2", NET, Verdict.CORRECTED,
+     "K_r2, Lambda_1, Lambda_2", NET, EquationVerdict.CORRECTED,
      "not shown: b_r falls as K_v grows only if W_B and eps_v stay, but Lambda_2^2 appears in the second net's target "
      "(Eq. 33), and the gains of the outer loop in eta_d_dd")  # fmt: skip
 def arbitrarily_small() -> Evidence:
@@ -72,7 +72,8 @@ def asked_in_errors() -> Expression:
 
 
 @row(ROWS, "conclusion", "Section 7 on the force dynamics", "'completely independent of the rotational dynamics "
-     "except through the aerodynamic state dependent disturbances'", "vehicle.paper.lagrange:acceleration", Verdict.CORRECTED,
+     "except through the aerodynamic state dependent "
+     "disturbances'", "vehicle.paper.lagrange:acceleration", EquationVerdict.CORRECTED,
      "the attitude sets the thrust's direction (Eqs 1, 7): without any aerodynamics theta and phi still move the vehicle "
      "sideways")  # fmt: skip
 def conclusion() -> Evidence:

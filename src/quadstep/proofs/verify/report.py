@@ -6,15 +6,15 @@ from pathlib import Path
 from quadstep.io.atomic import check_place, write_beside
 from quadstep.io.errors import UserError
 from quadstep.io.files import JSON, read_bytes
-from quadstep.proofs.verify.rows import Result, Verdict
+from quadstep.proofs.verify.rows import EquationVerdict, JudgedRow
 
 HEADER = ("number", "what", "where", "verdict", "reason")
 
 
-def summary(results: list[Result]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def summary(results: list[JudgedRow]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Header and rows of a table that counts the rows with each verdict, and how many of them hold."""
     rows: list[tuple[str, ...]] = []
-    for verdict in Verdict:
+    for verdict in EquationVerdict:
         of_kind = [result for result in results if result.row.verdict is verdict]
         checks = sum(len(result.evidence.checks) for result in of_kind)
         passed = sum(result.passed for result in of_kind)
@@ -22,21 +22,21 @@ def summary(results: list[Result]) -> tuple[tuple[str, ...], list[tuple[str, ...
     return ("verdict", "rows", "checks", "hold", "fail"), rows
 
 
-def cells(result: Result) -> tuple[str, ...]:
+def cells(result: JudgedRow) -> tuple[str, ...]:
     """One row of the table; a failing row states what was expected and what was found."""
     row = result.row
     verdict = row.verdict if result.passed else f"FAILED ({row.verdict})"
     return row.number, row.what, row.where.removeprefix("quadstep."), verdict, explanation(result)
 
 
-def explanation(result: Result) -> str:
+def explanation(result: JudgedRow) -> str:
     """The reason, with the counterexample's numbers, or what failed."""
     if not result.passed:
         return result.failure
     return "; ".join(part for part in (result.row.reason, result.evidence.counterexample) if part)
 
 
-def closing(results: list[Result], seconds: float) -> str:
+def closing(results: list[JudgedRow], seconds: float) -> str:
     """Counts and seconds."""
     failed = sum(not result.passed for result in results)
     checks = sum(len(result.evidence.checks) for result in results)
@@ -45,7 +45,7 @@ def closing(results: list[Result], seconds: float) -> str:
     return f"{rows}, {checks} checks, {seconds:.1f} s: {ending}"
 
 
-def document(results: list[Result], seconds: float) -> dict[str, object]:
+def document(results: list[JudgedRow], seconds: float) -> dict[str, object]:
     """Everything, for the JSON file."""
     return {
         "passed": all(result.passed for result in results),
@@ -74,6 +74,6 @@ def check_target(path: Path) -> None:
         raise UserError(f"{path}: exists and is not a document of `quadstep verify`; name another file")
 
 
-def write_document(path: Path, results: list[Result], seconds: float) -> None:
+def write_document(path: Path, results: list[JudgedRow], seconds: float) -> None:
     """The JSON file."""
     write_beside(path, json.dumps(document(results, seconds), indent=2, allow_nan=False) + "\n")

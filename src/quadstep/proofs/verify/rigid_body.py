@@ -48,7 +48,7 @@ def rate_map(rotation: Expression) -> Expression:
     return body_rates(rotation).jacobian(list(RATES))
 
 
-class Lagrange(NamedTuple):
+class LagrangeEquations(NamedTuple):
     """Lagrange's equations of the rotating body: mass @ eta_dd + bias = generalised torque."""
 
     kinetic: Expression
@@ -57,14 +57,14 @@ class Lagrange(NamedTuple):
 
 
 @cache
-def lagrange() -> Lagrange:
+def lagrange() -> LagrangeEquations:
     """Derived from the kinetic energy 1/2 omega^T Sigma omega, omega from R = Rz(psi) Ry(theta) Rx(phi)."""
     omega, rates, angles = body_rates(zyx()), list(RATES), list(ATTITUDE)
     kinetic = sum((i * w**2 for i, w in zip(INERTIA, omega, strict=True)), sympy.S.Zero) / 2
     momentum = sympy.Matrix([sympy.diff(kinetic, rate) for rate in rates])
     slope = sympy.Matrix([sympy.diff(kinetic, angle) for angle in angles])
     bias = momentum.jacobian(angles) * array(RATES) - slope
-    return Lagrange(kinetic, momentum.jacobian(rates), bias)
+    return LagrangeEquations(kinetic, momentum.jacobian(rates), bias)
 
 
 @cache

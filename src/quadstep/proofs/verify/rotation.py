@@ -17,14 +17,14 @@ from quadstep.numbers import Matrix, Number, Vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
 from quadstep.proofs.certify.arrays import apply
 from quadstep.proofs.verify.plain import Plain, agree, blocks, kept, learnt, neurons, rows, size
-from quadstep.proofs.verify.rows import Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 COUNT, NEURONS, PERIOD = 300, 3, 0.004
 LAW = "control.rotation_backstepping:RotationBackstepping.follow"
 
 
-class Moment:
+class RotationBatch:
     """Random numbers for the law, as batches."""
 
     def __init__(self) -> None:
@@ -104,11 +104,11 @@ def made(missing: Plain, asked: Plain) -> Plain:
 
 @row(ROWS, "rotation law", "the paper's law on the rotation group", "not in the paper: F = m (xi_d_dd + g e_z - "
      "Lambda_1^2 e1 + K_r1 r1 + K_i1 int r1 + W_hat_1^T mu_1), tau = Sigma (omega_d_dot + Lambda_2 e2_dot + K_r2 r2 + "
-     "K_i2 int r2 + P e2 + W_hat_2^T mu_2) + omega x Sigma omega", LAW, Verdict.DEFINITION,
+     "K_i2 int r2 + P e2 + W_hat_2^T mu_2) + omega x Sigma omega", LAW, EquationVerdict.DEFINITION,
      "both loops with hedging, bounds and learning; e2 the turn to the filtered attitude, gains over mass and "
      "inertia")  # fmt: skip
 def rotation_law() -> Evidence:
-    m = Moment()
+    m = RotationBatch()
     g, memory, measured, reference = m.gains, m.memory, m.measured, m.reference
     law = RotationBackstepping()
     guided = law.guide(memory, measured, reference, g, 1.0, PERIOD)

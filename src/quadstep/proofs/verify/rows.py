@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 
-class Verdict(StrEnum):
+class EquationVerdict(StrEnum):
     """Verdict on an equation."""
 
     AS_PRINTED = "as printed"
@@ -30,7 +30,7 @@ class Evidence(NamedTuple):
     counterexample: str = ""
 
 
-class Row(NamedTuple):
+class EquationRow(NamedTuple):
     """An equation of the paper.
 
     number: 1 to 75, or a name for items without a number. printed: the paper's form, in plain text.
@@ -41,15 +41,15 @@ class Row(NamedTuple):
     what: str
     printed: str
     where: str
-    verdict: Verdict
+    verdict: EquationVerdict
     reason: str
     gather: Callable[[], Evidence]
 
 
-class Result(NamedTuple):
+class JudgedRow(NamedTuple):
     """A row with its evidence."""
 
-    row: Row
+    row: EquationRow
     evidence: Evidence
 
     @property
@@ -64,22 +64,22 @@ class Result(NamedTuple):
         return f"{failing[0].what}: expected {failing[0].expected}, found {failing[0].found}" if failing else "no evidence"
 
 
-def judge(row: Row) -> Result:
+def judge(row: EquationRow) -> JudgedRow:
     """The row with its evidence gathered; evidence that cannot be gathered counts as a failed check."""
     try:
-        return Result(row, row.gather())
+        return JudgedRow(row, row.gather())
     except Exception as error:  # a law that cannot even be evaluated must be reported by this command
         check = Check("evidence", "no error", f"{type(error).__name__}: {error}".partition("\n")[0], False)
-        return Result(row, Evidence([check]))
+        return JudgedRow(row, Evidence([check]))
 
 
 def row(
-    rows: list[Row], number: str, what: str, printed: str, where: str, verdict: Verdict, reason: str = ""
+    rows: list[EquationRow], number: str, what: str, printed: str, where: str, verdict: EquationVerdict, reason: str = ""
 ) -> Callable[[Callable[[], Evidence]], Callable[[], Evidence]]:
     """Decorator: adds to `rows` a row whose evidence the decorated function gathers."""
 
     def add(gather: Callable[[], Evidence]) -> Callable[[], Evidence]:
-        rows.append(Row(number, what, printed, f"quadstep.{where}", verdict, reason, gather))
+        rows.append(EquationRow(number, what, printed, f"quadstep.{where}", verdict, reason, gather))
         return gather
 
     return add

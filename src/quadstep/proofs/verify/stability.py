@@ -12,15 +12,15 @@ from quadstep.numbers import Matrix, Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.algebra import array, branch, holds, near, same, short, symbols
 from quadstep.proofs.verify.closed_loop import E1, E1_DOT, GAINS, LAMBDA_1, MEMORY, R1, R2, STATE
-from quadstep.proofs.verify.lyapunov import Batch, Moment, batch, moments
+from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, batch, moments
 from quadstep.proofs.verify.plant import MASS, body, inertia_matrix
-from quadstep.proofs.verify.rows import Evidence, Row, Verdict, row
+from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
 from quadstep.vehicle.paper.lagrange import effective_inertia
 from quadstep.vehicle.plants.columns import COLUMNS
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Made, Parameters
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 
-ROWS: list[Row] = []
+ROWS: list[EquationRow] = []
 LAW, TUNING = "control.backstepping:Backstepping.law", "control.networks:weight_rate"
 NORM = sympy.sqrt((R1.T * R1)[0] + (R2.T * R2)[0])
 SLOPES = (1.0, 5.0, 25.0)
@@ -33,7 +33,7 @@ def largest(sizes: ArrayLike) -> float:
 
 # Eq. 53
 @row(ROWS, "53", "e1 and e2 are bounded by r1 and r2", "|e_i| <= |s + Lambda_i|^-1 |r_i| <= |r_i| / sigma_min(Lambda_i)", LAW,
-     Verdict.CORRECTED, "the norm of the inverse is meant, |(s + Lambda)^-1| <= 1 / sigma_min; the inverse of the "
+     EquationVerdict.CORRECTED, "the norm of the inverse is meant, |(s + Lambda)^-1| <= 1 / sigma_min; the inverse of the "
          "norm is smaller "
      "unless Lambda is scalar; it bounds suprema over time for e(0) = 0, not values at an instant; the text's 'e_1 and e_1' "
      "means e_1 and e_2")  # fmt: skip
@@ -56,7 +56,7 @@ def equation_53() -> Evidence:
        f"{short(printed * of_law)}")  # fmt: skip
 
 
-@row(ROWS, "54", "tuning laws", "W_hat_i_dot = F_i mu_i r_i^T - kappa |r| F_i W_hat_i", TUNING, Verdict.AS_PRINTED,
+@row(ROWS, "54", "tuning laws", "W_hat_i_dot = F_i mu_i r_i^T - kappa |r| F_i W_hat_i", TUNING, EquationVerdict.AS_PRINTED,
      "one kappa here, two in Section 6: each net has its own; |r| is that of r1 and r2 together; F_i = F I")  # fmt: skip
 def equation_54() -> Evidence:
     following, silent = loop.sample().following, loop.sample(learning=False).following
@@ -76,7 +76,7 @@ def equation_54() -> Evidence:
     return Evidence(checks)
 
 
-@row(ROWS, "F_1, F_2", "shape of the tuning gains", "F_1 = F_2 = diag(5 [1; 1; 1]), 3 x 3", TUNING, Verdict.CORRECTED,
+@row(ROWS, "F_1, F_2", "shape of the tuning gains", "F_1 = F_2 = diag(5 [1; 1; 1]), 3 x 3", TUNING, EquationVerdict.CORRECTED,
      "F_i multiplies mu_i, so it is N x N; 5 I acts as the scalar 5 does")  # fmt: skip
 def shape() -> Evidence:
     neurons, draw = 10, np.random.default_rng(54)
@@ -94,7 +94,7 @@ def shape() -> Evidence:
 
 
 @row(ROWS, "gain conditions", "hypothesis of Theorem 5.1", "K_r1 - m Lambda_1 > 0, K_r2 - J_M Lambda_2 > 0, u and tau by "
-     "'48 and 48'", "vehicle.paper.lagrange:effective_inertia", Verdict.CORRECTED,
+     "'48 and 48'", "vehicle.paper.lagrange:effective_inertia", EquationVerdict.CORRECTED,
      "K_r2 > J_M max(Lambda_2) I unless Lambda_2 is scalar: J Lambda_2 is not symmetric; u and tau are given by 48 and "
      "35")  # fmt: skip
 def gain_conditions() -> Evidence:
@@ -127,7 +127,7 @@ def gain_conditions() -> Evidence:
 
 @row(ROWS, "55", "Lyapunov function", "L = r1^T m r1 / 2 + r2^T J r2 / 2 + int r1^T K_i1 int r1 / 2 + int r2^T K_i2 "
      "int r2 / 2 "
-     "+ tr{W_tilde^T F^-1 W_tilde} / 2", "vehicle.plants.columns:log_row", Verdict.DEFINITION,
+     "+ tr{W_tilde^T F^-1 W_tilde} / 2", "vehicle.plants.columns:log_row", EquationVerdict.DEFINITION,
      "logged without its last term, which contains the unknown weights; not positive definite at theta = 90 degrees, where "
      "det J = Sx Sy Sz c_th^2 is 0")  # fmt: skip
 def equation_55() -> Evidence:
@@ -149,7 +149,7 @@ def equation_55() -> Evidence:
     ])  # fmt: skip
 
 
-def printed_l_dot(m: Moment) -> Batch:
+def printed_l_dot(m: LyapunovBatch) -> Batch:
     """Right side of Eq. 56."""
     k = m.gains
     damped = m.r1 @ (k.gain_1 * m.r1 - k.mass * (k.slope_1 * m.r1)) + m.r2 @ (k.gain_2 * m.r2 - m.j @ (k.slope_2 * m.r2))
@@ -163,7 +163,8 @@ def gap(found: Batch, expected: Batch) -> float:
 
 
 @row(ROWS, "56", "L_dot", "-r^T diag(K_r1 - m Lambda_1, K_r2 - J Lambda_2) r + r^T eps_v + r2^T J_dot r2 / 2 - r2^T C r2 + "
-     "tr{W_tilde^T (F^-1 W_tilde_dot + mu_r)}", LAW, Verdict.CORRECTED, "-r1^T delta is missing, see delta")  # fmt: skip
+     "tr{W_tilde^T (F^-1 W_tilde_dot + "
+     "mu_r)}", LAW, EquationVerdict.CORRECTED, "-r1^T delta is missing, see delta")  # fmt: skip
 def equation_56() -> Evidence:
     calm, real = moments(56)[0], moments(56, at_wanted_attitude=False)[0]
     lost = batch(real.r1 @ real.delta)
@@ -180,7 +181,7 @@ def equation_56() -> Evidence:
 
 
 # Eq. 57
-@row(ROWS, "57", "rate of the weights' error", "W_tilde_dot = -F mu_r + kappa |r| F W_hat", TUNING, Verdict.AS_PRINTED,
+@row(ROWS, "57", "rate of the weights' error", "W_tilde_dot = -F mu_r + kappa |r| F W_hat", TUNING, EquationVerdict.AS_PRINTED,
      "with constant ideal weights; Eq. 54 stacked")  # fmt: skip
 def equation_57() -> Evidence:
     r1, r2 = symbols("r1"), symbols("r2")

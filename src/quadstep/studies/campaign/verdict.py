@@ -6,7 +6,7 @@ from quadstep.engines.engine import Engine
 from quadstep.io.exit_codes import UNMET
 from quadstep.io.results.record import REPORT
 from quadstep.io.version import __version__
-from quadstep.metrics.judging.share import Judged
+from quadstep.metrics.judging.share import JudgedShare
 from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.studies.campaign import until
 from quadstep.studies.campaign.copies import alike
@@ -22,7 +22,7 @@ def verdict(done: Finished, file: Path, engine: Engine, least: float | None, dec
     summary, name = done.summary, done.campaign.file.name
     if summary.copies and (decided or least is not None):
         raise alike(file, "--until" if decided else "--require")
-    judged = None if least is None else Judged(least, summary.success, summary.flights)
+    judged = None if least is None else JudgedShare(least, summary.success, summary.flights)
     cases = (Case("flown"), *([judged.case] if judged else []), *([asked(decided)] if decided else []))
     measured = as_json(summary)
     worst = [{**one, "replay": replay_command(file, one["flight"], done.folder)} for one in measured["worst"]]

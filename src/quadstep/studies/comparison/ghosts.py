@@ -9,7 +9,7 @@ from quadstep.engines.fly import fly
 from quadstep.io.errors import UserError
 from quadstep.mission.derived import ControllerSection
 from quadstep.page.build import build_page
-from quadstep.page.flights import Flown
+from quadstep.page.flights import ShownFlight
 from quadstep.page.identity import identity
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flown import Flyer
@@ -31,7 +31,7 @@ def ghosts(found: Comparison, flights: Sequence[Fly]) -> Shown:
     """The page, and what it shows: for each vehicle the situation that is hardest for the best, and in it the best that can be
     flown again without an autopilot. Raises UserError.
     """
-    shown: list[Flown] = []
+    shown: list[ShownFlight] = []
     links: list[tuple[str, str, str]] = []
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         situation = hardest(found, vehicle)
@@ -61,7 +61,7 @@ def hardest(found: Comparison, vehicle: str) -> Situation:
     return max((one for one in found.situations if one.vehicle == vehicle), key=difficulty)
 
 
-def flown(found: Comparison, situation: Situation, best: Fly, rivals: dict[str, Fly], taken: Sequence[str]) -> Flown:
+def flown(found: Comparison, situation: Situation, best: Fly, rivals: dict[str, Fly], taken: Sequence[str]) -> ShownFlight:
     """The first flight of a situation, under the best controller and under its rivals."""
     campaign = best.cell.campaign
     flyer = Flyer(campaign)
@@ -75,7 +75,7 @@ def flown(found: Comparison, situation: Situation, best: Fly, rivals: dict[str, 
         theirs = job.cell.campaign
         if theirs.content.get("vehicle") == campaign.content.get("vehicle"):
             others[rival] = Flyer(theirs).planner.mission(drawn).controller
-    return Flown(
+    return ShownFlight(
         identity(name, taken), name, found.name, mission, plan, log, metrics, campaign.folder,
         warnings=tuple(warnings), called=best.cell.controller, rivals=others,
     )  # fmt: skip

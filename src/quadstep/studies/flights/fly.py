@@ -23,7 +23,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.exit_codes import DIVERGED, UNMET
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.grade import graded
-from quadstep.metrics.judging.metrics import Judged, Requirement, judge, named
+from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, named
 from quadstep.metrics.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.autopilots import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection
@@ -67,7 +67,7 @@ class Summary(NamedTuple):
     completed: bool
     warnings: tuple[str, ...]
     metrics: Metrics
-    judged: list[Judged]
+    judged: list[JudgedMetric]
 
     def verdict(self, about: Metrics) -> Verdict:
         """The verdict for machines. about: the run, as text."""
@@ -255,7 +255,7 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
 
 
 def summarise(
-    name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[Judged], why: str = ""
+    name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[JudgedMetric], why: str = ""
 ) -> Summary:
     """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known."""
     rows = [

@@ -14,7 +14,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.of_log import Metrics, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.build import build_page
-from quadstep.page.flights import Flown
+from quadstep.page.flights import ShownFlight
 from quadstep.page.missions import with_walk
 from quadstep.page.model import Cell, ClaimView, Link
 from quadstep.page.story import OWN, Story, read_story
@@ -134,16 +134,17 @@ def fly_paper(engine: Engine = Engine.LANES, story: Story | None = None) -> str:
     return paper_page(study, plans, check_claims(study), story=story, engine=engine)
 
 
-def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) -> list[Flown]:
+def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) -> list[ShownFlight]:
     """The flights of the strip."""
-    found: list[Flown] = []
+    found: list[ShownFlight] = []
 
     def add(
         name: str, title: str, group: str, mission: LagrangeMission, plan: FlightPlan, metrics: Metrics, log: FlightLog | None
     ) -> None:
         concerned = tuple(number for number, claim in enumerate(claims) if name in claim.flights)
         found.append(
-            Flown(name, title, group, mission, plan, log or as_reported(plan, metrics), metrics, note=NOTES.get(name, ""),
+            ShownFlight(name, title, group, mission, plan, log or as_reported(plan, metrics), metrics,
+                note=NOTES.get(name, ""),
                   claims=concerned, warnings=plan.warnings)
         )  # fmt: skip
 
