@@ -34,14 +34,7 @@ LOOPED = ("mpc", "mppi", "raptor")
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3")
 
-SMALLEST = (
-    "real pid",
-    "real geometric",
-    "real lqr",
-    "paper nested-saturation",
-    "plane planar-pd",
-    "plane planar-linearisation",
-)
+SMALLEST = ("real pid", "paper nested-saturation", "plane planar-pd")
 """Compiled at all levels."""
 
 MISSIONS = {
@@ -60,12 +53,15 @@ def check_bits(folder, plan, precise, samples, levels):
 
 
 @needs(C_COMPILER)
+@pytest.mark.parametrize("every_level", [False, pytest.param(True, marks=pytest.mark.thorough)], ids=["some", "every"])
 @pytest.mark.parametrize("precise", [False, True], ids=["f32", "f64"])
 @pytest.mark.parametrize("name", MISSIONS)
-def test_every_law_gives_the_bits_of_python(tmp_path, name, precise):
+def test_every_law_gives_the_bits_of_python(tmp_path, name, precise, every_level):
+    """Each compiler with two of its levels, other ones in the other precision; the smallest at all."""
     mission, kind = MISSIONS[name]
-    ends = {} if name in SMALLEST else dict.fromkeys(COMPILERS, ("-O0", "-O3"))
-    check_bits(tmp_path, mission({"type": kind}).plan(), precise, 80, ends)
+    gcc, clang = (("-O0", "-O3"), ("-O1", "-O2")) if precise else (("-O1", "-O2"), ("-O0", "-O3"))
+    levels = {} if every_level or name in SMALLEST else {"gcc": gcc, "clang": clang}
+    check_bits(tmp_path, mission({"type": kind}).plan(), precise, 80, levels)
 
 
 OTHERS = [kind for kind in names(Measured) if kind not in (*REAL, *LOOPED)]
@@ -87,8 +83,14 @@ def test_every_other_law_of_real_vehicles_gives_the_bits_of_python(tmp_path, kin
 
 
 @needs(C_COMPILER)
-@pytest.mark.parametrize("precise", [False, True], ids=["f32", "f64"])
-@pytest.mark.parametrize("kind", ["mpc", "mppi", pytest.param("raptor", marks=needs(POLICY))])
+@pytest.mark.parametrize(
+    ("kind", "precise"),
+    [
+        pytest.param(kind, precise, marks=[*skip, *([] if precise == usual else [pytest.mark.thorough])])
+        for kind, usual, skip in (("mpc", False, []), ("mppi", True, []), ("raptor", False, [needs(POLICY)]))
+        for precise in (False, True)
+    ],
+)
 def test_laws_of_many_turns_give_the_bits_of_python(tmp_path, monkeypatch, kind, precise):
     monkeypatch.setattr("quadstep.export.c.golden.MOST_OPERATIONS", 0)  # the fewest samples
     check_bits(tmp_path, real_mission({"type": kind}).plan(), precise, 8, {"gcc": ("-O2",), "clang": ("-O0", "-O3")})
