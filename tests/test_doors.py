@@ -1,5 +1,7 @@
 """What another distribution registers is used by its name, like what the package has itself."""
 
+import re
+
 import pytest
 
 from quadstep import Mission, UserError, fly
@@ -8,6 +10,7 @@ from quadstep.export.run import TARGETS, ExportRequest, export_mission
 from quadstep.identify.logs.topics import read_topics
 from quadstep.io import doors
 from quadstep.io.user_code import loading
+from quadstep.io.user_code.blame import NAMED
 from quadstep.mission.autopilots import AUTOPILOTS
 from quadstep.report.panels import flight_jobs
 from tests.commands import LINE, quadstep, write
@@ -35,6 +38,14 @@ def files(exported, texts):
     return {"law.txt": exported.name}
 
 
+def fail(name: str) -> None:
+    """Fail."""
+    raise ValueError("no " + name)
+
+
+NUMBER = 3
+
+
 def read(path, wanted):
     return Topics({name: Series([0.0, 1.0], [2.0, 3.0]) for name in wanted}, 0)
 
@@ -52,8 +63,13 @@ class Section(PilotedSection):
 ENTRIES = """[quadstep.commands]
 greet = tiny:greet
 broken = tiny:absent
+fail = tiny:fail
+leave = leave:command
+number = tiny:NUMBER
+twice = tiny:greet
 [quadstep.engines.flights]
 slow = tiny:flown
+wrong = tiny:greet
 [quadstep.targets]
 text = tiny:files
 [quadstep.log_readers]
@@ -63,6 +79,11 @@ height = tiny:jobs
 [quadstep.autopilots]
 mine = tiny:Section
 px4 = tiny:absent
+wrong = tiny:greet
+[quadstep.paths]
+absent = no_such_module:Path
+attribute = tiny:Section.connect
+number = tiny:NUMBER
 """
 
 
@@ -70,14 +91,18 @@ px4 = tiny:absent
 def tiny(tmp_path, monkeypatch):
     """An installed distribution with one thing for each door."""
     (tmp_path / "tiny.py").write_text(MODULE)
-    about = tmp_path / "tiny-1.5.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: tiny\nVersion: 1.5\n")
-    (about / "entry_points.txt").write_text(ENTRIES)
+    (tmp_path / "leave.py").write_text("raise SystemExit(7)")
+    for name, entries in (("tiny", ENTRIES), ("other", "[quadstep.commands]\ntwice = other:twice\n")):
+        about = tmp_path / f"{name}-1.5.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.5\n")
+        (about / "entry_points.txt").write_text(entries)
     monkeypatch.syspath_prepend(tmp_path)
-    doors.installed.cache_clear()
+    doors.registered.cache_clear()
+    before = set(NAMED)
     yield tmp_path
-    doors.installed.cache_clear()
+    NAMED.intersection_update(before)
+    doors.registered.cache_clear()
 
 
 @pytest.mark.parametrize("door", DOORS, ids=lambda door: door.group)
@@ -95,11 +120,35 @@ def test_a_command():
 
 
 @pytest.mark.usefixtures("tiny")
-def test_a_broken_command_names_its_distribution_in_one_line():
-    run = quadstep("broken")
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("broken", "broken, which tiny 1.5 registers for quadstep.commands, cannot be loaded: AttributeError"),
+        ("leave", "leave, which tiny 1.5 registers for quadstep.commands, cannot be loaded: SystemExit: 7"),
+        ("number", "number, which tiny 1.5 registers for quadstep.commands: should be a function or a class, not int"),
+        ("twice", "other 1.5 and tiny 1.5 both register twice for quadstep.commands; uninstall one of them"),
+        ("fail", "fail, which tiny 1.5 registers for quadstep.commands: ValueError: no argument"),
+    ],
+)
+def test_a_broken_command_names_its_distribution_in_one_line_whatever_its_arguments(name, why):
+    run = quadstep(name, "argument")
     assert run.refused
-    assert "broken, which tiny 1.5 registers for quadstep.commands, cannot be loaded: AttributeError" in run.err
+    assert why in run.err
     assert quadstep("--help").code == 0
+
+
+@pytest.mark.usefixtures("tiny")
+@pytest.mark.parametrize(
+    ("kind", "why"),
+    [
+        ("absent", "tiny 1.5 registers it, but there is no installed module no_such_module"),
+        ("attribute", "attribute, which tiny 1.5 registers for quadstep.paths: should be module:name, not 'tiny:Sec"),
+        ("number", "number, which tiny 1.5 registers for quadstep.paths: should be a subclass of quadstep.own.Path"),
+    ],
+)
+def test_a_broken_path_names_its_distribution(kind, why):
+    with pytest.raises(UserError, match=re.escape(why)):
+        Mission(path={"type": kind})
 
 
 @pytest.mark.usefixtures("tiny")
@@ -107,7 +156,7 @@ def test_an_engine():
     mission = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 0.1})
     assert (fly(mission, engine="slow").rows == fly(mission, engine="python").rows).all()
     assert Engine("slow") == "slow"
-    with pytest.raises(UserError, match="allowed: lanes, python, c, slow"):
+    with pytest.raises(UserError, match="allowed: lanes, python, c, slow, wrong"):
         fly(mission, engine="fast")
 
 
@@ -133,6 +182,8 @@ def test_an_autopilot_but_not_by_a_name_that_is_taken():
     real = {"vehicle": {"preset": "x500"}, "path": {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 1.0}}
     assert type(Mission(**real, controller={"type": "mine"}).controller).__module__ == "tiny"
     assert AUTOPILOTS.load("px4").__module__.startswith("quadstep.")
+    with pytest.raises(UserError, match=r"wrong: what is registered for quadstep.autopilots should be a subclass"):
+        Mission(**real, controller={"type": "wrong"})
 
 
 @pytest.mark.usefixtures("tiny")

@@ -264,9 +264,9 @@ def entry_point(monkeypatch):
     """An installed entry point `hovering`, whose module is the standard library's json."""
     found = EntryPoint("hovering", "json:dumps", installed.CONTROLLERS)
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [found] if group == found.group else [])
-    doors.installed.cache_clear()
+    doors.registered.cache_clear()
     yield
-    doors.installed.cache_clear()
+    doors.registered.cache_clear()
 
 
 @pytest.mark.usefixtures("entry_point")

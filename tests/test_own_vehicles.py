@@ -184,9 +184,9 @@ def packages(tmp_path, monkeypatch):
         EntryPoint("racer", "quadstep_bring:RACER", installed.VEHICLES),
     ]
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [one for one in points if one.group == group])
-    doors.installed.cache_clear()
+    doors.registered.cache_clear()
     yield
-    doors.installed.cache_clear()
+    doors.registered.cache_clear()
 
 
 @pytest.mark.usefixtures("packages")

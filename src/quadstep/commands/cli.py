@@ -4,7 +4,7 @@ import gc
 import os
 import signal
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from types import FrameType
 from typing import Annotated, Any
@@ -85,21 +85,27 @@ class AllCommands(Commands):
 
 
 def theirs_by(name: str) -> Any:
-    """The command of another distribution."""
+    """The command of another distribution; where there is none, one that says why, whatever its arguments."""
+    app = typer.Typer(rich_markup_mode=None)
     try:
         found = COMMANDS.load(name)
     except UserError as error:
-        reason = str(error)
-
-        def found() -> None:
-            raise UserError(reason)
-
-        found.__doc__ = f"Error: {reason}."
-    app = typer.Typer(rich_markup_mode=None)
-    if isinstance(found, typer.Typer):
-        return typer.main.get_command(found)
-    app.command(name)(found)
+        anything = {"allow_extra_args": True, "ignore_unknown_options": True}
+        app.command(name, help=f"Error: {error}.", context_settings=anything)(failing(error))
+    else:
+        if isinstance(found, typer.Typer):
+            return typer.main.get_command(found)
+        app.command(name)(found)
     return typer.main.get_command(app)
+
+
+def failing(error: UserError) -> Callable[[], None]:
+    """A command that ends so."""
+
+    def fail() -> None:
+        raise error
+
+    return fail
 
 
 def asked(arguments: Sequence[str]) -> Iterable[str]:

@@ -7,7 +7,7 @@ loaded in the same way: when it is asked for by name. A distribution adds to a d
     csv2 = "my_package.logs:read"
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -15,17 +15,36 @@ from typing import TYPE_CHECKING, Any
 
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import loading
+from quadstep.io.user_code.blame import NAMED
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 
 @cache
-def installed(group: str) -> "Mapping[str, EntryPoint]":
-    """The entry points of a group, by name. To look for them takes longer than to check a mission, so it is done once."""
+def registered(group: str) -> "Mapping[str, Sequence[EntryPoint]]":
+    """The entry points of a group, by name: one each, unless distributions clash. To look for them takes longer than to check
+    a mission, so it is done once.
+    """
     from importlib.metadata import entry_points  # noqa: PLC0415 (30 ms, which commands do not need to start)
 
-    return {one.name: one for one in sorted(entry_points(group=group), key=lambda one: one.name)}
+    by_name: dict[str, list[EntryPoint]] = {}
+    for one in sorted(entry_points(group=group), key=lambda one: (one.name, origin(one))):
+        by_name.setdefault(one.name, []).append(one)
+    return by_name
+
+
+def installed(group: str, name: str) -> "EntryPoint":
+    """An entry point that there is. Raises UserError where two distributions register it."""
+    first, *others = registered(group)[name]
+    if others:
+        raise UserError(f"{origin(first)} and {origin(others[0])} both register {name} for {group}; uninstall one of them")
+    return first
+
+
+def origin(one: "EntryPoint") -> str:
+    """The distribution that an entry point is of, with its version."""
+    return f"{one.dist.name} {one.dist.version}" if one.dist else "an installed package"
 
 
 @dataclass(frozen=True)
@@ -38,24 +57,30 @@ class Door:
     @property
     def names(self) -> tuple[str, ...]:
         """All there are, the package's first."""
-        return (*self.own, *(name for name in installed(self.group) if name not in self.own))
+        return (*self.own, *(name for name in registered(self.group) if name not in self.own))
 
     def __contains__(self, name: object) -> bool:
-        return name in self.own or name in installed(self.group)
+        return name in self.own or name in registered(self.group)
 
     def load(self, name: str) -> Any:
-        """What is registered by this name. Raises UserError, for another distribution's that cannot be loaded too."""
+        """The function or class of this name. Raises UserError, for another distribution's that cannot be loaded too."""
         if name in self.own:
             module, _, thing = self.own[name].partition(":")
             return getattr(import_module(module), thing)
         if name not in self:
             raise UserError(f"{name!s:.60} is not known; allowed: {', '.join(self.names)}")
-        one = installed(self.group)[name]
+        one = installed(self.group, name)
         if loading.refused:
             raise UserError(f"{one.value}: user code is not run: {loading.refused}")
+        what = f"{name}, which {origin(one)} registers for {self.group}"
         try:
-            return one.load()
-        except Exception as error:
-            of = f"{one.dist.name} {one.dist.version}" if one.dist else "an installed package"
+            loaded = one.load()
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # SystemExit too
             why = " ".join(f"{type(error).__name__}: {error}".split())
-            raise UserError(f"{name}, which {of} registers for {self.group}, cannot be loaded: {why}") from error
+            raise UserError(f"{what}, cannot be loaded: {why}") from error
+        if not callable(loaded):
+            raise UserError(f"{what}: should be a function or a class, not {type(loaded).__name__}")
+        NAMED.add(what)
+        return loaded

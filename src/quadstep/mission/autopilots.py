@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from quadstep.io.doors import Door
+from quadstep.io.errors import UserError
 from quadstep.mission.derived import ControllerSection
 
 if TYPE_CHECKING:
@@ -48,3 +49,11 @@ class PilotedSection(ControllerSection):
     @abstractmethod
     def watch(self, told: Callable[[str], None], first_wait: float) -> None:
         """Tells what the next flight waits for; it waits so long for an autopilot to appear [s]."""
+
+
+def piloted_section(name: str) -> type[PilotedSection]:
+    """The table of an autopilot. Raises UserError."""
+    found = AUTOPILOTS.load(name)
+    if not (isinstance(found, type) and issubclass(found, PilotedSection)):
+        raise UserError(f"{name}: what is registered for {AUTOPILOTS.group} should be a subclass of PilotedSection")
+    return found

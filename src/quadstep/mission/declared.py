@@ -12,9 +12,9 @@ from quadstep.engines.trial import try_plant
 from quadstep.interfaces.gain import kept
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.model import Model
+from quadstep.io.doors import registered
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
-from quadstep.io.user_code.installed import installed
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import place
 from quadstep.metrics.of_log import Metrics, flight_metrics
@@ -180,7 +180,7 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
 
 def is_plant(name: str, folder: Path) -> bool:
     """Whether a plant that declares itself has this name, and no preset. Raises UserError for a file that cannot be read."""
-    if name in PLANTS or name in installed(PLANTS_OF_OTHERS):
+    if name in PLANTS or name in registered(PLANTS_OF_OTHERS):
         return True
     found = place(name)
     thing = load(found, folder) if found else None

@@ -23,7 +23,7 @@ from quadstep.io.user_code.blame import blamed, user_error
 from quadstep.io.user_code.installed import CONTROLLERS, own_place
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import Place
-from quadstep.mission.autopilots import AUTOPILOTS, PilotedSection
+from quadstep.mission.autopilots import AUTOPILOTS, piloted_section
 from quadstep.mission.check import INSIDE, shorten
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_table import or_own
@@ -184,8 +184,7 @@ def any_controller(measures: type) -> Any:
         if law:
             return section_of(law)
         if measures is Measured and kind in AUTOPILOTS:
-            autopilot: type[PilotedSection] = AUTOPILOTS.load(kind)
-            return autopilot
+            return piloted_section(kind)
         return own_section(kind, measures, folder)
 
     def refused(value: object) -> ControllerSection:

@@ -33,7 +33,8 @@ def own_class(kind: str, base: type, group: str, folder: Path) -> type | None:
         return None
     thing, wanted = load(found, folder), f"quadstep.own.{base.__name__.removeprefix('Declared')}"
     if not (isinstance(thing, type) and issubclass(thing, base)):
-        raise UserError(f"{kind}: should be a subclass of {wanted}")
+        whose = f", which {found.origin} registers for {group}" if found.origin else ""
+        raise UserError(f"{kind}{whose}: should be a subclass of {wanted}")
     lacking = sorted(getattr(thing, "__abstractmethods__", ()))
     if lacking:
         raise UserError(f"{kind}: has no {' and no '.join(f'`{name}`' for name in lacking)}, which {wanted} requires")

@@ -48,7 +48,10 @@ def preset_table(name: object, folder: Path = Path()) -> dict[str, object]:
     packaged = preset_folder() / f"{name}.toml"
     if isinstance(name, str) and name in preset_names() and packaged.is_file():
         return tomllib.loads(packaged.read_text(encoding="utf-8"))
-    own = own_place(name, VEHICLES)
+    try:
+        own = own_place(name, VEHICLES)
+    except UserError as error:
+        raise ValueError(str(error)) from error
     if own is None:
         raise ValueError(f"unknown preset {name!r:.60}; allowed: {', '.join(preset_names())}, or your own FILE.py:NAME")
     try:

@@ -23,11 +23,11 @@ MOST_FILES = 2000
 
 
 class Place(NamedTuple):
-    """where: a file or a module. name: of the class or function in it. entry: whether an installed entry point says so."""
+    """where: a file or a module. name: of the class or function in it. origin: the distribution that registers it."""
 
     where: str
     name: str
-    entry: bool = False
+    origin: str = ""
 
     @property
     def text(self) -> str:
@@ -39,9 +39,11 @@ class Place(NamedTuple):
         if self.where.endswith(".py"):
             return resolved(folder / self.where)
         beside = folder.joinpath(*self.where.split(".")).with_suffix(".py")
-        if files.is_file(beside) and not self.entry:
+        if files.is_file(beside) and not self.origin:
             return resolved(beside)
         if PathFinder.find_spec(self.where.partition(".")[0]) is None:
+            if self.origin:
+                raise UserError(f"{self.text}: {self.origin} registers it, but there is no installed module {self.where}")
             raise UserError(f"{self.text}: there is no {beside.name} in {beside.parent} and no installed module {self.where}")
         return None
 

@@ -26,7 +26,7 @@ from quadstep.metrics.judging.grade import graded
 from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, named
 from quadstep.metrics.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.of_log import Metrics, group, metric
-from quadstep.mission.autopilots import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection
+from quadstep.mission.autopilots import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.check import check
 from quadstep.mission.kinds import REAL, kind
 from quadstep.mission.read import plan_mission, read_mission
@@ -131,7 +131,7 @@ def under(piloting: Piloting, mission: Mission) -> Mission:
         raise UserError("--autopilot: needs a mission for a real vehicle (docs/vehicles.md)")
     if autopilot not in AUTOPILOTS:
         raise UserError(f"--autopilot {autopilot}: is not known; allowed: {', '.join(AUTOPILOTS.names)}")
-    section = check(AUTOPILOTS.load(autopilot), {"type": autopilot, "connect": connect}, "--autopilot")
+    section = check(piloted_section(autopilot), {"type": autopilot, "connect": connect}, "--autopilot")
     return mission.model_copy(update={"controller": section})
 
 
