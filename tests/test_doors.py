@@ -100,8 +100,10 @@ def tiny(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     doors.registered.cache_clear()
     before = set(NAMED)
+    NAMED.clear()
     yield tmp_path
-    NAMED.intersection_update(before)
+    NAMED.clear()
+    NAMED.update(before)
     doors.registered.cache_clear()
 
 
