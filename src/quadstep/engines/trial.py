@@ -62,8 +62,16 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     check_finite(loop, cycle, parameters, answer[0])
 
 
-def try_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
-    """The methods of a plant, once each. Raises UserError if one returns something of the wrong shape."""
+def try_plant(name: str, loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
+    """The methods of a plant, once each. Raises UserError, naming it, if one returns something of the wrong shape."""
+    try:
+        check_plant(loop, parameters, start)
+    except UserError as error:
+        raise UserError(f"vehicle: {name}: {error}") from None
+
+
+def check_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
+    """The same, without its name."""
     cycle, plant = loop.start(start, parameters), loop.plant
     check_numbers(cycle.state, "begin: the state")
     check_same(always(plant.actuate)(parameters, cycle.command), cycle.held, "actuate: what the actuators are told")

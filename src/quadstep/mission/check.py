@@ -22,16 +22,17 @@ LONGEST = 60
 Checked = TypeVar("Checked", bound=BaseModel)
 
 
-def check(model: type[Checked], content: dict[str, object], source: str, folder: Path = Path()) -> Checked:
+def check(model: type[Checked], content: object, source: str, folder: Path = Path()) -> Checked:
     """Parsed TOML as a model; files it names are looked up from `folder`. Raises UserError: one line on what is wrong."""
     try:
-        return model.model_validate(content, context={"folder": folder})
+        checked: Checked = model.__pydantic_validator__.validate_python(content, context={"folder": folder})
     except (ValidationError, UserError) as error:
         raise explained(model, content, error, source, folder) from None
+    return checked
 
 
 def explained(
-    model: type[BaseModel], content: dict[str, object], error: ValidationError | UserError, source: str, folder: Path = Path()
+    model: type[BaseModel], content: object, error: ValidationError | UserError, source: str, folder: Path = Path()
 ) -> UserError:
     """What is wrong with the content of a model, in one line: the first of its problems, or a fault of a vehicle's file."""
     vehicle = "vehicle." if "vehicle" in model.model_fields else ""  # where a table may start from another file
@@ -46,11 +47,10 @@ def explained(
     return UserError(f"{source}: {said}{more}")
 
 
-def blamed(content: dict[str, object], location: tuple[int | str, ...], folder: Path) -> Path | None:
+def blamed(content: object, location: tuple[int | str, ...], folder: Path) -> Path | None:
     """The file that a vehicle starts from where a problem at `location` comes from there."""
-    table: object = content
-    keys = location
-    if "vehicle" in content:
+    table, keys = content, location
+    if isinstance(content, dict) and "vehicle" in content:
         table, keys = content["vehicle"], location[1:]
         if location[:1] != ("vehicle",):
             return None

@@ -35,6 +35,13 @@ class ClockSection(Section):
             whole_multiple(f"loop_periods.{name}", period, self.step)
         return self
 
+    def check_loops(self, loops: Sequence[str]) -> None:
+        """Refuses a period of a loop that the controller does not have. Raises ValueError."""
+        known = [name for name in loops if PERIODS.get(name) not in type(self).model_fields]
+        for name in self.loop_periods.keys() - set(known):
+            allowed = ", ".join(known) or "none"
+            raise ValueError(f"simulation: loop_periods.{name}: the controller has no such loop; allowed: {allowed}")
+
     def period_of(self, loop: str) -> float:
         """From sample to sample of a controller's `law`, or of one of its loops [s]."""
         key = PERIODS.get(loop, "")

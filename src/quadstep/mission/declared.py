@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import Field, create_model
 
 from quadstep.control.registry import controller, names
-from quadstep.engines.loop import Loop, Numbers
-from quadstep.engines.trial import try_plant
 from quadstep.interfaces.gain import kept
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.model import Model
@@ -31,7 +29,6 @@ from quadstep.mission.own_thing import own_class, the_only
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
-from quadstep.numbers import Structure
 from quadstep.numbers.noise import key
 from quadstep.vehicle.plants.declared import DeclaredPlant, PlantParameters
 from quadstep.vehicle.plants.planar import Planar
@@ -89,15 +86,8 @@ class DeclaredMission(Mission):
             numbers=partial(PlantParameters, vehicle=numbers, limits=self.limits.numbers()),
             start=partial(self.plant.begin, numbers),
             guided=True,
+            own_plant="" if self.vehicle.type in PLANTS else self.vehicle.type,
         )
-
-    def try_plant(self, loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
-        if self.vehicle.type in PLANTS:
-            return
-        try:
-            try_plant(loop, parameters, start)
-        except UserError as error:
-            raise UserError(f"vehicle: {self.vehicle.type}: {error}") from None
 
 
 class WindyMission(DeclaredMission):
@@ -122,7 +112,7 @@ class WindyMission(DeclaredMission):
             numbers=partial(built.numbers, wind=self.wind.build(), key=key(self.seed, 0)),
             air=self.wind.air,
             periods={"air": self.simulation.air_period},
-            warnings=self.wind.warnings,
+            warnings=lambda _: self.wind.warnings(),
         )
 
 

@@ -1,6 +1,6 @@
 """A controller's table of a mission file, derived from what its gains declare."""
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
@@ -27,7 +27,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.nets import NetsSection
-from quadstep.numbers import flatten
+from quadstep.numbers import Number, flatten
 
 
 class BuiltController(NamedTuple):
@@ -72,20 +72,14 @@ class ControllerSection(Section):
         """The law and its gains. folder: where files are looked up that a key names. Raises UserError."""
         model = vehicle.model()
         law, gains = self.controller.for_vehicle(model), self.gains(model, folder).decided()
-        self.check_followed(gains)
+        left_out = {key: name for key, (name, _) in self.controller.by_key().items() if getattr(self, key) is None}
+        check_followed({key: flatten(attrgetter(name)(gains)) for key, name in left_out.items()})
         try:
             return BuiltController(law, law.prepare(gains, model))
         except ValueError as error:
             if self.own:
                 raise
             raise UserError(f"controller: {self.type} has no law for these gains: {error}") from error
-
-    def check_followed(self, gains: object) -> None:
-        """Refuse gains that follow from a vehicle of no use. Raises UserError."""
-        for key, (name, _) in self.controller.by_key().items():
-            for value in flatten(attrgetter(name)(gains)) if getattr(self, key) is None else ():
-                if isinstance(value, float) and not value <= MOST:
-                    raise UserError(f"controller.{key}: follows from the vehicle as {value:g}, and may be at most {MOST:.0f}")
 
     def conditions(self, model: Model) -> list[Condition]:
         """What theory asks of these gains, as far as a mission is warned of it."""
@@ -101,8 +95,16 @@ class ControllerSection(Section):
         return [one.warning() for one in self.conditions(vehicle.model()) if not one.holds]
 
 
-def with_usual_rates(content: Mapping[str, object], law: type[Controller], keys: Container[str]) -> Mapping[str, object]:
-    """A mission's content with its controller's own sample times where it says none. keys: of its [simulation]."""
+def check_followed(gains: Mapping[str, Iterable[Number]]) -> None:
+    """Refuses gains that follow from a vehicle of no use. Raises UserError."""
+    for key, values in gains.items():
+        for value in values:
+            if isinstance(value, float) and not value <= MOST:
+                raise UserError(f"controller.{key}: follows from the vehicle as {value:g}, and may be at most {MOST:.0f}")
+
+
+def with_usual_rates(simulation: object, law: type[Controller], keys: Container[str]) -> object:
+    """The table [simulation] with the controller's own sample times where it says none. keys: that the table can have."""
     own: dict[str, object] = {}
     further: dict[str, float] = {}
     usual = {**Controller.rates, **law.rates}
@@ -111,13 +113,12 @@ def with_usual_rates(content: Mapping[str, object], law: type[Controller], keys:
             own |= {key: period} if period != Controller.rates[method] else {}
         elif method in law.loops():
             further[method] = period
-    simulation = content.get("simulation", {})
     if not (own or further) or not isinstance(simulation, Mapping):
-        return content
+        return simulation
     said = simulation.get("loop_periods", {})
     if further and isinstance(said, Mapping):
         simulation = {**simulation, "loop_periods": {**further, **said}}
-    return {**content, "simulation": {**own, **simulation}}
+    return {**own, **simulation}
 
 
 def checked_kind(gain: Gain) -> Any:

@@ -15,6 +15,7 @@ from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
 from quadstep.mission.disturbance import AnyDisturbance, DisturbanceSection
+from quadstep.mission.feasible import path_warnings
 from quadstep.mission.fields import Angles, Name, Positive, Quantity, Section, Triple
 from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_metrics import OwnMetrics
@@ -40,6 +41,15 @@ class StartSection(Section):
         if self.attitude and abs(self.attitude[1]) >= math.pi / 2.0:
             raise ValueError(f"attitude: theta must be inside (-pi/2, pi/2) rad, not {self.attitude[1]:g}")
         return self
+
+    def state(self, wanted: Reference) -> State:
+        """The state at t = 0."""
+        return State(
+            position=Vector(self.position) if self.position else wanted.position,
+            velocity=Vector(self.velocity) if self.velocity else wanted.velocity,
+            attitude=Vector(self.attitude) if self.attitude else Vector((wanted.yaw, 0.0, 0.0)),
+            rates=Vector(self.rates),
+        )
 
 
 class SimulationSection(ClockSection):
@@ -81,11 +91,6 @@ class LagrangeMission(Mission):
     def arm(self) -> float:
         return self.vehicle.rotors.arm
 
-    @property
-    def most_thrust(self) -> float:
-        limits = self.vehicle.rotors.limits
-        return 4.0 * limits[1] if limits else math.inf
-
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics, limits = flight_metrics(log, arm=self.arm), self.vehicle.rotors.limits
         share = share_at_limits(log, *limits) if limits else 0.0
@@ -98,24 +103,17 @@ class LagrangeMission(Mission):
         return metrics, [f"a rotor is at a limit {100 * share:.3g} % of the time"] if share else []
 
     def build(self, path: BuiltPath) -> Built:
-        limits = self.limits
+        limits, rotors, vehicle = self.limits, self.vehicle.rotors.limits, self.vehicle.build()
         return Built(
             numbers=partial(
                 Parameters,
-                vehicle=self.vehicle.build(),
+                vehicle=vehicle,
                 disturbance=self.disturbance.build(),
                 limits=Limits(limits.distance, limits.rate, limits.pitch),
             ),
-            start=self.begin,
-            warnings=self.vehicle.warnings,
-        )
-
-    def begin(self, wanted: Reference) -> State:
-        """The state at t = 0."""
-        start = self.start
-        return State(
-            position=Vector(start.position) if start.position else wanted.position,
-            velocity=Vector(start.velocity) if start.velocity else wanted.velocity,
-            attitude=Vector(start.attitude) if start.attitude else Vector((wanted.yaw, 0.0, 0.0)),
-            rates=Vector(start.rates),
+            start=self.start.state,
+            warnings=lambda duration: [
+                *self.vehicle.warnings(),
+                *path_warnings(path, duration, vehicle.mass, vehicle.gravity, 4.0 * rotors[1] if rotors else math.inf),
+            ],
         )

@@ -5,28 +5,20 @@ from typing import TYPE_CHECKING
 from quadstep.control.registry import names
 from quadstep.io.errors import cut
 from quadstep.mission.check import LONGEST, sections, shorten, unknown
-from quadstep.mission.kinds import PAPER, REAL, kind
+from quadstep.mission.kinds import KINDS
 
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
-
-NEEDS = {
-    REAL: (
-        'needs a real vehicle, but [vehicle] names none: give preset = "x500" (`quadstep vehicles` lists the presets), '
-        'or file = "my.toml"'
-    ),
-    PAPER: "needs the paper's plant, but [vehicle] describes a real vehicle: leave out preset, file, layout and rotor",
-}
 
 
 def of_another_plant(content: dict[str, object], own: "type[Mission]") -> str:
     """What is said of a table, or of a type of controller, that missions of another plant have; else nothing."""
     wrong = mistaken(content, own)
-    for other, needs in NEEDS.items() if wrong and own in (kind(PAPER), kind(REAL)) else ():
-        theirs = mistaken(content, kind(other))
+    for other in KINDS if wrong and own in [kind.load() for kind in KINDS] else ():
+        theirs = mistaken(content, other.load())
         misplaced = [key for key in wrong if key not in theirs]
         if misplaced:
-            return misspelt(content) or f"{misplaced[0]} {needs}"
+            return misspelt(content) or f"{misplaced[0]} {other.needs}"
     return ""
 
 
@@ -34,7 +26,7 @@ def misspelt(content: dict[str, object]) -> str:
     """What is said of a table, or of a key of [vehicle], that no kind of mission has: it may be why the kind is not the one
     that was meant.
     """
-    fields = [kind(name).model_fields for name in (PAPER, REAL)]
+    fields = [kind.load().model_fields for kind in KINDS]
     vehicle = content.get("vehicle")
     vehicles = [table.model_fields for each in fields for table in sections(each["vehicle"].annotation)]
     places = [("", content, fields), ("vehicle.", vehicle if isinstance(vehicle, dict) else {}, vehicles)]

@@ -1,6 +1,7 @@
 """A mission for a real vehicle, as a user writes it."""
 
 import math
+from collections.abc import Sequence
 from functools import cached_property, partial
 from typing import Annotated, ClassVar, cast
 
@@ -19,6 +20,7 @@ from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
+from quadstep.mission.feasible import path_warnings
 from quadstep.mission.fields import Angles, Name, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_metrics import OwnMetrics
@@ -42,6 +44,20 @@ class AirframeStart(Section):
     attitude: Annotated[Angles | None, Quantity("rad", "yaw, pitch, roll; default: the path's heading, level")] = None
     rates: Annotated[Triple, Quantity("rad/s", "rates about the body axes")] = (0.0, 0.0, 0.0)
     hovering: Annotated[bool, Quantity("", "whether rotors start at hover speed; false: at idle")] = True
+
+    def state(self, vehicle: BuiltAirframe, wanted: Reference, moving: bool) -> AirframeState:
+        """The state at t = 0. moving: whether it flies along the path already; else it is at rest, as before a take-off."""
+        weight, still = vehicle.airframe.mass * vehicle.airframe.gravity, Vector((0.0, 0.0, 0.0))
+        hover, _, _ = allocate(vehicle.geometry, vehicle.allocation, weight, still)
+        velocity = wanted.velocity if moving else still
+        return AirframeState(
+            position=Vector(self.position) if self.position else wanted.position,
+            velocity=Vector(self.velocity) if self.velocity else velocity,
+            attitude=from_yaw_pitch_roll(Vector(self.attitude or (wanted.yaw, 0.0, 0.0))),
+            rates=Vector(self.rates),
+            speeds=hover if self.hovering else Vector(vehicle.airframe.rotor.slowest for _ in hover),
+            charge=0.0,
+        )
 
 
 class AirframeSimulation(ClockSection):
@@ -115,10 +131,6 @@ class MultirotorMission(Mission):
     def arm(self) -> float:
         return max(math.hypot(*mount.position) for mount in self.modelled.geometry.mounts)
 
-    @property
-    def most_thrust(self) -> float:
-        return float(self.modelled.allocation.most) * len(self.modelled.geometry.mounts)
-
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from, arm=self.arm)
         if len(log.rows) > 1:
@@ -157,30 +169,31 @@ class MultirotorMission(Mission):
                 key=key(self.seed, 0),
                 limits=AirframeLimits(self.limits.distance, self.limits.rate),
             ),
-            start=partial(self.begin, vehicle),
+            start=partial(self.start.state, vehicle, moving=not self.controller.controller.one_at_a_time),
             air=self.wind.air,
             sensing=sensors.suite,
             guided=True,
             late=late,
             fitted=partial(self.sensors.fitted, oldest=sensors.oldest, gravity=vehicle.airframe.gravity),
-            warnings=partial(self.warnings, vehicle),
+            warnings=partial(warnings, self.vehicle, vehicle, self.events, self.wind, path),
         )
 
-    def warnings(self, vehicle: BuiltAirframe) -> list[str]:
-        """What speaks against vehicle, events and wind."""
-        places = [mount.position for mount in vehicle.geometry.mounts]
-        return [*self.vehicle.warnings(), *self.vehicle.doubts(), *event_warnings(self.events, places), *self.wind.warnings()]
 
-    def begin(self, vehicle: BuiltAirframe, wanted: Reference) -> AirframeState:
-        """The state at t = 0: at rest under an autopilot, which takes off."""
-        moving = wanted.velocity if not self.controller.controller.one_at_a_time else Vector((0.0, 0.0, 0.0))
-        start, weight = self.start, vehicle.airframe.mass * vehicle.airframe.gravity
-        hover, _, _ = allocate(vehicle.geometry, vehicle.allocation, weight, Vector((0.0, 0.0, 0.0)))
-        return AirframeState(
-            position=Vector(start.position) if start.position else wanted.position,
-            velocity=Vector(start.velocity) if start.velocity else moving,
-            attitude=from_yaw_pitch_roll(Vector(start.attitude or (wanted.yaw, 0.0, 0.0))),
-            rates=Vector(start.rates),
-            speeds=hover if start.hovering else Vector(vehicle.airframe.rotor.slowest for _ in hover),
-            charge=0.0,
-        )
+def warnings(
+    section: AirframeSection,
+    vehicle: BuiltAirframe,
+    events: Sequence[AnyEvent],
+    wind: AnyWind,
+    path: BuiltPath,
+    duration: float,
+) -> list[str]:
+    """What speaks against vehicle, events, wind and path in a flight of `duration` [s]."""
+    places = [mount.position for mount in vehicle.geometry.mounts]
+    airframe, most = vehicle.airframe, float(vehicle.allocation.most) * len(places)
+    return [
+        *section.warnings(),
+        *section.doubts(),
+        *event_warnings(events, places),
+        *wind.warnings(),
+        *path_warnings(path, duration, float(airframe.mass), float(airframe.gravity), most),
+    ]

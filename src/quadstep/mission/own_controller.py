@@ -195,8 +195,7 @@ def any_controller(measures: type) -> Any:
         problem = {"type": "value_error", "loc": ("type",), "msg": said, "input": value}
         raise PydanticCustomError(INSIDE, "inside", {"model": ControllerSection, "problem": problem})
 
-    def is_one(value: object) -> bool:
-        return isinstance(value, ControllerSection) and value.controller.measures is measures
+    def is_one(kind: type) -> bool:
+        return issubclass(kind, ControllerSection) and kind.controller.measures is measures
 
-    taken = or_own(is_one, table)
-    return Annotated[SerializeAsAny[ControllerSection], WrapValidator(lambda value, _, info: taken(value, refused, info))]
+    return Annotated[SerializeAsAny[ControllerSection], WrapValidator(or_own(is_one, table, refused))]

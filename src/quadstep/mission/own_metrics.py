@@ -1,7 +1,7 @@
 """Metrics that a mission names: of effort, `metrics = ["energy"]`, or of the user's own, `["my_metrics.py:Overshoot"]`."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -55,6 +55,18 @@ def own_metric(kind: str, folder: Path) -> Metric:
         raise UserError(f"{kind}: its `unit` should be a few printable characters without brackets, not {unit!r:.60}")
     found: Metric = the_only(thing)
     return found
+
+
+def check_names(named: Sequence[Metric], scores: Container[str], with_rotors: bool) -> None:
+    """Refuses metrics that the flights of a mission have anyway, or cannot have. Raises ValueError.
+
+    scores: names of those that all its flights have. with_rotors: whether its vehicle has rotors of its own.
+    """
+    for one in named:
+        if one.name in EFFORT and not with_rotors:
+            raise ValueError(f"metrics: {one.name}: only for real vehicles; name one in [vehicle]")
+        if one.name in scores:
+            raise ValueError(f"metrics: {one.name}: every flight already has a metric of this name")
 
 
 def checked_metrics(named: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:

@@ -59,7 +59,7 @@ def own_or(
         thing = own_class(kind, base, group, folder)
         return own_section(kind, thing, section) if thing else None
 
-    return or_own(lambda value: isinstance(value, section), table)
+    return or_own(lambda kind: issubclass(kind, section), table)
 
 
 def own_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSection]:

@@ -1,18 +1,21 @@
 """Reading a mission file: TOML, checked, with one line that says what is wrong, where, and what is allowed."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from quadstep.engines.fly import FlightPlan
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.kinds import kind_of
 from quadstep.mission.looks import MISSION, refuse_others
 from quadstep.mission.misplaced import of_another_plant
-from quadstep.mission.schema import Mission
+
+if TYPE_CHECKING:
+    from quadstep.engines.fly import FlightPlan
+    from quadstep.mission.schema import Mission
 
 
-def read_mission(path: Path | str) -> Mission:
+def read_mission(path: Path | str) -> "Mission":
     """The mission in a TOML file. Files that it names are relative to its folder. Raises UserError naming file, key and what
     is allowed.
 
@@ -27,7 +30,7 @@ def read_mission(path: Path | str) -> Mission:
     return check_mission(read_toml(path), str(path), path.parent)
 
 
-def plan_mission(mission: Mission, path: Path, folder: Path | None = None) -> FlightPlan:
+def plan_mission(mission: "Mission", path: Path, folder: Path | None = None) -> "FlightPlan":
     """The flight that the mission in file `path` describes. folder: of files that it names, if not the file's own.
 
     Raises UserError naming the file.
@@ -38,14 +41,26 @@ def plan_mission(mission: Mission, path: Path, folder: Path | None = None) -> Fl
         raise UserError(f"{path}: {error}") from None
 
 
-def check_mission(content: dict[str, object], source: str, folder: Path = Path()) -> Mission:
-    """The mission in parsed TOML; `source` names it in the error. Files that it names are looked up from `folder`."""
+def check_mission(content: object, source: str, folder: Path = Path(), kind: "type[Mission] | None" = None) -> "Mission":
+    """The mission of these keys, as a file, an editor or Python gives them: of the kind of its vehicle, checked once.
+
+    source: names it in errors. folder: from where files that it names are looked up. kind: the only one it may be. Raises
+    UserError.
+    """
+    tables = content if isinstance(content, dict) else {}
     try:
-        kind = kind_of(content, folder)
+        kind = kind or kind_of(tables.get("vehicle"), folder)
     except UserError as error:
         raise UserError(f"{source}: {error}") from None
-    refuse_others(content, MISSION, source)
-    misplaced = of_another_plant(content, kind)
-    if misplaced:
-        raise UserError(f"{source}: {misplaced}")
-    return check(kind, content, source, folder)
+    controller, clock = tables.get("controller", {}), tables.get("simulation", {})
+    usual = kind.usual_clock(controller.get("type"), clock, folder) if isinstance(controller, dict) else clock
+    if usual is not clock:
+        content = {**tables, "simulation": usual}
+    try:
+        return check(kind, content, source, folder)
+    except UserError:
+        refuse_others(tables, MISSION, source)
+        misplaced = of_another_plant(tables, kind)
+        if misplaced:
+            raise UserError(f"{source}: {misplaced}") from None
+        raise

@@ -1,10 +1,9 @@
 """A mission: everything a flight needs, as a user writes it. Every key but the path has a default.
 
 The keys of a mission depend on the plant: `Mission` has the keys that all have in common, and makes the plan. Its
-subclasses, one per plant, add theirs; `Mission(...)` and `Mission.model_validate` return the one for the given vehicle.
+subclasses, one per plant, add theirs. All of them are made by `check_mission`, from files and in Python.
 """
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -12,13 +11,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeAlias, cast
 
-from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
+from pydantic import ValidationInfo, model_validator
 
 from quadstep.engines.fly import FlightPlan
-from quadstep.engines.loop import Loop, Numbers
+from quadstep.engines.loop import Loop
 from quadstep.engines.own_metrics import of_log
 from quadstep.engines.scored import bare, score_names
-from quadstep.engines.trial import NotFiniteError, try_metrics, try_out
+from quadstep.engines.trial import NotFiniteError, try_metrics, try_out, try_plant
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog
@@ -26,22 +25,17 @@ from quadstep.interfaces.metric import Metric
 from quadstep.interfaces.plant import Air, Plant
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
-from quadstep.metrics.effort import EFFORT
-from quadstep.metrics.margins import AT_REST, MARGINS, UNITS, is_margin
+from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.of_log import Metrics
-from quadstep.mission.check import explained
-from quadstep.mission.clock import PERIODS, ClockSection
+from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
-from quadstep.mission.feasible import instants, path_warnings
 from quadstep.mission.fields import Name, Section, plain
-from quadstep.mission.kinds import kind_of
 from quadstep.mission.margins import MarginsSection
-from quadstep.mission.misplaced import of_another_plant
 from quadstep.mission.own_controller import law_named
-from quadstep.mission.own_metrics import own_metrics
-from quadstep.mission.paths import AnyPath, BuiltPath, OwnPathSection
+from quadstep.mission.own_metrics import check_names, own_metrics
+from quadstep.mission.paths import AnyPath, BuiltPath
+from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection
-from quadstep.numbers import Structure
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panels import flight_jobs
 from quadstep.sensing.suite import Suite
@@ -50,6 +44,11 @@ from quadstep.sensing.suite import Suite
 def as_it_is(law: Controller, periods: Mapping[str, float]) -> Controller:  # noqa: ARG001 (others need it)
     """A controller that is given nothing beside its law."""
     return law
+
+
+def no_warnings(duration: float) -> list[str]:  # noqa: ARG001 (others need it)
+    """Nothing is known that speaks against it."""
+    return []
 
 
 Grading: TypeAlias = Callable[["Mission"], Mapping[str, str]]
@@ -66,7 +65,8 @@ class Built(NamedTuple):
 
     numbers: the parameters, given path and gains. start: the state at t = 0, given the reference then. periods: of air and
     sensors, as far as there are any, by their tasks' names [s]. late: samples of the law until the actuators are told. fitted:
-    the controller as it is flown, given the periods of its loops. warnings: what speaks against it, a line each.
+    the controller as it is flown, given the periods of its loops. own_plant: the name of a plant of the user's own. warnings:
+    what speaks against it, a line each, given how long the flight takes [s].
     """
 
     numbers: Callable[..., Any]
@@ -77,10 +77,22 @@ class Built(NamedTuple):
     guided: bool = False
     late: int = 0
     fitted: Callable[[Controller, Mapping[str, float]], Controller] = as_it_is
-    warnings: Callable[[], list[str]] = list
+    own_plant: str = ""
+    warnings: Callable[[float], list[str]] = no_warnings
 
 
-class Mission(Section):
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as MissionMeta
+else:
+
+    class MissionMeta(type(Section)):
+        """Reads the arguments of `Mission(...)`, or of a kind of it, as the keys of a mission."""
+
+        def __call__(cls, **keys):
+            return cls.model_validate(keys)
+
+
+class Mission(Section, metaclass=MissionMeta):
     """A flight as a user describes it: vehicle, path, controller and conditions.
 
     Every key of a mission file is an argument, every table of it a dict: `path` is needed, all else has a default. Lists,
@@ -127,18 +139,17 @@ class Mission(Section):
     measures: ClassVar[type]
     """What the vehicle tells its controllers."""
 
-    @model_validator(mode="before")
     @classmethod
-    def _at_the_controllers_rates(cls, content: object, info: ValidationInfo) -> object:
-        if not isinstance(content, dict):
-            return content
+    def usual_clock(cls, controller: object, clock: object, folder: Path) -> object:
+        """The table `simulation` with the sample times of a controller of this type where it says none.
+
+        controller: None for the usual one. folder: the mission's.
+        """
         usual = cls.model_fields["controller"].default  # none for a plant whose controllers are all the user's own
-        table = content.get("controller", {"type": getattr(usual, "type", None)})
-        name = table.get("type") if isinstance(table, dict) else None
-        folder = (info.context or {}).get("folder", Path())
+        name = getattr(usual, "type", None) if controller is None else controller
         law = law_named(name, cls.measures, folder) if isinstance(name, str) else None
-        simulation = cast(type[ClockSection], cls.model_fields["simulation"].annotation)
-        return with_usual_rates(content, law, simulation.model_fields) if law else content
+        keys = cast(type[ClockSection], cls.model_fields["simulation"].annotation).model_fields
+        return with_usual_rates(clock, law, keys) if law else clock
 
     @property
     def modelled(self) -> Modelled:
@@ -160,22 +171,11 @@ class Mission(Section):
         """Those that the mission names."""
         return own_metrics(self.metrics, self.folder)
 
-    @property
-    def scored_from(self) -> float:
-        """From when on a flight is scored [s]."""
-        return 0.0
-
-    def __new__(cls, **given: object) -> Self:
-        """The mission of the plant that the vehicle names."""
-        return super().__new__(cast("type[Self]", kind_of(given)) if cls is Mission else cls)
-
     @classmethod
-    def model_validate(cls, obj: Any, **how: Any) -> Self:
+    def model_validate(cls, obj: object, *, context: Mapping[str, Path] | None = None, **_: object) -> Self:
         """The checked mission of the plant that the vehicle names, from a dict of its keys. Raises UserError."""
-        if cls is not Mission:
-            return super().model_validate(obj, **how)
-        kind = cast("type[Self]", kind_of(obj, (how.get("context") or {}).get("folder", Path())))
-        return kind.model_validate(obj, **how)
+        folder = (context or {}).get("folder", Path())
+        return cast(Self, check_mission(plain(obj), "Mission", folder, None if cls is Mission else cls))
 
     @cached_property
     def folder(self) -> Path:
@@ -185,32 +185,28 @@ class Mission(Section):
         """
         return Path()
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _placed(cls, content: object, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
-        """A mission of a file comes with a folder; those below it look up what it names there."""
-        made = handler(content)
+    @model_validator(mode="after")
+    def _consistent(self, info: ValidationInfo) -> Self:
+        """What no table can check alone. A mission of a file comes with a folder, where it looks up what it names."""
         if info.context is not None:
-            made.__dict__["folder"] = info.context["folder"]
-        return made
+            self.__dict__["folder"] = info.context["folder"]
+        self.simulation.check_loops(self.controller.controller.loops())
+        scores = bare(score_names(self.plant)) if self.metrics or self.tune else ()
+        named = own_metrics(self.metrics, self.folder)
+        check_names(named, scores, self.with_rotors)
+        if self.tune:
+            self.tune.check((*scores, *(one.name for one in named)))
+        return self
+
+    @property
+    def scored_from(self) -> float:
+        """From when on a flight is scored [s]."""
+        return 0.0
 
     @property
     def arm(self) -> float:
         """From the vehicle's centre to its farthest rotor [m]; 0 if not known."""
         return 0.0
-
-    @property
-    def most_thrust(self) -> float:
-        """Of all rotors together [N]; infinite where they have no limit, or it is not known."""
-        return math.inf
-
-    def path_warnings(self, loop: Loop, parameters: Numbers, ticks: Ticks) -> list[str]:
-        """What is said of a path of the package's that the vehicle cannot fly."""
-        if isinstance(self.path, OwnPathSection):
-            return []
-        body, times = self.plant.body(parameters), instants(ticks.last * ticks.step)
-        asked = [loop.wanted(t, parameters) for t in times]
-        return path_warnings(times, asked, float(body.mass), float(body.gravity), self.most_thrust)
 
     @abstractmethod
     def build(self, path: BuiltPath) -> Built:
@@ -233,54 +229,6 @@ class Mission(Section):
     def figures(self, log: FlightLog) -> list[FigureJob]:
         """What is drawn of a flight."""
         return flight_jobs(log, self.name, self.plant.efforts)
-
-    @model_validator(mode="after")
-    def _names_loops_that_there_are(self) -> Self:
-        clock = self.simulation
-        known = [name for name in self.controller.controller.loops() if PERIODS.get(name) not in type(clock).model_fields]
-        for name in clock.loop_periods.keys() - set(known):
-            allowed = ", ".join(known) or "none"
-            raise ValueError(f"simulation: loop_periods.{name}: the controller has no such loop; allowed: {allowed}")
-        return self
-
-    @model_validator(mode="after")
-    def _names_its_metrics_apart(self) -> Self:
-        for one in own_metrics(self.metrics, self.folder):
-            if one.name in EFFORT and not self.with_rotors:
-                raise ValueError(f"metrics: {one.name}: only for real vehicles; name one in [vehicle]")
-            if one.name in bare(score_names(self.plant)):
-                raise ValueError(f"metrics: {one.name}: every flight already has a metric of this name")
-        return self
-
-    @model_validator(mode="after")
-    def _tunes_what_is_scored(self) -> Self:
-        for table, names in (("objective", self.tune.objective), ("constraints", self.tune.constraints)) if self.tune else ():
-            unknown = [name for name in names if name not in bare(self.scores) and name not in MARGINS]
-            if unknown:
-                allowed = f"{', '.join(bare(self.scores))}, and margins: {', '.join(UNITS)}, each with _roll and the like too"
-                raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {allowed}")
-            if table == "objective" and any(map(is_margin, names)):
-                margin = next(filter(is_margin, names))
-                raise ValueError(
-                    f"tune: objective.{margin}: larger is better; make it a constraint, or weight sensitivity_peak"
-                )
-        return self
-
-    @model_validator(mode="wrap")
-    @classmethod
-    def _explained(cls, content: object, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
-        """A mission given in Python; the reader of a file explains its errors itself.
-
-        It stands below the other validators, since it explains what those above it say.
-        """
-        if info.context is not None:
-            return handler(content)
-        try:
-            return handler(plain(content))
-        except (ValidationError, UserError) as error:
-            given = content if isinstance(content, dict) else {}
-            misplaced = of_another_plant(given, cls)
-            raise UserError(f"Mission: {misplaced}") if misplaced else explained(cls, given, error, "Mission") from None
 
     def plan(self, folder: Path | None = None, warn: bool = True, drawn: bool = False) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.
@@ -306,26 +254,23 @@ class Mission(Section):
         parameters = built.numbers(path=path.parameters, gains=controller.gains)
         start = built.start(path.law.reference(0.0, path.parameters))
         if warn:
-            self.try_plant(loop, parameters, start)
-            try_metrics(self.own_metrics, self.plant.columns)
-        if warn and self.controller.own:
-            self.try_controller(loop, parameters, start, ticks, drawn)
+            if built.own_plant:
+                try_plant(built.own_plant, loop, parameters, start)
+            if self.metrics:
+                try_metrics(self.own_metrics, self.plant.columns)
+            if self.controller.own:
+                try_controller(self.controller.type, loop, parameters, start, ticks, drawn)
         loop = replace(loop, controller=built.fitted(controller.law, periods))
-        warnings = (
-            [*self.controller.warnings(vehicle), *built.warnings(), *self.path_warnings(loop, parameters, ticks)]
-            if warn
-            else []
-        )
+        flown = ticks.last * ticks.step
+        warnings = [*self.controller.warnings(vehicle), *built.warnings(flown)] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
 
-    def try_plant(self, loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
-        """Where the plant is the user's own, its methods once. Raises UserError naming it."""
 
-    def try_controller(self, loop: Loop, parameters: Any, start: Any, ticks: Ticks, drawn: bool) -> None:
-        """One sample of a controller of the user's own. Raises UserError naming it."""
-        try:
-            try_out(loop, parameters, start, ticks)
-        except UserError as error:
-            if drawn and isinstance(error, NotFiniteError):
-                return
-            raise type(error)(f"controller: {self.controller.type}: {error}") from None
+def try_controller(name: str, loop: Loop, parameters: Any, start: Any, ticks: Ticks, drawn: bool) -> None:
+    """One sample of a controller of the user's own. Raises UserError naming it."""
+    try:
+        try_out(loop, parameters, start, ticks)
+    except UserError as error:
+        if drawn and isinstance(error, NotFiniteError):
+            return
+        raise type(error)(f"controller: {name}: {error}") from None

@@ -1,6 +1,7 @@
 """The table `[tune]` of a mission: which gains `quadstep tune` may change, on which flights, and what counts as better."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.io.errors import UserError
-from quadstep.metrics.margins import MARGINS, is_margin
+from quadstep.metrics.margins import MARGINS, UNITS, is_margin
 from quadstep.mission.check import Checked, check
 from quadstep.mission.distributions import Together, Varied
 from quadstep.mission.fields import Finite, Positive, Quantity, Section
@@ -133,6 +134,19 @@ class TuneSection(Section):
     theorem: Annotated[bool, Quantity("", "whether the controller's gain conditions must hold")] = True
     precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"
     score_period: Annotated[Positive | None, Quantity("s", "sampling period of the metrics; default: the log period")] = None
+
+    def check(self, scores: Sequence[str]) -> None:
+        """Refuses what no flight of the mission is scored by. Raises ValueError."""
+        for table, names in (("objective", self.objective), ("constraints", self.constraints)):
+            unknown = [name for name in names if name not in scores and name not in MARGINS]
+            if unknown:
+                allowed = f"{', '.join(scores)}, and margins: {', '.join(UNITS)}, each with _roll and the like too"
+                raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {allowed}")
+            if table == "objective" and any(map(is_margin, names)):
+                margin = next(filter(is_margin, names))
+                raise ValueError(
+                    f"tune: objective.{margin}: larger is better; make it a constraint, or weight sensitivity_peak"
+                )
 
     @property
     def margins(self) -> list[str]:

@@ -246,7 +246,7 @@ def check_vehicles(study: Study) -> None:
     for vehicle in study.file.vehicles:
         try:
             table = study.vehicle(vehicle)
-            kind_of({"vehicle": table}, study.folder)
+            kind_of(table, study.folder)
         except UserError as error:
             raise UserError(f"{study.source}: vehicles: {error}") from error
         if "file" in table and not (study.folder / vehicle).exists():

@@ -28,7 +28,7 @@ from quadstep.metrics.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.autopilots import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.check import check
-from quadstep.mission.kinds import REAL, kind
+from quadstep.mission.kinds import REAL
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.report.pool import DrawingPool, drawing_pool
@@ -127,7 +127,7 @@ def matching(mission: Mission, plan: FlightPlan) -> Matching | None:
 def under(piloting: Piloting, mission: Mission) -> Mission:
     """The mission with an autopilot in its controller's place. Raises UserError."""
     autopilot, connect = piloting.autopilot, piloting.connect
-    if not isinstance(mission, kind(REAL)):
+    if not isinstance(mission, REAL.load()):
         raise UserError("--autopilot: needs a mission for a real vehicle (docs/vehicles.md)")
     if autopilot not in AUTOPILOTS:
         raise UserError(f"--autopilot {autopilot}: is not known; allowed: {', '.join(AUTOPILOTS.names)}")
