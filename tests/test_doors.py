@@ -116,6 +116,7 @@ def test_what_the_package_lists_is_there(door):
 @pytest.mark.usefixtures("tiny")
 def test_a_command():
     assert quadstep("greet", "you").out == "hello you\n"
+    assert "completion" not in quadstep("greet", "--help").out
     shown = quadstep("--help").out
     assert "greet" in shown
     assert "Greet somebody" in shown

@@ -86,7 +86,7 @@ class AllCommands(Commands):
 
 def theirs_by(name: str) -> Any:
     """The command of another distribution; where there is none, one that says why, whatever its arguments."""
-    app = typer.Typer(rich_markup_mode=None)
+    app = typer.Typer(rich_markup_mode=None, add_completion=False)
     try:
         found = COMMANDS.load(name)
     except UserError as error:
