@@ -86,7 +86,7 @@ SAID = {
     "verify": "vehicle.paper.rotors:rotor_map",
     "page": "Page: out/mission.html",
     "campaign": "quadstep fly camp.toml --flight ",
-    "envelope": "Map: ",
+    "envelope": "Map: out/mission-envelope/envelope.png",
     "tune": "controller.Lambda1",
     "compare": "median (95 % quantile)",
     "reproduce": "Section 6 of the paper, claim by claim",

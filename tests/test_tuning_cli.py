@@ -29,7 +29,11 @@ def test_what_it_writes_and_says(tmp_path):
     assert "controller.Lambda1" in done.out
     report = (out / "report.html").read_text(encoding="utf-8")
     assert "<p>Nothing is random in this mission, so there is one flight with each set of gains." in report
-    assert re.search(r"The tuned gains are better. The objective falls by [\d.]+\s%\.</p>", report)
+    grade = metrics(out)["margins_at_rest"]
+    assert grade["grade"] in ("fragile", "unstable")
+    rest = f"At rest the loop with the tuned gains is {grade['grade']}: "
+    assert re.search(rf"The tuned gains are better. The objective falls by [\d.]+\s%\. {rest}", report)
+    assert rest in done.out.replace("\n", " ")
     assert "unseen flights" not in report
     assert "1/s]" in report
     assert "bound" not in report + done.out

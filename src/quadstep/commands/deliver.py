@@ -11,6 +11,7 @@ import typer
 from quadstep.io.errors import UserError
 from quadstep.io.results.interrupts import signals_ignored
 from quadstep.metrics.judging.verdict import Verdict
+from quadstep.report.sheet import FORMATS
 from quadstep.report.terminal.screen import complain, say, say_whole
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def show(evidence: "Evidence", folder: Path) -> None:
     for sentence in evidence.sentences:
         say(sentence)
     for one in evidence.figures:
-        drawn = next((path for path in sorted(folder.glob(f"{one.name}.*"))), None)
+        drawn = next((path for ending in FORMATS if (path := folder / f"{one.name}.{ending}").is_file()), None)
         if drawn:
             say_whole(f"{one.label}: {drawn}")
     say_whole(f"Report: {folder / 'report.html'}")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import OpenOption
+from quadstep.commands.options import EngineOption, OpenOption
 from quadstep.engines.engine import Engine
 from quadstep.io.atomic import check_place, write_beside
 from quadstep.io.errors import UserError
@@ -28,7 +28,7 @@ def page(
         Path | None,
         typer.Option(metavar="FILE.md", help="A guided walk of your own, in Markdown (docs/story.md).", show_default=False),
     ] = None,
-    engine: Annotated[Engine, typer.Option(help="Engine that flies the missions before the page does.")] = Engine.LANES,
+    engine: EngineOption = Engine.LANES,
 ) -> None:
     """Write one HTML file in which missions fly: no network, no installation, every gain a slider.
 

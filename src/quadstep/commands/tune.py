@@ -37,8 +37,8 @@ def tune(
 ) -> None:
     """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights it has not seen.
 
-    Writes tuned.toml, report.html, history.csv, a picture and metrics.json. The mission's table [tune] says
-    what may change, and what is better (docs/tuning.md).
+    Writes tuned.toml, report.html, history.csv, a picture, table.tex and metrics.json. The mission's table
+    [tune] says what may change, and what is better (docs/tuning.md).
     """
     started = time.perf_counter()
     if junit:
@@ -47,9 +47,10 @@ def tune(
         raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
     folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", sheet(figures, width, style)
     with bar("tuning", "flights", budget) as progress, needed_by("`quadstep tune`"):
+        from quadstep.linear.quick import quick_grade
         from quadstep.studies.tuning.run import tune as run
 
-        done = run(mission, budget, folder, seed, overwrite, progress, drawn_on)
+        done = run(mission, budget, folder, seed, overwrite, progress, drawn_on, quick_grade)
     if not as_json:
         show(done, folder)
     deliver(done.evidence.verdict("tune", folder), as_json, junit, time.perf_counter() - started)
@@ -57,9 +58,6 @@ def tune(
 
 def show(done: "Tuned", folder: Path) -> None:
     """Print the gains, the comparison and its verdict."""
-    from quadstep.linear.quick import quick_grade
-    from quadstep.metrics.margins import at_rest_sentences
-    from quadstep.mission.read import read_mission
     from quadstep.studies.tuning.unseen import AGGREGATES
 
     found, compared = done.found, done.compared
@@ -84,10 +82,8 @@ def show(done: "Tuned", folder: Path) -> None:
         lost = found.best.judged.lost
         wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
         say(f"Even with the best gains found, {wrong} in tuning.")
-    say(compared.verdict)
-    if not done.elsewhere:
-        for sentence in at_rest_sentences(quick_grade(read_mission(folder / "tuned.toml"))):
-            say(f"With the tuned gains: {sentence[0].lower()}{sentence[1:]}")
+    for sentence in done.evidence.sentences:
+        say(sentence)
     for gain in done.asked.gains:
         if edge := gain.edge(done.values):
             say(f"{gain.key} is {edge}; a wider range may give more.")

@@ -56,7 +56,17 @@ def junit_xml(verdict: Verdict, seconds: float) -> str:
 def texts(verdict: Verdict) -> dict[str, str]:
     """What was measured, and the facts of the run, as text by dotted name."""
     facts = {name: value for name, value in verdict.content.items() if isinstance(value, str)}
-    return facts | {name: repr(value) for name, value in scalars(verdict.content).items() if value is not None}
+    measured = {name: by_name(value) for name, value in verdict.content.items()}
+    return facts | {name: repr(value) for name, value in scalars(measured).items() if value is not None}
+
+
+def by_name(value: object) -> object:
+    """With rows of tables, as the panels of an envelope, under their names or, where they have none, their places."""
+    if isinstance(value, dict):
+        return {name: by_name(one) for name, one in value.items()}
+    if isinstance(value, list) and all(isinstance(one, dict) for one in value):
+        return {str(one.get("name") or place): by_name(one) for place, one in enumerate(value)}
+    return value
 
 
 def clean(text: str) -> str:

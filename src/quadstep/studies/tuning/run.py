@@ -14,8 +14,10 @@ from quadstep.io.errors import UserError
 from quadstep.io.files import ANY, is_file, read_bytes
 from quadstep.io.user_code.places import place, sources
 from quadstep.io.version import __version__
+from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
@@ -56,10 +58,11 @@ def tune(
     overwrite: bool = False,
     progress: Progress = SILENT,
     sheet: Sheet | None = None,
+    grading: Grading = ungraded,
 ) -> Tuned:
     """Tune the mission in `path` within a budget of flights, including the comparison, and write `folder`.
 
-    Raises UserError. On Ctrl-C nothing is written.
+    grading: of the loop at rest. Raises UserError. On Ctrl-C nothing is written.
     """
     wanted = asked(path)
     check_budget(wanted, budget)
@@ -68,10 +71,12 @@ def tune(
         found = Search(ground, budget - 2 * wanted.unseen, seed, progress).run()
         compared = on_unseen(ground, found, progress)
         ground.flyer.say_slow()
-        elsewhere = write_mission(out, wanted, found.best.values)
+        mission, elsewhere = write_mission(out, wanted, found.best.values)
+        rest = grading(mission)
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
-        shown = evidence(wanted, found, compared, PICTURE, as_json(wanted, found, compared, budget, seed))
+        record = as_json(wanted, found, compared, budget, seed)
+        shown = evidence(wanted, found, compared, PICTURE, {**record, AT_REST: dict(rest)}, rest)
         shown.write(out)
     return Tuned(wanted, found, compared, elsewhere, shown)
 
@@ -117,19 +122,19 @@ def own_files(wanted: Asked) -> set[str]:
     return found
 
 
-def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[str]:
-    """The user's mission with the tuned gains, and the files it names beside it; those it names elsewhere are returned."""
+def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> tuple[Mission, list[str]]:
+    """The user's mission with the tuned gains, and the files it names beside it; gives it and those it names elsewhere."""
     content = wanted.tuned(values)
     text = edited(wanted.text, wanted.content, content)
     if tomllib.loads(text) != content:
         raise UserError(f"{wanted.path}: could not be written with the tuned gains")
-    check_mission(content, TUNED, wanted.path.parent)
+    mission = check_mission(content, TUNED, wanted.path.parent)
     inside, elsewhere = named_files(wanted)
     for name in inside:
         (out / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(wanted.path.parent / name, out / name)
     (out / TUNED).write_text(text, encoding="utf-8")
-    return elsewhere
+    return mission, elsewhere
 
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
