@@ -197,7 +197,7 @@ def test_gains_found_once_can_be_brought_along(done, tmp_path, monkeypatch):
     _, out, _ = done
     (tmp_path / "known.json").write_bytes((out / "gains.json").read_bytes())
     file = written(tmp_path, SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "known.json"'))
-    monkeypatch.setattr(jobs.Tune, "work", lambda self: pytest.fail("it is known"))
+    monkeypatch.setattr(jobs.training, "train", lambda *_: pytest.fail("it is known"))
     assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
     assert (tmp_path / "out" / "gains.json").read_bytes() == (out / "gains.json").read_bytes()
     with pytest.raises(pytest.fail.Exception):
@@ -309,7 +309,7 @@ def test_equal_missions_share_what_is_kept_and_compare_as_equal(tmp_path):
 
 def test_equal_controllers_that_fail_are_each_a_problem(monkeypatch, tmp_path):
     cell = study(SMALLEST).cell(Situation("research-2.6kg", "up", "calm"), "firm", {"type": "geometric"})
-    equal = [jobs.OfLaw("linear", cell._replace(controller=name)) for name in ("firm", "again")]
+    equal = [jobs.linearising(cell._replace(controller=name)) for name in ("firm", "again")]
     monkeypatch.setattr(workers, "worked", lambda _: jobs.Worked(b"", "no idea"))
     with parts_in(tmp_path) as kept:
         run = Run(kept, How(keep_going=True))

@@ -9,11 +9,10 @@ from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.controller import Command, Controller
 from quadstep.io.documents import parse_json, read_json
 from quadstep.io.errors import MissingExtraError, UserError
-from quadstep.io.results.folder import RUNNING
-from quadstep.io.results.parts import JOURNALS, Parts
+from quadstep.io.results.parts import Parts
 from quadstep.io.user_code.blame import in_one_line
 from quadstep.studies.comparison import training
-from quadstep.studies.comparison.jobs import Tune
+from quadstep.studies.comparison.jobs import Job, tuning
 from quadstep.studies.comparison.schema import Content, ControllerEntry
 from quadstep.studies.comparison.study import Study
 
@@ -59,7 +58,7 @@ class Asked(NamedTuple):
     """An entrant whose gains are to be found. jobs: a search each; none where they are given."""
 
     entrant: Entrant
-    jobs: tuple[Tune, ...] = ()
+    jobs: tuple[Job[training.Task], ...] = ()
 
 
 class Problem(NamedTuple):
@@ -124,11 +123,8 @@ def entrant(
         origin = FROM_FILE.format(study.file.tuning.gains)
         return Asked(tuned(study, Entrant(vehicle, name, table, origin, law), [trained_of(one) for one in known]))
     training.check_task(tasks[0])
-    jobs = [Tune(task, None) for task in tasks]
-    if local:
-        place = kept.folder.path.absolute()
-        jobs = [job._replace(journal=training.Place(place, f"{RUNNING}/{JOURNALS}/{job.key}.jsonl")) for job in jobs]
-    return Asked(Entrant(vehicle, name, table, "tuned", law), tuple(jobs))
+    folder = kept.folder.path.absolute() if local else None
+    return Asked(Entrant(vehicle, name, table, "tuned", law), tuple(tuning(task, folder) for task in tasks))
 
 
 def with_gains(study: Study, asked: Asked, kept: Parts) -> Entrant:

@@ -14,8 +14,8 @@ from quadstep.page.identity import identity
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flown import Flyer
 from quadstep.studies.comparison.found import Comparison
-from quadstep.studies.comparison.jobs import Fly
-from quadstep.studies.comparison.study import FIRST, Situation
+from quadstep.studies.comparison.jobs import Job
+from quadstep.studies.comparison.study import FIRST, Cell, Situation
 
 MOST_RIVALS = 3
 
@@ -27,7 +27,7 @@ class Shown(NamedTuple):
     flights: tuple[tuple[str, str, str], ...]
 
 
-def ghosts(found: Comparison, flights: Sequence[Fly]) -> Shown:
+def ghosts(found: Comparison, flights: Sequence[Job[Cell]]) -> Shown:
     """The page, and what it shows: for each vehicle the situation that is hardest for the best, and in it the best that can be
     flown again without an autopilot. Raises UserError.
     """
@@ -36,8 +36,8 @@ def ghosts(found: Comparison, flights: Sequence[Fly]) -> Shown:
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         situation = hardest(found, vehicle)
         ranked = sorted(found.of(situation), key=lambda one: found.ranked[situation].ranks[one.controller])
-        jobs = {job.cell.controller: job for job in flights if job.cell.situation == situation}
-        again = [one.controller for one in ranked if not jobs[one.controller].cell.law.one_at_a_time]
+        jobs = {job.subject.controller: job for job in flights if job.subject.situation == situation}
+        again = [one.controller for one in ranked if not jobs[one.controller].subject.law.one_at_a_time]
         names = again[: MOST_RIVALS + 1]
         if not names:
             continue
@@ -61,9 +61,11 @@ def hardest(found: Comparison, vehicle: str) -> Situation:
     return max((one for one in found.situations if one.vehicle == vehicle), key=difficulty)
 
 
-def flown(found: Comparison, situation: Situation, best: Fly, rivals: dict[str, Fly], taken: Sequence[str]) -> ShownFlight:
+def flown(
+    found: Comparison, situation: Situation, best: Job[Cell], rivals: dict[str, Job[Cell]], taken: Sequence[str]
+) -> ShownFlight:
     """The first flight of a situation, under the best controller and under its rivals."""
-    campaign = best.cell.campaign
+    campaign = best.subject.campaign
     flyer = Flyer(campaign)
     drawn = {name: one.at(0) for name, one in draw(campaign.file, np.array([FIRST])).items()}
     mission, plan = flyer.planner.mission(drawn, FIRST), flyer.planner.plan(drawn, FIRST)
@@ -72,10 +74,10 @@ def flown(found: Comparison, situation: Situation, best: Fly, rivals: dict[str, 
     name = situation.label or found.name
     others: dict[str, ControllerSection] = {}
     for rival, job in rivals.items():
-        theirs = job.cell.campaign
+        theirs = job.subject.campaign
         if theirs.content.get("vehicle") == campaign.content.get("vehicle"):
             others[rival] = Flyer(theirs).planner.mission(drawn).controller
     return ShownFlight(
         identity(name, taken), name, found.name, mission, plan, log, metrics, campaign.folder,
-        warnings=tuple(warnings), called=best.cell.controller, rivals=others,
+        warnings=tuple(warnings), called=best.subject.controller, rivals=others,
     )  # fmt: skip

@@ -4,13 +4,17 @@ A piece gives the content of the file that keeps it. What goes wrong in it comes
 """
 
 import json
-from typing import NamedTuple
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Generic, NamedTuple, TypeVar
 
 import pyarrow as pa
 
 from quadstep.engines.kernel import host
 from quadstep.io.errors import UserError
-from quadstep.io.results.parts import COSTS, FLIGHTS, GAINS, MARGINS, key
+from quadstep.io.results.folder import RUNNING
+from quadstep.io.results.parts import COSTS, FLIGHTS, GAINS, JOURNALS, LINEAR, MARGINS, key
 from quadstep.io.user_code.blame import blamed, user_error
 from quadstep.studies.campaign.cluster import OneThread
 from quadstep.studies.campaign.draws import draw
@@ -23,180 +27,96 @@ DRAWN = "drawn"
 """Column of what was drawn for a flight, as JSON: what varies differs from scenario to scenario."""
 
 
-class Fly(NamedTuple):
-    """The flights of a cell."""
-
-    cell: Cell
-    seeds: int
-
-    @property
-    def kind(self) -> str:
-        """Of its file."""
-        return FLIGHTS
-
-    @property
-    def key(self) -> str:
-        """What decides them."""
-        return key(self.cell.situation, self.cell.controller, self.cell.campaign.fingerprint, self.seeds)
-
-    @property
-    def label(self) -> str:
-        """In words."""
-        return self.cell.label
-
-    @property
-    def flights(self) -> int:
-        """How many."""
-        return self.seeds
-
-    @property
-    def by_itself(self) -> bool:
-        """Whether it is done in this process, after all others: an autopilot is there only once."""
-        return self.cell.law.one_at_a_time
-
-    @property
-    def controller(self) -> tuple[str, str]:
-        """Vehicle and controller."""
-        return self.cell.situation.vehicle, self.cell.controller
-
-    def work(self) -> bytes:
-        """Fly: a row for each flight, the same columns whatever varies."""
-        campaign = self.cell.campaign
-        table = Flyer(campaign, OneThread).fly(FIRST, FIRST + self.seeds)
-        values = {name: drawn_column(one).to_pylist() for name, one in draw(campaign.file, table["flight"].to_numpy()).items()}
-        rows = [json.dumps({name: column[i] for name, column in values.items()}) for i in range(self.seeds)]
-        whose = dict(
-            zip(("vehicle", "path", "scenario", "controller"), (*self.cell.situation, self.cell.controller), strict=True)
-        )
-        columns = {name: pa.array([text] * self.seeds).dictionary_encode() for name, text in whose.items()}
-        columns["tuning"] = pa.array([1 + self.cell.repeat] * self.seeds)
-        columns |= {name: table[name] for name in table.column_names if name not in values}
-        return parquet(pa.table({**columns, DRAWN: pa.array(rows)}))
+Subject_co = TypeVar("Subject_co", covariant=True)
 
 
-class Tune(NamedTuple):
-    """The gains of a controller for a vehicle. journal: where it notes what was flown; None where nobody could read it."""
+class Job(NamedTuple, Generic[Subject_co]):
+    """A piece, and what it is about. kind, key: of the file that keeps it, and a digest of all that decides it.
 
-    task: training.Task
-    journal: training.Place | None
-
-    @property
-    def by_itself(self) -> bool:
-        """No autopilot has gains to find."""
-        return False
-
-    @property
-    def kind(self) -> str:
-        """Of its file."""
-        return GAINS
-
-    @property
-    def key(self) -> str:
-        """What decides them."""
-        return key("gains", *self.task.decisive)
-
-    @property
-    def label(self) -> str:
-        """In words."""
-        return f"tuning {self.task.label}"
-
-    @property
-    def flights(self) -> int:
-        """At most."""
-        return self.task.budget
-
-    @property
-    def controller(self) -> tuple[str, str]:
-        """Vehicle and controller."""
-        return self.task.vehicle, self.task.controller
-
-    def work(self) -> bytes:
-        """Search."""
-        found = training.train(self.task, self.journal)
-        return (json.dumps({"controller": self.task.label, **found._asdict()}, indent=1) + "\n").encode()
-
-
-class Bear(NamedTuple):
-    """What a controller bears of a disturbance."""
-
-    asked: margins.Raise
-
-    @property
-    def kind(self) -> str:
-        """Of its file."""
-        return MARGINS
-
-    @property
-    def key(self) -> str:
-        """What decides it."""
-        return key("margin", *self.asked.decisive)
-
-    @property
-    def label(self) -> str:
-        """In words."""
-        return self.asked.label
-
-    @property
-    def flights(self) -> int:
-        """About how many."""
-        return self.asked.entry.flights * (margins.HALVINGS + 3)
-
-    @property
-    def by_itself(self) -> bool:
-        """As of flights."""
-        return self.asked.law.one_at_a_time
-
-    @property
-    def controller(self) -> tuple[str, str]:
-        """Vehicle and controller."""
-        return self.asked.vehicle, self.asked.controller
-
-    def work(self) -> bytes:
-        """Raise it."""
-        return (json.dumps(margins.as_json(margins.find(self.asked)), indent=1) + "\n").encode()
-
-
-class OfLaw(NamedTuple):
-    """What is asked of a controller's law, without flights, in the first cell that it flies.
-
-    kind: `LINEAR`, its loop at rest, or `COSTS`, what it takes to compute, on this machine.
+    controller: vehicle and controller. work: gives the content of the file. flights: that it takes, at most. by_itself: done
+    in this process, after all others: an autopilot is there only once, and costs are measured when nothing else is done.
+    journal: where a search notes what was flown; None where nobody could read it.
     """
 
     kind: str
-    cell: Cell
-
-    @property
-    def key(self) -> str:
-        """What decides it."""
-        return key(self.kind, self.cell.campaign.fingerprint, (host().name, cost.edition()) if self.kind == COSTS else "")
-
-    @property
-    def label(self) -> str:
-        """In words."""
-        return self.cell.label
-
-    @property
-    def flights(self) -> int:
-        """None."""
-        return 0
-
-    @property
-    def by_itself(self) -> bool:
-        """Costs are measured when nothing else is done."""
-        return self.kind == COSTS
-
-    @property
-    def controller(self) -> tuple[str, str]:
-        """Vehicle and controller."""
-        return self.cell.situation.vehicle, self.cell.controller
-
-    def work(self) -> bytes:
-        """Linearise, or measure."""
-        found = cost.as_json(cost.cost_of(self.cell)) if self.kind == COSTS else linear.linear_of(self.cell)._asdict()
-        return (json.dumps(found, indent=1) + "\n").encode()
+    key: str
+    label: str
+    controller: tuple[str, str]
+    subject: Subject_co
+    work: Callable[[], bytes]
+    flights: int = 0
+    by_itself: bool = False
+    journal: training.Place | None = None
 
 
-Job = Fly | Tune | Bear | OfLaw
+def flying(cell: Cell, seeds: int) -> Job[Cell]:
+    """The flights of a cell."""
+    decisive = key(cell.situation, cell.controller, cell.campaign.fingerprint, seeds)
+    return Job(FLIGHTS, decisive, cell.label, cell.who, cell, partial(fly, cell, seeds), seeds, cell.law.one_at_a_time)
+
+
+def tuning(task: training.Task, folder: Path | None) -> Job[training.Task]:
+    """The gains of a controller for a vehicle. folder: of the study, for the journal, if one can be kept."""
+    decisive = key("gains", *task.decisive)
+    journal = training.Place(folder, f"{RUNNING}/{JOURNALS}/{decisive}.jsonl") if folder else None
+    who, label = (task.vehicle, task.controller), f"tuning {task.label}"
+    return Job(GAINS, decisive, label, who, task, partial(search, task, journal), task.budget, journal=journal)
+
+
+def raising(asked: margins.Raise) -> Job[margins.Raise]:
+    """What a controller bears of a disturbance, in about so many flights."""
+    decisive, who = key("margin", *asked.decisive), (asked.vehicle, asked.controller)
+    flights = asked.entry.flights * (margins.HALVINGS + 3)
+    return Job(MARGINS, decisive, asked.label, who, asked, partial(bear, asked), flights, asked.law.one_at_a_time)
+
+
+def linearising(cell: Cell) -> Job[Cell]:
+    """The loop of a cell at rest."""
+    return Job(LINEAR, key(LINEAR, cell.campaign.fingerprint, ""), cell.label, cell.who, cell, partial(linearise, cell))
+
+
+def costing(cell: Cell) -> Job[Cell]:
+    """What the law of a cell takes to compute, on this machine."""
+    decisive = key(COSTS, cell.campaign.fingerprint, (host().name, cost.edition()))
+    return Job(COSTS, decisive, cell.label, cell.who, cell, partial(measure, cell), by_itself=True)
+
+
+def fly(cell: Cell, seeds: int) -> bytes:
+    """A row for each flight, the same columns whatever varies."""
+    campaign = cell.campaign
+    table = Flyer(campaign, OneThread).fly(FIRST, FIRST + seeds)
+    values = {name: drawn_column(one).to_pylist() for name, one in draw(campaign.file, table["flight"].to_numpy()).items()}
+    rows = [json.dumps({name: column[i] for name, column in values.items()}) for i in range(seeds)]
+    whose = dict(zip(("vehicle", "path", "scenario", "controller"), (*cell.situation, cell.controller), strict=True))
+    columns = {name: pa.array([text] * seeds).dictionary_encode() for name, text in whose.items()}
+    columns["tuning"] = pa.array([1 + cell.repeat] * seeds)
+    columns |= {name: table[name] for name in table.column_names if name not in values}
+    return parquet(pa.table({**columns, DRAWN: pa.array(rows)}))
+
+
+def search(task: training.Task, journal: training.Place | None) -> bytes:
+    """The gains."""
+    return as_text({"controller": task.label, **training.train(task, journal)._asdict()})
+
+
+def bear(asked: margins.Raise) -> bytes:
+    """The margin."""
+    return as_text(margins.as_json(margins.find(asked)))
+
+
+def linearise(cell: Cell) -> bytes:
+    """The margins of the loop, or why there are none."""
+    return as_text(linear.linear_of(cell)._asdict())
+
+
+def measure(cell: Cell) -> bytes:
+    """Instructions and times."""
+    return as_text(cost.as_json(cost.cost_of(cell)))
+
+
+def as_text(content: object) -> bytes:
+    """A file of JSON."""
+    return (json.dumps(content, indent=1) + "\n").encode()
 
 
 class Worked(NamedTuple):
@@ -206,7 +126,7 @@ class Worked(NamedTuple):
     wrong: str = ""
 
 
-def worked(job: Job) -> Worked:
+def worked(job: Job[object]) -> Worked:
     """Do a job; errors of the user's come back as lines."""
     try:
         return Worked(job.work())

@@ -13,9 +13,10 @@ from quadstep.report.units import counted
 from quadstep.studies.comparison import linear, tables, words
 from quadstep.studies.comparison.found import Comparison
 from quadstep.studies.comparison.ghosts import ghosts
-from quadstep.studies.comparison.jobs import Fly
+from quadstep.studies.comparison.jobs import Job
 from quadstep.studies.comparison.markdown import markdown
 from quadstep.studies.comparison.picture import MANY, draw_vehicle
+from quadstep.studies.comparison.study import Cell
 
 REPORT, PAGE, SUMMARY = "report.html", "page.html", "results.md"
 
@@ -23,7 +24,7 @@ IN_SUMMARY = 3
 """Figures."""
 
 
-def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: Sheet) -> None:
+def write_results(out: Path, found: Comparison, flights: Sequence[Job[Cell]], sheet: Sheet) -> None:
     """Everything but the flights and gains. Raises UserError."""
     tables.write_tables(out, found)
     vehicles = list(dict.fromkeys(one.vehicle for one in found.situations))
@@ -39,7 +40,7 @@ def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: S
     page.write_page(out / REPORT, found.name, sections(out, found, drawn, links, missing), "Comparison")
 
 
-def write_ghosts(out: Path, found: Comparison, flights: Sequence[Fly]) -> tuple[list[tuple[str, str]], str]:
+def write_ghosts(out: Path, found: Comparison, flights: Sequence[Job[Cell]]) -> tuple[list[tuple[str, str]], str]:
     """page.html; links into it with what they show, or why there is none."""
     try:
         shown = ghosts(found, flights)
@@ -151,9 +152,9 @@ def facts(found: Comparison) -> list[page.Fact]:
     return [first, pairs, flown] if found.pairs else [first, flown]
 
 
-def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:
+def as_json(found: Comparison, flights: Sequence[Job[Cell]]) -> dict[str, object]:
     """The content of metrics.json."""
-    files = {job.cell.label: f"{job.kind}/{job.key}.parquet" for job in flights}
+    files = {job.subject.label: f"{job.kind}/{job.key}.parquet" for job in flights}
     unit = found.metrics[found.metric].removeprefix(found.metric)
     return {
         "name": found.name,

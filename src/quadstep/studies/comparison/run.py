@@ -20,8 +20,9 @@ from quadstep.report.units import counted
 from quadstep.studies.comparison import cost, margins
 from quadstep.studies.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
 from quadstep.studies.comparison.found import Comparison, ranks, result
-from quadstep.studies.comparison.jobs import Bear, Fly, Job, OfLaw, Tune, Worked
+from quadstep.studies.comparison.jobs import Job, Worked, costing, flying, linearising, raising
 from quadstep.studies.comparison.linear import Linear
+from quadstep.studies.comparison.margins import Raise
 from quadstep.studies.comparison.report import write_results
 from quadstep.studies.comparison.spread import Flown, flown_of
 from quadstep.studies.comparison.study import Cell, Situation, Study
@@ -69,7 +70,7 @@ class Run:
         """Whether a controller takes part no more."""
         return any(one.controller == (vehicle, controller) for one in self.problems)
 
-    def work(self, what: str, jobs: Sequence[Job]) -> None:
+    def work(self, what: str, jobs: Sequence[Job[object]]) -> None:
         """Do these, but for what is kept; those that want the machine to themselves one after the other, after all others."""
         self.how.progress.doing(what)
         going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None or self.failed(job)}
@@ -90,12 +91,12 @@ class Run:
                 self.keep(one, worked)
             self.how.progress.to(over, total)
 
-    def failed(self, job: Job) -> bool:
+    def failed(self, job: Job[object]) -> bool:
         """Whether what is kept is a cost that lacks its instructions because a tool failed: by now it may work."""
         found = self.read(job, cost.from_json) if job.kind == COSTS else None
         return found is not None and found.failed
 
-    def keep(self, job: Job, worked: Worked) -> None:
+    def keep(self, job: Job[object], worked: Worked) -> None:
         """Keep what a job gave."""
         if worked.wrong and self.out(*job.controller):
             return  # of which enough has been said
@@ -104,7 +105,7 @@ class Run:
         else:
             self.kept.add(job.kind, job.key, worked.content)
 
-    def read(self, job: Job, made: Callable[[J], Read]) -> Read | None:
+    def read(self, job: Job[object], made: Callable[[J], Read]) -> Read | None:
         """What a job gave, from its file of JSON; None where it gave nothing. Raises UserError for a file that was changed."""
         content = self.kept.read(job.kind, job.key)
         if content is None:
@@ -115,14 +116,14 @@ class Run:
         except (KeyError, TypeError, ValueError):
             raise changed(path) from None
 
-    def publish(self, out: Path, jobs: Sequence[Job]) -> None:
+    def publish(self, out: Path, jobs: Sequence[Job[object]]) -> None:
         """Put what these jobs gave into the folder of a finished study."""
         self.kept.publish(out, [(job.kind, job.key) for job in jobs if self.kept.find(job.kind, job.key)])
 
 
-def so_far(job: Job) -> int:
+def so_far(job: Job[object]) -> int:
     """Flights that an unfinished search has noted."""
-    lines = read_lines(job.journal) if isinstance(job, Tune) and job.journal else []
+    lines = read_lines(job.journal) if job.journal else []
     return int(lines[-1]["flights"]) if lines else 0
 
 
@@ -161,7 +162,9 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
             results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
             ranked=ranks(flown, next(iter(metrics))),
             entrants=tuple(everybody),
-            margins={(one.asked.name, *one.controller): found for one in bears if (found := run.read(one, margins.from_json))},
+            margins={
+                (one.subject.name, *one.controller): found for one in bears if (found := run.read(one, margins.from_json))
+            },
             raised=study.file.margins or {},
             tuned_in=frozenset(one for one in flown if study.file.tuning and one[1:] in flown_in(study)),
             costs=costs(run, asked_of_laws),
@@ -189,16 +192,16 @@ def cells(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Cell]:
     return found
 
 
-def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[Situation, dict[str, Flown]]]:
+def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Job[Cell]], dict[Situation, dict[str, Flown]]]:
     """Fly all cells, and read them back. Raises UserError for a situation that nobody survives."""
-    jobs = [Fly(cell, seeds) for cell in wanted]
+    jobs = [flying(cell, seeds) for cell in wanted]
     run.work("flying", jobs)
     there = [job for job in jobs if not run.out(*job.controller)]
     flown: dict[Situation, dict[str, Flown]] = {}
     for job in there:
-        row, one = flown.setdefault(job.cell.situation, {}), read_back(run.kept, job)
-        first = row.get(job.cell.controller)
-        row[job.cell.controller] = first._replace(others=(*first.others, one)) if first else one
+        row, one = flown.setdefault(job.subject.situation, {}), read_back(run.kept, job)
+        first = row.get(job.subject.controller)
+        row[job.subject.controller] = first._replace(others=(*first.others, one)) if first else one
     if not there:
         raise UserError(
             f"no controller is left to compare: {run.problems[0].line}" if run.problems else "there is nothing to fly"
@@ -210,13 +213,13 @@ def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[S
     return there, flown
 
 
-def read_back(kept: Parts, job: Fly) -> Flown:
+def read_back(kept: Parts, job: Job[Cell]) -> Flown:
     """The flights of a cell. Raises UserError for a file that is not what was written."""
     content = kept.read(job.kind, job.key)
     assert content is not None
     with contextlib.suppress(OSError, ValueError, KeyError):
-        found = flown_of(pq.read_table(pa.BufferReader(content)), job.cell.campaign)
-        if len(found.lost) == job.seeds:
+        found = flown_of(pq.read_table(pa.BufferReader(content)), job.subject.campaign)
+        if len(found.lost) == job.flights:
             return found
     raise changed(kept.folder.path / str(kept.find(job.kind, job.key)))
 
@@ -236,28 +239,28 @@ def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str,
     return reported(study.source, study.reported(), left or wanted)
 
 
-def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Bear]:
+def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Job[Raise]]:
     """The margins to be found."""
-    jobs: list[Bear] = []
+    jobs: list[Job[Raise]] = []
     for name, entry in (study.file.margins or {}).items():
         for one in everybody:
             if entry.suits(one.vehicle) and not run.out(one.vehicle, one.name):
                 try:
-                    jobs.append(Bear(margins.raised(study, one.vehicle, name, one.name, one.table)))
+                    jobs.append(raising(margins.raised(study, one.vehicle, name, one.name, one.table)))
                 except UserError as error:
                     run.met(Problem((one.vehicle, one.name), str(error)))
     return jobs
 
 
-def laws(flights: Sequence[Fly]) -> list[OfLaw]:
+def laws(flights: Sequence[Job[Cell]]) -> list[Job[Cell]]:
     """What is asked of each controller's law, in the first of its cells."""
     first: dict[tuple[str, str], Cell] = {}
     for job in flights:
-        first.setdefault(job.controller, job.cell)
-    return [OfLaw(kind, cell) for kind in (LINEAR, COSTS) for cell in first.values()]
+        first.setdefault(job.controller, job.subject)
+    return [made(cell) for made in (linearising, costing) for cell in first.values()]
 
 
-def costs(run: Run, jobs: Sequence[OfLaw]) -> dict[tuple[str, str], cost.Cost]:
+def costs(run: Run, jobs: Sequence[Job[Cell]]) -> dict[tuple[str, str], cost.Cost]:
     """What each controller costs to compute."""
     return {job.controller: one for job in jobs if job.kind == COSTS and (one := run.read(job, cost.from_json))}
 
@@ -267,7 +270,7 @@ def read_linear(content: dict[str, Any]) -> Linear:
     return Linear(**content)
 
 
-def linearised(run: Run, jobs: Sequence[OfLaw]) -> dict[tuple[str, str], Linear]:
+def linearised(run: Run, jobs: Sequence[Job[Cell]]) -> dict[tuple[str, str], Linear]:
     """The loop of each controller at rest, or why it has none."""
     return {job.controller: one for job in jobs if job.kind == LINEAR and (one := run.read(job, read_linear))}
 

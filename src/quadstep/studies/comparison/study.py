@@ -60,6 +60,11 @@ class Cell(NamedTuple):
         return ": ".join(filter(None, (name, self.situation.label)))
 
     @property
+    def who(self) -> tuple[str, str]:
+        """Vehicle and controller."""
+        return self.situation.vehicle, self.controller
+
+    @property
     def mission(self) -> Mission:
         """As written, nothing of it drawn. Raises UserError."""
         return self.campaign.mission

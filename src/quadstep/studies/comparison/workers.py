@@ -19,20 +19,20 @@ LOOK = 0.5
 Look = Callable[[], None]
 
 
-def work(jobs: Sequence[Job], engine: Engine, look: Look) -> Iterator[tuple[Job, Worked]]:
+def work(jobs: Sequence[Job[object]], engine: Engine, look: Look) -> Iterator[tuple[Job[object], Worked]]:
     """Jobs as they are done, in any order. look: called while others go on. Raises UserError where there is no cluster."""
     if not jobs:
         return iter(())
-    done: Iterator[tuple[Job, Worked]] = loaded(JOBS, engine)(jobs, look)
+    done: Iterator[tuple[Job[object], Worked]] = loaded(JOBS, engine)(jobs, look)
     return done
 
 
-def alone(jobs: Sequence[Job]) -> Iterator[tuple[Job, Worked]]:
+def alone(jobs: Sequence[Job[object]]) -> Iterator[tuple[Job[object], Worked]]:
     """One after the other in this process, so that what is measured has the machine for itself."""
     return ((job, worked(job)) for job in jobs)
 
 
-def on_cores(jobs: Sequence[Job], look: Look) -> Iterator[tuple[Job, Worked]]:
+def on_cores(jobs: Sequence[Job[object]], look: Look) -> Iterator[tuple[Job[object], Worked]]:
     """On this machine. Those that take longest come first, so that all cores end together."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     with drawing_pool(min(count, len(jobs))) as pool:
@@ -44,7 +44,7 @@ def on_cores(jobs: Sequence[Job], look: Look) -> Iterator[tuple[Job, Worked]]:
                 yield going.pop(future), future.result()
 
 
-def on_cluster(jobs: Sequence[Job], _look: Look) -> Iterator[tuple[Job, Worked]]:
+def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[object], Worked]]:
     """On a cluster: a task a job."""
     with connected() as ray:
 
@@ -56,7 +56,7 @@ def on_cluster(jobs: Sequence[Job], _look: Look) -> Iterator[tuple[Job, Worked]]
 
         task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_job)
         waiting = iter(jobs)
-        going: dict[object, Job] = {}
+        going: dict[object, Job[object]] = {}
         while True:
             room = max(0, AHEAD * max(1, cores(ray)) - len(going))
             for job in islice(waiting, room):
@@ -71,6 +71,6 @@ def on_cluster(jobs: Sequence[Job], _look: Look) -> Iterator[tuple[Job, Worked]]
 def on_worker(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str]:
     """A job, on a node that has all it needs. Raises UserError."""
     refuse_others(f"--engine ray: node {platform.node()}", told)
-    job: Job = pickle.loads(packed)
+    job: Job[object] = pickle.loads(packed)
     found = worked(job)
     return found.content, found.wrong
