@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, deliver
+from quadstep.commands.deliver import check_junit, deliver, finish
 from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, StyleOption, WidthOption, engine_option
 from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.errors import UserError
@@ -19,7 +19,6 @@ from quadstep.studies.campaign.limits import MOST_FLIGHTS
 
 if TYPE_CHECKING:
     from quadstep.studies.campaign.summary import Summary
-    from quadstep.studies.rare.run import Found
 
 
 def campaign(
@@ -119,33 +118,10 @@ def estimate_rare(
     with needed_by("`quadstep campaign`"):
         from quadstep.linear.quick import quick_grade
         from quadstep.studies.rare.run import estimate
-        from quadstep.studies.rare.verdict import verdict
 
     with bar("flying", "flights") as shown, needed_by("`quadstep campaign`"):
         found = estimate(file, folder, resume, overwrite, shown, drawn_on, quick_grade)
-    judged = verdict(found, file, least)
-    if not as_json:
-        show_rare(found)
-        if least is not None:
-            say(judged.cases[-1].sentence)
-    deliver(judged, as_json, junit, time.perf_counter() - started)
-
-
-def show_rare(found: "Found") -> None:
-    """Print the estimate, what speaks against it, and the most likely failure."""
-    from quadstep.io.results.record import REPORT
-    from quadstep.studies.rare.report import nearest_rows
-    from quadstep.studies.rare.summary import sentences
-
-    summary = found.summary
-    for sentence in sentences(summary, found.campaign.file.rare.method):
-        say(sentence)
-    for warning in summary.warnings:
-        say(f"Warning: {warning}")
-    if summary.nearest:
-        title = f"The most likely failure found, {summary.nearest.deviations:.3g} standard deviations from the median"
-        show_table(title, ("key", "value", "deviations"), nearest_rows(summary))
-    say_whole(f"Report: {found.folder / REPORT}")
+    finish(found.judged(least), "campaign --rare", folder, as_json, junit, started)
 
 
 def show(summary: "Summary", file: Path, folder: Path) -> None:

@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,9 +14,10 @@ from quadstep.io.results.interrupts import signals_ignored
 from quadstep.metrics.judging.verdict import Verdict
 from quadstep.report.sheet import FORMATS
 from quadstep.report.terminal.screen import complain, say, say_whole
+from quadstep.report.terminal.tables import show_table
 
 if TYPE_CHECKING:
-    from quadstep.studies.study import Evidence
+    from quadstep.report.evidence import Evidence
 
 START = 4096
 """Characters of a file by which a JUnit file is known."""
@@ -62,10 +64,25 @@ def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float)
 
 def show(evidence: "Evidence", folder: Path) -> None:
     """Say what a study has found, and where it is."""
-    for sentence in evidence.sentences:
+    for table in evidence.tables:
+        if table.shown:
+            rows = [[cell if isinstance(cell, str) else cell[0] for cell in row] for row in table.rows[: table.most]]
+            show_table(table.shown, table.header, rows)
+    for sentence in evidence.lines:
         say(sentence)
+    for line in evidence.commands:
+        say_whole(line)
     for one in evidence.figures:
         drawn = next((path for ending in FORMATS if (path := folder / f"{one.name}.{ending}").is_file()), None)
-        if drawn:
+        if drawn and one.label:
             say_whole(f"{one.label}: {drawn}")
     say_whole(f"Report: {folder / 'report.html'}")
+    for case in evidence.cases[1:]:
+        say(case.sentence)
+
+
+def finish(evidence: "Evidence", command: str, folder: Path, as_json: bool, junit: Path | None, started: float) -> None:
+    """Say what a study has found, or print it as JSON, then exit. started: when the command was."""
+    if not as_json:
+        show(evidence, folder)
+    deliver(evidence.verdict(command, folder), as_json, junit, time.perf_counter() - started)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, deliver, show
+from quadstep.commands.deliver import check_junit, finish
 from quadstep.commands.options import (
     FiguresOption,
     JsonOption,
@@ -58,6 +58,7 @@ def envelope(
     if junit:
         check_junit(junit)
     with needed_by("`quadstep envelope`"):
+        from quadstep.linear.quick import quick_grade
         from quadstep.studies.envelope.request import request
         from quadstep.studies.envelope.run import Map
         from quadstep.studies.study import run
@@ -65,7 +66,5 @@ def envelope(
         folder, drawn_on = out or Path("out") / f"{file.stem}-envelope", sheet(figures, width, style)
         asked = Map(request(file, x, y, by, failure or (), flights))
         with bar("flying", "flights", asked.flights) as shown:
-            evidence = run(asked, folder, engine, overwrite, shown, drawn_on).evidence
-    if not as_json:
-        show(evidence, folder)
-    deliver(evidence.verdict("envelope", folder), as_json, junit, time.perf_counter() - started)
+            evidence = run(asked, folder, engine, overwrite, shown, drawn_on, quick_grade).evidence
+    finish(evidence, "envelope", folder, as_json, junit, started)

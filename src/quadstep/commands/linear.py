@@ -2,25 +2,18 @@
 
 import json
 import sys
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from quadstep.commands.deliver import show
 from quadstep.commands.options import FiguresOption, JsonOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import command, say, say_whole
-from quadstep.report.terminal.tables import show_table
-
-if TYPE_CHECKING:
-    from quadstep.linear.run import Done
-    from quadstep.linear.several import Several
 
 INSTANTS, MOST = 20, 10_000
 
@@ -58,22 +51,24 @@ def linear(
     if not (drawn or along or controllers):
         from quadstep.linear.run import linear_mission
 
-        one = linear_mission(file, folder, overwrite, drawn_on)
-        deliver(one.record, as_json, partial(show, one, folder))
-        return
-    from quadstep.linear.several import about, instants, laws
+        found = linear_mission(file, folder, overwrite, drawn_on)
+    else:
+        from quadstep.linear.several import instants, laws
 
-    with bar("linearising", "loops") as shown:
-        if drawn:
-            with needed_by("`quadstep linear` of a campaign"):
-                from quadstep.studies.linear_draws import draws
+        with bar("linearising", "loops") as shown:
+            if drawn:
+                with needed_by("`quadstep linear` of a campaign"):
+                    from quadstep.studies.linear_draws import draws
 
-                found = draws(file, samples, folder, overwrite, drawn_on, shown)
-        elif along:
-            found = instants(file, samples or INSTANTS, folder, overwrite, drawn_on, shown)
-        else:
-            found = laws(file, controllers or "", folder, overwrite, drawn_on, shown)
-    deliver(about(found, file), as_json, partial(show_several, found, folder, file))
+                    found = draws(file, samples, folder, overwrite, drawn_on, shown)
+            elif along:
+                found = instants(file, samples or INSTANTS, folder, overwrite, drawn_on, shown)
+            else:
+                found = laws(file, controllers or "", folder, overwrite, drawn_on, shown)
+    if as_json:
+        sys.stdout.write(json.dumps(found.record, indent=2, allow_nan=False) + "\n")
+    else:
+        show(found, folder)
 
 
 def check(controllers: str | None, along: bool, samples: int | None, drawn: bool) -> None:
@@ -86,53 +81,3 @@ def check(controllers: str | None, along: bool, samples: int | None, drawn: bool
         raise UserError("--samples: requires --along or a campaign")
     if samples is not None and not 1 <= samples <= MOST:
         raise UserError(f"--samples: should be from 1 to {MOST}, not {samples}")
-
-
-def deliver(record: dict[str, object], as_json: bool, otherwise: Callable[[], None]) -> None:
-    """Print one JSON object, or show it."""
-    if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
-    else:
-        otherwise()
-
-
-def show(done: "Done", folder: Path) -> None:
-    """Print one loop."""
-    from quadstep.linear import tables
-    from quadstep.linear.run import REPORT
-
-    found = done.studied.analysis
-    if found.stable:
-        show_table(f"{done.name}: margins, one loop opened at a time", tables.MARGIN_HEADER, tables.margin_rows(found))
-    show_table("The slowest poles", tables.POLE_HEADER, tables.pole_rows(found.poles))
-    for sentence in done.sentences:
-        say(sentence)
-    say_whole(f"Report: {folder / REPORT}")
-
-
-def show_several(done: "Several", folder: Path, file: Path) -> None:
-    """Print several loops: of laws each, of others the worst."""
-    from quadstep.linear import worst
-    from quadstep.linear.several import REPORT
-
-    least = worst.worst(done.found)
-    if done.kind == "laws":
-        show_table(f"{done.name}: smallest margins over all channels", worst.ROW_HEADER, worst.rows(done.found))
-    else:
-        show_table(f"{done.name}: worst margins of {len(done.found)} loops", worst.WORST_HEADER, least)
-        linearised = [(name, one) for name, one in done.found if not isinstance(one, str)]
-        unstable = [name for name, one in linearised if not one.stable]
-        if unstable:
-            say(f"Unstable: {len(unstable)} of {len(done.found)}, first {unstable[0]}.")
-        loose = [(name, ", ".join(one.not_held)) for name, one in linearised if one.stable and one.not_held]
-        if loose:
-            first, what = loose[0]
-            say(f"Not held: in {len(loose)} of {len(done.found)}; {first} does not hold {what}.")
-    say(worst.grades(done.found))
-    for line in done.refused:
-        say(f"Not linearised: {line}")
-    if done.kind == "draws" and least:
-        say_whole(
-            f"To fly the draw with the smallest phase margin: {command('fly', file, '--flight', least[2].where.split()[1])}"
-        )
-    say_whole(f"Report: {folder / REPORT}")

@@ -82,7 +82,7 @@ def show(done: "Tuned", folder: Path) -> None:
         lost = found.best.judged.lost
         wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
         say(f"Even with the best gains found, {wrong} in tuning.")
-    for sentence in done.evidence.sentences:
+    for sentence in done.evidence.lines:
         say(sentence)
     for gain in done.asked.gains:
         if edge := gain.edge(done.values):

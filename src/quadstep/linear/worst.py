@@ -18,10 +18,12 @@ Found = Sequence[tuple[str, Analysis | str]]
 ROW_HEADER = ("", "grade", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [°]", "delay [ms]", "disk")
 WORST_HEADER = ("margin", "worst", "channel", "where")
 
+PHASE = "phase [°]"
+
 MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
     ("gain up [dB]", lambda one: one.gain_up, True, lambda one: decibels(one.gain_up)),
     ("gain down [dB]", lambda one: one.gain_down, False, lambda one: decibels(one.gain_down)),
-    ("phase [°]", lambda one: one.phase, True, lambda one: number(math.degrees(one.phase))),
+    (PHASE, lambda one: one.phase, True, lambda one: number(math.degrees(one.phase))),
     ("delay [ms]", lambda one: one.delay, True, lambda one: number(1e3 * one.delay)),
     ("disk", lambda one: one.disk, True, lambda one: f"{one.disk:.2f}"),
     ("S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
@@ -55,6 +57,17 @@ def grades(found: Found) -> str:
     words = [graded(one).word if isinstance(one, Analysis) else UNKNOWN for _, one in found]
     counts = [f"{words.count(word)} {word}" for word in (SOUND, FRAGILE, UNSTABLE, UNKNOWN) if word in words]
     return f"Of {len(words)} loops: {', '.join(counts)}."
+
+
+def unstable(found: Found) -> list[str]:
+    """A sentence each on the loops that are unstable, and on those that do not hold something."""
+    linearised = [(name, one) for name, one in found if isinstance(one, Analysis)]
+    growing = [name for name, one in linearised if not one.stable]
+    loose = [(name, ", ".join(one.not_held)) for name, one in linearised if one.stable and one.not_held]
+    lines = [f"Unstable: {len(growing)} of {len(found)}, first {growing[0]}."] if growing else []
+    if loose:
+        lines.append(f"Not held: in {len(loose)} of {len(found)}; {loose[0][0]} does not hold {loose[0][1]}.")
+    return lines
 
 
 def rows(found: Found) -> list[list[str]]:
@@ -107,7 +120,7 @@ def facts(found: Found) -> list[Fact]:
     ways = [(one, way) for one, way in ((up, "up"), (down, "down")) if one and one.text != "none"]
     gain = min(ways, key=lambda pair: abs(float(pair[0].text)), default=(up, ""))
     for what, one, unit, way in (
-        ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get("phase [°]"), "°", ""),
+        ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get(PHASE), "°", ""),
         ("delay", known.get("delay [ms]"), "\u00a0ms", ""),
     ):  # fmt: skip
         if one:

@@ -6,6 +6,7 @@ from pathlib import Path
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, studied
 from quadstep.linear.several import Several, collected, write
+from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import Progress
@@ -16,15 +17,14 @@ USUAL = 100
 """Default number of draws."""
 
 
-def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Several:
+def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Evidence:
     """The loops of a campaign's first draws. Raises UserError."""
     campaign = read_campaign(path)
     count = min(campaign.flights, USUAL) if count is None else count
     with publishing(folder, f"linear-draws-{count}-{campaign.fingerprint}", overwrite) as out:
         found = collected(((f"flight {flight}", one) for flight, one in of_draws(campaign, count)), progress)
         done = Several(campaign.file.name, "draws", found, [float(flight) for flight in range(count)])
-        write(out, done, path, sheet)
-    return done
+        return write(out, done, path, sheet)
 
 
 def of_draws(campaign: Campaign, count: int) -> Iterator[tuple[int, Analysis | str]]:

@@ -23,16 +23,20 @@ def parsed(text: str) -> float:
 
 
 class JudgedShare(NamedTuple):
-    """least: what was required. success: share of flights with its exact interval, of which the lower end counts."""
+    """least: what was required. success: share of flights with its interval, of which the lower end counts.
+
+    flights: that were counted; None where the share was estimated in another way. doubt: why the interval is not reliable.
+    """
 
     least: float
     success: Estimate
-    flights: int
+    flights: int | None = None
+    doubt: str = ""
 
     @property
     def met(self) -> bool:
-        """Whether the lower end of the interval reaches what is required."""
-        return self.success.low >= self.least
+        """Whether the lower end of the interval reaches what is required, and can be relied on."""
+        return self.success.low >= self.least and not self.doubt
 
     @property
     def case(self) -> Case:
@@ -40,7 +44,9 @@ class JudgedShare(NamedTuple):
         name = f"at least {self.least:.10g} of the flights succeed, with {100 * LEVEL:g} % confidence"
         failure = f"success rate should be at least {self.least:.10g}, but is only shown to be above {self.success.low:.10g}"
         needed = flights_needed(self.least)
-        if self.flights < needed:
+        if self.success.low >= self.least:
+            failure = f"the estimate is not reliable: {self.doubt}"
+        elif self.flights is not None and self.flights < needed:
             failure += f"; {self.flights} flights cannot show more; {needed} could, if none fails"
         return Case(name, None if self.met else failure)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.report import page, units
+from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.latex import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.store import parquet
@@ -15,7 +16,7 @@ from quadstep.studies.envelope.axes import Axis, shown
 from quadstep.studies.envelope.cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope.picture import draw_map
 from quadstep.studies.envelope.request import Request
-from quadstep.studies.study import Evidence, Figure, Flown, Study, Table
+from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
 

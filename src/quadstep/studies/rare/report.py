@@ -3,17 +3,22 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from quadstep.io.results.record import FIGURES, REPORT
+from quadstep.io.results.record import FIGURES
+from quadstep.io.version import __version__
+from quadstep.metrics.judging.verdict import Case
 from quadstep.report import page, units
+from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.varied import text_of, told
 from quadstep.studies.rare.done import Done
 from quadstep.studies.rare.kept import Kept
 from quadstep.studies.rare.picture import draw_levels
-from quadstep.studies.rare.summary import Summary, rounded, sentences
+from quadstep.studies.rare.summary import Summary, as_json, rounded, sentences
 
-LEVELS = "levels"
+LEVELS = f"{FIGURES}/levels"
+
+REPLICATES = ("", "method", "probability", "by failure and score", "flights")
 
 SHOWN = (
     "The probability of reaching each score, level by level; at the right, ×, that of failing. Black and red: the replicates; "
@@ -33,20 +38,20 @@ READING = (
 )
 
 
-def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
-    """Write report.html and its figure. Raises UserError for a full disk."""
+def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> Evidence:
+    """Write report.html and its figure; what they say. Raises UserError for a full disk."""
+    found = evidence(kept, campaign, summary, path)
 
     def write(out: Path) -> None:
-        draw_levels(out / FIGURES / LEVELS, kept.pieces, sheet.with_svg())
-        page.write_page(
-            out / REPORT, campaign.file.name, sections(kept, campaign, summary, path, out / FIGURES), "Rare failures"
-        )
+        draw_levels(out / LEVELS, kept.pieces, sheet.with_svg())
+        found.write_report(out)
 
     kept.report(write)
+    return found
 
 
-def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figures: Path) -> list[str]:
-    """The body of the page."""
+def evidence(kept: Kept, campaign: Campaign, summary: Summary, path: Path) -> Evidence:
+    """The estimate for its readers. path: of the campaign."""
     file = campaign.file
     limits = " or ".join(f"{campaign.thresholds[name]} above {limit:g}" for name, limit in file.failure.items())
     flown = [
@@ -57,7 +62,7 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("quadstep", kept.manifest["version"]),
     ]
-    answer, *more = sentences(summary, file.rare.method)
+    said = sentences(summary, file.rare.method)
     value, low, high = (units.number(part) for part in summary.probability)
     facts = [
         page.Fact("probability of failure", value, f"95 %: {low} to {high}"),
@@ -65,20 +70,28 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
     ]
     if summary.one_by_one:
         facts.append(page.Fact("plain Monte Carlo", rounded(summary.one_by_one), "flights for the same accuracy"))
-    return [
-        page.summary(answer, facts, [page.figure(figures / f"{LEVELS}.svg", SHOWN)]),
-        *(page.paragraph(line) for line in more),
-        *(page.paragraph(f"Warning: {line}") for line in summary.warnings),
-        page.heading("Replicates", "replicates"),
-        page.table(("", "method", "probability", "by failure and score", "flights"), replicate_rows(kept.pieces)),
-        page.heading("The most likely failure found", "nearest"),
-        *nearest(summary),
-        page.heading("Settings", "flown"),
-        page.table(("", ""), flown),
-        page.table(("what varies", "how"), [(key, told(file, key)) for key in file.keys]),
-        page.heading("How to read this", "reading"),
-        *(page.paragraph(line) for line in READING),
-    ]
+    about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
+    return Evidence(
+        name=file.name,
+        kind="Rare failures",
+        answer=said[0],
+        sentences=said,
+        record={**about, **as_json(summary)},
+        facts=facts,
+        figures=[Figure(LEVELS, SHOWN)],
+        tables=[
+            Table("Replicates", "replicates", REPLICATES, replicate_rows(kept.pieces)),
+            nearest(summary),
+            Table("Settings", "flown", ("", ""), flown),
+            Table(header=("what varies", "how"), rows=[(key, told(file, key)) for key in file.keys]),
+            Table("How to read this", "reading", text=READING[0]),
+            *(Table(text=line) for line in READING[1:]),
+        ],
+        cases=(Case("estimated"),),
+        more=said[1:],
+        warnings=summary.warnings,
+        grade=summary.rest,
+    )
 
 
 def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
@@ -95,20 +108,13 @@ def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
     ]
 
 
-def nearest(summary: Summary) -> list[str]:
-    """The values of the keys in the failure nearest to the median."""
-    if summary.nearest is None:
-        return [page.paragraph("No failure was found.")]
-    return [
-        page.paragraph(f"{summary.nearest.deviations:.3g} standard deviations from the median of the distributions."),
-        page.table(("key", "value", "deviations from the median"), nearest_rows(summary)),
-    ]
-
-
-def nearest_rows(summary: Summary) -> list[tuple[str, str, str]]:
-    """Key, value, and deviations of its normal number; the farthest out first."""
-    if summary.nearest is None:
-        return []
-    away = summary.nearest.deviations_by_key
-    ordered = sorted(summary.nearest.values.items(), key=lambda item: -abs(away[item[0]]))
-    return [(name, text_of(value), f"{away[name]:+.2f}") for name, value in ordered]
+def nearest(summary: Summary) -> Table:
+    """The values of the keys in the failure nearest to the median, the farthest out first."""
+    title, found = "The most likely failure found", summary.nearest
+    if found is None:
+        return Table(title, "nearest", text="No failure was found.")
+    away, where = found.deviations_by_key, f"{found.deviations:.3g} standard deviations from the median"
+    ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
+    rows = [(name, text_of(value), f"{away[name]:+.2f}") for name, value in ordered]
+    header, text = ("key", "value", "deviations from the median"), f"{where} of the distributions."
+    return Table(title, "nearest", header, rows, text, shown=f"{title}, {where}")

@@ -3,10 +3,13 @@
 from pathlib import Path
 from typing import NamedTuple
 
+from quadstep.metrics.judging.share import JudgedShare
+from quadstep.metrics.statistics import Estimate
 from quadstep.mission.schema import Grading, ungraded
+from quadstep.report.evidence import Evidence
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
-from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.rare.flights import Flights
 from quadstep.studies.rare.kept import opened
 from quadstep.studies.rare.pieces import fly_piece, pieces
@@ -18,9 +21,19 @@ from quadstep.studies.rare.summary import Summary, as_json, summarise
 class Found(NamedTuple):
     """A finished run."""
 
-    campaign: Campaign
     summary: Summary
-    folder: Path
+    evidence: Evidence
+
+    def judged(self, least: float | None) -> Evidence:
+        """With the verdict on the share of flights that must succeed; None if nothing is required.
+
+        It is met if the lower end of the interval reaches it and there is no warning against the estimate.
+        """
+        if least is None:
+            return self.evidence.required(None)
+        value, low, high = self.summary.probability
+        doubt = next(iter(self.summary.warnings), "")
+        return self.evidence.required(JudgedShare(least, Estimate(1.0 - value, 1.0 - high, 1.0 - low), doubt=doubt))
 
 
 def estimate(
@@ -47,6 +60,6 @@ def estimate(
             count = Count(progress, done=over, note=f"{piece.place + 1} of {len(all_of)}")
             kept.add(fly_piece(flights, piece, count.add))
         summary = summarise(kept.pieces)._replace(rest=grading(campaign.mission))
-        write_report(kept, campaign, summary, path, sheet or Sheet())
+        evidence = write_report(kept, campaign, summary, path, sheet or Sheet())
         kept.save(complete=True, summary=as_json(summary))
-    return Found(campaign, summary, folder)
+    return Found(summary, evidence)

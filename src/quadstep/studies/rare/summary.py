@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
+from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
 from quadstep.report.units import counted
 from quadstep.studies.campaign.rare import Method
@@ -191,4 +191,4 @@ def sentences(found: Summary, method: Method) -> list[str]:
     lines.append(f"Plain Monte Carlo flights: {found.crude.said}.")
     if found.again is not None:
         lines.append(f"{100 * found.again:.3g} % of the failures fail again with different noise.")
-    return [*lines, *at_rest_sentences(found.rest, WRITTEN)]
+    return lines

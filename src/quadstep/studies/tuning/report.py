@@ -1,33 +1,24 @@
 """report.html of a tuning run."""
 
 import math
-from collections.abc import Mapping
 from html import escape
 
 from quadstep.metrics.judging.verdict import Case
-from quadstep.metrics.margins import at_rest_sentences
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.key_units import label
 from quadstep.report import page, units
+from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.latex import booktabs
 from quadstep.report.symbols import prose
-from quadstep.studies.study import Evidence, Figure, Table
 from quadstep.studies.tuning.ground import Asked
 from quadstep.studies.tuning.search import Found
 from quadstep.studies.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row, certain
 
 HEADER = ("", "present", "tuned", "tuned - present")
 
-WITH_TUNED = "the loop with the tuned gains"
-"""Whose grade at rest it is."""
 
-
-def evidence(
-    asked: Asked, found: Found, compared: Compared, figure: str, record: dict[str, object], rest: Mapping[str, str]
-) -> Evidence:
-    """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json. rest: the
-    grade of the loop at rest with the tuned gains, as far as known.
-    """
+def evidence(asked: Asked, found: Found, compared: Compared, figure: str, record: dict[str, object]) -> Evidence:
+    """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json."""
     before, after = found.present.judged.objective, found.best.judged.objective
     gains, measured, many = gain_rows(asked, found), measured_rows(compared), compared.flights > 1
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
@@ -40,8 +31,8 @@ def evidence(
     return Evidence(
         name=asked.mission.name,
         kind="Tuning",
-        answer=" ".join([answer(compared), *at_rest_sentences(rest, WITH_TUNED)]),
-        sentences=[compared.verdict, *at_rest_sentences(rest, WITH_TUNED)],
+        answer=answer(compared),
+        sentences=[compared.verdict],
         record=record,
         facts=facts(compared),
         figures=[Figure(figure, "The search: objective and gains of the candidates, over the flights flown")],
@@ -54,6 +45,7 @@ def evidence(
             HEADER, [[(*one[:3], "") for one in gains], measured], [f"{asked.mission.name}: {flights}, 95 % intervals"]
         ),
         cases=(Case("tuned"),),
+        whose="the loop with the tuned gains",
     )
 
 

@@ -14,16 +14,15 @@ from quadstep.io.errors import UserError
 from quadstep.io.files import ANY, is_file, read_bytes
 from quadstep.io.user_code.places import place, sources
 from quadstep.io.version import __version__
-from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
+from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
-from quadstep.studies.study import Evidence
 from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, asked
 from quadstep.studies.tuning.picture import draw_search
 from quadstep.studies.tuning.report import evidence
@@ -72,11 +71,10 @@ def tune(
         compared = on_unseen(ground, found, progress)
         ground.flyer.say_slow()
         mission, elsewhere = write_mission(out, wanted, found.best.values)
-        rest = grading(mission)
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
         record = as_json(wanted, found, compared, budget, seed)
-        shown = evidence(wanted, found, compared, PICTURE, {**record, AT_REST: dict(rest)}, rest)
+        shown = evidence(wanted, found, compared, PICTURE, record)._replace(grade=grading(mission))
         shown.write(out)
     return Tuned(wanted, found, compared, elsewhere, shown)
 
