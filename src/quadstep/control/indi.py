@@ -132,12 +132,12 @@ class IndiVelocity(Indi):
     label = "INDI, no accelerometer"
     also_measures = ()
     defaults: ClassVar[Mapping[str, object]] = {
-        "pull.stiffness": usual(4.2, 2),
-        "pull.damping": usual(3.9, 1),
-        "turn.stiffness": usual((67.0, 67.0, 67.0), 2, "body"),
-        "turn.damping": usual((13.4, 13.4, 13.4), 1, "rate"),
-        "force_filter": usual(7.9, 1),
-        "torque_filter": usual((15.1, 15.1, 15.1), 1, "body"),
+        "pull.stiffness": usual(13.5, 2),
+        "pull.damping": usual(7.9, 1),
+        "turn.stiffness": usual((118.0, 118.0, 67.0), 2, "body"),
+        "turn.damping": usual((31.5, 31.5, 13.4), 1, "rate"),
+        "force_filter": usual(13.0, 1),
+        "torque_filter": usual((9.0, 9.0, 15.1), 1, "body"),
     }
 
 
