@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from quadstep.sensing.estimator import innovation, propagated, transition
+from quadstep.sensing.estimator import ErrorState, innovation, propagated, transition
 from quadstep.sensing.sensors import FIX, Navigation, draws, fixed, navigation
 from quadstep.sensing.suite import Suite
 from quadstep.vehicle.airframe.motion import Motion
 from tests.sensing import GRAVITY, NOTHING, SENSORS, Swinging, covariance_matrix, errors_of, keys, stack
 
 FLIGHTS, PERIOD, EVERY, SECONDS = 150, 1 / 200, 8, 4
-ESTIMATORS = {"at once": Suite(noisy=True, estimator=True), "95 ms late": Suite(noisy=True, estimator=True, delay=2, lag=3)}
+ESTIMATORS = {
+    "at once": Suite(noisy=True, estimator=ErrorState()),
+    "95 ms late": Suite(noisy=True, estimator=ErrorState(), delay=2, lag=3),
+}
 LATENCIES = pytest.mark.parametrize("latency", ["at once", "95 ms late"])
 
 
@@ -66,7 +69,7 @@ def bounds(freedom, count):
 def test_estimation_errors_are_as_large_as_the_filter_says(latency):
     means = []
     for row in flown(ESTIMATORS[latency])[5::10]:
-        known = row.after.filter
+        known = row.after.estimate
         error = errors_of(known.settled, known.gyro_bias, known.accelerometer_bias, row.past, row.before.biases).T[:, :, None]
         squares = np.swapaxes(error, 1, 2) @ np.linalg.solve(covariance_matrix(known.covariance), error)
         means.append(squares.mean())
@@ -80,7 +83,7 @@ def test_innovations_are_white_and_as_large_as_the_filter_says(latency):
     """Every fix of every flight counts, since the innovations of a Kalman filter are independent of one another."""
     rows, normalised = flown(ESTIMATORS[latency]), []
     for row in rows[ESTIMATORS[latency].delay + 1 :]:
-        known = row.before.filter
+        known = row.before.estimate
         seen = (*known.older, (*known.recent, known.now)[0]._replace(since=known.elapsed))[0]
         p = covariance_matrix(propagated(known.covariance, transition(known.settled, seen, GRAVITY), SENSORS))
         root = np.linalg.cholesky(p[:, :9, :9] + np.diag([1e-4] * 3 + [2.5e-3] * 3 + [4e-4] * 3))
@@ -103,7 +106,7 @@ def test_both_biases_are_found(latency):
     rows = flown(ESTIMATORS[latency])
     for name, place, share in (("gyro_bias", 0, 0.45), ("accelerometer_bias", 1, 0.45)):
         first, last = (
-            np.sqrt(np.mean(stack(row.after.biases[place] - getattr(row.after.filter, name)) ** 2))
+            np.sqrt(np.mean(stack(row.after.biases[place] - getattr(row.after.estimate, name)) ** 2))
             for row in (rows[0], rows[-1])
         )
         assert last < share * first

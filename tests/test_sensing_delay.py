@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from quadstep.numbers import flatten, vector
 from quadstep.numbers.rotations import IDENTITY
 from quadstep.sensing.delay import filled, passed, pushed
+from quadstep.sensing.estimator import ErrorState
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite
 from quadstep.vehicle.airframe.motion import Motion
@@ -47,7 +48,12 @@ def test_fixes_and_rates_are_late_by_whole_samples_and_fixes_are_held(delay, lag
 @pytest.mark.parametrize(("delay", "lag", "imu_delay"), [(0, 0, 0), (2, 0, 0), (0, 3, 0), (1, 4, 0), (1, 4, 3)])
 def test_an_estimator_makes_up_for_the_latency_of_fixes_but_not_for_its_own(delay, lag, imu_delay):
     """Noise-free flights: the estimate is the truth of its own instant to within what the IMU's finite rate leaves."""
-    flights, suite, every, period = Swinging(6), Suite(estimator=True, delay=delay, lag=lag, imu_delay=imu_delay), 5, 1 / 400
+    flights, suite, every, period = (
+        Swinging(6),
+        Suite(estimator=ErrorState(), delay=delay, lag=lag, imu_delay=imu_delay),
+        5,
+        1 / 400,
+    )
     memory = suite.start(flights.at(0.0)[0], SENSORS, None)
     for tick in range(200):
         motion, force = flights.at(tick * period)
@@ -62,7 +68,7 @@ def test_an_estimator_makes_up_for_the_latency_of_fixes_but_not_for_its_own(dela
 
 
 def test_an_estimator_of_sensors_that_claim_to_be_perfect_stays_finite():
-    flights, suite, perfect = Swinging(6), Suite(estimator=True), Sensors(*[0.0] * 9, GRAVITY)
+    flights, suite, perfect = Swinging(6), Suite(estimator=ErrorState()), Sensors(*[0.0] * 9, GRAVITY)
     memory = suite.start(flights.at(0.0)[0], perfect, None)
     for tick in range(100):
         motion, force = flights.at(tick / 200)

@@ -7,7 +7,7 @@ from quadstep.numbers import Vector, flatten, matrix, rebuild
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.sensing import estimator
 from quadstep.sensing.covariance import diagonal
-from quadstep.sensing.estimator import Instant, Transition, carried, propagated, transition
+from quadstep.sensing.estimator import ErrorState, Instant, Transition, carried, propagated, transition
 from quadstep.sensing.sensors import Navigation, fixed, navigation
 from quadstep.sensing.suite import Suite
 from tests.sensing import GRAVITY, NOTHING, SENSORS, Compiled, Swinging, covariance_matrix, errors_of, keys, stack
@@ -122,13 +122,17 @@ def test_a_filter_of_late_fixes_is_a_filter_of_the_past_followed_by_a_prediction
 
 def test_a_wrong_start_is_forgotten():
     """Half a radian and half a metre off, with sensors that admit as much at the start."""
-    flights, suite, sensors = Swinging(8), Suite(estimator=True), SENSORS._replace(attitude_noise=0.2, position_noise=0.2)
-    memory = suite.start(flights.at(0.0)[0], sensors, None)
-    wrong = memory.filter.now.state._replace(
-        position=memory.filter.now.state.position + Vector([0.5, 0.0, 0.0]),
-        attitude=multiply(from_rotation_vector(Vector([0.3, -0.3, 0.3])), memory.filter.now.state.attitude),
+    flights, suite, sensors = (
+        Swinging(8),
+        Suite(estimator=ErrorState()),
+        SENSORS._replace(attitude_noise=0.2, position_noise=0.2),
     )
-    memory = memory._replace(filter=memory.filter._replace(now=Instant(wrong, 0.0), settled=wrong))
+    memory = suite.start(flights.at(0.0)[0], sensors, None)
+    wrong = memory.estimate.now.state._replace(
+        position=memory.estimate.now.state.position + Vector([0.5, 0.0, 0.0]),
+        attitude=multiply(from_rotation_vector(Vector([0.3, -0.3, 0.3])), memory.estimate.now.state.attitude),
+    )
+    memory = memory._replace(estimate=memory.estimate._replace(now=Instant(wrong, 0.0), settled=wrong))
     for tick in range(800):
         motion, force = flights.at(tick * PERIOD)
         memory = suite.sense(memory, motion, force, sensors, None, float(tick), PERIOD)
@@ -140,7 +144,7 @@ def test_a_wrong_start_is_forgotten():
 
 
 def test_the_rates_are_freed_of_the_bias_of_the_gyro():
-    flights, suite, key = Swinging(8), Suite(noisy=True, estimator=True), keys(1, 8)
+    flights, suite, key = Swinging(8), Suite(noisy=True, estimator=ErrorState()), keys(1, 8)
     sensors = SENSORS._replace(gyro_noise=1e-4, gyro_walk=0.0, gyro_bias=0.05)
     memory = suite.start(flights.at(0.0)[0], sensors, key)
     for tick in range(400):
@@ -174,7 +178,7 @@ def laws(suite):
 
 @pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 def test_lanes_give_what_arrays_give_and_in_f32_the_covariance_stays_positive(double):
-    suite, width, kind = Suite(noisy=True, estimator=True, delay=1, lag=1), 8, np.float64 if double else np.float32
+    suite, width, kind = Suite(noisy=True, estimator=ErrorState(), delay=1, lag=1), 8, np.float64 if double else np.float32
     sense, fix = laws(suite)
     key, (motion, force) = keys(1, width), Swinging(width).at(0.0)
     memory = suite.start(motion, SENSORS, key)
@@ -186,16 +190,16 @@ def test_lanes_give_what_arrays_give_and_in_f32_the_covariance_stays_positive(do
         np.testing.assert_allclose(stack(flatten(lanes[-1])), stack(flatten(arrays[-1])), rtol=1e-9, atol=1e-12)
         return
     for narrow, wide in zip(lanes[::5], arrays[::5], strict=True):
-        p, exact = (covariance_matrix(memory.filter.covariance).astype(np.float64) for memory in (narrow, wide))
+        p, exact = (covariance_matrix(memory.estimate.covariance).astype(np.float64) for memory in (narrow, wide))
         size, wanted = (np.sqrt(np.einsum("fii->fi", each)) for each in (p, exact))
         assert np.linalg.eigvalsh(p / size[:, :, None] / size[:, None, :]).min() > 0.1
         np.testing.assert_allclose(size, wanted, rtol=1e-4)
-        error = np.abs(stack(narrow.filter.now.state.position) - stack(wide.filter.now.state.position))
+        error = np.abs(stack(narrow.estimate.now.state.position) - stack(wide.estimate.now.state.position))
         assert error.max() < 0.01 * wanted[:, :3].min()
 
 
 def test_floats_give_what_arrays_give():
-    suite, width, one = Suite(noisy=True, estimator=True, delay=2, lag=3), 8, 3
+    suite, width, one = Suite(noisy=True, estimator=ErrorState(), delay=2, lag=3), 8, 3
     sense, fix = laws(suite)
     key, (motion, force) = keys(1, width), Swinging(width).at(0.2)
     *_, memory = flight(suite, width, np.float64, sense, fix, 0.2)

@@ -6,6 +6,7 @@ import pytest
 from quadstep.numbers import flatten, vector
 from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply, rotation_vector
+from quadstep.sensing.estimator import ErrorState
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite
 from quadstep.vehicle.airframe.motion import Motion
@@ -25,8 +26,8 @@ def read(suite, sensors, imu=1 / 400, fix=1 / 50, fixes=1):
     for tick in range(fixes):
         memory = suite.fix(memory, MOTION, sensors, KEYS, float(tick), fix)
     memory = suite.sense(memory, MOTION, FORCE, sensors, KEYS, float(fixes), imu)
-    if suite.estimator:
-        return stack(memory.filter.gyro - MOTION.rates), stack(memory.filter.accelerometer - FORCE)
+    if suite.estimator.current:
+        return stack(memory.estimate.gyro - MOTION.rates), stack(memory.estimate.accelerometer - FORCE)
     known = suite.measured(memory)
     turn = rotation_vector(multiply(conjugate(ATTITUDE), known.attitude))
     gyro, position, velocity = (known.rates - MOTION.rates, known.position - MOTION.position, known.velocity - MOTION.velocity)
@@ -44,17 +45,19 @@ def assert_white(errors, size):
 @pytest.mark.parametrize("period", [1 / 400, 1 / 100])
 def test_white_noise_of_the_imu_has_its_density_at_any_rate(period):
     assert_white(read(Suite(noisy=True), SILENT._replace(gyro_noise=0.01), imu=period)[0], 0.01 / np.sqrt(period))
-    _, force = read(Suite(noisy=True, estimator=True), SILENT._replace(accelerometer_noise=0.02), imu=period)
+    _, force = read(Suite(noisy=True, estimator=ErrorState()), SILENT._replace(accelerometer_noise=0.02), imu=period)
     assert_white(force, 0.02 / np.sqrt(period))
 
 
 @pytest.mark.parametrize("fix", [1 / 50, 1 / 10])
 def test_biases_start_anywhere_in_their_range_and_wander_by_their_density_at_any_rate(fix):
     sensors = SILENT._replace(gyro_bias=0.003, accelerometer_bias=0.05)
-    for errors, size in zip(read(Suite(noisy=True, estimator=True), sensors), (0.003, 0.05), strict=True):
+    for errors, size in zip(read(Suite(noisy=True, estimator=ErrorState()), sensors), (0.003, 0.05), strict=True):
         assert_white(errors, size)
     sensors = SILENT._replace(gyro_walk=0.001, accelerometer_walk=0.02)
-    for errors, walk in zip(read(Suite(noisy=True, estimator=True), sensors, fix=fix, fixes=9), (0.001, 0.02), strict=True):
+    for errors, walk in zip(
+        read(Suite(noisy=True, estimator=ErrorState()), sensors, fix=fix, fixes=9), (0.001, 0.02), strict=True
+    ):
         assert_white(errors, walk * np.sqrt(9 * fix))
 
 
@@ -70,9 +73,9 @@ def test_a_fix_has_the_noise_of_its_sensor_and_no_other(name, place):
 
 def test_no_two_sensors_share_their_noise_nor_two_instants():
     gyro, position, velocity, attitude = read(Suite(noisy=True), SENSORS)
-    _, force = read(Suite(noisy=True, estimator=True), SENSORS)
+    _, force = read(Suite(noisy=True, estimator=ErrorState()), SENSORS)
     again = read(Suite(noisy=True), SENSORS, fixes=2)
-    suite = Suite(noisy=True, estimator=True)
+    suite = Suite(noisy=True, estimator=ErrorState())
     before = suite.start(MOTION, SENSORS, KEYS)
     after = suite.fix(before, MOTION, SENSORS, KEYS, 0.0, 1 / 50)
     steps = [stack(new - old) for new, old in zip(after.biases, before.biases, strict=True)]
@@ -82,13 +85,13 @@ def test_no_two_sensors_share_their_noise_nor_two_instants():
 
 
 def test_an_estimator_changes_no_sensor():
-    for suite in (Suite(noisy=True), Suite(noisy=True, estimator=True)):
+    for suite in (Suite(noisy=True), Suite(noisy=True, estimator=ErrorState())):
         memory = suite.start(MOTION, SENSORS, KEYS)
         for tick in range(3):
             memory = suite.sense(memory, MOTION, FORCE, SENSORS, KEYS, float(tick), 0.01)
             memory = suite.fix(memory, MOTION, SENSORS, KEYS, float(tick), 0.01)
-        gyro = memory.filter.gyro if suite.estimator else memory.held.rates
-        first = stack(gyro) if not suite.estimator else first  # noqa: F821
+        gyro = memory.estimate.gyro if suite.estimator.current else memory.estimate.motion.rates
+        first = stack(gyro) if not suite.estimator.current else first  # noqa: F821
     np.testing.assert_array_equal(stack(gyro), first)
 
 
@@ -99,7 +102,7 @@ def test_a_flight_has_its_own_noise_and_the_same_as_floats():
         memory = suite.fix(suite.start(MOTION, sensors, alone), MOTION, sensors, alone, 5.0, 0.1)
         many = suite.fix(suite.start(MOTION, sensors, KEYS), MOTION, sensors, KEYS, 5.0, 0.1)
         np.testing.assert_allclose(flatten(memory), stack(flatten(many))[:, flight], rtol=1e-13)
-    assert len(np.unique(stack(many.held.position)[0])) == COUNT
+    assert len(np.unique(stack(many.estimate.motion.position)[0])) == COUNT
 
 
 def test_without_noise_the_truth_comes_through_exactly_and_not_one_instruction_is_emitted():

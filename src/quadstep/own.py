@@ -1,4 +1,4 @@
-"""What a user's own controller, plant, path, wind, disturbance or metric is made of: one name for each (docs/extending.md).
+"""What a user's own controller, plant, path, wind, disturbance, metric, sensor or estimator is made of (docs/extending.md).
 
 >>> from typing import NamedTuple
 >>> from quadstep.own import Wind, gain, sin, vector
@@ -49,7 +49,21 @@ from quadstep.numbers import (
     where,
 )
 from quadstep.numbers.noise import normals
-from quadstep.numbers.rotations import cross, multiply, quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.numbers.rotations import (
+    conjugate,
+    cross,
+    from_rotation_vector,
+    multiply,
+    normalised,
+    quaternion_of,
+    rotation_matrix,
+    rotation_vector,
+    yaw_pitch_roll,
+)
+from quadstep.sensing.declared import DeclaredEstimator as Estimator
+from quadstep.sensing.declared import DeclaredSensor as Sensor
+from quadstep.sensing.sensors import Navigation, Sensors
+from quadstep.vehicle.airframe.motion import Motion
 from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance as Disturbance
 from quadstep.vehicle.paper.state import State
 from quadstep.vehicle.plants.declared import DeclaredPlant as Plant
@@ -58,11 +72,12 @@ from quadstep.world.air.declared import DeclaredWind as Wind
 from quadstep.world.guidance.declared import DeclaredPath as Path
 
 __all__ = [
-    "BodyRates", "Clock", "Command", "Condition", "Controller", "Disturbance", "Drawn", "Matrix", "Measured",
-    "MeasuredArrays", "Metric", "Model", "Number", "Outcome", "Path", "Plant", "PlantParameters", "Reference",
-    "ReferenceArrays", "Rotor", "RotorSpeeds", "RotorThrusts", "State", "Table", "UserError", "Vector", "Wind",
-    "absolute", "atan2", "believed", "clip", "cos", "cross", "exp", "finite", "from_gains", "gain", "given", "log", "matrix",
-    "maximum", "minimum", "multiply", "normals", "outer", "power", "project", "quaternion_of", "rotation_matrix", "scan",
-    "sigmoid", "sin", "sqrt", "total", "up_axis", "usual", "vector", "vee_error", "wanted_attitude", "where",
-    "yaw_pitch_roll",
+    "BodyRates", "Clock", "Command", "Condition", "Controller", "Disturbance", "Drawn", "Estimator", "Matrix",
+    "Measured", "MeasuredArrays", "Metric", "Model", "Motion", "Navigation", "Number", "Outcome", "Path", "Plant",
+    "PlantParameters", "Reference", "ReferenceArrays", "Rotor", "RotorSpeeds", "RotorThrusts", "Sensor", "Sensors",
+    "State", "Table", "UserError", "Vector", "Wind", "absolute", "atan2", "believed", "clip", "conjugate", "cos",
+    "cross", "exp", "finite", "from_gains", "from_rotation_vector", "gain", "given", "log", "matrix", "maximum",
+    "minimum", "multiply", "normalised", "normals", "outer", "power", "project", "quaternion_of", "rotation_matrix",
+    "rotation_vector", "scan", "sigmoid", "sin", "sqrt", "total", "up_axis", "usual", "vector", "vee_error",
+    "wanted_attitude", "where", "yaw_pitch_roll",
 ]  # fmt: skip

@@ -48,18 +48,18 @@ def the_only(thing: type[T]) -> T:
 
 
 def own_or(
-    base: type, section: type[OwnSection], group: str
+    base: type, section: type[OwnSection], group: str, otherwise: Callable[[object], object] | None = None
 ) -> Callable[[object, Callable[[object], object], ValidationInfo], object]:
     """A validator around that of the package's tables: takes one of a class of the user's own too.
 
-    base: what the class is one of; section: what its table is; group: of entry points.
+    base: what the class is one of; section: what its table is; group: of entry points. otherwise: as in `or_own`.
     """
 
     def table(kind: str, folder: Path) -> type[OwnSection] | None:
         thing = own_class(kind, base, group, folder)
         return own_section(kind, thing, section) if thing else None
 
-    return or_own(lambda kind: issubclass(kind, section), table)
+    return or_own(lambda kind: issubclass(kind, section), table, otherwise)
 
 
 def own_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSection]:

@@ -2,16 +2,20 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
-from pydantic import model_validator
+from pydantic import PlainSerializer, SerializeAsAny, WrapValidator, model_validator
 
 from quadstep.control.predictor import NEEDS, predicting
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
+from quadstep.io.user_code.installed import ESTIMATORS, SENSORS
 from quadstep.mission.fields import NonNegative, Positive, Quantity, Section
+from quadstep.mission.own_thing import OwnSection, own_or
+from quadstep.sensing.declared import DeclaredEstimator, DeclaredSensor
+from quadstep.sensing.estimator import ErrorState
 from quadstep.sensing.sensors import Sensors
-from quadstep.sensing.suite import Suite
+from quadstep.sensing.suite import LAST_SAMPLES, WHITE_FIX, Suite
 
 MOST_SAMPLES = 250
 """How many samples may be on their way at once: each is kept for every flight."""
@@ -30,6 +34,38 @@ class BuiltSensors(NamedTuple):
     imu_steps: int
     fix_steps: int
     oldest: float
+
+
+class OwnFixSection(OwnSection):
+    """A sensor of the user's own that fixes come from: its `type`, and a key for each of its numbers."""
+
+    thing: ClassVar[DeclaredSensor]
+
+
+class OwnEstimatorSection(OwnSection):
+    """An estimator of the user's own: its `type`, and a key for each of its numbers."""
+
+    thing: ClassVar[DeclaredEstimator]
+
+
+def no_fix(value: object) -> None:
+    """Refuses what is no sensor. Raises ValueError."""
+    if value is not None:
+        raise ValueError("should be a table whose `type` is a sensor in your own FILE.py:NAME")
+
+
+if TYPE_CHECKING:
+    AnyFix = OwnFixSection | None
+    AnyEstimator = bool | OwnEstimatorSection
+else:
+    AnyFix = Annotated[
+        SerializeAsAny[OwnFixSection | None], WrapValidator(own_or(DeclaredSensor, OwnFixSection, SENSORS, no_fix))
+    ]
+    AnyEstimator = Annotated[
+        bool,
+        WrapValidator(own_or(DeclaredEstimator, OwnEstimatorSection, ESTIMATORS)),
+        PlainSerializer(lambda one: one if isinstance(one, bool) else one.model_dump()),
+    ]
 
 
 class SensorsSection(Section):
@@ -52,7 +88,8 @@ class SensorsSection(Section):
     fix_period: Annotated[Positive | None, Quantity("s", "time between fixes; default: imu_period")] = None
     latency: Annotated[NonNegative, Quantity("s", "age of a fix when it arrives")] = 0.0
     imu_latency: Annotated[NonNegative, Quantity("s", "delay of the IMU's samples")] = 0.0
-    estimator: Annotated[bool, Quantity("", "fuse the sensors in an error-state Kalman filter")] = False
+    fix: AnyFix = None
+    estimator: Annotated[AnyEstimator, Quantity("", "fuse the sensors in an error-state Kalman filter")] = False
     predictor: Annotated[bool, Quantity("", "propagate late fixes to the present with gyro and accelerometer")] = False
 
     @model_validator(mode="after")
@@ -64,8 +101,14 @@ class SensorsSection(Section):
     @property
     def noisy(self) -> bool:
         """Whether any sensor has noise or a bias."""
-        *sizes, _ = self.numbers(gravity=0.0)
-        return any(size > 0.0 for size in sizes)
+        return self.fix is not None or any(size > 0.0 for size in self.numbers(gravity=0.0).sizes)
+
+    @property
+    def law(self) -> DeclaredEstimator:
+        """What puts the samples together."""
+        if isinstance(self.estimator, bool):
+            return ErrorState() if self.estimator else LAST_SAMPLES
+        return self.estimator.thing
 
     @property
     def age(self) -> float:
@@ -85,6 +128,8 @@ class SensorsSection(Section):
             velocity_noise=self.velocity_noise,
             attitude_noise=self.attitude_noise,
             gravity=gravity,
+            fix=self.fix.numbers() if self.fix else (),
+            estimator=() if isinstance(self.estimator, bool) else self.estimator.numbers(),
         )
 
     def check(self, duration: float) -> None:
@@ -108,7 +153,8 @@ class SensorsSection(Section):
         asked = (*asked, *NEEDS) if self.predictor else asked
         suite = Suite(
             noisy=self.noisy,
-            estimator=self.estimator,
+            estimator=self.law,
+            sensor=self.fix.thing if self.fix else WHITE_FIX,
             delay=delay,
             lag=lag,
             imu_delay=board_late,

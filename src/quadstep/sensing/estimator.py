@@ -13,10 +13,11 @@ spoke. A fix is compared with the estimate of its own instant, and the correctio
 since then by the same transition. So it is the Kalman filter of the fixes, followed by a prediction over the latency.
 """
 
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
-from quadstep.numbers import Matrix, Number, Vector, maximum, total, vector
+from quadstep.numbers import Matrix, Number, Structure, Vector, maximum, total, vector
 from quadstep.numbers.rotations import (
     conjugate,
     cross,
@@ -27,8 +28,10 @@ from quadstep.numbers.rotations import (
     rotation_vector,
 )
 from quadstep.sensing.covariance import Triangle, diagonal, observed, sheared, widened
+from quadstep.sensing.declared import DeclaredEstimator
 from quadstep.sensing.delay import filled, passed
 from quadstep.sensing.sensors import Navigation, Sensors
+from quadstep.vehicle.airframe.motion import Motion
 
 POSITION, VELOCITY, ATTITUDE, ACCELEROMETER_BIAS, GYRO_BIAS = 0, 3, 6, 9, 12
 """Where the errors of each part start among the fifteen."""
@@ -77,7 +80,8 @@ class Transition(NamedTuple):
 
 def believed(sensors: Sensors) -> Sensors:
     """The sensors as the filter sees them."""
-    return Sensors(*(maximum(size, least) for size, least in zip(sensors, LEAST, strict=True)))
+    sizes = (maximum(size, least) for size, least in zip(sensors.sizes, LEAST.sizes, strict=True))
+    return sensors._replace(**dict(zip(Sensors._fields, sizes, strict=False)))
 
 
 def variances(*sizes: Number) -> Vector:
@@ -207,3 +211,23 @@ def correct(memory: EstimatorMemory, fix: Navigation, sensors: Sensors) -> Estim
         settled=states[0],
         covariance=covariance,
     )
+
+
+@dataclass(frozen=True)
+class ErrorState(DeclaredEstimator[EstimatorMemory]):
+    """The filter as an estimator of a flight."""
+
+    def start(self, first: Navigation, rates: Vector, force: Structure, p: Sensors, lag: int, delay: int) -> EstimatorMemory:
+        return start(first, rates, p, lag, delay)
+
+    def predict(self, memory: EstimatorMemory, gyro: Vector, force: Structure, p: Sensors, period: Number) -> EstimatorMemory:
+        return predict(memory, gyro, cast(Vector, force), p.gravity, period)
+
+    def correct(self, memory: EstimatorMemory, fix: Navigation, p: Sensors) -> EstimatorMemory:
+        return correct(memory, fix, p)
+
+    def motion(self, memory: EstimatorMemory) -> Motion:
+        return Motion(*memory.now.state, memory.gyro - memory.gyro_bias)
+
+    def force(self, memory: EstimatorMemory) -> Vector:
+        return memory.accelerometer - memory.accelerometer_bias

@@ -28,7 +28,8 @@ class Sensors(NamedTuple):
     gyro_noise: density [rad/s/sqrt(Hz)]. gyro_bias: standard deviation of its start [rad/s]. gyro_walk: density of its random
     walk [rad/s^2/sqrt(Hz)]. accelerometer_noise [m/s^2/sqrt(Hz)], accelerometer_bias [m/s^2], accelerometer_walk
     [m/s^3/sqrt(Hz)]: likewise. position_noise [m], velocity_noise [m/s], attitude_noise (a small turn about body axes) [rad]:
-    standard deviation in one fix. gravity: what the estimator takes for it [m/s^2].
+    standard deviation in one fix. gravity: what the estimator takes for it [m/s^2]. fix, estimator: numbers of a sensor and an
+    estimator of the user's own.
     """
 
     gyro_noise: Number
@@ -41,6 +42,13 @@ class Sensors(NamedTuple):
     velocity_noise: Number
     attitude_noise: Number
     gravity: Number
+    fix: object = ()
+    estimator: object = ()
+
+    @property
+    def sizes(self) -> tuple[Number, ...]:
+        """Of all noise."""
+        return self[:9]
 
     @property
     def densities(self) -> tuple[Number, Number]:

@@ -7,50 +7,63 @@ camera system or a satellite receiver, comes at a slower rate, speaks of an inst
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias, cast
 
-from quadstep.numbers import Number, Vector, sqrt, vector, where
+from quadstep.numbers import Number, Structure, Vector, sqrt, vector, where
 from quadstep.numbers.noise import Key
-from quadstep.sensing import estimator
+from quadstep.sensing.declared import DeclaredEstimator, DeclaredSensor
 from quadstep.sensing.delay import filled, passed, pushed
+from quadstep.sensing.last_samples import LastSamples
 from quadstep.sensing.sensors import FIX, IMU, START, Navigation, Sensors, draws, fixed, navigation
 from quadstep.vehicle.airframe.motion import Motion
+
+
+@dataclass(frozen=True)
+class WhiteFix(DeclaredSensor):
+    """A camera system, or a satellite receiver: white noise."""
+
+    def sample(self, truth: Navigation, noise: list[Vector], p: Sensors) -> Navigation:
+        return fixed(truth, p, noise)
+
+
+LAST_SAMPLES, WHITE_FIX = LastSamples(), WhiteFix()
 
 
 class SuiteMemory(NamedTuple):
     """What the sensors remember; what a suite does not have is empty. Lines of samples are oldest first.
 
     biases: the true ones, of the gyro [rad/s] and of the accelerometer [m/s^2]. lagged: true states at the last samples of the
-    IMU and at this one; queued: at the last fixes, a lag before each. filter: the estimator's. held: what is known without an
-    estimator. board: what was known on board at the last samples of the IMU. force: the accelerometer's last sample, where it
-    is asked for without an estimator. age: since the instant of which the held fix speaks [s], where that is asked for.
+    IMU and at this one; queued: at the last fixes, a lag before each. estimate: what the estimator remembers. board: what was
+    known on board at the last samples of the IMU. age: since the instant of which the last fix speaks [s], where that is asked
+    for.
     """
 
     biases: tuple[Vector, ...]
     lagged: tuple[Navigation, ...]
     queued: tuple[Navigation, ...]
-    filter: estimator.EstimatorMemory | tuple[()]
-    held: Motion | tuple[()]
-    board: "tuple[Board, ...]"
-    force: Vector | tuple[()] = ()
+    estimate: Structure
+    board: "tuple[Board, ...]" = ()
     age: Number | tuple[()] = ()
 
 
-Board: TypeAlias = tuple[Motion | Vector, Vector | tuple[()]]
-"""What is known on board: the estimate, or the gyro's rates; and the accelerometer's sample."""
+Board: TypeAlias = tuple[Structure, Structure]
+"""What is known on board and reaches the controller `imu_delay` samples later: of the motion, and the specific force, () where
+nobody asks for it.
+"""
 
 
 @dataclass(frozen=True)
 class Suite:
     """Which sensors there are. At an instant at which all are due, call `sense`, then `fix`, then `measured`.
 
-    noisy: whether they have noise and biases. estimator: whether an error-state Kalman filter puts them together; without it
-    the controller gets the gyro and the last fix as they are. A fix speaks of `delay` fixes and `lag` samples of the IMU ago:
-    divmod(n, m) for a latency of n samples and a fix every m (so a lag is fewer than m). imu_delay: samples of the IMU until
-    the controller gets to know the estimate, or without an estimator the IMU. accelerometer: whether the controller asks for
-    its samples. late: how old a fix is when it arrives [s], where the controller asks for its age.
+    noisy: whether they have noise and biases. estimator: what puts them together. sensor: what fixes come from where they are
+    noisy. A fix speaks of `delay` fixes and `lag` samples of the IMU ago: divmod(n, m) for a latency of n samples and a fix
+    every m (so a lag is fewer than m). imu_delay: samples of the IMU until the controller gets to know what is known on
+    board. accelerometer: whether the controller asks for its samples. late: how old a fix is when it arrives [s], where the
+    controller asks for its age.
     """
 
     noisy: bool = False
-    estimator: bool = False
+    estimator: DeclaredEstimator = LAST_SAMPLES
+    sensor: DeclaredSensor = WHITE_FIX
     delay: int = 0
     lag: int = 0
     imu_delay: int = 0
@@ -65,7 +78,7 @@ class Suite:
     @property
     def feels(self) -> bool:
         """Whether the accelerometer is used."""
-        return self.estimator or self.accelerometer
+        return self.estimator.feels or self.accelerometer
 
     @property
     def on_board(self) -> int:
@@ -77,20 +90,24 @@ class Suite:
         truth = first = navigation(motion)
         biases: tuple[Vector, ...] = ()
         if self.noisy:
-            noise = draws(key, START, 0.0, 3 + self.on_board)
-            first = fixed(truth, sensors, noise[:3])
-            biases = tuple(size * bias for size, bias in zip(sensors.biases, noise[3:], strict=False))
+            count = self.sensor.draws
+            noise = draws(key, START, 0.0, count + self.on_board)
+            first = self.sensor.sample(truth, noise[:count], sensors)
+            biases = tuple(size * bias for size, bias in zip(sensors.biases, noise[count:], strict=False))
+        force = vector(0.0, 0.0, sensors.gravity) if self.accelerometer else ()
         memory = SuiteMemory(
             biases=biases,
             lagged=filled(truth, self.lag + 1 if self.lag else 0),
             queued=filled(truth, self.delay),
-            filter=estimator.start(first, motion.rates, sensors, self.lag, self.delay) if self.estimator else (),
-            held=() if self.estimator else Motion(*first, motion.rates),
-            board=(),
-            force=() if self.estimator or not self.accelerometer else vector(0.0, 0.0, sensors.gravity),
-            age=() if self.estimator or self.late is None else self.late,
+            estimate=self.estimator.start(first, motion.rates, force, sensors, self.lag, self.delay),
+            age=self._late,
         )
         return memory._replace(board=filled(self._on_board(memory), self.imu_delay))
+
+    @property
+    def _late(self) -> Number | tuple[()]:
+        """How old a fix is when it arrives [s], where it grows older until the next and the controller asks."""
+        return () if self.late is None or self.estimator.current else self.late
 
     def sense(
         self,
@@ -118,15 +135,13 @@ class Suite:
                 sample + bias + size * white
                 for sample, bias, size, white in zip(samples, memory.biases, sizes, noise, strict=False)
             ]
-        if not self.estimator:
-            return memory._replace(
-                held=cast(Motion, memory.held)._replace(rates=samples[0]),
-                force=samples[1] if self.accelerometer else (),
-                age=() if self.late is None else cast(Number, memory.age) + passed_by(tick, period),
-            )
-        gyro, force = samples
-        known = cast(estimator.EstimatorMemory, memory.filter)
-        return memory._replace(filter=estimator.predict(known, gyro, force, sensors.gravity, passed_by(tick, period)))
+        gyro, force = samples[0], samples[1] if self.feels else ()
+        ages = self._late != ()
+        since = passed_by(tick, period) if self.estimator.current or ages else 0.0
+        return memory._replace(
+            estimate=self.estimator.predict(memory.estimate, gyro, force, sensors, since),
+            age=cast(Number, memory.age) + since if ages else (),
+        )
 
     def fix(
         self, memory: SuiteMemory, motion: Motion, sensors: Sensors, key: Key, tick: Number, period: Number
@@ -135,38 +150,33 @@ class Suite:
         queued, fix = passed(memory.queued, memory.lagged[0] if self.lag else navigation(motion))
         memory = memory._replace(queued=queued)
         if self.noisy:
-            noise = draws(key, FIX, tick, 3 + self.on_board)
-            fix = fixed(fix, sensors, noise[:3])
+            count = self.sensor.draws
+            noise = draws(key, FIX, tick, count + self.on_board)
+            fix = self.sensor.sample(fix, noise[:count], sensors)
             steps = [walk * sqrt(period) for walk in sensors.walks]
-            biases = (bias + step * white for bias, step, white in zip(memory.biases, steps, noise[3:], strict=False))
+            biases = (bias + step * white for bias, step, white in zip(memory.biases, steps, noise[count:], strict=False))
             memory = memory._replace(biases=tuple(biases))
-        if self.estimator:
-            return memory._replace(filter=estimator.correct(cast(estimator.EstimatorMemory, memory.filter), fix, sensors))
-        return memory._replace(held=Motion(*fix, cast(Motion, memory.held).rates), age=() if self.late is None else self.late)
+        estimate = self.estimator.correct(memory.estimate, fix, sensors)
+        return memory._replace(estimate=estimate, age=self._late)
 
     def measured(self, memory: SuiteMemory) -> Motion:
         """What the controller gets to know now."""
         known, _ = self._arrived(memory)
-        return known if isinstance(known, Motion) else cast(Motion, memory.held)._replace(rates=known)
+        return self.estimator.arrived(memory.estimate, known)
 
     def more(self, memory: SuiteMemory) -> dict[str, object]:
         """What else the controller gets to know where it asks for it, as fields of `Measured`."""
         _, force = self._arrived(memory)
-        return {"specific_force": force, "age": self.late if self.estimator else memory.age}
+        return {"specific_force": force, "age": self.late if self.estimator.current else memory.age}
 
     def _arrived(self, memory: SuiteMemory) -> Board:
         """What has come from the board."""
         return memory.board[0] if self.imu_delay else self._on_board(memory)
 
     def _on_board(self, memory: SuiteMemory) -> Board:
-        """What is known on board and reaches the controller `imu_delay` samples later: the estimate, or the gyro's rates; and
-        the accelerometer's sample, () where nobody asks for it.
-        """
-        if not self.estimator:
-            return cast(Motion, memory.held).rates, memory.force
-        known = cast(estimator.EstimatorMemory, memory.filter)
-        force = known.accelerometer - known.accelerometer_bias if self.accelerometer else ()
-        return Motion(*known.now.state, known.gyro - known.gyro_bias), force
+        """What is known there now."""
+        force = self.estimator.force(memory.estimate) if self.accelerometer else ()
+        return self.estimator.on_board(memory.estimate), force
 
 
 def passed_by(tick: Number, period: Number) -> Number:

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
 
 CONTROLLERS, PATHS, WINDS = "quadstep.controllers", "quadstep.paths", "quadstep.winds"
 DISTURBANCES, METRICS, PLANTS, VEHICLES = "quadstep.disturbances", "quadstep.metrics", "quadstep.plants", "quadstep.vehicles"
+SENSORS, ESTIMATORS = "quadstep.sensors", "quadstep.estimators"
 
-GROUPS = (CONTROLLERS, PATHS, WINDS, DISTURBANCES, METRICS, PLANTS, VEHICLES)
+GROUPS = (CONTROLLERS, PATHS, WINDS, DISTURBANCES, METRICS, PLANTS, VEHICLES, SENSORS, ESTIMATORS)
 """Of entry points: what a name in such a group stands for."""
 
 
