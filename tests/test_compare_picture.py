@@ -62,6 +62,12 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     (situation, ranked) = next(iter(found.ranked.items()))
     twice = found._replace(ranked={situation: ranked, situation._replace(path="circle"): ranked})
     assert of_all(twice).startswith(f"law 0 has the best mean rank; {words}; rotor activity 0 N/s. 2 controllers")
+    lossy = twice._replace(results=tuple(one._replace(lost=Estimate(0.044, 0.01, 0.1)) for one in twice.results))
+    assert of_all(lossy).startswith(
+        f"law 0 has the best mean rank, though it loses 4.4 % of the flights of a situation; {words}"
+    )
+    filtered = twice._replace(linear={key: one._replace(estimator=True) for key, one in twice.linear.items()})
+    assert "its loop without the estimator is" in of_all(filtered)
     assert "at rest" not in of_situation(found, situation, ranked)  # on another vehicle
     assert [row[2] for row in rows(found.linear)] == list(grades)
     assert len(unlinearised(found.linear)) == (not all(one.metrics for one in loops))

@@ -17,24 +17,27 @@ HEADER = ("vehicle", "controller", *ROW_HEADER[1:])
 
 class Linear(NamedTuple):
     """What is said of a loop. grade, why: of `linear.grade`. cells: of `HEADER` after the names; metrics: margins by name;
-    neither where it cannot be linearised.
+    neither where it cannot be linearised. estimator: whether one was left out.
     """
 
     grade: str
     why: str
     cells: list[str]
     metrics: dict[str, float]
+    estimator: bool = False
 
 
 def linear_of(cell: Cell) -> Linear:
     """Of a cell's mission."""
+    mission = without_estimator(cell.mission)
+    left_out = mission is not cell.mission
     try:
-        found = studied(without_estimator(cell.mission)).analysis
+        found = studied(mission).analysis
     except UserError as error:
         grade = refused(error)
-        return Linear(grade.word, grade.why.removeprefix(f"{cell.campaign.source}: "), [], {})
+        return Linear(grade.word, grade.why.removeprefix(f"{cell.campaign.source}: "), [], {}, left_out)
     grade = graded(found)
-    return Linear(grade.word, grade.why, cells(found), of_analysis(found))
+    return Linear(grade.word, grade.why, cells(found), of_analysis(found), left_out)
 
 
 def without_estimator(mission: Mission) -> Mission:

@@ -123,7 +123,9 @@ def of_all(found: Comparison) -> str:
     first = next(iter(found.overall()))
     text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
     if many > 1:
-        text = f"{first} has the best mean rank{with_grade(found, first)}. {text}"
+        most = max((one.lost for one in found.results if one.controller == first), key=lambda one: one.value)
+        loses = f", though it loses {end_percent(100.0 * most.value)} % of the flights of a situation" if most.value else ""
+        text = f"{first} has the best mean rank{loses}{with_grade(found, first)}. {text}"
     if pairs and found.seeds < fewest(len(pairs)):
         text += (
             f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
@@ -143,7 +145,8 @@ def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -
     if not loops:
         return ""
     worst, where = min(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))
-    text = f"; {f'on {where} ' if where and vehicle is None else ''}{at_rest(worst._asdict())}"
+    whose = "its loop without the estimator" if worst.estimator else "its loop"
+    text = f"; {f'on {where} ' if where and vehicle is None else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
     effort = [
         one.effort.activity
         for one in found.results
