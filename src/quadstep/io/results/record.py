@@ -98,17 +98,21 @@ class Record:
     @classmethod
     def manifest_in(cls, folder: Path) -> dict[str, Any] | None:
         """The manifest in a folder, or None. Raises UserError for one that cannot be read."""
-        path = folder / cls.NAME
-        if not os.path.lexists(path):
-            return None
-        try:
-            content = read_sealed(path)
-            cls.SCHEMA.model_validate(content)
-        except UserError as error:
-            raise UserError(f"{error}; choose another --out") from None
-        except ValidationError:
-            raise UserError(f"{path}: is damaged, or was not written by quadstep; choose another --out") from None
-        return content
+        return read_manifest(folder / cls.NAME, cls.SCHEMA)
+
+
+def read_manifest(path: Path, schema: type[BaseModel]) -> dict[str, Any] | None:
+    """A manifest, or None where there is no such file. Raises UserError for one that cannot be read."""
+    if not os.path.lexists(path):
+        return None
+    try:
+        content = read_sealed(path)
+        schema.model_validate(content)
+    except UserError as error:
+        raise UserError(f"{error}; choose another --out") from None
+    except ValidationError:
+        raise UserError(f"{path}: is damaged, or was not written by quadstep; choose another --out") from None
+    return content
 
 
 @contextlib.contextmanager

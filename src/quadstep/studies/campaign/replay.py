@@ -9,15 +9,15 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
+from quadstep.io.results.record import read_manifest
 from quadstep.mission.looks import MISSION, look
 from quadstep.mission.schema import Mission
 from quadstep.report.terminal.screen import command
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
-from quadstep.studies.campaign.manifest import OTHERS, identity, other_draws
+from quadstep.studies.campaign.manifest import MANIFEST, OTHERS, Manifest, identity, other_draws
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
-from quadstep.studies.campaign.store import Store
 
 
 class Replay(NamedTuple):
@@ -59,7 +59,7 @@ def check_replay(campaign: Campaign, folder: Path, named: bool) -> tuple[int, st
     another version.
     """
     try:
-        found = Store.manifest_in(folder)
+        found = read_manifest(folder / MANIFEST, Manifest)
     except UserError:
         if named:
             raise
