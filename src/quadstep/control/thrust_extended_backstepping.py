@@ -26,11 +26,13 @@ class ThrustExtendedGains(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    integral: Vector = gain(usual(2.5, 2), "1/s^2", "gain of the integral of the position error", key="k_0", zero=True)
-    position: Vector = gain(usual(2.5, 1), "1/s", "gain of e1, of position", key="k_1")
-    velocity: Vector = gain(usual(3.4, 1), "1/s", "gain of e2, of velocity", key="k_2")
-    force: Vector = gain(usual(7.4, 1), "1/s", "gain of e3, of the specific force", key="k_3")
-    force_rate: Vector = gain(usual(7.1, 1), "1/s", "gain of e4, of the rate of the specific force", key="k_4")
+    integral: Vector = gain(
+        usual((22.0, 22.0, 2.5), 2), "1/s^2", "gain of the integral of the position error", key="k_0", zero=True
+    )
+    position: Vector = gain(usual((1.5, 1.5, 4.0), 1), "1/s", "gain of e1, of position", key="k_1")
+    velocity: Vector = gain(usual((1.8, 1.8, 8.0), 1), "1/s", "gain of e2, of velocity", key="k_2")
+    force: Vector = gain(usual((1.7, 1.7, 12.0), 1), "1/s", "gain of e3, of the specific force", key="k_3")
+    force_rate: Vector = gain(usual((23.0, 23.0, 20.0), 1), "1/s", "gain of e4, of the rate of the specific force", key="k_4")
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
     heading: Number = gain(usual(30.0, 2, "yaw"), "1/s^2", "stiffness of the heading", key="k_psi")
     turning: Number = gain(usual(10.0, 1, "yaw"), "1/s", "damping of the heading", key="k_r")
