@@ -317,6 +317,20 @@ def test_equal_controllers_that_fail_are_each_a_problem(monkeypatch, tmp_path):
     assert [one.controller[1] for one in run.problems] == ["firm", "again"]
 
 
+def test_keys_that_are_set_up_flight_by_flight_are_named_once_for_each_controller(tmp_path, caplog):
+    vary = 'vary = { "path.duration" = { type = "uniform", low = 0.5, high = 0.6 } }\n'
+    text = SMALLEST.replace("[scenarios.calm]\n", "[scenarios.calm]\n" + vary)
+    cell = study(text).cell(Situation("research-2.6kg", "up", "calm"), "firm", {"type": "geometric"})
+    with parts_in(tmp_path) as kept:
+        Run(kept, How()).work("flying", [jobs.flying(cell, flights) for flights in (2, 3)])
+    (line,) = caplog.messages
+    assert re.match(
+        r"quadstep: note: firm: research-2\.6kg, up, calm: each flight is set up by itself, [0-9.e+]+ ms each, because "
+        r"path\.duration cannot be set for many flights at once",
+        line,
+    )
+
+
 def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
     files = [write(tmp_path, f'{MISSION}[controller]\ntype = "{name}"\n', f"{name}.toml") for name in ("pid", "geometric")]
     out = tmp_path / "out"

@@ -105,8 +105,8 @@ class Flyer:
 
     def say_slow(self) -> None:
         """Say which keys made flights be set up one by one so far, if any did, and what that costs."""
-        if self.planner.singly:
-            log.warning("quadstep: note: %s", self.planner.price())
+        if price := self.planner.price():
+            log.warning("quadstep: note: %s", price)
 
     def sweep(self, batch: Batch) -> Sweeper:
         """The sweep for a batch, kept for the next one like it."""

@@ -172,10 +172,14 @@ class Planner(Variants):
         return Batch(members, scored_loop, scored_ticks, start, parameters, places, rows)
 
     def price(self) -> str:
-        """Which keys make each flight be built by itself, and the time that this takes."""
+        """Which keys made flights be built one by one so far, and the time that this takes; empty where none did."""
         return (
-            f"each flight is set up by itself, {1000.0 * self.setup:.2g} ms each, because {' and '.join(self.singly)} "
-            "cannot be set for many flights at once; a choice or a grid of few values would cost less"
+            ""
+            if not self.singly
+            else (
+                f"each flight is set up by itself, {1000.0 * self.setup:.2g} ms each, because {' and '.join(self.singly)} "
+                "cannot be set for many flights at once; a choice or a grid of few values would cost less"
+            )
         )
 
     # What can be built in one go

@@ -30,10 +30,21 @@ DRAWN = "drawn"
 Subject_co = TypeVar("Subject_co", covariant=True)
 
 
+class Worked(NamedTuple):
+    """What a job gave: the content of its file, or what went wrong, in one line.
+
+    price: of flights that were set up one by one, and why they were; empty where none was.
+    """
+
+    content: bytes
+    wrong: str = ""
+    price: str = ""
+
+
 class Job(NamedTuple, Generic[Subject_co]):
     """A piece, and what it is about. kind, key: of the file that keeps it, and a digest of all that decides it.
 
-    controller: vehicle and controller. work: gives the content of the file. flights: that it takes, at most. by_itself: done
+    controller: vehicle and controller. work: does it. flights: that it takes, at most. by_itself: done
     in this process, after all others: an autopilot is there only once, and costs are measured when nothing else is done.
     journal: where a search notes what was flown; None where nobody could read it.
     """
@@ -43,7 +54,7 @@ class Job(NamedTuple, Generic[Subject_co]):
     label: str
     controller: tuple[str, str]
     subject: Subject_co
-    work: Callable[[], bytes]
+    work: Callable[[], Worked]
     flights: int = 0
     by_itself: bool = False
     journal: training.Place | None = None
@@ -81,55 +92,49 @@ def costing(cell: Cell) -> Job[Cell]:
     return Job(COSTS, decisive, cell.label, cell.who, cell, partial(measure, cell), by_itself=True)
 
 
-def fly(cell: Cell, seeds: int) -> bytes:
+def fly(cell: Cell, seeds: int) -> Worked:
     """A row for each flight, the same columns whatever varies."""
     campaign = cell.campaign
-    table = Flyer(campaign, OneThread).fly(FIRST, FIRST + seeds)
+    flyer = Flyer(campaign, OneThread)
+    table = flyer.fly(FIRST, FIRST + seeds)
     values = {name: drawn_column(one).to_pylist() for name, one in draw(campaign.file, table["flight"].to_numpy()).items()}
     rows = [json.dumps({name: column[i] for name, column in values.items()}) for i in range(seeds)]
     whose = dict(zip(("vehicle", "path", "scenario", "controller"), (*cell.situation, cell.controller), strict=True))
     columns = {name: pa.array([text] * seeds).dictionary_encode() for name, text in whose.items()}
     columns["tuning"] = pa.array([1 + cell.repeat] * seeds)
     columns |= {name: table[name] for name in table.column_names if name not in values}
-    return parquet(pa.table({**columns, DRAWN: pa.array(rows)}))
+    return Worked(parquet(pa.table({**columns, DRAWN: pa.array(rows)})), price=flyer.planner.price())
 
 
-def search(task: training.Task, journal: training.Place | None) -> bytes:
+def search(task: training.Task, journal: training.Place | None) -> Worked:
     """The gains."""
     return as_text({"controller": task.label, **training.train(task, journal)._asdict()})
 
 
-def bear(asked: margins.Raise) -> bytes:
+def bear(asked: margins.Raise) -> Worked:
     """The margin."""
     return as_text(margins.as_json(margins.find(asked)))
 
 
-def linearise(cell: Cell) -> bytes:
+def linearise(cell: Cell) -> Worked:
     """The margins of the loop, or why there are none."""
     return as_text(linear.linear_of(cell)._asdict())
 
 
-def measure(cell: Cell) -> bytes:
+def measure(cell: Cell) -> Worked:
     """Instructions and times."""
     return as_text(cost.as_json(cost.cost_of(cell)))
 
 
-def as_text(content: object) -> bytes:
+def as_text(content: object) -> Worked:
     """A file of JSON."""
-    return (json.dumps(content, indent=1) + "\n").encode()
-
-
-class Worked(NamedTuple):
-    """What a job gave: the content of its file, or what went wrong, in one line."""
-
-    content: bytes
-    wrong: str = ""
+    return Worked((json.dumps(content, indent=1) + "\n").encode())
 
 
 def worked(job: Job[object]) -> Worked:
     """Do a job; errors of the user's come back as lines."""
     try:
-        return Worked(job.work())
+        return job.work()
     except UserError as error:
         return Worked(b"", str(error))
     except Exception as error:

@@ -2,6 +2,7 @@
 
 import contextlib
 import itertools
+import logging
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -28,6 +29,8 @@ from quadstep.studies.comparison.spread import Flown, flown_of
 from quadstep.studies.comparison.study import Cell, Situation, Study
 from quadstep.studies.comparison.training import flown_in, read_lines
 from quadstep.studies.comparison.workers import alone, work
+
+log = logging.getLogger(__name__)
 
 J = TypeVar("J")
 Read = TypeVar("Read")
@@ -59,6 +62,7 @@ class Run:
     def __init__(self, kept: Parts, how: How) -> None:
         self.kept, self.how = kept, how
         self.problems: list[Problem] = []
+        self.priced: set[tuple[str, str]] = set()
 
     def met(self, problem: Problem) -> None:
         """Something cannot go on. Raises UserError unless others shall."""
@@ -97,7 +101,10 @@ class Run:
         return found is not None and found.failed
 
     def keep(self, job: Job[object], worked: Worked) -> None:
-        """Keep what a job gave."""
+        """Keep what a job gave; say once of each controller which keys make its flights be set up one by one."""
+        if worked.price and job.controller not in self.priced:
+            self.priced.add(job.controller)
+            log.warning("quadstep: note: %s: %s", job.label, worked.price)
         if worked.wrong and self.out(*job.controller):
             return  # of which enough has been said
         if worked.wrong:

@@ -48,7 +48,7 @@ def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[o
     """On a cluster: a task a job."""
     with connected() as ray:
 
-        def quadstep_job(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str]:
+        def quadstep_job(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
             # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
             from quadstep.studies.comparison.workers import on_worker  # noqa: PLC0415 (on the worker)
 
@@ -68,9 +68,9 @@ def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[o
                 yield going.pop(reference), Worked(*found)
 
 
-def on_worker(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str]:
+def on_worker(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
     """A job, on a node that has all it needs. Raises UserError."""
     refuse_others(f"--engine ray: node {platform.node()}", told)
     job: Job[object] = pickle.loads(packed)
-    found = worked(job)
-    return found.content, found.wrong
+    content, wrong, price = worked(job)
+    return content, wrong, price
