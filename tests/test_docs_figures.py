@@ -56,8 +56,8 @@ def test_how_often_the_intervals_held():
     known, measured = ([held[case] for case in cases] for cases in (KNOWN, FLOWN))
     said = f"{sum(known) / 5:.0f} % of those of the known ones and {sum(measured) / 5:.0f} % of those of the measured"
     assert said in page("rare.md")
-    assert {case: share for case, share in held.items() if share < 90} == {"edge": 88}
-    assert "nine of the ten cases reach 90 %, `edge` has 88 %" in page("rare.md")
+    assert {case: share for case, share in held.items() if share < 90} == {"edge": 86}
+    assert "nine of the ten cases reach 90 %, `edge` has 86 %" in page("rare.md")
     assert f"the probability in {min(held.values())} to {max(held.values())} % of fifty repetitions" in page("certain.md")
     saved = sorted(round(float(printed(case, Method.CROSS_ENTROPY)[9])) for case in FLOWN)
     assert f"{saved[0]} times as many flights where noise decides (`gusts`), {saved[1]} to {saved[-1]}" in page("rare.md")
