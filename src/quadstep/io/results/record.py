@@ -132,6 +132,8 @@ def opened(
         try:
             record, resumed = prepared(kind, inside, mine, changed, resume, overwrite)
             try:
+                if not resumed:
+                    record.save()
                 yield record, resumed
             except KeyboardInterrupt:
                 record.save()  # names every file: the last one may just have been written
@@ -144,7 +146,7 @@ def prepared(
     kind: type[R], inside: Folder, mine: dict[str, object], changed: Callable[[Mapping[str, object]], list[str]], resume: bool,
     overwrite: bool,
 ) -> tuple[R, bool]:  # fmt: skip
-    """The record in a folder that is locked, and whether it is resumed."""
+    """The record in a folder that is locked, not yet saved where it is new; and whether it is resumed."""
     folder = inside.path
     manifest = kind.manifest_in(folder)
     inside.sweep(*kind.INNER)
@@ -173,9 +175,7 @@ def prepared(
         with record.explained():
             for name in (kind.NAME, *record.names):
                 inside.remove(name)
-    record = kind(inside, mine)
-    record.save()
-    return record, False
+    return kind(inside, mine), False
 
 
 def nothing_there(kind: type[Record], folder: Path) -> UserError:
