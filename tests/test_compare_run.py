@@ -337,7 +337,7 @@ def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
     result = quadstep("compare", *files, "--seeds", 4, "--out", out)
     assert (result.code, result.err) == (0, "")
     assert "With so few flights no difference can be significant: 1 pair takes at least 6 flights each." in result.out
-    assert "(4 flights are too few for an interval); at rest its loop without the estimator is sound: " in result.out
+    assert "(4 flights are too few for an interval); at rest its loop is sound: " in result.out
     assert " N/s; not significantly better than" in result.out
     assert "[-, -]" in (out / "report.html").read_text(encoding="utf-8")
     for text in (result.out, (out / "results.md").read_text(encoding="utf-8")):

@@ -29,8 +29,9 @@ class Linear(NamedTuple):
 
 def linear_of(cell: Cell) -> Linear:
     """Of a cell's mission."""
-    mission = without_estimator(cell.mission)
-    left_out = mission is not cell.mission
+    flown = cell.mission
+    mission = without_estimator(flown)
+    left_out = mission is not flown
     try:
         found = studied(mission).analysis
     except UserError as error:
