@@ -153,15 +153,17 @@ def test_errors_follow_one_another_under_backstepping():
     period, offset = 2e-4, np.array([0.3, -0.2, 0.1])
     gains = ThrustExtendedBackstepping.gains(MODEL)
     path, state, command, memory = sampled(ThrustExtendedBackstepping(), gains, offset, 4000, period)
-    k = [one[0] for one in (gains.integral, gains.position, gains.velocity, gains.force, gains.force_rate)]
-    m = np.diag([0.0, *(-one for one in k[1:])]) + np.diag([1.0] * 4, 1) - np.diag([k[0], 1.0, 1.0, 1.0], -1)
-    rows = [np.linalg.matrix_power(m, n)[1] for n in range(4)]
-    start = np.linalg.solve(np.array([np.eye(5)[0], *rows]), [0.0, 1.0, 0.0, 0.0, 0.0])
-    errors = [expm(m * period * i) @ start for i in range(0, 4000, 250)]
-    np.testing.assert_allclose(path[::250], [one[1] * offset for one in errors], atol=2e-3)
-    last = expm(m * period * 4000) @ start
-    np.testing.assert_allclose(list(memory.integral), last[0] * offset, atol=1e-3)
-    np.testing.assert_allclose(list(command.r1), -last[2] * offset, atol=5e-3)
+    expected = []
+    for axis in range(3):
+        k = [one[axis] for one in (gains.integral, gains.position, gains.velocity, gains.force, gains.force_rate)]
+        m = np.diag([0.0, *(-one for one in k[1:])]) + np.diag([1.0] * 4, 1) - np.diag([k[0], 1.0, 1.0, 1.0], -1)
+        rows = [np.linalg.matrix_power(m, n)[1] for n in range(4)]
+        start = np.linalg.solve(np.array([np.eye(5)[0], *rows]), [0.0, 1.0, 0.0, 0.0, 0.0]) * offset[axis]
+        expected.append([expm(m * period * i) @ start for i in range(0, 4001, 250)])
+    errors = np.array(expected)  # axis, time, error
+    np.testing.assert_allclose(path[::250], errors[:, :-1, 1].T, atol=2e-3)
+    np.testing.assert_allclose(list(memory.integral), errors[:, -1, 0], atol=1e-3)
+    np.testing.assert_allclose(list(command.r1), -errors[:, -1, 2], atol=5e-3)
     np.testing.assert_allclose(list(command.r2), -state[3], atol=2e-2)
 
 
