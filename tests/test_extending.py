@@ -15,7 +15,16 @@ ROWS = re.findall(r"^\| a[^|]*\| `(\w+)`[^|]*\| `([\w/.]+\.py)`", TEXT, re.MULTI
 
 
 def test_every_kind_has_a_row():
-    assert [base for base, _ in ROWS] == ["Controller", "Plant", "Path", "Wind", "Disturbance", "Metric"]
+    assert [base for base, _ in ROWS] == [
+        "Controller",
+        "Plant",
+        "Path",
+        "Wind",
+        "Disturbance",
+        "Metric",
+        "Sensor",
+        "Estimator",
+    ]
 
 
 @pytest.mark.parametrize(("base", "example"), ROWS)
