@@ -136,7 +136,7 @@ def test_remainders_of_different_numbers_have_different_directions(tmp_path, mon
     def after(self, x, ticks, p):
         raise CaughtError(x)
 
-    monkeypatch.setattr("quadstep.proofs.prove.check_loop.Loop.after", after)
+    monkeypatch.setattr("quadstep.proofs.prove.check_loop.CheckedLoop.after", after)
     with pytest.raises(CaughtError) as caught:
         check_certificate(written(tmp_path, certificate))
     (numbers,) = caught.value.args

@@ -188,8 +188,9 @@ def quickly(patch):
         return []
 
     patch.setattr("quadstep.studies.campaign.report.sections", lambda *given: drawn(given[4].parent))
-    patch.setattr("quadstep.studies.rare.report.sections", lambda *given: drawn(given[4].parent))
-    patch.setattr("quadstep.studies.rare.report.draw_levels", lambda *_: None)
+    patch.setattr(
+        "quadstep.studies.rare.report.draw_levels", lambda path, *_: path.with_suffix(".svg").write_text("<svg></svg>")
+    )
 
 
 @pytest.fixture(scope="module")

@@ -15,16 +15,16 @@ from tests import mutations
 from tests.equivalents import EQUIVALENT
 from tests.mutations import REVIEWED, caught_by, exchanged, functions, source
 
-LAGRANGE, KINEMATICS, ROTORS = "vehicle.lagrange", "vehicle.kinematics", "vehicle.rotors"
+LAGRANGE, KINEMATICS, ROTORS = "vehicle.paper.lagrange", "vehicle.paper.kinematics", "vehicle.paper.rotors"
 LAW, NETS, FILTER = "control.backstepping", "control.networks", "control.command_filter"
-INVERSION, NESTED, JERK = "control.inversion", "control.nested_saturation", "guidance.minimum_jerk"
-LINEAR, FUNCTIONS, LOG = "numbers.linear", "numbers.functions", "flight.columns"
+INVERSION, NESTED, JERK = "control.inversion", "control.nested_saturation", "world.guidance.minimum_jerk"
+LINEAR, FUNCTIONS, LOG = "numbers.vectors", "numbers.elementary", "vehicle.plants.columns"
 
 MUTANTS = [
     (KINEMATICS, "return matrix((-sin_theta", "return matrix((sin_theta", "T_eta"),
     (KINEMATICS, "(cos_theta * c, -s, 0.0))", "(cos_theta * c, s, 0.0))", "T_eta"),
     (KINEMATICS, "(cos_theta * s, c, 0.0)", "(cos_theta * s, -c, 0.0)", "4"),
-    (KINEMATICS, "return 2 if self", "return 1 if self", "T_eta"),
+    ("interfaces.model", "return 2 if self", "return 1 if self", "T_eta"),
     (KINEMATICS, "matrix((-cos_theta,", "matrix((cos_theta,", "T_eta"),
     (KINEMATICS, "(-sin_theta * s,", "(sin_theta * s,", "T_eta"),
     (KINEMATICS, "(-cos_theta * s, -c, 0.0)", "(-cos_theta * s, c, 0.0)", "4"),
@@ -45,9 +45,9 @@ MUTANTS = [
     (LAGRANGE, "0.5 * (moving + turning)", "0.5 * (moving - turning)", "2"),
     (LINEAR, "m13 * m23 - m12 * m33", "m13 * m23 + m12 * m33", "3"),
     (LINEAR, "m12 * m13 - m11 * m23", "m12 * m13 - m11 * m22", "3"),
-    ("vehicle.disturbance", "x_dot * phi_dot", "x_dot * psi_dot", "67"),
-    ("vehicle.disturbance", "products + disturbance.force", "products - disturbance.force", "67"),
-    ("vehicle.disturbance", "products + disturbance.torque", "products - disturbance.torque", "67"),
+    ("vehicle.paper.disturbance", "x_dot * phi_dot", "x_dot * psi_dot", "67"),
+    ("vehicle.paper.disturbance", "products + disturbance.force", "products - disturbance.force", "67"),
+    ("vehicle.paper.disturbance", "products + disturbance.torque", "products - disturbance.torque", "67"),
     (ROTORS, "(l, 0.0, -l, 0.0)", "(l, 0.0, l, 0.0)", "5"),
     (ROTORS, "(0.0, -l, 0.0, l)", "(0.0, l, 0.0, -l)", "rotor signs"),
     (ROTORS, "(c, -c, c, -c)", "(-c, c, -c, c)", "rotor signs"),
