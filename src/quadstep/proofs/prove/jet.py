@@ -158,8 +158,9 @@ class Jets(Kind):
             values = [plain(one) for one in given]
             value = cast(Enclosure, operation.enclosure(*values))
             moving = [(one, tangent) for one, tangent in zip(given, operation.tangents, strict=True) if isinstance(one, Jet)]
+            nothing = ball(np.zeros_like(moving[0][0].slopes.centre))  # times 0 is 0, of no shape
             slopes = [tangent(one.slopes, *values, value) for one, tangent in moving]
-            return Jet(value, cast(Enclosure, reduce(add, slopes)), any(one.kinked for one, _ in moving))
+            return Jet(value, reduce(add, slopes, nothing), any(one.kinked for one, _ in moving))
 
         return jet
 
