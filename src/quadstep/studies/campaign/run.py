@@ -41,18 +41,23 @@ def fly_campaign(
     campaign.check_count(count)
     fly: Fly[Chunk] = loaded(CAMPAIGNS, engine)(campaign)
     with opened(folder, campaign, count, engine, resume, overwrite) as store:
-        missing = store.missing
-        counted = Count(progress, store.flights, store.flights - sum(chunk.past - chunk.first for chunk in missing))
-        for chunk, table in fly(missing, counted.add):
-            store.write(chunk, table)
-        summary = summarise(store, campaign.varies, grading(campaign.mission))
-        finish(store, campaign, summary, path, sheet or Sheet())
-    return Finished(campaign, summary, folder)
+        fly_missing(store, fly, store.flights, progress)
+        return finish(store, campaign, path, sheet, grading)
 
 
-def finish(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
-    """Write the report and the final manifest."""
+def fly_missing(store: Store, fly: Fly[Chunk], flights: int, progress: Progress) -> None:
+    """Fly what the store lacks of its first flights."""
+    missing = [chunk for chunk in store.missing if chunk.first < flights]
+    counted = Count(progress, flights, flights - sum(min(chunk.past, flights) - chunk.first for chunk in missing))
+    for chunk, table in fly(missing, counted.add):
+        store.write(chunk, table)
+
+
+def finish(store: Store, campaign: Campaign, path: Path, sheet: Sheet | None, grading: Grading) -> Finished:
+    """Summarise what was flown; write the report and the final manifest."""
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
-    write_report(store, campaign, summary, path, sheet)
+    summary = summarise(store, campaign.varies, grading(campaign.mission))
+    write_report(store, campaign, summary, path, sheet or Sheet())
     store.save(complete=True, summary=as_json(summary))
+    return Finished(campaign, summary, store.folder)

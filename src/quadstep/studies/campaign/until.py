@@ -19,14 +19,13 @@ from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, incomplete
 from quadstep.mission.distributions import Grid, Sobol
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import SILENT, Count, Progress
+from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.report.terminal.screen import command
 from quadstep.studies.campaign.flown import SUCCESS, Fly
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
-from quadstep.studies.campaign.run import Finished, finish
+from quadstep.studies.campaign.run import Finished, finish, fly_missing
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.store import Chunk, Store, opened
-from quadstep.studies.campaign.summary import summarise
 
 LOOKS = 6
 """Looks after which a run ends undecided if the user sets no limit on flights."""
@@ -136,17 +135,11 @@ def fly_until(
             if look.flights > store.flights:
                 campaign.check_count(look.flights)
                 store.shorten(look.flights)
-            wanted = [chunk for chunk in store.missing if chunk.first < look.flights]
-            missing = sum(min(chunk.past, look.flights) - chunk.first for chunk in wanted)
-            counted = Count(progress, look.flights, look.flights - missing)
-            for chunk, table in fly(wanted, counted.add):
-                store.write(chunk, table)
+            fly_missing(store, fly, look.flights, progress)
             seen.append(look_at(store, look))
             if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
                 break
-        summary = summarise(store, campaign.varies, grading(campaign.mission))
-        finish(store, campaign, summary, path, sheet or Sheet())
-    return Decided(Finished(campaign, summary, folder), target, tuple(seen))
+        return Decided(finish(store, campaign, path, sheet, grading), target, tuple(seen))
 
 
 def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:
