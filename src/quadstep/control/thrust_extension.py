@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 from quadstep.control.vectoring import torque_for
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.plant import Body
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, maximum, minimum, vector, where
 from quadstep.numbers.rotations import rotation_matrix
@@ -32,15 +33,9 @@ class ThrustMotion(NamedTuple):
     force_rate: Vector
 
 
-class Extended(Protocol):
+class Extended(Body, Protocol):
     """Gains of a law that drives the thrust's rate: what it believes of the vehicle, and those of the heading."""
 
-    @property
-    def mass(self) -> Number: ...
-    @property
-    def inertia(self) -> Vector: ...
-    @property
-    def gravity(self) -> Number: ...
     @property
     def most_thrust(self) -> Number: ...
     @property

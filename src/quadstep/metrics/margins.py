@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import cast
 
 LEAST_GAIN, LEAST_PHASE, DELAYS = 6.0, math.radians(30.0), 2.0
 """Margins asked of a sound loop unless a mission says otherwise: of gain [dB], upwards and downwards, and of phase [rad], the
@@ -32,6 +33,11 @@ AT_REST, SOUND, NO_REST = "margins_at_rest", "sound", "no rest found"
 
 WRITTEN = "the loop of the mission as written"
 """Whose grade it is where a mission is varied."""
+
+
+def rest_of(metrics: Mapping[str, object]) -> Mapping[str, str]:
+    """The grade of the loop at rest and why, as a flight's metrics have it; empty where it is not known."""
+    return cast(Mapping[str, str], metrics.get(AT_REST, {}))
 
 
 def at_rest(rest: Mapping[str, str], whose: str = "its loop") -> str:

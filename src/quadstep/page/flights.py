@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 from quadstep.engines.cause import reason
 from quadstep.engines.fly import FlightPlan
@@ -11,7 +11,7 @@ from quadstep.interfaces.log import LIMITS as LIMITS_PASSED
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError
 from quadstep.metrics.judging.grade import RULES, graded
-from quadstep.metrics.margins import AT_REST, SOUND, at_rest_sentences
+from quadstep.metrics.margins import SOUND, at_rest_sentences, rest_of
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
@@ -99,7 +99,7 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
             live, reason = fliers(flown, plan, laws), ""
         except UserError as error:
             reason = str(error)
-    rest = at_rest(flown.metrics)
+    rest = rest_of(flown.metrics)
     why_not = f"This flight is a recording; it cannot be flown in the page: {reason}." if reason else ""
     return Flight(
         id=flown.id,
@@ -206,11 +206,6 @@ def filed(metrics: Metrics) -> dict[str, float]:
     return {name: float(value) for name, given in SUMMED_UP.items() if isinstance(value := metrics.get(given), int | float)}
 
 
-def at_rest(metrics: Metrics) -> Mapping[str, str]:
-    """The grade of the loop at rest and why, as far as known."""
-    return cast(Mapping[str, str], metrics.get(AT_REST, {}))
-
-
 def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
     """A few numbers of a flight, as text."""
     found = []
@@ -227,7 +222,7 @@ def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
     ]
     if torques:
         found.append(("largest torque", f"{max(torques):.3g} N m"))
-    if rest := at_rest(metrics):
+    if rest := rest_of(metrics):
         found.append(("loop at rest", f"{rest['grade']}: {rest['why']}"))
     return tuple(found)
 

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, cast
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.judging.grade import graded
-from quadstep.metrics.margins import AT_REST
+from quadstep.metrics.margins import rest_of
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.report import page, units
 
@@ -84,8 +84,7 @@ def facts(metrics: Metrics) -> list[page.Fact]:
         found.append(page.Fact("least thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
         found.append(page.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
-    if AT_REST in metrics:
-        rest = cast(Mapping[str, str], metrics[AT_REST])
+    if rest := rest_of(metrics):
         found.append(page.Fact("margins at rest", rest["grade"], rest["why"]))
     return found
 
