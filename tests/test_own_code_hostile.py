@@ -169,6 +169,7 @@ def test_what_a_law_gives_or_declares_is_refused(tmp_path, said, changes):
         ("import sys\nsys.exit()", "law.py:2: SystemExit; the line: sys.exit()"),
         ("raise GeneratorExit('x')", "law.py:1: GeneratorExit: x"),
         (b"x = 1\0", "law.py: SyntaxError"),
+        ("import quadstepper", "No module named 'quadstepper'; the line: import quadstepper"),
         (
             "from quadstep.control.gain import gain",
             "No module named 'quadstep.control.gain'; what your own code needs is in quadstep.own (docs/extending.md)",

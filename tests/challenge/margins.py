@@ -35,8 +35,16 @@ ASIDE = 0.02
 
 
 SIZES = 1e-5, 1e-8
-"""Of the steps of differences. Where the two disagree a law bends between them, as in `share_made`, which is linear only where
-less than 1e-7 N m is missing: `linear` has the slopes within, a known gap (docs/linear.md), and no step can judge them.
+"""Of the steps of differences. A law may bend between them, as `share_made` does, which is linear only where less than
+1e-7 N m is missing. Then `linear` has the slopes within: a known gap (docs/linear.md).
+"""
+
+NEARER = 5.0
+"""By this factor the differences of the smaller step have to agree better, for a loop to be left out as one that bends so."""
+
+BENT_IN_WIND = "hedged-inversion "
+"""Its nets are damped by the norm of an error, which in wind is not exactly zero at the rest that was found, but nearer to it
+than any step: of the same gap.
 """
 
 
@@ -92,13 +100,13 @@ def differences(loops: Loops, rest: Rest, flown, size: float = 1e-5) -> np.ndarr
 def modes(seed: int) -> Iterable[Attempt]:
     """The map of every loop, state by state."""
     for case, rest, found in cases(seed):
-        if found.bends:
+        if found.bends or (case.startswith(BENT_IN_WIND) and not case.endswith("wind 0 m/s")):
             continue
         places, exact = rest.period.places, rest.period.map
         far, near = (differences(rest.loops, rest, rest.flown, one)[np.ix_(places, places)] for one in SIZES)
-        if apart(far, near, exact) > CLOSE:
-            continue
         miss = apart(far, exact, exact)
+        if miss > CLOSE and NEARER * apart(near, exact, exact) < miss:
+            continue
         yield Attempt(miss / CLOSE, f"{case}: slopes differ by {miss:.2g}")
 
 

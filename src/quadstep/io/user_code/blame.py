@@ -73,7 +73,7 @@ def said_of(error: BaseException) -> str:
         said = str(error.msg if isinstance(error, SyntaxError) else error)
     except Exception:
         said = ""
-    if isinstance(error, ImportError) and str(error.name).startswith("quadstep"):
+    if isinstance(error, ImportError) and str(error.name).partition(".")[0] == "quadstep":
         said += "; what your own code needs is in quadstep.own (docs/extending.md)"
     return f"{type(error).__name__}: {said}" if said else type(error).__name__
 
