@@ -1,10 +1,13 @@
 """Fixtures of many files; and what was skipped, why, and how to have it run, as a table at the end of a run."""
 
 import math
+import os
 from collections import Counter, defaultdict
 from pathlib import Path
 
 import pytest
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; before NumPy is loaded
 
 from quadstep.report.terminal import bars
 from tests import durations

@@ -1,5 +1,6 @@
 """Where the command line starts, as `quadstep` and as `python -m quadstep`."""
 
+import os
 import sys
 from importlib import import_module
 
@@ -8,6 +9,8 @@ from quadstep.io.exit_codes import INTERRUPTED
 
 def main() -> None:
     """Load the command line and run it; Ctrl-C while it loads is one line, as it is later."""
+    # Matrices are small: more threads of BLAS gain nothing, and cost seven times as much on a busy machine.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         import_module("quadstep.commands.cli").main()
     except KeyboardInterrupt:

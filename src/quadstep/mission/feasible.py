@@ -1,6 +1,9 @@
 """Whether a vehicle can fly a path at all: the thrust that its acceleration takes, against what the rotors have."""
 
 import math
+from typing import Any
+
+import numpy as np
 
 from quadstep.mission.paths import BuiltPath
 from quadstep.numbers import Vector, vector
@@ -18,14 +21,13 @@ def path_warnings(path: BuiltPath, duration: float, mass: float, gravity: float,
     """
     if not math.isfinite(most_thrust) or isinstance(path.law, DeclaredPath):
         return []
-    times = [duration * step / INSTANTS for step in range(INSTANTS + 1)]
-    references, up = [path.law.reference(t, path.parameters) for t in times], vector(0.0, 0.0, gravity)
-    taken, at = max(
-        (mass * float((Vector(one.acceleration) + up).norm()), t) for one, t in zip(references, times, strict=True)
-    )
+    times: Any = duration * np.arange(INSTANTS + 1) / INSTANTS
+    found = path.law.reference(times, path.parameters)
+    thrusts = np.broadcast_to(mass * (Vector(found.acceleration) + vector(0.0, 0.0, gravity)).norm(), times.shape)
+    taken, at = thrusts.max(), times[thrusts.argmax()]
     if not taken > most_thrust:
         return []
-    fastest = max(float(Vector(one.velocity).norm()) for one in references)
+    fastest = np.max(Vector(found.velocity).norm())
     return [
         f"path: this vehicle cannot fly it: at {at:.3g} s it takes {taken:.3g} N of thrust, and all rotors together have "
         f"{most_thrust:.3g} N; its greatest speed is {fastest:.3g} m/s (lengths are in m, times in s)"

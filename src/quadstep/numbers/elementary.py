@@ -56,6 +56,9 @@ __all__ = ["atan2", "cos", "exp", "log", "sigmoid", "sin"]
 
 ROOT_HALF = 0.7071067811865476
 
+QUARTERS = float(2 / PI)
+"""Quarter turns of one radian."""
+
 
 def sin(x: Number) -> Number:
     """Sine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond. The same to the bit on every engine.
@@ -99,7 +102,7 @@ def turn(kind: Kind, x: float) -> tuple[float, float, float]:
     """Sine and cosine of the remainder of x after whole quarter turns, and the number of these plus SHIFTER."""
     double = kind.precise(x)
     x = kind.where(abs(x) <= MOST_ANGLE[double], x, math.nan)
-    quarter = x * float(2 / PI) + SHIFTER[double]
+    quarter = x * QUARTERS + SHIFTER[double]
     count = quarter - SHIFTER[double]
     high, middle, low = QUARTER_TURN[double]
     r = x - count * high - count * middle - count * low
