@@ -164,7 +164,7 @@ MARGIN = '[margins.wind]\nkeys = ["wind.mean.0"]\npath = "up"\nscenario = "calm"
         (SMALL + MARGIN.replace("20.0", "-1.0"), "low = 0 must be below high = -1"),
         (SMALL + MARGIN.replace('"calm"', '"hail"'), "'hail' is not in the study; allowed: calm, windy"),
         (SMALL + TUNING.replace("budget = 4500", ""), "tuning.budget: missing"),
-        (SMALL + TUNING.replace("4500", "4500\nseeds = 8"), "tuning.seeds: should be greater than or equal to 64"),
+        (SMALL + TUNING.replace("4500", "4500\nseeds = 8"), "tuning.seeds: should be greater than or equal to 16"),
         (SMALL + TUNING.replace('"windy"', '"hail"'), "tuning.flown[0].scenario: 'hail' is not in the study"),
         (SMALL + "[controllers.x]\ncontroller = { k_x = 1.0 }\n", "controllers.x: controller.type: missing"),
         (SMALL + OPTIONAL.replace("true", "3"), "controllers.policy.optional: should be a valid boolean, not 3"),

@@ -14,8 +14,10 @@ from quadstep.mission.tune import as_constraints, as_ranges, ranges_by_key
 Content: TypeAlias = dict[str, object]
 """A mission, or a table of one, as parsed TOML."""
 
-MOST_NAMES, MOST_SEEDS, FEWEST_TUNED = 200, 100_000, 64
-"""Entries of a table; flights of a cell; seeds of tuning, below which the tail is overfitted."""
+MOST_NAMES, MOST_SEEDS, FEWEST_TUNED, USUAL_TUNED = 200, 100_000, 16, 64
+"""Entries of a table; flights of a cell; seeds of tuning, with fewer of which the tail is overfitted; those of a study that
+names none.
+"""
 
 EFFORTS = ("energy", "rotor_activity", "saturation")
 """What is measured beside tracking, where the vehicle has rotors of its own."""
@@ -119,7 +121,7 @@ class TuningSection(Section):
         Quantity("", "paths and scenarios used for tuning"),
     ]
     seeds: Annotated[int, Field(ge=FEWEST_TUNED, le=MOST_SEEDS), Quantity("", "flights per candidate on each of these")] = (
-        FEWEST_TUNED
+        USUAL_TUNED
     )
     budget: Annotated[int, Field(ge=1, le=10**9), Quantity("", "flights per controller and vehicle")]
     objective: Annotated[
