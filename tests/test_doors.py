@@ -54,6 +54,10 @@ def jobs(log, name, efforts):
     return [FigureJob("height", name, log.column("t"), [Panel("z", "m", {"z": log.column("z")})])]
 
 
+def racer():
+    return {"preset": "x500", "description": "a racer"}
+
+
 class Section(PilotedSection):
     controller = PilotedLaw
     def matching(self, plan): ...
@@ -84,6 +88,10 @@ wrong = tiny:greet
 absent = no_such_module:Path
 attribute = tiny:Section.connect
 number = tiny:NUMBER
+raises = raises:Path
+[quadstep.vehicles]
+racer = tiny:racer
+heavy = raises:heavy
 """
 
 
@@ -92,6 +100,7 @@ def tiny(tmp_path, monkeypatch):
     """An installed distribution with one thing for each door."""
     (tmp_path / "tiny.py").write_text(MODULE)
     (tmp_path / "leave.py").write_text("raise SystemExit(7)")
+    (tmp_path / "raises.py").write_text("raise ValueError('no licence')")
     for name, entries in (("tiny", ENTRIES), ("other", "[quadstep.commands]\ntwice = other:twice\n")):
         about = tmp_path / f"{name}-1.5.dist-info"
         about.mkdir()
@@ -147,11 +156,29 @@ def test_a_broken_command_names_its_distribution_in_one_line_whatever_its_argume
         ("absent", "tiny 1.5 registers it, but there is no installed module no_such_module"),
         ("attribute", "attribute, which tiny 1.5 registers for quadstep.paths: should be module:name, not 'tiny:Sec"),
         ("number", "number, which tiny 1.5 registers for quadstep.paths: should be a subclass of quadstep.own.Path"),
+        ("raises", "raises:Path, which tiny 1.5 registers: "),
+        (
+            "loop",
+            "'loop' is not known; allowed: minimum-jerk, waypoints, circle, figure-eight, step, recorded, absent, number, raises, or your own",
+        ),
     ],
 )
 def test_a_broken_path_names_its_distribution(kind, why):
     with pytest.raises(UserError, match=re.escape(why)):
         Mission(path={"type": kind})
+
+
+@pytest.mark.usefixtures("tiny")
+def test_vehicles_lists_all_but_what_is_broken():
+    run = quadstep("vehicles")
+    assert run.code == 0
+    assert "a racer" in run.out
+    assert "heavy" not in run.out
+    assert run.err.count("\n") == 1
+    assert "warning: heavy: raises:heavy, which tiny 1.5 registers: " in run.err
+    assert "no licence" in run.err
+    with pytest.raises(UserError, match=r"unknown preset 'x50'; allowed: crazyflie, .* x500, heavy, racer, or your own"):
+        Mission(vehicle={"preset": "x50"}, path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0]})
 
 
 @pytest.mark.usefixtures("tiny")

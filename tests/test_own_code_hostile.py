@@ -226,7 +226,7 @@ def test_a_traceback_where_it_is_asked_for(tmp_path):
     run = command(tmp_path, "fly", "hover.toml", "--out", "out", "--traceback")
     assert run.returncode == 2
     assert run.stderr.count("Traceback") == 1
-    assert run.stderr.splitlines()[-1].startswith("quadstep: error: hover.toml: controller: type: ")
+    assert run.stderr.splitlines()[-1].startswith("quadstep: error: hover.toml: controller.type: ")
 
 
 def test_what_user_code_prints_is_no_result(tmp_path):

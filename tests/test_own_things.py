@@ -38,18 +38,18 @@ WRONG_PATHS = {
     "no path": (
         'type = "own.py:Loop"',
         "class Loop: pass",
-        "path: type: own.py:Loop: should be a subclass of quadstep.own.Path",
+        "path.type: own.py:Loop: should be a subclass of quadstep.own.Path",
     ),
     "abstract": (
         'type = "own.py:Loop"',
         "from quadstep.world.guidance import DeclaredPath\nclass Loop(DeclaredPath): pass",
-        "path: type: own.py:Loop: has no `length` and no `reference`",
+        "path.type: own.py:Loop: has no `length` and no `reference`",
     ),
     "no numbers": (
         'type = "own.py:Loop"',
         "from quadstep.world.guidance import DeclaredPath\nclass Loop(DeclaredPath):\n"
         "    def length(self, numbers): return 1.0\n    def reference(self, t, numbers): return None",
-        "path: type: own.py:Loop: has no `Numbers`",
+        "path.type: own.py:Loop: has no `Numbers`",
     ),
     "fails": ('type = "own.py:Loop"', "\n1 / 0", "own.py:2: ZeroDivisionError: division by zero; the line: 1 / 0"),
     "unknown key": (
@@ -181,7 +181,7 @@ def test_wrong_laws_of_paths_are_one_line(folder, length):
 
 def test_no_user_code_runs_where_that_was_said(folder):
     run = quadstep("fly", written(folder, LISSAJOUS), "--out", folder / "out", "--no-user-code")
-    refused(run, "path: type: lissajous.py:Lissajous: user code is not run: --no-user-code was given")
+    refused(run, "path.type: lissajous.py:Lissajous: user code is not run: --no-user-code was given")
 
 
 # Winds
@@ -214,11 +214,11 @@ class Steady(DeclaredWind):
 WRONG_WINDS = {
     "no wind": (
         'type = "lissajous.py:Lissajous"',
-        "wind: type: lissajous.py:Lissajous: should be a subclass of quadstep.own.Wind",
+        "wind.type: lissajous.py:Lissajous: should be a subclass of quadstep.own.Wind",
     ),
     "unknown key": ('type = "thermal.py:Thermal"\nmean = [1.0, 0.0, 0.0]', "wind.mean: unknown key; allowed here: breeze,"),
     "out of range": ('type = "thermal.py:Thermal"\ntime = 0.0', "wind.time: should be greater than 0, not 0.0"),
-    "of no file": ('type = "thermal"', "wind.type: unknown key"),
+    "of no file": ('type = "thermal"', "wind.type: 'thermal' is not known; allowed: your own FILE.py:NAME"),
     "fails": ('type = "own.py:Fails"', "own.py:4: NameError: name 'speed' is not defined; the line: return speed"),
 }
 
@@ -305,7 +305,7 @@ class One(Metric):
 WRONG_METRICS = {
     '"metrics.py:Nothing"': ({}, "metrics: .*metrics.py: has no 'Nothing'; it defines "),
     '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of quadstep.own.Metric"),
-    '"overshoot"': ({}, "metrics: 'overshoot': does not name a class in a Python file"),
+    '"overshoot"': ({}, "metrics: 'overshoot' is not known; allowed: energy, "),
     "3": ({}, r"metrics\[0\]: should be a valid string, not 3"),
     '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics share the name climb"),
     '"own.py:One"': ({"NAME": '"a[b]", "m"'}, "metrics: own.py:One: its `name` should be letters"),

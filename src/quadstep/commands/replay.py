@@ -130,12 +130,11 @@ def controller_of(given: str) -> dict[str, object]:
     from quadstep.interfaces.controller import Measured
     from quadstep.io.documents import read_toml
     from quadstep.io.user_code.installed import CONTROLLERS, own_place
-    from quadstep.mission.check import shorten
+    from quadstep.mission.own_table import unknown_type
 
     if not given.endswith(".toml"):
         if given not in names(Measured) and own_place(given, CONTROLLERS) is None:
-            allowed = f"{', '.join(names(Measured))}, your own FILE.py:NAME, or a TOML file of its keys"
-            raise UserError(f"--controller: {shorten(given)} is not known; allowed: {allowed}")
+            raise UserError(f"--controller: {unknown_type(given, ('a TOML file', *names(Measured)), CONTROLLERS)}")
         return {"type": given}
     content = read_toml(Path(given))
     table = content.get("controller", content)

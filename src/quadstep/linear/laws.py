@@ -6,10 +6,11 @@ from pathlib import Path
 from quadstep.control.registry import controllers
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
+from quadstep.io.user_code.installed import CONTROLLERS
 from quadstep.linear.analysis import Analysis, studied
-from quadstep.mission.check import shorten
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.own_controller import own_section
+from quadstep.mission.own_table import unknown_type
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 
@@ -26,8 +27,7 @@ def named(mission: Mission, text: str, folder: Path) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     for name in names:
         if name not in known and own_section(name, mission.measures, folder) is None:
-            allowed = f"{ALL}, {', '.join(known)}, or your own FILE.py:NAME"
-            raise UserError(f"--controllers: {shorten(name)} is not known; allowed: {allowed}")
+            raise UserError(f"--controllers: {unknown_type(name, (ALL, *known), CONTROLLERS)}")
     return list(dict.fromkeys(names))
 
 

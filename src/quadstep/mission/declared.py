@@ -17,7 +17,6 @@ from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import place
 from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.mission.air import AnyWind, WindSection
-from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import section_of
 from quadstep.mission.fields import Name, Positive, Quantity
@@ -25,6 +24,7 @@ from quadstep.mission.margins import MarginsSection
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
+from quadstep.mission.own_table import unknown_type
 from quadstep.mission.own_thing import own_class, the_only
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -186,7 +186,7 @@ def declared_kind(kind: str, folder: Path) -> type[Mission]:
     except UserError as error:
         raise UserError(f"vehicle.type: {error}") from error
     if plant is None:
-        raise UserError(f"vehicle.type: {shorten(kind)} is not known; allowed: {', '.join(PLANTS)}, or your own FILE.py:NAME")
+        raise UserError(f"vehicle.type: {unknown_type(kind, PLANTS, PLANTS_OF_OTHERS)}")
     try:
         check_plant(plant)
         return mission_of(plant, kind)

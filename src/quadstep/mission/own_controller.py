@@ -24,9 +24,8 @@ from quadstep.io.user_code.installed import CONTROLLERS, own_place
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import Place
 from quadstep.mission.autopilots import AUTOPILOTS, piloted_section
-from quadstep.mission.check import INSIDE, shorten
 from quadstep.mission.derived import ControllerSection, section_of
-from quadstep.mission.own_table import or_own
+from quadstep.mission.own_table import or_own, unknown_type
 from quadstep.vehicle.paper.state import State
 
 KEY = re.compile(r"[^\W_]\w*")
@@ -179,21 +178,21 @@ def any_controller(measures: type) -> Any:
     the keys, and no other is loaded.
     """
 
-    def table(kind: str, folder: Path) -> type[ControllerSection] | None:
-        law = controller(measures, kind)
-        if law:
-            return section_of(law)
-        if measures is Measured and kind in AUTOPILOTS:
-            return piloted_section(kind)
-        return own_section(kind, measures, folder)
+    def table(kind: object, folder: Path) -> type[ControllerSection]:
+        if isinstance(kind, str):
+            law = controller(measures, kind)
+            if law:
+                return section_of(law)
+            if measures is Measured and kind in AUTOPILOTS:
+                return piloted_section(kind)
+            own = own_section(kind, measures, folder)
+            if own:
+                return own
+        flown_by = AUTOPILOTS.names if measures is Measured else ()
+        raise unknown_type(kind, (*names(measures), *flown_by), CONTROLLERS)
 
-    def refused(value: object) -> ControllerSection:
-        if not isinstance(value, Mapping):
-            raise PydanticCustomError("model_type", "not a table")
-        wrong = f"{shorten(value['type'])} is not known" if "type" in value else "missing"
-        said = f"{wrong}; allowed: {', '.join(names(measures)) or 'your own FILE.py:NAME'}"
-        problem = {"type": "value_error", "loc": ("type",), "msg": said, "input": value}
-        raise PydanticCustomError(INSIDE, "inside", {"model": ControllerSection, "problem": problem})
+    def refused(_: object) -> ControllerSection:
+        raise PydanticCustomError("model_type", "not a table")
 
     def is_one(kind: type) -> bool:
         return issubclass(kind, ControllerSection) and kind.controller.measures is measures

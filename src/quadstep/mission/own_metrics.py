@@ -12,6 +12,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import METRICS
 from quadstep.metrics.effort import EFFORT
 from quadstep.mission.fields import Quantity, as_tuple
+from quadstep.mission.own_table import unknown_type
 from quadstep.mission.own_thing import own_class, the_only
 
 TAKEN = (
@@ -44,8 +45,7 @@ def own_metric(kind: str, folder: Path) -> Metric:
         return EFFORT[kind]()
     thing: type[Metric] | None = own_class(kind, Metric, METRICS, folder)
     if thing is None:
-        said = 'does not name a class in a Python file, such as "my_metrics.py:Overshoot"'
-        raise UserError(f"{kind!r:.60}: {said}, and is not one of {', '.join(EFFORT)}")
+        raise unknown_type(kind, EFFORT, METRICS)
     name, unit = getattr(thing, "name", None), thing.unit
     if not (isinstance(name, str) and NAMED.fullmatch(name)):
         raise UserError(f"{kind}: its `name` should be letters, digits and _, at most 60, not {name!r:.60}")

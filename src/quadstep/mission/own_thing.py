@@ -1,6 +1,6 @@
 """A thing of the user's own in a mission: its table says `type = "my_path.py:Lissajous"`, and the numbers that it declares."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar, Literal, TypeVar
 
@@ -11,7 +11,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import own_place
 from quadstep.io.user_code.loading import load
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
-from quadstep.mission.own_table import or_own
+from quadstep.mission.own_table import or_own, unknown_type
 
 T = TypeVar("T")
 
@@ -23,7 +23,7 @@ class OwnSection(NumbersSection):
     type: str
 
 
-def own_class(kind: str, base: type, group: str, folder: Path) -> type | None:
+def own_class(kind: object, base: type, group: str, folder: Path) -> type | None:
     """The class that `kind` names, which is one of `base`; None where it names nothing of the user's. Raises UserError.
 
     group: of the entry points that name such classes.
@@ -48,16 +48,23 @@ def the_only(thing: type[T]) -> T:
 
 
 def own_or(
-    base: type, section: type[OwnSection], group: str, otherwise: Callable[[object], object] | None = None
+    base: type,
+    section: type[OwnSection],
+    group: str,
+    known: Sequence[str | None] = (None,),
+    otherwise: Callable[[object], object] | None = None,
 ) -> Callable[[object, Callable[[object], object], ValidationInfo], object]:
     """A validator around that of the package's tables: takes one of a class of the user's own too.
 
-    base: what the class is one of; section: what its table is; group: of entry points. otherwise: as in `or_own`.
+    base: what the class is one of; section: what its table is; group: of entry points. known: each `type` of the package's
+    tables, None where one needs none. otherwise: as in `or_own`.
     """
 
-    def table(kind: str, folder: Path) -> type[OwnSection] | None:
+    def table(kind: object, folder: Path) -> type[OwnSection] | None:
         thing = own_class(kind, base, group, folder)
-        return own_section(kind, thing, section) if thing else None
+        if thing is None and kind not in known:
+            raise unknown_type(kind, filter(None, known), group)
+        return own_section(str(kind), thing, section) if thing else None
 
     return or_own(lambda kind: issubclass(kind, section), table, otherwise)
 

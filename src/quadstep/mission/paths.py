@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, mode
 from quadstep.interfaces.reference import PathLaw, Reference
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import PATHS
+from quadstep.mission.check import sections, types
 from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
@@ -205,7 +206,10 @@ KnownPath = Annotated[
     MinimumJerkPath | WaypointsPath | CirclePath | FigureEightPath | StepPath | RecordedPath, Field(discriminator="type")
 ]
 
+PATH_TYPES = tuple(name for one in sections(KnownPath) for name in types(one))
+"""Each `type` of these."""
+
 if TYPE_CHECKING:
     AnyPath = KnownPath | OwnPathSection
 else:
-    AnyPath = Annotated[SerializeAsAny[KnownPath], WrapValidator(own_or(DeclaredPath, OwnPathSection, PATHS))]
+    AnyPath = Annotated[SerializeAsAny[KnownPath], WrapValidator(own_or(DeclaredPath, OwnPathSection, PATHS, PATH_TYPES))]

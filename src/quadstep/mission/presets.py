@@ -9,7 +9,7 @@ from pathlib import Path
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.blame import user_error
-from quadstep.io.user_code.installed import VEHICLES, installed, own_place
+from quadstep.io.user_code.installed import VEHICLES, allowed, installed, own_place
 from quadstep.io.user_code.loading import load
 from quadstep.mission.fields import plain
 
@@ -36,8 +36,13 @@ def preset_folder() -> Traversable:
 
 def preset_names() -> list[str]:
     """The vehicles that come with the package, and those that installed packages bring."""
-    own = [entry.name.removesuffix(".toml") for entry in preset_folder().iterdir() if entry.name.endswith(".toml")]
-    return [*sorted(own), *sorted(installed(VEHICLES).keys() - set(own))]
+    own = packaged_names()
+    return [*own, *sorted(installed(VEHICLES).keys() - set(own))]
+
+
+def packaged_names() -> list[str]:
+    """Those that come with the package."""
+    return sorted(one.name.removesuffix(".toml") for one in preset_folder().iterdir() if one.name.endswith(".toml"))
 
 
 def preset_table(name: object, folder: Path = Path()) -> dict[str, object]:
@@ -53,7 +58,7 @@ def preset_table(name: object, folder: Path = Path()) -> dict[str, object]:
     except UserError as error:
         raise ValueError(str(error)) from error
     if own is None:
-        raise ValueError(f"unknown preset {name!r:.60}; allowed: {', '.join(preset_names())}, or your own FILE.py:NAME")
+        raise ValueError(f"unknown preset {name!r:.60}; allowed: {allowed(packaged_names(), VEHICLES)}")
     try:
         thing = load(own, folder)
         table = plain(thing() if callable(thing) else thing)

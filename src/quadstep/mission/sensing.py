@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     AnyEstimator = bool | OwnEstimatorSection
 else:
     AnyFix = Annotated[
-        SerializeAsAny[OwnFixSection | None], WrapValidator(own_or(DeclaredSensor, OwnFixSection, SENSORS, no_fix))
+        SerializeAsAny[OwnFixSection | None], WrapValidator(own_or(DeclaredSensor, OwnFixSection, SENSORS, (), no_fix))
     ]
     AnyEstimator = Annotated[
         bool,

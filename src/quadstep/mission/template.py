@@ -7,6 +7,8 @@ from quadstep.control.registry import controllers
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.io.atomic import write_beside
 from quadstep.io.errors import UserError
+from quadstep.io.user_code.installed import CONTROLLERS
+from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.user_code.places import place
 from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.controller_lines import controller_lines, number_lines
@@ -16,6 +18,7 @@ from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.numbers_section import NumbersSection
 from quadstep.mission.own_controller import own_section
+from quadstep.mission.own_table import unknown_type
 from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
 from quadstep.mission.vehicle_list import load_preset
@@ -232,7 +235,7 @@ def plant_template(kind: str, controller: str | None, folder: Path) -> str:
     if name is None:
         raise UserError(f"--controller: the package has none for {kind}; name your own, FILE.py:NAME")
     if own is None and name not in known:
-        raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}, or your own FILE.py:NAME")
+        raise UserError(f"--controller: {unknown_type(name, known, CONTROLLERS)}")
     section = own or section_of(known[name])
     model = vehicle(type=kind).model()
     return at_its_rates(PLANT_TEMPLATE, section.controller).format(
@@ -272,14 +275,13 @@ def template(preset: str | None = None, controller: str | None = None, folder: P
     if preset is not None and is_plant(preset, folder):
         return plant_template(preset, controller, folder)
     if preset is not None and preset not in preset_names() and place(preset) is None:
-        allowed = ", ".join((*preset_names(), *PLANTS))
-        raise UserError(f"--vehicle: {preset!r:.60} is not known; allowed: {allowed}, or your own FILE.py:NAME")
+        raise UserError(f"--vehicle: {unknown_type(preset, (*preset_names(), *PLANTS), PLANTS_OF_OTHERS)}")
     measures = Measured if preset else State
     known = controllers(measures)
     own = own_section(controller, measures, folder) if controller and controller not in known else None
     name = controller or ("rotation-backstepping" if preset else "backstepping")
     if own is None and name not in known:
-        raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}, or your own FILE.py:NAME")
+        raise UserError(f"--controller: {unknown_type(name, known, CONTROLLERS)}")
     section = own or section_of(known[name])
     period = {**Controller.rates, **section.controller.rates}["law"]
     model = load_preset(preset, folder).build(period=period).model() if preset else VehicleSection().model()

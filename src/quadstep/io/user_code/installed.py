@@ -1,5 +1,6 @@
 """What installed packages bring: entry points, by which a mission names their things as it names the package's own."""
 
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,9 @@ SENSORS, ESTIMATORS = "quadstep.sensors", "quadstep.estimators"
 
 GROUPS = (CONTROLLERS, PATHS, WINDS, DISTURBANCES, METRICS, PLANTS, VEHICLES, SENSORS, ESTIMATORS)
 """Of entry points: what a name in such a group stands for."""
+
+OWN = "your own FILE.py:NAME"
+"""How a user's own thing is named."""
 
 
 def own_place(kind: object, group: str) -> Place | None:
@@ -43,6 +47,13 @@ def installed(group: str) -> dict[str, Place]:
         with suppress(UserError):
             found[name] = registered_place(doors.installed(group, name))
     return found
+
+
+def allowed(own: Iterable[str], group: str) -> str:
+    """What is said of the names that are allowed: the package's, those that installed packages bring, and one's own."""
+    names = tuple(own)
+    known = ", ".join((*names, *sorted(installed(group).keys() - set(names))))
+    return f"{known}, or {OWN}" if known else OWN
 
 
 def all_installed() -> dict[str, list[Place]]:

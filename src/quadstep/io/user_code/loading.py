@@ -66,7 +66,8 @@ def load(found: Place, folder: Path) -> object:
     except (UserError, KeyboardInterrupt):
         raise
     except BaseException as error:  # SystemExit too
-        raise user_error(error, str(path or found.text)) from error
+        said = user_error(error, str(path or found.text))
+        raise (UserError(f"{found.text}, which {found.origin} registers: {said}") if found.origin else said) from error
     if not hasattr(module, found.name):
         known = [name for name, one in vars(module).items() if getattr(one, "__module__", "") == module.__name__]
         raise UserError(f"{path or found.where}: has no {found.name!r}; it defines {', '.join(known) or 'nothing'}")

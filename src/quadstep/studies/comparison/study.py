@@ -11,7 +11,8 @@ from quadstep.io import files
 from quadstep.io.documents import parse_toml, read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.blame import in_one_line
-from quadstep.io.user_code.installed import METRICS, own_place
+from quadstep.io.user_code.installed import METRICS, allowed, own_place
+from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.user_code.places import place
 from quadstep.mission.check import check
 from quadstep.mission.declared import PLANTS, is_plant
@@ -257,7 +258,7 @@ def check_vehicles(study: Study) -> None:
         if "file" in table and not (study.folder / vehicle).exists():
             raise UserError(
                 f"{study.source}: vehicles: {vehicle!r:.60} is neither a preset nor a file; allowed: "
-                f"{', '.join((*preset_names(), *PLANTS))}, a vehicle's file, or your own FILE.py:NAME"
+                + allowed((*preset_names(), *PLANTS, "a vehicle's file"), PLANTS_OF_OTHERS)
             )
         if not study.controllers(vehicle):
             raise UserError(f"{study.source}: vehicles: no controller flies {vehicle}")
