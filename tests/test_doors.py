@@ -159,7 +159,7 @@ def test_a_broken_command_names_its_distribution_in_one_line_whatever_its_argume
         ("raises", "raises:Path, which tiny 1.5 registers: "),
         (
             "loop",
-            "'loop' is not known; allowed: minimum-jerk, waypoints, circle, figure-eight, step, recorded, absent, number, raises, or your own",
+            "figure-eight, step, recorded, absent, number, raises, or your own",
         ),
     ],
 )

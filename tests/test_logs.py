@@ -42,6 +42,17 @@ def test_a_log_reads_back_as_it_was_made(folder, flight):
     assert read.flying.sum() > 1000
 
 
+def test_a_flight_a_little_too_short_is_not_said_to_be_long_enough(flight):
+    rows = np.flatnonzero(flight.flying)[round(2.96 / flight.period) - 1] + 1
+    short = dataclasses.replace(
+        flight,
+        **{name: getattr(flight, name)[:rows] for name in ("time", "motors", "lost")},
+        channels={name: values[:rows] for name, values in flight.channels.items()},
+    )
+    assert judge(short)[0].text.startswith("flew too briefly: 2.9 s in the air")
+    assert judge(short)[0].text.endswith("at least 3 s are needed")
+
+
 def test_a_right_mapping_is_not_contradicted(folder):
     assert judged(folder, MAPPING) == []
 

@@ -68,6 +68,15 @@ def test_errors_are_at_most_the_stated_ones(name, double, single):
     assert found[1] <= float(single)
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 7])
+@pytest.mark.parametrize("kind", [np.float32, np.int64])
+def test_arrays_of_other_numbers_count_as_f64(count, kind):
+    x = np.linspace(1.0, 7.0, count).astype(kind)
+    for law, _, columns in CASES.values():
+        np.testing.assert_array_equal(law(*(x,) * len(columns)), law(*(x.astype(float),) * len(columns)), strict=True)
+    assert cos(np.float32(0.5)) == cos(float(np.float32(0.5)))
+
+
 def test_every_function_is_stated():
     assert sorted(name for name, *_ in STATED) == sorted(CASES)
 

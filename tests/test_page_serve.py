@@ -181,9 +181,9 @@ PIECES = st.sampled_from(PARTS.split())
 def test_no_mixture_of_paths_leads_outside(root, start, pieces):
     found = answer(root, start + "".join(pieces))
     content = found.text
-    if found.handle is not None:
-        place = Path(f"/proc/self/fd/{found.handle}").resolve() if Path("/proc/self/fd").exists() else root
-        with os.fdopen(found.handle, "rb") as file:
+    if found.file is not None:
+        place = Path(f"/proc/self/fd/{found.file.fileno()}").resolve() if Path("/proc/self/fd").exists() else root
+        with found.file as file:
             content += file.read().decode("utf-8", "replace")
         assert place == root or root in place.parents
     assert SECRET not in content
@@ -355,8 +355,8 @@ def test_names_of_folders_are_escaped_and_quoted(tmp_path):
     assert "<i>" not in text
     assert f"/files/{quote(name)}/report.html" in text
     found = answer(tmp_path, f"/files/{quote(name)}/report.html")
-    with os.fdopen(found.handle) as file:
-        assert file.read() == "found"
+    with found.file as file:
+        assert file.read() == b"found"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 MOST_SEEDS, USUAL_SEEDS = 100_000, 100
 
 EngineOption = Annotated[Engine, engine_option(JOBS)]
-SeedsOption = Annotated[
-    int | None, typer.Option(help="Flights per cell, instead of the study's; 100 for missions.", show_default=False)
-]
 KeepGoingOption = Annotated[
     bool, typer.Option("--keep-going", help="Continue with the others if a controller fails; exit code 2 at the end.")
 ]
@@ -35,7 +32,10 @@ def compare(
     files: Annotated[
         list[Path], typer.Argument(metavar="STUDY.toml", help="A study; or two or more missions.", show_default=False)
     ],
-    seeds: SeedsOption = None,
+    seeds: Annotated[
+        int | None,
+        typer.Option(help="Flights per cell, instead of the study's; of missions instead of 100.", show_default=False),
+    ] = None,
     engine: EngineOption = Engine.LANES,
     retune: RetuneOption = False,
     keep_going: KeepGoingOption = False,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOption, SeedsOption, check_seeds, run_study
+from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOption, check_seeds, run_study
 from quadstep.commands.options import OverwriteOption
 from quadstep.engines.engine import Engine
 from quadstep.io.exit_codes import FAILED
@@ -72,7 +72,7 @@ def region(
 
 def controllers(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/controllers"),
-    seeds: SeedsOption = None,
+    seeds: Annotated[int | None, typer.Option(help="Flights per cell, instead of the study's.", show_default=False)] = None,
     engine: EngineOption = Engine.LANES,
     retune: RetuneOption = False,
     keep_going: KeepGoingOption = False,

@@ -26,7 +26,7 @@ def controller_lines(section: type[ControllerSection], model: Model, others: Seq
     controller, (kind,) = section.controller, get_args(section.model_fields["type"].annotation)
     yield "[controller]"
     yield commented(f'type = "{kind}"', "; or ".join(filter(None, (controller.label or kind, ", ".join(others)))))
-    yield "# A gain in x, y, z or about three axes is one number or a list of three; default gains suit the vehicle."
+    yield "# Shown are this vehicle's defaults, which `quadstep linear` grades. Of three axes: one number, or a list of three."
     gains = controller.gains(model)
     for key, (name, gain) in controller.by_key().items():
         value = gain.fixed if gain.fixed is not None else rounded(attrgetter(name)(gains))

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.numbers.operation import Elementary, Kind
+from quadstep.numbers.operation import Elementary, Kind, Operation, Rule
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -73,7 +73,12 @@ class Floats(Elementary):
 
 
 class Arrays(Elementary):
-    """NumPy arrays: one flight per element."""
+    """NumPy arrays of f64, which others become: one flight per element."""
+
+    @staticmethod
+    def rule(operation: Operation) -> Rule:
+        """Its steps, on f64: the bits of other numbers lie elsewhere."""
+        return lambda kind, *given: operation.steps(kind, *(np.asarray(one, dtype=np.float64) for one in given))
 
     sqrt = staticmethod(np.sqrt)
     where = staticmethod(np.where)

@@ -4,9 +4,9 @@ Whatever is requested, only regular files below the folder are sent: every part 
 and links are not followed.
 """
 
+import io
 import os
 import socket
-import stat
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -14,8 +14,9 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
+from quadstep.io import files
 from quadstep.io.errors import UserError
-from quadstep.io.results.folder import READ, below
+from quadstep.io.results.folder import opened
 from quadstep.page.cards import list_page
 from quadstep.page.compared import compared_page
 from quadstep.page.folder import manifest, result_in, results
@@ -43,12 +44,12 @@ BACK = (Link("All results", "/"),)
 
 
 class Answer(NamedTuple):
-    """The answer to a request: text, or an open file."""
+    """The answer to a request: text, or a file, which is closed once it is sent."""
 
     status: HTTPStatus
     kind: str
     text: str = ""
-    handle: int | None = None
+    file: io.BufferedReader | None = None
     headers: Mapping[str, str] = {}
 
 
@@ -56,46 +57,30 @@ class NotFound(Exception):  # noqa: N818 (an answer, not an error)
     """Nothing has that name."""
 
 
-def parts_of(path: str) -> list[str]:
-    """The parts of a path below the folder, percent signs decoded once. Raises NotFound for one that leads elsewhere."""
+def name_of(path: str) -> str:
+    """What a request names in the folder, percent signs decoded once. Raises NotFound for what leads out or is hidden."""
     parts = [unquote(part, errors="strict") for part in path.split("/") if part]
-    for part in parts:
-        if part.startswith(".") or any(sign in part for sign in ("/", "\\", "\0")):
-            raise NotFound
-    return parts
-
-
-def open_below(root: Path, parts: list[str]) -> int:
-    """A handle of the regular file or folder at `parts` below `root`, no link followed on the way. Raises NotFound."""
-    folder = os.open(root, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        return below(folder, parts, READ)
-    except (OSError, ValueError):
-        raise NotFound from None
-    finally:
-        os.close(folder)
-
-
-def open_file(root: Path, path: str) -> int:
-    """A handle of the regular file at `path` of a request. Raises NotFound."""
-    handle = open_below(root, parts_of(path))
-    if not stat.S_ISREG(os.fstat(handle).st_mode):
-        os.close(handle)
+    if any(part.startswith(".") or any(sign in part for sign in ("/", "\\", "\0")) for part in parts):
         raise NotFound
-    return handle
+    return "/".join(parts)
+
+
+def open_file(root: Path, path: str) -> io.BufferedReader:
+    """The regular file at `path` of a request, no link followed on the way. Raises NotFound, OSError."""
+    try:
+        with opened(root) as folder:
+            return folder.file(name_of(path), files.FLIGHTS)
+    except UserError:
+        raise NotFound from None
 
 
 def folder_below(root: Path, path: str, needed: str = "flight.csv") -> Path:
-    """The folder at `path` of a request, which has such a file. Raises NotFound."""
-    parts = parts_of(path)
-    handle = open_below(root, parts)
-    directory = stat.S_ISDIR(os.fstat(handle).st_mode)
-    os.close(handle)
-    if not directory:
-        raise NotFound
-    if needed:
-        os.close(open_file(root, quote("/".join([*parts, needed]))))
-    return root.joinpath(*parts)
+    """The folder at `path` of a request, which has such a file. Raises NotFound, OSError."""
+    name = name_of(path)
+    with opened(root) as folder:
+        if not (folder.has(f"{name}/{needed}".lstrip("/")) if needed else not name or folder.is_folder(name)):
+            raise NotFound
+    return root / name
 
 
 def two_below(root: Path, query: str, needed: str = "") -> tuple[Path, Path]:
@@ -132,11 +117,11 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
             return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
         if path.startswith("/files/"):
             kind = KINDS.get(PurePosixPath(unquote(path)).suffix.lower(), OTHER_KIND)
-            return Answer(HTTPStatus.OK, kind, handle=open_file(root, path.removeprefix("/files/")))
+            return Answer(HTTPStatus.OK, kind, file=open_file(root, path.removeprefix("/files/")))
         if path.startswith("/fly/"):
             folder = folder_below(root, path.removeprefix("/fly/"))
             return Answer(HTTPStatus.OK, KINDS[".html"], open_result(folder, BACK))
-    except (NotFound, UnicodeDecodeError, ValueError):
+    except (NotFound, OSError, ValueError):  # no such name, or none that a file can have
         pass
     except UserError as error:
         return Answer(HTTPStatus.UNPROCESSABLE_ENTITY, KINDS[".txt"], f"{error}\n")
@@ -192,7 +177,7 @@ class Handler(BaseHTTPRequestHandler):
     def reply(self, answer: Answer, body: bool = True) -> None:
         """Send an answer."""
         content = answer.text.encode("utf-8", "replace")
-        length = len(content) if answer.handle is None else os.fstat(answer.handle).st_size
+        length = os.fstat(answer.file.fileno()).st_size if answer.file else len(content)
         self.send_response(answer.status)
         for name, value in {
             "Content-Type": answer.kind,
@@ -206,11 +191,11 @@ class Handler(BaseHTTPRequestHandler):
         }.items():
             self.send_header(name, value)
         self.end_headers()
-        if answer.handle is None:
+        if answer.file is None:
             if body:
                 self.wfile.write(content)
             return
-        with os.fdopen(answer.handle, "rb") as file:
+        with answer.file as file:
             while body and length > 0 and (chunk := file.read(min(CHUNK, length))):
                 self.wfile.write(chunk)
                 length -= len(chunk)

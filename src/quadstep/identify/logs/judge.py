@@ -44,6 +44,9 @@ AGAINST = -0.5
 FEWEST = 200
 """Fewest rows for evidence."""
 
+LEAST = 3.0
+"""Of a flight that anything is learned from [s]."""
+
 AXES = "xyz"
 
 
@@ -58,7 +61,7 @@ class Finding(NamedTuple):
 def judge(flight: FlightRecord, geometry: Geometry | None = None) -> list[Finding]:
     """Errors in a log, then notes. geometry: of the vehicle that should have flown it."""
     found = [*flaws(flight)]
-    if flight.flying.sum() * flight.period < 3.0:
+    if flight.flying.sum() * flight.period < LEAST:
         return [Finding(True, never_flew(flight)), *found]
     sure = flight.flying & (flight.runs() > 0)
     if sure.sum() < 0.5 * flight.flying.sum():
@@ -77,14 +80,15 @@ def refuse(flight: FlightRecord, found: list[Finding]) -> None:
 
 
 def never_flew(flight: FlightRecord) -> str:
-    """Why a log does not contain a flight."""
+    """Why a log does not contain a flight. Seconds are rounded down, so that 2.96 s are not called 3.0 s."""
     if not flight.turning.any():
         return "never flew: the rotors never turned"
     high = flight.channel("position")[:, 2]
     span = float(np.nanmax(high) - np.nanmin(high)) if np.isfinite(high).any() else 0.0
     seconds = float(flight.flying.sum()) * flight.period
     heights = f"heights within {span:.2g} m (are their units correct?)"
-    return f"never flew: {seconds:.1f} s in the air, {heights}; at least 3 s are needed"
+    said = "never flew" if seconds == 0.0 else "flew too briefly"
+    return f"{said}: {math.floor(10.0 * seconds) / 10.0:.1f} s in the air, {heights}; at least {LEAST:g} s are needed"
 
 
 def flaws(flight: FlightRecord) -> list[Finding]:

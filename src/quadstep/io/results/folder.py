@@ -19,8 +19,7 @@ from quadstep.io import files
 from quadstep.io.atomic import WRITING, replace_in
 from quadstep.io.errors import UserError
 
-READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-OPENED = READ | os.O_DIRECTORY
+OPENED = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 RUNNING = f"{WRITING}kept"
 """Where the parts of a comparison are before it is over; the other names that begin with `WRITING` go with their run."""
 
@@ -43,30 +42,6 @@ def names_in(listed: object) -> list[str]:
     return found
 
 
-def below(folder: int, parts: Sequence[str], last: int = OPENED, make: bool = False) -> int:
-    """A handle of what is at these parts below an open folder, no link followed on the way. last: how the last part is opened.
-    make: whether to make folders that are absent. Raises OSError.
-    """
-    handle = os.dup(folder)
-    try:
-        for place, part in enumerate(parts, 1):
-            if make:
-                with contextlib.suppress(FileExistsError):
-                    os.mkdir(part, dir_fd=handle)
-            try:
-                inner = os.open(part, OPENED if place < len(parts) else last, dir_fd=handle)
-            except OSError as error:
-                if error.errno not in (errno.ENOTDIR, errno.ELOOP):
-                    raise
-                raise NotADirectoryError(errno.ENOTDIR, f"{'/'.join(parts[:place])} is not a folder") from None
-            os.close(handle)
-            handle = inner
-    except BaseException:
-        os.close(handle)
-        raise
-    return handle
-
-
 class Folder:
     """An open folder. path: for messages, and for what is written into one of its drafts. Made by `opened`."""
 
@@ -76,8 +51,20 @@ class Folder:
     @contextlib.contextmanager
     def inside(self, parts: Sequence[str], make: bool = False) -> Iterator[int]:
         """The handle of a folder in it. make: whether to make what is absent. Raises OSError, also for a link on the way."""
-        handle = below(self.handle, parts, make=make)
+        handle = os.dup(self.handle)
         try:
+            for place, part in enumerate(parts, 1):
+                if make:
+                    with contextlib.suppress(FileExistsError):
+                        os.mkdir(part, dir_fd=handle)
+                try:
+                    inner = os.open(part, OPENED, dir_fd=handle)
+                except OSError as error:
+                    if error.errno not in (errno.ENOTDIR, errno.ELOOP):
+                        raise
+                    raise NotADirectoryError(errno.ENOTDIR, f"{'/'.join(parts[:place])} is not a folder") from None
+                os.close(handle)
+                handle = inner
             yield handle
         finally:
             os.close(handle)
