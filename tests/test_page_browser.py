@@ -185,6 +185,65 @@ def test_slider_flies_again(open_page):
     np.testing.assert_array_equal(rows(page), before)
 
 
+SLOWER = "(() => { const now = performance.now.bind(performance); performance.now = () => 300 * now(); })()"
+"""A clock by which no flight is quick."""
+
+
+DRAG = """async () => {
+  const slider = document.querySelector("#controls input[type=range][aria-label^='K_r1']");
+  const text = (where) => document.querySelector(where).textContent;
+  const picture = () => document.querySelector("#plot-position canvas").toDataURL();
+  const before = picture();
+  slider.value = slider.max / 5;
+  slider.dispatchEvent(new Event("input"));
+  await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+  const [outcome, words, figures] = ["#outcome", "#summary-words", "#summary-figures"].map((where) => text(where));
+  const { values } = quadstep.settings();
+  return { ...quadstep.outcome(), rows: quadstep.rows(), drawn: picture() !== before,
+    hash: location.hash, outcome, words, figures, values };
+}"""
+"""What is seen at the first picture after a slider has moved, before it is let go."""
+
+
+def test_dragging_flies_the_beginning_and_letting_go_all_of_it(open_page, tmp_path):
+    page = open_page()
+    figures = page.locator("#summary-figures").inner_text()
+    page.evaluate(SLOWER)
+    seen = page.evaluate(DRAG)
+    dragged, (values,) = np.array(seen["rows"]), seen["values"].values()
+    ended = dragged[-1, 0]
+    assert seen["dragged"] and seen["drawn"] and 0.0 < ended < seen["whole"] == 40.0
+    assert re.match(r"Coarse while you drag: the first ([\d.]+) s of 40.0 s.$", seen["words"])[1] == f"{ended:#.3g}"
+    assert seen["outcome"] == f"First {ended:#.3g} s of 40.0 s"
+    assert seen["figures"] != figures and "original" not in seen["figures"] and "K_r1" not in seen["hash"]
+    page.locator("#controls input[type=range][aria-label^='K_r1']").first.dispatch_event("change")
+    text = LINE.format(duration=40.0) + CONTROLLER + f"K_r1 = {values}\n"
+    flown = fly(read_mission(write(tmp_path, text, "dragged.toml")).plan(tmp_path))
+    assert page.evaluate("quadstep.outcome().whole") is None and "K_r1" in page.url
+    np.testing.assert_array_equal(rows(page), flown.rows)
+    np.testing.assert_array_equal(dragged, flown.rows[: len(dragged)])
+
+
+def test_a_control_that_rests_flies_all(open_page, brief_file):
+    page = open_page(file=brief_file)
+    page.evaluate(SLOWER)
+    assert page.evaluate(DRAG)["whole"] == 4.0
+    page.wait_for_function("() => !quadstep.outcome().dragged")
+    assert page.evaluate("quadstep.outcome().whole") is None and rows(page)[-1, 0] == 4.0
+
+
+def test_back_goes_to_the_flight_before(open_page, brief_file):
+    page = open_page(file=brief_file)
+    page.evaluate("quadstep.setControl('K_r1', 4)")
+    before = page.url
+    page.evaluate("quadstep.select('another')")
+    page.go_back()
+    page.wait_for_function("() => quadstep.settings().flight === 'one'")
+    assert page.url == before and page.evaluate("quadstep.settings().values") == {"backstepping.K_r1": [4, 4, 4]}
+    page.go_forward()
+    page.wait_for_function("() => quadstep.settings().flight === 'another'")
+
+
 def test_summary_tells_of_the_flight_that_is_shown_and_claims_know_that_they_do_not(open_page):
     page = open_page()
     mission = read_mission(EXAMPLES / "case1.toml")

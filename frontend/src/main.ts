@@ -67,15 +67,17 @@ function start(): void {
   board.window.zoomed.watch((zoomed) => (byId("whole").hidden = !zoomed));
   byId("whole").addEventListener("click", () => board.window.reset());
 
+  let opening = false; // what the address bar says is being shown
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let opened = false;
   let before = "";
   session.shown.follow((shown) => {
     if (!shown) return;
     const { data, end, settings } = shown;
+    const another = before !== data.id;
     clock.setEnd(end);
     clock.slow = shown.flight.held ? undefined : { from: shown.flight.ended - 1, to: shown.flight.ended };
-    if (before !== data.id) {
+    if (another) {
       board.window.reset();
       if (opened) {
         clock.seek(0);
@@ -84,7 +86,7 @@ function start(): void {
     }
     board.show(shown);
     badge(byId("badge"), shown);
-    if (before !== data.id) {
+    if (another) {
       story(byId("story"), page, shown, (panels) => {
         pane("plots");
         board.point(panels);
@@ -92,7 +94,7 @@ function start(): void {
     }
     byId("story").classList.toggle("stale", !shown.asFiled);
     before = data.id;
-    address(fragment.write(settings, data, undefined, guide?.at.value));
+    if (!shown.dragged) address(fragment.write(settings, data, undefined, guide?.at.value), opened && !opening && another);
   });
 
   const guide = page.story
@@ -120,11 +122,14 @@ function start(): void {
     if (!first) return notice("This page contains no flight.");
     notice(...(link?.complaints ?? []));
     clock.playing.set(false);
+    opening = true;
+    if (link?.step === undefined) guide?.close();
     session.apply(link?.settings ?? fresh(first));
     clock.seek(link?.time ?? 0);
     clock.playing.set(!calm && link?.time === undefined);
     opened = true;
     if (link?.step !== undefined) guide?.open(link.step, link.bare);
+    opening = false;
   };
   Object.assign(globalThis, { quadstep: api(session, clock, () => scene?.view) });
   open();
@@ -151,10 +156,11 @@ function afterPaint(then: () => void): void {
   requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(then, 50)));
 }
 
-/** The fragment of the address bar; a browser that refuses keeps the old one. */
-function address(text: string): void {
+/** The fragment of the address bar, or, if `another`, of a new entry of its history; a browser that refuses keeps the old one. */
+function address(text: string, another = false): void {
   try {
-    history.replaceState(null, "", text);
+    if (another) history.pushState(null, "", text);
+    else history.replaceState(null, "", text);
   } catch {
     // some browsers refuse this for files; the share button still works
   }

@@ -2,6 +2,7 @@
 
 import type { FlightData, PageData } from "./data/contract";
 import { type Judged, judge } from "./data/conditions";
+import { Draft } from "./data/draft";
 import { type Inputs, type Net, fly, flyNet, ghostOf, inputs } from "./data/engine";
 import type { Flight } from "./data/flight";
 import { recordedFlight } from "./data/recorded";
@@ -23,6 +24,10 @@ export interface Shown {
   /** Whether it flies as the file says. */
   readonly asFiled: boolean;
   readonly live: boolean;
+  /** Whether a control is being dragged. */
+  readonly dragged: boolean;
+  /** All that would be flown, where only its beginning was, because a control is being dragged [s]. */
+  readonly whole: number | undefined;
   /** What flying took [ms]. */
   readonly took: number;
   /** The length of the axis of time [s]. */
@@ -37,6 +42,7 @@ export class Session {
   private recorded = new Map<string, Flight | undefined>();
   private lastNet: { flight: Flight; net: Net | undefined } | undefined;
   private readonly measured = new Map<string, Measures>();
+  private readonly draft = new Draft();
 
   constructor(readonly page: PageData) {}
 
@@ -49,25 +55,29 @@ export class Session {
     if (flight) this.apply(fresh(flight));
   }
 
-  /** Fly with these settings and show it. */
-  apply(settings: Settings): void {
+  /** Fly with these settings and show it; dragged: no more of it than there is time for between two pictures. */
+  apply(settings: Settings, dragged = false): void {
     const data = this.flight(settings.flight);
     if (!data) return;
     const before = performance.now();
     const controller = controllerOf(data, settings.controller);
-    const given = controller && inputs(this.page, data, controller, settings);
-    const flown = given && fly(this.page, given);
+    const other = ghostOf(data, settings);
+    const all = controller && inputs(this.page, data, controller, settings);
+    const cut = (some: Inputs): Inputs =>
+      dragged ? { ...some, ticks: this.draft.ticks(some.ticks, [controller, other?.controller].flatMap((one) => one?.law ?? [])) } : some;
+    const given = all && cut(all);
+    const flown = given && this.fly(given);
     const flight = flown ?? this.asRecorded(data);
     if (!flight) return;
-    const other = flown ? ghostOf(data, settings) : undefined;
-    const behind = other && inputs(this.page, data, other.controller, settings, other.own);
-    const ghost = behind && fly(this.page, behind);
+    const behind = flown && other && inputs(this.page, data, other.controller, settings, other.own);
+    const ghost = behind && this.fly(cut(behind));
     const asFiled = isFresh(settings, data);
     const here = measure(flight, data, given);
     // What Python measured comes first: a recording in the page is thinned.
     const measures = flown ? here : { ...here, ...data.summary.filed };
-    if (asFiled) this.measured.set(data.id, measures);
-    const planned = given ? given.ticks.last * given.ticks.step : flight.last;
+    const whole = flown?.held && given!.ticks.last < all!.ticks.last ? all!.ticks.last * all!.ticks.step : undefined;
+    if (asFiled && whole === undefined) this.measured.set(data.id, measures);
+    const planned = all ? all.ticks.last * all.ticks.step : flight.last;
     this.shown.set({
       data,
       settings,
@@ -79,8 +89,10 @@ export class Session {
       graded: grade(flight.held, measures, this.page.rules),
       asFiled,
       live: flown !== undefined,
+      dragged,
+      whole,
       took: performance.now() - before,
-      end: Math.max(flight.last, ghost?.last ?? 0, flight.held ? 0 : Math.min(planned, flight.ended * 1.15)),
+      end: Math.max(flight.last, ghost?.last ?? 0, whole ?? 0, flight.held ? 0 : Math.min(planned, flight.ended * 1.15)),
     });
   }
 
@@ -109,6 +121,13 @@ export class Session {
     if (!given || !law?.net) return undefined;
     if (this.lastNet?.flight !== flight) this.lastNet = { flight, net: flyNet(given, law) };
     return this.lastNet.net;
+  }
+
+  private fly(given: Inputs): Flight | undefined {
+    const before = performance.now();
+    const flight = fly(this.page, given);
+    if (flight) this.draft.flew(given.controller.law, flight.ended / given.ticks.step, performance.now() - before);
+    return flight;
   }
 
   private asRecorded(data: FlightData): Flight | undefined {

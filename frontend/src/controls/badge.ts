@@ -4,14 +4,14 @@ import type { Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { number } from "../view/format";
 import type { Judged } from "../data/conditions";
-import { MARKS } from "../summary/grade";
+import { markOf } from "../summary/grade";
 import { closed, rich } from "../view/notation";
 
 export function badge(host: HTMLElement, shown: Shown): void {
-  const { flight, conditions, ghost, live, graded } = shown;
+  const { flight, conditions, ghost, live, graded, whole } = shown;
   const broken = conditions.filter((judged) => !judged.holds);
   const theorem = counts(conditions);
-  const mark = MARKS[graded.grade];
+  const mark = markOf(shown);
 
   const summary = h(
     "summary",
@@ -24,7 +24,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
   const sheet = details.lastElementChild!;
   const rows: (HTMLElement | null)[] = [
     flight.why ? h("p", {}, `Reason: ${flight.why}.`) : null,
-    ...graded.reasons.map((reason) => h("p", {}, closed(`${reason[0]!.toUpperCase()}${reason.slice(1)}`))),
+    ...(whole === undefined ? graded.reasons : []).map((reason) => h("p", {}, closed(`${reason[0]!.toUpperCase()}${reason.slice(1)}`))),
     asPython(shown),
     !live ? h("p", {}, "A recording; not flown in this page.") : null,
     ghost ? h("p", {}, ghost.held ? `The ghost flew for ${number(ghost.ended, 3)} s.` : `The ghost was lost at ${ghost.ended.toFixed(2)} s: ${ghost.why}.`) : null,
@@ -50,8 +50,9 @@ export function badge(host: HTMLElement, shown: Shown): void {
 }
 
 /** How the flight ended. */
-function outcome({ flight, graded: { grade, labels } }: Shown): string {
+function outcome({ flight, graded: { grade, labels }, whole }: Shown): string {
   const ended = `${number(flight.ended, 3)} s`;
+  if (whole !== undefined) return `First ${ended} of ${number(whole, 3)} s`;
   if (grade === "lost") return `Lost at ${flight.ended.toFixed(2)} s`;
   return grade === "as asked" ? `Flew as asked for ${ended}` : `Flew for ${ended}, but: ${labels.join(", ")}`;
 }
@@ -68,8 +69,8 @@ function counts(conditions: readonly Judged[]): string {
 }
 
 /** A sentence where the flight of the file ends otherwise than Python found: chaotic flights do, by the last bit. */
-function asPython({ data, flight, asFiled, live }: Shown): HTMLElement | null {
-  if (!live || !asFiled || Math.abs(data.outcome.ended - flight.ended) < 0.05) return null;
+function asPython({ data, flight, asFiled, live, whole }: Shown): HTMLElement | null {
+  if (!live || !asFiled || whole !== undefined || Math.abs(data.outcome.ended - flight.ended) < 0.05) return null;
   const text = `The package’s own engine gives: ${data.outcome.text}. This flight is chaotic before it ends, so its end depends on the last bit.`;
   return h("p", {}, ...rich(text));
 }

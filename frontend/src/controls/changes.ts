@@ -1,13 +1,15 @@
-// What a control does once it is moved: plots follow while it moves as long as flying is quick, else it flies when let go.
+// What a control does once it is moved: the flight follows at the next picture, as much of it as there is time for; all of it once the
+// control rests or is let go.
 
 import type { Control, Controller } from "../data/contract";
 import { type Settings, withValues } from "../data/settings";
 import type { Session } from "../session";
 
-const QUICK = 45; // ms
+const RESTS = 250; // ms without a move
 
 export class Changes {
   private waiting: Settings | undefined;
+  private resting = 0;
 
   constructor(private readonly session: Session) {
     session.shown.follow(() => (this.waiting = undefined));
@@ -21,14 +23,14 @@ export class Changes {
 
   /** final: let go, or typed. */
   moved(control: Control, owner: Controller | undefined, values: readonly number[], final: boolean): void {
-    const settings = withValues(this.settings(), control, owner, values);
+    const settings = withValues(this.waiting ?? this.settings(), control, owner, values);
+    clearTimeout(this.resting);
     if (final) {
-      this.waiting = undefined;
       this.session.apply(settings);
-    } else if ((this.session.shown.value?.took ?? Infinity) <= QUICK) {
-      const flying = this.waiting !== undefined;
-      this.waiting = settings;
-      if (!flying) requestAnimationFrame(() => this.waiting && this.session.apply(this.waiting));
+      return;
     }
+    if (!this.waiting) requestAnimationFrame(() => this.waiting && this.session.apply(this.waiting, true));
+    this.waiting = settings;
+    this.resting = window.setTimeout(() => this.session.apply(this.waiting ?? this.settings()), RESTS);
   }
 }

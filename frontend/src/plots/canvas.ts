@@ -3,6 +3,8 @@
 import { type Box, FONT, type Lettering, type Stroke, type Surface } from "./surface";
 
 export class CanvasSurface implements Surface {
+  private font = ""; // setting it, even to what it is, costs more than the text
+
   constructor(private readonly pen: CanvasRenderingContext2D) {}
 
   polyline(points: ArrayLike<number>, stroke: Stroke): void {
@@ -53,7 +55,8 @@ export class CanvasSurface implements Surface {
   text(x: number, y: number, text: string, lettering: Lettering): void {
     const { pen } = this;
     pen.fillStyle = lettering.colour;
-    pen.font = `${lettering.weight ?? 400} ${lettering.size}px ${FONT}`;
+    const font = `${lettering.weight ?? 400} ${lettering.size}px ${FONT}`;
+    if (font !== this.font) pen.font = this.font = font;
     pen.textAlign = lettering.align;
     pen.textBaseline = "middle";
     pen.fillText(text, x, y);

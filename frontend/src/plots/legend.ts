@@ -11,13 +11,20 @@ export class Legend {
   /** What the pale band and the dots are. */
   readonly roles = h("span", { class: "roles" });
   private cells: { curve: Curve; cell: HTMLElement }[] = [];
+  private built = "";
 
   show(panel: Panel, palette: Palette): void {
+    const key = [palette.dark, panel.title, ...panel.curves.map(({ label, role, hue }) => `${label} ${role} ${hue}`)].join("\n");
+    const flown = panel.curves.filter((curve) => curve.role === "flown");
+    if (key === this.built) {
+      this.cells = this.cells.map(({ cell }, i) => ({ curve: flown[i]!, cell }));
+      return;
+    }
+    this.built = key;
     this.element.replaceChildren();
     this.roles.replaceChildren();
     this.cells = [];
-    for (const curve of panel.curves) {
-      if (curve.role !== "flown") continue;
+    for (const curve of flown) {
       const cell = h("dd");
       this.cells.push({ curve, cell });
       this.element.append(h("div", {}, h("dt", {}, mark(curve, palette), h("span", {}, ...rich(curve.label))), cell));

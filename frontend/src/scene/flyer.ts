@@ -11,8 +11,8 @@ import { attitudeAt, pathOf, vectorAt } from "./pose";
 import { Trail } from "./trail";
 import { Vehicle } from "./vehicle";
 
-/** The most points of a path that are drawn. */
-export const POINTS = 5000;
+/** How far a drawn path may be from the flown one, as a part of the scene's size: less than half a pixel. */
+export const FINE = 4e-4;
 const UP = new Vector3(0, 0, 1);
 
 /** A vector drawn as an arrow; at: what it is now, in the world's axes. */
@@ -36,7 +36,7 @@ export class Flyer {
   private readonly attitude = new Quaternion();
   private readonly trail: Trail;
   private readonly blowing = new Vector3();
-  private stride = 1;
+  private rows: readonly number[] = [];
   private flight: Flight | undefined;
   readonly vehicle: Vehicle;
 
@@ -61,8 +61,8 @@ export class Flyer {
   /** constant: a parameter in use, by name. size: of the whole scene [m]. */
   show(flight: Flight, size: number, constant: (name: string) => number): void {
     this.flight = flight;
-    const { points, stride } = pathOf(flight, this.data.position, POINTS);
-    this.stride = stride;
+    const { points, rows } = pathOf(flight, this.data.position, FINE * size);
+    this.rows = rows;
     this.trail.set(points, size);
     this.data.arrows.forEach((arrow, i) => {
       const drawn = this.drawn[i + 1];
@@ -80,7 +80,7 @@ export class Flyer {
     if (!flight?.rows) return;
     vectorAt(flight, this.data.position, t, this.position);
     this.attitude.copy(attitudeAt(flight, this.data.attitude, t));
-    this.trail.upTo(indexAt(flight.times, t) / this.stride + 1);
+    this.trail.upTo(indexAt(this.rows, indexAt(flight.times, t)), this.position);
     this.vehicle.object.position.copy(this.position);
     this.vehicle.object.quaternion.copy(this.attitude);
   }

@@ -4,7 +4,7 @@ import { Quaternion, Vector3 } from "three";
 
 import type { SceneData } from "../data/contract";
 import type { Flight } from "../data/flight";
-import { indexAt } from "../plots/curve";
+import { extent, indexAt } from "../plots/curve";
 
 const X = new Vector3(1, 0, 0);
 const Y = new Vector3(0, 1, 0);
@@ -41,12 +41,45 @@ function turn(axis: Vector3, angle: number): Quaternion {
   return new Quaternion().setFromAxisAngle(axis, angle);
 }
 
-/** Points (x, y, z, ...) of three columns, 0 where a plant has none, at most `most` of them, and the rows from one to the next. */
-export function pathOf(flight: Flight, columns: readonly [string, string, string], most: number): { points: Float32Array; stride: number } {
+/** Points (x, y, z, ...) of a path and the rows that they are of. */
+export interface Path {
+  readonly points: Float32Array;
+  readonly rows: readonly number[];
+}
+
+/**
+ * The path of three columns, 0 where a plant has none, in as few points as keep it within `tolerance` [m] of itself: a point is left out while
+ * the path stays that near the ray on which it set out from the last one (Reumann and Witkam 1974). First and last row are always there.
+ */
+export function pathOf(flight: Flight, columns: readonly [string, string, string], tolerance: number): Path {
   const axes = columns.map((name) => flight.column(name));
   const length = Math.max(...axes.map((axis) => axis?.length ?? 0));
-  const stride = Math.max(1, Math.ceil(length / most));
-  const points: number[] = [];
-  for (let i = 0; i < length; i += stride) points.push(...axes.map((axis) => axis?.[i] ?? 0));
-  return { points: new Float32Array(points), stride };
+  const [xs, ys, zs] = axes.map((axis) => axis ?? new Float64Array(length)) as [Float64Array, Float64Array, Float64Array];
+  const rows: number[] = length ? [0] : [];
+  const from = new Vector3(xs[0], ys[0], zs[0]);
+  const way = new Vector3();
+  const here = new Vector3();
+  for (let i = 1; i < length; i++) {
+    const away = here.set(xs[i]!, ys[i]!, zs[i]!).sub(from);
+    if (way.lengthSq() === 0) {
+      if (away.length() > tolerance) way.copy(away).normalize();
+      continue;
+    }
+    const along = away.dot(way);
+    if (along >= 0 && away.addScaledVector(way, -along).length() <= tolerance) continue;
+    rows.push(i - 1);
+    from.set(xs[i - 1]!, ys[i - 1]!, zs[i - 1]!);
+    way.set(0, 0, 0);
+  }
+  if (length > 1) rows.push(length - 1);
+  return { points: Float32Array.from(rows.flatMap((row) => [xs[row]!, ys[row]!, zs[row]!])), rows };
+}
+
+/** The diagonal of the box that holds the path of three columns [m]. */
+export function extentOf(flight: Flight, columns: readonly [string, string, string]): number {
+  const spans = columns.map((name) => {
+    const [low, high] = extent(flight.column(name) ?? [], 0, Infinity) ?? [0, 0];
+    return high - low;
+  });
+  return Math.hypot(...spans);
 }

@@ -1,6 +1,6 @@
-// Sky and ground to the horizon, as a dome around the camera.
+// Sky and ground to the horizon, around the camera: on a box, as only the way to each of its points counts.
 
-import { BackSide, Color, Mesh, ShaderMaterial, SphereGeometry, type Vector3 } from "three";
+import { BackSide, BoxGeometry, Color, Mesh, ShaderMaterial, type Vector3 } from "three";
 
 import type { Palette } from "../view/theme";
 
@@ -25,7 +25,7 @@ void main() {
 }`;
 
 export class Sky {
-  readonly object: Mesh<SphereGeometry, ShaderMaterial>;
+  readonly object: Mesh<BoxGeometry, ShaderMaterial>;
 
   constructor() {
     const material = new ShaderMaterial({
@@ -36,7 +36,7 @@ export class Sky {
       depthTest: false,
       uniforms: { above: { value: new Color() }, below: { value: new Color() }, haze: { value: new Color() } },
     });
-    this.object = new Mesh(new SphereGeometry(1, 48, 32), material);
+    this.object = new Mesh(new BoxGeometry(2, 2, 2), material);
     this.object.renderOrder = -20;
     this.object.frustumCulled = false;
   }

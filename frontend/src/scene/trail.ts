@@ -1,6 +1,6 @@
 // A path through space as a line of even width on the screen.
 
-import { Color, Group } from "three";
+import { Color, Group, type InterleavedBufferAttribute, type Vector3 } from "three";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
@@ -9,7 +9,7 @@ export class Trail {
   readonly object = new Group();
   private readonly material: LineMaterial;
   private line: Line2 | undefined;
-  private count = 0;
+  private points: Float32Array = new Float32Array();
 
   /** width: pixels. order: paths with a higher one are drawn over others. */
   constructor(width: number, private readonly order: number, private readonly dashed = false) {
@@ -26,8 +26,8 @@ export class Trail {
     this.line?.geometry.dispose();
     if (this.line) this.object.remove(this.line);
     this.line = undefined;
-    this.count = points.length / 3;
-    if (this.count < 2) return;
+    this.points = points;
+    if (points.length < 6) return;
     const geometry = new LineGeometry();
     geometry.setPositions(points);
     this.line = new Line2(geometry, this.material);
@@ -41,11 +41,18 @@ export class Trail {
     this.object.add(this.line);
   }
 
-  /** Show only the first so many points. */
-  upTo(points: number): void {
+  /** Show the path up to a point, and from there straight to `tip`. */
+  upTo(point: number, tip: Vector3): void {
     if (!this.line) return;
-    const segments = Math.min(Math.max(Math.floor(points) - 1, 0), this.count - 1);
-    this.line.visible = segments > 0;
-    this.line.geometry.instanceCount = segments;
+    const { points } = this;
+    const ends = this.line.geometry.attributes["instanceEnd"] as InterleavedBufferAttribute;
+    const last = ends.count - 1;
+    const segment = Math.min(point, last);
+    const shown = this.line.geometry.instanceCount;
+    const before = shown > 0 && shown <= last ? shown - 1 : last; // whose end is perhaps not its own
+    ends.setXYZ(before, points[3 * before + 3]!, points[3 * before + 4]!, points[3 * before + 5]!);
+    ends.setXYZ(segment, tip.x, tip.y, tip.z);
+    ends.data.needsUpdate = true;
+    this.line.geometry.instanceCount = segment + 1;
   }
 }

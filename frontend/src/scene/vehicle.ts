@@ -68,7 +68,7 @@ export class Vehicle {
   private build(): void {
     const { arm, radius, rotors } = this.data;
     const thick = arm * 0.05;
-    const hub = new Mesh(new SphereGeometry(arm * 0.24, 32, 20), this.frame);
+    const hub = new Mesh(new SphereGeometry(arm * 0.24, 20, 12), this.frame);
     hub.scale.set(1, 1, 0.42);
     const nose = new Mesh(new BoxGeometry(arm * 0.16, arm * 0.1, arm * 0.06), this.nose);
     nose.position.set(arm * 0.23, 0, arm * 0.01);
@@ -91,8 +91,8 @@ export class Vehicle {
   private rotor(place: Vector3, radius: number, thick: number, spin: number): Group {
     const group = new Group();
     group.position.copy(place).add(new Vector3(0, 0, thick * 2));
-    const ring = new Mesh(new TorusGeometry(radius, thick * 0.28, 8, 64), this.ring);
-    const disc = new Mesh(new CircleGeometry(radius, 48), this.disc);
+    const ring = new Mesh(new TorusGeometry(radius, thick * 0.28, 6, 40), this.ring);
+    const disc = new Mesh(new CircleGeometry(radius, 40), this.disc);
     const blade = new Mesh(new BoxGeometry(radius * 1.9, radius * 0.13, thick * 0.35), this.frame);
     blade.rotation.z = Math.atan2(place.y, place.x) + 0.4;
     this.blades.push({ mesh: blade, spin });

@@ -24,10 +24,10 @@ import { quantity } from "../view/format";
 import { type Palette, palette } from "../view/theme";
 import { Axes } from "./axes";
 import { Cameras, type View } from "./cameras";
-import { Flyer, POINTS } from "./flyer";
+import { FINE, Flyer } from "./flyer";
 import { Ground } from "./ground";
 import { Labels, type Spot } from "./labels";
-import { pathOf } from "./pose";
+import { extentOf, pathOf } from "./pose";
 import { shadow } from "./shadow";
 import { Sky } from "./sky";
 import { Streaks } from "./streaks";
@@ -96,8 +96,9 @@ export class SceneView {
   /** A flight, and another as its ghost. constant: a parameter in use, by name. keep: leave the camera where it is. */
   show(data: SceneData, flight: Flight, ghost: Flight | undefined, constant: (name: string) => number, keep: boolean): void {
     if (data !== this.data) this.rebuild(data);
-    const { points } = pathOf(flight, data.wanted, POINTS);
-    this.measure(points, pathOf(flight, data.position, 400).points);
+    const fine = FINE * Math.max(extentOf(flight, data.wanted), this.flyer?.vehicle.size ?? 0);
+    const { points } = pathOf(flight, data.wanted, fine);
+    this.measure(points, pathOf(flight, data.position, fine).points);
     this.level = Math.min(data.ground, Math.floor(this.lowest));
     this.streaks.fill(this.centre, this.radius * 1.5, this.level);
     this.wanted.set(points, this.radius);
@@ -124,7 +125,7 @@ export class SceneView {
 
   /** The path of a log that was opened; undefined: none. */
   showLog(flight: Flight | undefined): void {
-    this.logged.set(flight ? pathOf(flight, ["x", "y", "z"], POINTS).points : new Float32Array(), this.radius * 2);
+    this.logged.set(flight ? pathOf(flight, ["x", "y", "z"], FINE * 2 * this.radius).points : new Float32Array(), this.radius * 2);
     this.request();
   }
 

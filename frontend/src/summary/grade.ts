@@ -12,11 +12,21 @@ export interface Graded {
   readonly labels: readonly string[];
 }
 
-export const MARKS: Readonly<Record<Grade, { glyph: string; kind: string }>> = {
+export interface Mark {
+  readonly glyph: string;
+  readonly kind: string;
+}
+
+export const MARKS: Readonly<Record<Grade, Mark>> = {
   "as asked": { glyph: "✓", kind: "good" },
   "flew, but": { glyph: "!", kind: "fair" },
   lost: { glyph: "✕", kind: "bad" },
 };
+
+/** Of a flight of which only the beginning was flown nothing is said. */
+export function markOf({ graded, whole }: { readonly graded: Graded; readonly whole: number | undefined }): Mark {
+  return whole === undefined ? MARKS[graded.grade] : { glyph: "…", kind: "draft" };
+}
 
 export function grade(held: boolean, measures: Measures, rules: readonly Rule[]): Graded {
   if (!held) return { grade: "lost", reasons: [], labels: [] };

@@ -3,7 +3,7 @@
 import type { Session, Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { join, number, quantity } from "../view/format";
-import { MARKS } from "./grade";
+import { markOf } from "./grade";
 import type { Measures } from "./measure";
 
 const QUIET = 700; // ms without a change before a screen reader is told
@@ -29,7 +29,7 @@ export class SummaryStrip {
     });
     fill(this.figures, ...cells);
     this.words.textContent = ending(shown);
-    this.words.className = MARKS[shown.graded.grade].kind;
+    this.words.className = markOf(shown).kind;
     clearTimeout(this.waiting);
     this.waiting = window.setTimeout(() => (this.told.textContent = spoken(shown)), QUIET);
   }
@@ -56,13 +56,14 @@ function entries({ rmse, largest, tilt, share, thrust }: Measures): Entry[] {
 }
 
 /** Numbers of flights are compared where both flew for the same time. */
-function comparable({ flight, data }: Shown): boolean {
-  return flight.held && data.outcome.grade !== "lost" && Math.abs(data.outcome.ended - flight.ended) < 1e-6;
+function comparable({ flight, data, whole }: Shown): boolean {
+  return whole === undefined && flight.held && data.outcome.grade !== "lost" && Math.abs(data.outcome.ended - flight.ended) < 1e-6;
 }
 
 /** How it ended and why, and what of the original flight is not beside it. */
 export function ending(shown: Shown): string {
-  const { flight, data, graded, asFiled } = shown;
+  const { flight, data, graded, asFiled, whole } = shown;
+  if (whole !== undefined) return `Coarse while you drag: the first ${number(flight.ended, 3)} s of ${number(whole, 3)} s.`;
   const said = flight.held
     ? `Completed (${number(flight.ended, 3)} s)${graded.reasons.length ? `, but ${graded.reasons.join(" and ")}` : ""}.`
     : `Lost at ${flight.ended.toFixed(2)} s${flight.why ? `: ${flight.why}` : ""}${data.whyNot ? "" : "; the numbers stop there"}.`;

@@ -17,7 +17,7 @@ const HANDS: readonly (readonly [string, string])[] = [
   ["Logs", "drop a CSV, a ULog or an MCAP file (JSON messages, uncompressed) anywhere to see it together with the flight"],
   ["Plots", "hover reads values, click moves the cursor, drag zooms, double click shows all; wheel zooms with Ctrl or after a click; ↑ ↓ move a plot, ✕ hides it, log changes its axis"],
   ["Scene", "drag turns, wheel zooms, right drag pans"],
-  ["Sliders", "type any number next to a slider; releasing it flies the flight again"],
+  ["Sliders", "the flight follows while you drag, if need be only its beginning, and is flown whole when you let go; any number can be typed next to a slider"],
 ];
 
 export function help(): () => void {
