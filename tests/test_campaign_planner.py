@@ -1,19 +1,26 @@
 """From drawn values to flights: whatever varies, the flights of a batch are those built one by one, number by number."""
 
 import copy
+import json
 import re
 
 import numpy as np
 import pytest
 
+from quadstep.engines.engine import Engine
 from quadstep.engines.scored import scored
 from quadstep.io.errors import UserError
+from quadstep.metrics.statistics import share
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten, leaf_names
 from quadstep.numbers.noise import key
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flown import Flyer, planner
-from tests.campaigns import NOISY, SHORT, campaign
+from quadstep.studies.campaign.report_text import opening
+from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.store import opened
+from quadstep.studies.campaign.summary import Summary
+from tests.campaigns import NOISY, SHORT, campaign, fly, manifest, written
 
 WAYPOINTS = """
 [path]
@@ -238,13 +245,22 @@ def test_a_gain_of_three_axes_gives_the_metrics_of_flights_set_up_one_by_one(tmp
 
 def test_keys_that_are_set_up_flight_by_flight_are_named_with_their_price(tmp_path, caplog):
     vary = '"simulation.duration" = ' + U % (0.3, 0.4) + '\n"vehicle.mass" = ' + U % (0.9, 1.1)
-    Flyer(campaign(tmp_path, vary)).rehearse()
+    path = written(tmp_path, vary)
+    run = fly(path, tmp_path / "out", "--flights", "20", "--json")
     (line,) = caplog.messages
     assert re.fullmatch(
         r"quadstep: note: each flight is set up by itself, [0-9.e+]+ ms each, because simulation.duration cannot be "
         "set for many flights at once; a choice or a grid of few values would cost less",
         line,
     )
+    found, kept = json.loads(run.out), manifest(tmp_path / "out")
+    assert found["set_up_singly"] == kept["summary"]["set_up_singly"] == ["simulation.duration"]
+    assert found["set_up_each[s]"] > 0.0
+    assert "set_up_each[s]" not in kept["summary"]  # what is kept has no measured times
+    summary = Summary(20, share(20, 20), {}, [], [], singly=("simulation.duration",))
+    with opened(tmp_path / "out", read_campaign(path), 20, Engine.LANES, resume=True) as store:
+        (words,) = [one for one in opening(store, read_campaign(path), summary, path) if "set up one by one" in one]
+    assert "each flight, because simulation.duration cannot be set for many flights at once" in words
 
 
 def test_recordings_to_choose_from(tmp_path):

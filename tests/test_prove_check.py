@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep.io.documents import parse_toml
+from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.proofs.prove import check, check_set
 from quadstep.proofs.prove.certificate import read_certificate
@@ -143,3 +144,19 @@ def test_the_code_that_the_reader_names_is_run_and_no_other(tmp_path, tube):
     assert "no more than" in run.out
     assert not list(tmp_path.rglob("ran"))
     assert quadstep("prove", "mission.toml", "--controller", "stranger.py").refused
+
+
+@pytest.mark.parametrize("content", [[], 3, {}, {"format": "quadstep-invariant-99"}, {"format": 7}], ids=str)
+def test_a_format_of_no_kind_is_refused_without_the_name_of_one(tmp_path, content):
+    path = tmp_path / "proof.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(UserError, match="its format is none that this version writes"):
+        read_certificate(path)
+
+
+def test_what_a_certificate_lacks_is_said(tmp_path, tube, hover):
+    path = tmp_path / "proof.json"
+    for whole, read in ((tube, read_certificate), (hover, read_set)):
+        path.write_text(json.dumps({key: value for key, value in whole.items() if key != "states"}))
+        with pytest.raises(UserError, match="not a certificate of `quadstep prove`: 'states' is missing"):
+            read(path)

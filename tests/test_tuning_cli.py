@@ -10,6 +10,7 @@ from quadstep.engines.fingerprint import fingerprint
 from quadstep.mission.read import plan_mission
 from quadstep.studies.tuning import run
 from quadstep.studies.tuning.ground import Ground
+from quadstep.studies.tuning.report import caution
 from tests.commands import quadstep
 from tests.missions import EXAMPLES
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, history, lasting, metrics, tuned, written
@@ -55,11 +56,35 @@ def test_what_it_writes_and_says(tmp_path):
     assert min(float(row["objective"]) for row in rows) == metrics(out)["unseen"]["rows"][0]["tuned"]["value"]
 
 
-def test_a_gain_near_the_end_of_its_range_is_named(tmp_path):
+@pytest.mark.parametrize(
+    ("present", "tuned", "said"),
+    [
+        ("sound", "fragile", "is fragile; with the present gains it is sound."),
+        ("fragile", "unstable", "is unstable; with the present gains it is fragile."),
+        ("unstable", "unstable", "is unstable; with the present gains it is unstable."),
+        (None, "unstable", "is unstable; with the present gains it is not linearised."),
+        ("sound", None, "is not linearised (ask `quadstep linear`); with the present gains it is sound."),
+        ("fragile", "fragile", ""),
+        ("fragile", "sound", ""),
+        (None, None, ""),
+    ],
+)
+def test_gains_whose_loop_is_worse_say_so_first(present, tuned, said):
+    words = caution(*({"grade": one} if one else {} for one in (present, tuned)))
+    assert words == (f"Before you fly them: at rest the loop with the tuned gains {said}" if said else "")
+
+
+def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
     text = QUICK.replace("high = 30.0", "high = 1.2")
+    grades = iter(({"grade": "unstable", "why": "it grows"}, {"grade": "sound", "why": "so"}))
+    monkeypatch.setattr("quadstep.linear.quick.quick_grade", lambda _: next(grades))
     done = tune(written(tmp_path, text), tmp_path / "out")
     assert "controller.Lambda1 is near its upper bound; a wider range may give more." in done.out
     assert "near its upper bound" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    said = "Before you fly them: at rest the loop with the tuned gains is unstable; with the present gains it is sound."
+    assert done.out.replace("\n", " ").startswith(said)
+    assert (tmp_path / "out" / "tuned.toml").read_text().startswith(f"# {said}\n")
+    assert f"{said} The tuned gains" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_the_table_changes_no_flight(tmp_path):

@@ -57,10 +57,13 @@ def tune(
 
 
 def show(done: "Tuned", folder: Path) -> None:
-    """Print the gains, the comparison and its verdict."""
+    """Print what is to be read first, the gains, the comparison and its verdict."""
     from quadstep.studies.tuning.unseen import AGGREGATES
 
     found, compared = done.found, done.compared
+    *first, verdict = done.evidence.sentences
+    for sentence in first:
+        say(sentence)
     gains = [
         (one.key, *(listed([values[leaf.key] for leaf in one.leaves]) for values in (found.present.values, done.values)))
         for one in done.asked.gains
@@ -82,7 +85,7 @@ def show(done: "Tuned", folder: Path) -> None:
         lost = found.best.judged.lost
         wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
         say(f"Even with the best gains found, {wrong} in tuning.")
-    for sentence in done.evidence.lines:
+    for sentence in (verdict, *done.evidence.graded):
         say(sentence)
     for gain in done.asked.gains:
         if edge := gain.edge(done.values):

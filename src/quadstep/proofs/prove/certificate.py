@@ -115,12 +115,18 @@ def table(content: object, least: float, small: float = SMALL) -> Array:
     return found
 
 
+def unlike(path: Path, error: Exception) -> UserError:
+    """What is said of a file that is not as a certificate should be."""
+    missing = " is missing" if isinstance(error, KeyError) else ""
+    return UserError(f"{path}: not a certificate of `quadstep prove`: {error}{missing}")
+
+
 def read_certificate(path: Path) -> Certificate:
     """The content of the file. Raises UserError."""
     content = read_json(path)
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: its format is none that this version writes")
     try:
-        if content["format"] != FORMAT:
-            raise ValueError(f"format should be {FORMAT!r}")  # noqa: TRY301 (one message for all)
         states = tuple(str(name) for name in content["states"])
         unknown = read_unknown(content["unknown"])
         flown = table(unpacked(content["flown"], len(states)), -LARGE, 0.0)
@@ -128,7 +134,7 @@ def read_certificate(path: Path) -> Certificate:
         position, size = table(content["position[m]"], 0.0), int(content["samples_per_block"])
         mission = str(content["mission"])
     except (KeyError, TypeError, ValueError, OverflowError, UserError, zlib.error, binascii.Error) as error:
-        raise UserError(f"{path}: not a certificate of `quadstep prove`: {error}") from None
+        raise unlike(path, error) from None
     blocks = -(-(len(flown) - 1) // size) if 0 < size <= MOST_SAMPLES else 0
     shapes = spread.shape == (len(states), len(states)) and boxes.shape == (blocks, len(states)) and position.ndim == 1
     if not shapes or blocks < 1:

@@ -10,7 +10,7 @@ from quadstep.io.atomic import write_beside
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
-from quadstep.proofs.prove.certificate import LARGE, SMALL, read_unknown, table, written
+from quadstep.proofs.prove.certificate import LARGE, SMALL, read_unknown, table, unlike, written
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown
 
@@ -94,7 +94,7 @@ def read_set(path: Path) -> SetCertificate:
             folder=str(content.get("folder", "")),
         )
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError, UserError) as error:
-        raise UserError(f"{path}: not a certificate of `quadstep prove`: {error}") from None
+        raise unlike(path, error) from None
     count, moving = len(states), len(found.live)
     paired = [place for one in found.pairs for place in (one, one + 1)]
     shapes = found.rest.shape == (count,) and found.spread.shape == (moving, moving) and found.radii.shape == (moving,)

@@ -26,6 +26,9 @@ from quadstep.studies.campaign.draws import Drawn, Values, draw
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.variants import Variants
 
+SINGLY = "cannot be set for many flights at once"
+"""What is said of keys that arrays cannot stand for."""
+
 TYPICAL = 256
 """Flights on which the planner finds out what can be built in one go: the first of the campaign, always the same."""
 
@@ -66,23 +69,21 @@ class Planner(Variants):
     """Builds flights of one mission in which some keys vary.
 
     typical: values of the varying keys; the trial of what can be built in one go uses them. score_period: [s], None for the
-    mission's log period. singly: keys because of which flights were built one by one. setup: [s] that one of those took.
+    mission's log period. singly: filled with keys because of which flights were built one by one, and how long one took [s].
     """
 
     def __init__(
         self, content: dict[str, object], defaults: dict[str, object], source: str, folder: Path, typical: Mapping[str, Drawn],
-        seed: int, score_period: float | None = None,
+        seed: int, score_period: float | None, singly: dict[str, float],
     ) -> None:  # fmt: skip
         super().__init__(content, defaults, source, folder, seed)
-        self.typical, self.score_period = typical, score_period
+        self.typical, self.score_period, self.singly = typical, score_period, singly
         mission = check_mission(content, source, folder)
         self.refuse_lost_at_once(mission)
         self.begin, self.own = mission.scored_from, mission.own_metrics
         self.direct: dict[object, list[str]] = {}
         self.checked: dict[object, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         self.structures: set[object] = set()
-        self.singly: dict[str, None] = {}
-        self.setup = 0.0
 
     def batches(self, flights: NDArray[np.int64], drawn: Mapping[str, Drawn]) -> Iterator[Batch]:
         """The flights of these numbers with these values, in batches. Raises UserError for values that cannot be flown."""
@@ -105,8 +106,11 @@ class Planner(Variants):
         others = [name for name in columns if name not in direct]
         alike = list(groups([columns[name] for name in others], len(members)))
         if len(alike) * FEWEST_ALIKE > len(members) and any(drawn[name].options is None for name in others):
-            self.singly |= dict.fromkeys(name for name in others if drawn[name].options is None)
-            yield from self.one_by_one(fixed, columns, flights, members)
+            began = time.perf_counter()
+            batches = self.one_by_one(fixed, columns, flights, members)
+            took = (time.perf_counter() - began) / len(members)
+            self.singly |= dict.fromkeys((name for name in others if drawn[name].options is None), took)
+            yield from batches
             return
         for chosen, some in alike:
             more = dict(zip(others, chosen, strict=True))
@@ -130,26 +134,26 @@ class Planner(Variants):
     def one_by_one(
         self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
         members: NDArray[np.int64],
-    ) -> Iterator[Batch]:  # fmt: skip
+    ) -> list[Batch]:  # fmt: skip
         """Batches of flights that were built one by one; everything but tables counts as varying."""
-        began = time.perf_counter()
         plans = [
             self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flights[members[i]]))
             for i in range(len(members))
         ]
-        self.setup = (time.perf_counter() - began) / len(members)
         alike: dict[object, list[int]] = defaultdict(list)
         for i, plan in enumerate(plans):
             given = (plan.start, plan.parameters)
             tables = tuple(tuple(leaf.values) for leaf in flatten(given) if isinstance(leaf, Table))
             alike[plan.loop, plan.ticks, tuple(leaf_names(given)), tables].append(i)
+        batches = []
         for some in alike.values():
             first = plans[some[0]]
             leaves = flatten((first.start, first.parameters))
             places = tuple(place for place, leaf in enumerate(leaves) if not isinstance(leaf, Table))
             all_leaves = [flatten((plans[i].start, plans[i].parameters)) for i in some]
             rows = np.array([[one[place] for place in places] for one in all_leaves], dtype=float)
-            yield self.batch(members[some], first.loop, first.ticks, first.start, first.parameters, places, rows)
+            batches.append(self.batch(members[some], first.loop, first.ticks, first.start, first.parameters, places, rows))
+        return batches
 
     def batch(
         self, members: NDArray[np.int64], loop: Loop, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
@@ -173,13 +177,11 @@ class Planner(Variants):
 
     def price(self) -> str:
         """Which keys made flights be built one by one so far, and the time that this takes; empty where none did."""
+        if not self.singly:
+            return ""
         return (
-            ""
-            if not self.singly
-            else (
-                f"each flight is set up by itself, {1000.0 * self.setup:.2g} ms each, because {' and '.join(self.singly)} "
-                "cannot be set for many flights at once; a choice or a grid of few values would cost less"
-            )
+            f"each flight is set up by itself, {1000.0 * max(self.singly.values()):.2g} ms each, because "
+            f"{' and '.join(self.singly)} {SINGLY}; a choice or a grid of few values would cost less"
         )
 
     # What can be built in one go
@@ -256,5 +258,6 @@ def planner(campaign: Campaign) -> Planner:
             places = np.linspace(0, len(one.options) - 1, TYPICAL).round().astype(np.int64)
             typical[name] = Drawn(places, one.options)
     return Planner(
-        campaign.content, campaign.defaults, campaign.source, campaign.folder, typical, file.seed, file.score_period
-    )
+        campaign.content, campaign.defaults, campaign.source, campaign.folder, typical, file.seed, file.score_period,
+        campaign.singly,
+    )  # fmt: skip

@@ -13,6 +13,7 @@ from quadstep.report import page, units
 from quadstep.report.latex import booktabs
 from quadstep.studies.campaign.flown import OUTCOMES
 from quadstep.studies.campaign.manifest import FLIGHTS
+from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction
@@ -70,6 +71,7 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
         ("error sampled every", f"{file.score_period:g} s" if file.score_period else "log period of the mission"),
         ("quadstep", f"{manifest.get('version')}, with {pairs(manifest.get('packages', {}))}"),
         ("version of the draws", str(manifest.get("draws"))),
+        *[("set up one by one", f"each flight, because {' and '.join(summary.singly)} {SINGLY}")][: len(summary.singly)],
         *(("machine", pairs(one)) for one in manifest["machines"]),
     ]
     body = [

@@ -116,6 +116,7 @@ class Campaign(NamedTuple):
 
     file: as checked. text: of the campaign file. content: of the mission, as the user wrote it; defaults: the same with every
     default. source, folder: of the mission, for errors and for the files it names. metrics: of its flights, with units.
+    singly: the keys because of which flights are set up one by one, as planning them shows, and how long one took [s].
     """
 
     file: CampaignFile
@@ -125,6 +126,7 @@ class Campaign(NamedTuple):
     source: str
     folder: Path
     metrics: tuple[str, ...]
+    singly: dict[str, float]
 
     @property
     def thresholds(self) -> dict[str, str]:
@@ -228,7 +230,7 @@ def campaign_of(
     Raises UserError for a mission that could not be flown by itself, and for an unknown metric.
     """
     flown = check_mission(mission, source, folder)
-    campaign = Campaign(file, text, mission, flown.model_dump(), source, folder, flown.scores)
+    campaign = Campaign(file, text, mission, flown.model_dump(), source, folder, flown.scores, {})
     for name in file.failure:
         if name not in campaign.thresholds:
             raise UserError(f"{about or source}: failure.{name}: unknown key; allowed here: {', '.join(campaign.thresholds)}")

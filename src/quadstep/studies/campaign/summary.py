@@ -1,6 +1,6 @@
 """The results of a campaign, every number with its interval."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -48,7 +48,8 @@ class Worst(NamedTuple):
 
 class Summary(NamedTuple):
     """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
-    differ in any result, as where nothing varies, or nothing that has an effect.
+    differ in any result, as where nothing varies, or nothing that has an effect. singly: keys because of which each flight
+    was set up by itself.
     """
 
     flights: int
@@ -58,6 +59,7 @@ class Summary(NamedTuple):
     worst: list[Worst]
     copies: bool = False
     rest: Mapping[str, str] = {}
+    singly: tuple[str, ...] = ()
 
     @property
     def graded(self) -> list[str]:
@@ -65,8 +67,11 @@ class Summary(NamedTuple):
         return at_rest_sentences(self.rest, WRITTEN)
 
 
-def summarise(store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({})) -> Summary:
+def summarise(
+    store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}), singly: Iterable[str] = ()
+) -> Summary:
     """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
+    rest, singly: as in `Summary`.
 
     Raises UserError for files that cannot be read.
     """
@@ -83,7 +88,7 @@ def summarise(store: Store, varied: bool = False, rest: Mapping[str, str] = Mapp
             spreads.append(Spread(metric, len(values), known))
     scored = not varied or flown[RMSE].null_count == 0
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
-    return Summary(count, share(good, count), counted, spreads, worst(flown), copies, rest)
+    return Summary(count, share(good, count), counted, spreads, worst(flown), copies, rest, tuple(singly))
 
 
 def alike(flown: pa.Table) -> bool:
@@ -149,6 +154,7 @@ def as_json(summary: Summary) -> dict[str, Any]:
         "flights": summary.flights,
         "copies": summary.copies,
         AT_REST: dict(summary.rest),
+        "set_up_singly": list(summary.singly),
         "success": summary.success._asdict(),
         "outcomes": summary.outcomes,
         "quantiles": {

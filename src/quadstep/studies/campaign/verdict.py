@@ -35,6 +35,7 @@ def verdict(done: Finished, file: Path, engine: Engine, least: float | None, dec
         "report": str(done.folder / REPORT),
         **measured,
         "worst": worst,
+        "set_up_each[s]": max(done.campaign.singly.values(), default=None),
         "requirement": judged.as_json() if judged else None,
         **({"until": until.as_json(decided)} if decided else {}),
     }

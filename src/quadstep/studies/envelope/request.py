@@ -107,7 +107,7 @@ def fitted(base: Campaign, axes: list[Axis]) -> list[Axis]:
 
 def planner_of(base: Campaign) -> Planner:
     """The builder of single flights of the mission."""
-    return Planner(base.content, base.defaults, base.source, base.folder, {}, base.file.seed)
+    return Planner(base.content, base.defaults, base.source, base.folder, {}, base.file.seed, None, base.singly)
 
 
 def is_random(base: Campaign, axes: Sequence[Axis]) -> bool:

@@ -1,8 +1,10 @@
 """report.html of a tuning run."""
 
 import math
+from collections.abc import Mapping
 from html import escape
 
+from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
 from quadstep.metrics.judging.verdict import Case
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.key_units import label
@@ -17,8 +19,12 @@ from quadstep.studies.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row,
 HEADER = ("", "present", "tuned", "tuned - present")
 
 
-def evidence(asked: Asked, found: Found, compared: Compared, figure: str, record: dict[str, object]) -> Evidence:
-    """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json."""
+def evidence(
+    asked: Asked, found: Found, compared: Compared, figure: str, record: dict[str, object], first: str = ""
+) -> Evidence:
+    """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json. first: a
+    sentence that comes before all others.
+    """
     before, after = found.present.judged.objective, found.best.judged.objective
     gains, measured, many = gain_rows(asked, found), measured_rows(compared), compared.flights > 1
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
@@ -31,8 +37,8 @@ def evidence(asked: Asked, found: Found, compared: Compared, figure: str, record
     return Evidence(
         name=asked.mission.name,
         kind="Tuning",
-        answer=answer(compared),
-        sentences=[compared.verdict],
+        answer=" ".join(filter(None, (first, answer(compared)))),
+        sentences=[*filter(None, [first]), compared.verdict],
         record=record,
         facts=facts(compared),
         figures=[Figure(figure, "The search: objective and gains of the candidates, over the flights flown")],
@@ -47,6 +53,15 @@ def evidence(asked: Asked, found: Found, compared: Compared, figure: str, record
         cases=(Case("tuned"),),
         whose="the loop with the tuned gains",
     )
+
+
+def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
+    """What to say first of tuned gains whose loop at rest is graded worse than the present one, or unstable; else nothing."""
+    before, after = (one.get("grade", UNKNOWN) for one in (present, tuned))
+    if after != UNSTABLE and WORST_FIRST.index(after) >= WORST_FIRST.index(before):
+        return ""
+    said = f"{after} (ask `quadstep linear`)" if after == UNKNOWN else after
+    return f"Before you fly them: at rest the loop with the tuned gains is {said}; with the present gains it is {before}."
 
 
 def gain_rows(asked: Asked, found: Found) -> list[tuple[str, ...]]:

@@ -16,7 +16,7 @@ from quadstep.io.user_code.places import place, sources
 from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
-from quadstep.mission.schema import Grading, Mission, ungraded
+from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
@@ -25,7 +25,7 @@ from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
 from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, asked
 from quadstep.studies.tuning.picture import draw_search
-from quadstep.studies.tuning.report import evidence
+from quadstep.studies.tuning.report import caution, evidence
 from quadstep.studies.tuning.search import Candidate, Found, Search, check_budget, shown_flights
 from quadstep.studies.tuning.toml import edited
 from quadstep.studies.tuning.unseen import Compared, Row, compare
@@ -70,11 +70,15 @@ def tune(
         found = Search(ground, budget - 2 * wanted.unseen, seed, progress).run()
         compared = on_unseen(ground, found, progress)
         ground.flyer.say_slow()
-        mission, elsewhere = write_mission(out, wanted, found.best.values)
+        content = wanted.tuned(found.best.values)
+        mission = check_mission(content, TUNED, path.parent)
+        grade = grading(mission)
+        first = caution(grading(wanted.mission), grade)
+        elsewhere = write_mission(out, wanted, content, first)
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
         record = as_json(wanted, found, compared, budget, seed)
-        shown = evidence(wanted, found, compared, PICTURE, record)._replace(grade=grading(mission))
+        shown = evidence(wanted, found, compared, PICTURE, record, first)._replace(grade=grade)
         shown.write(out)
     return Tuned(wanted, found, compared, elsewhere, shown)
 
@@ -120,19 +124,19 @@ def own_files(wanted: Asked) -> set[str]:
     return found
 
 
-def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> tuple[Mission, list[str]]:
-    """The user's mission with the tuned gains, and the files it names beside it; gives it and those it names elsewhere."""
-    content = wanted.tuned(values)
+def write_mission(out: Path, wanted: Asked, content: dict[str, object], first: str) -> list[str]:
+    """The mission with the tuned gains, below what is to be read first, and the files it names beside it; gives those that it
+    names elsewhere.
+    """
     text = edited(wanted.text, wanted.content, content)
     if tomllib.loads(text) != content:
         raise UserError(f"{wanted.path}: could not be written with the tuned gains")
-    mission = check_mission(content, TUNED, wanted.path.parent)
     inside, elsewhere = named_files(wanted)
     for name in inside:
         (out / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(wanted.path.parent / name, out / name)
-    (out / TUNED).write_text(text, encoding="utf-8")
-    return mission, elsewhere
+    (out / TUNED).write_text(f"# {first}\n{text}" if first else text, encoding="utf-8")
+    return elsewhere
 
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
