@@ -74,9 +74,10 @@ def test_the_disturbance_along_the_path_is_as_said():
 
 def test_the_condition_of_theorem_a_in_numbers():
     k1, k2, l2 = 3.0 - 1.0, 250.0 - 10.0 * 15.0, 15.0
-    said(f"(k1 = {k1:.0f}, k2 = {k2:.0f}, l2 = {l2:.0f}) condition (A) reads u_max < {2.0 * l2 * (k1 * k2) ** 0.5:.0f} N")
+    most = 2.0 * l2 * (k1 * k2) ** 0.5
+    said(f"($k_1$ = {k1:.0f}, $k_2$ = {k2:.0f}, $l_2$ = {l2:.0f}) condition (A) reads $u_{{max}}$ < {most:.0f} N")
     asked = (9.81**2 / (4.0 * k1 * 0.5)) ** (1.0 / 3.0)  # K_r2 = 10.5 Lambda_2: k2 = 0.5 Lambda_2
-    said(f"K_r2 = 10.5 Lambda_2 is stable at hover from Lambda_2 = 1.10, and (A) asks {asked:.2f}")
+    said(rf"$K_{{r2}} = 10.5\, \Lambda_2$ is stable at hover from $\Lambda_2$ = 1.10, and (A) asks {asked:.2f}")
 
 
 @pytest.mark.parametrize(("slope", "stable"), [(1.10, False), (1.105, True)])
@@ -88,8 +89,8 @@ def test_hover_is_stable_from_where_the_page_says(slope, stable):
 def test_small_figures():
     low, high = np.linalg.eigvalsh([[1.8, 0.2], [0.2, 0.04]])
     said(f"[[1.8, 0.2], [0.2, 0.04]], whose eigenvalues are {low:.4f} and {high:.2f}")
-    said(f"{10**0.5 / 0.01:.0f} for N = 10, kappa = 0.01")
-    said(f"|r| <= 1 / (F kappa T) = {1.0 / (5.0 * 0.01 * 0.002):,.0f}")
+    said(f"{10**0.5 / 0.01:.0f} for N = 10, $\\kappa$ = 0.01")
+    said(rf"$|r| \le 1 / (F \kappa T)$ = {1.0 / (5.0 * 0.01 * 0.002):,.0f}")
     for w in (100.0, 200.0):
         said(f"+{100.0 * 0.001 / (2.0 / w):.0f} % at{' 100 rad/s' if w == 100 else ' 200'}")
 

@@ -1,8 +1,16 @@
 """Sphinx's settings. The source is what `docs.site.writing` makes; nothing is fetched from a network."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from docutils import nodes
 
 import quadstep
+from quadstep.report.mathml import displayed, mathml
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+    from sphinx.writers.html5 import HTML5Translator
 
 project = "quadstep"
 author = "The quadstep developers"
@@ -11,7 +19,8 @@ version = release = quadstep.__version__
 
 extensions = ["myst_parser"]
 myst_heading_anchors = 4
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+html_math_renderer = "mathml"
 highlight_language = "text"
 smartquotes = False  # it makes a dash of the two hyphens of an option
 suppress_warnings = ["misc.highlighting_failure"]  # a frame of a law with dots in it is no Python
@@ -44,3 +53,20 @@ html_theme_options = {
         "color-foreground-primary": "#e8e6e1",
     },
 }
+
+
+def put_inline(translator: "HTML5Translator", node: nodes.math) -> None:
+    """A formula in a line of text."""
+    translator.body.append(mathml(node.astext()))
+    raise nodes.SkipNode
+
+
+def put_displayed(translator: "HTML5Translator", node: nodes.math_block) -> None:
+    """A formula of its own."""
+    translator.body.append(displayed(node.astext()))
+    raise nodes.SkipNode
+
+
+def setup(app: "Sphinx") -> None:
+    """Formulas by quadstep's own MathML (docs/decisions/0019), as in reports and the article; no script, no font to load."""
+    app.add_html_math_renderer("mathml", (put_inline, None), (put_displayed, None))

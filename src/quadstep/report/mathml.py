@@ -1,0 +1,222 @@
+r"""Formulas: LaTeX as MathML, which browsers set themselves. One way for site, lessons, reports and the article.
+
+What is understood is what those pages use (docs/decisions/0019): letters, numbers, Greek, accents, sub- and superscripts,
+fractions, roots, functions, delimiters, matrices, aligned lines, text, and `\class{name}{...}`, which gives a part of a
+formula a name for style sheets and scripts. Anything else is a ValueError, so that no page shows half a formula.
+"""
+
+import re
+from collections.abc import Callable
+from html import escape
+
+GREEK = {
+    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ϵ", "varepsilon": "ε", "eta": "η", "theta": "θ",
+    "kappa": "κ", "lambda": "λ", "mu": "μ", "xi": "ξ", "pi": "π", "sigma": "σ", "tau": "τ", "phi": "φ", "chi": "χ", "psi": "ψ",
+    "omega": "ω", "Gamma": "Γ", "Delta": "Δ", "Lambda": "Λ", "Sigma": "Σ", "Phi": "Φ", "Psi": "Ψ", "Omega": "Ω",
+    "ell": "ℓ", "infty": "∞",
+}  # fmt: skip
+OPERATORS = {
+    "le": "≤", "ge": "≥", "ne": "≠", "approx": "≈", "in": "∈", "cdot": "⋅", "times": "×", "to": "→", "pm": "±", "mp": "∓",
+    "ldots": "…", "dots": "…", "cdots": "⋯", "Leftrightarrow": "⇔", "Rightarrow": "⇒", "succ": "≻", "ll": "≪", "gg": "≫",
+    "partial": "∂", "circ": "∘", "colon": ":", "lbrace": "{", "rbrace": "}", "{": "{", "}": "}", "%": "%", "vert": "|",
+}  # fmt: skip
+ACCENTS = {"dot": "˙", "ddot": "¨", "dddot": "⃛", "hat": "^", "widehat": "^", "tilde": "~", "bar": "¯", "vec": "→"}
+FUNCTIONS = frozenset(("sin", "cos", "tan", "arctan", "exp", "min", "max", "sup", "inf", "det", "log"))
+LARGE = {"int": "∫", "sum": "∑", "prod": "∏"}
+SPACES = {"quad": "1em", "qquad": "2em", ",": "0.17em", ";": "0.28em", ":": "0.22em", "!": "-0.17em", " ": "0.25em"}
+FENCES = {"lvert": "|", "rvert": "|", "lVert": "‖", "rVert": "‖", "|": "‖", "langle": "⟨", "rangle": "⟩", "{": "{", "}": "}"}
+MATRICES = {"bmatrix": "[]", "pmatrix": "()", "cases": "{", "aligned": "", "matrix": ""}
+"""Environments with what stands around them."""
+
+CELL_ENDS = frozenset(("&", r"\\", r"\end"))
+
+TOKEN = re.compile(r"\\[A-Za-z]+|\\.|\d+(?:\.\d+)?(?:\{,\}\d+)?|[^\s]|\s+", re.DOTALL)
+TAG = re.compile(r"\\tag\{([^{}]*)\}")
+
+
+def mathml(latex: str, block: bool = False) -> str:
+    r"""A formula as a `<math>` element, its source inside for those who copy it. Raises ValueError for what is not understood.
+
+    block: displayed on a line of its own; a `\tag` is left out, see `displayed`.
+    """
+    source = TAG.sub("", latex).strip()
+    reader = Reader(TOKEN.findall(source), source, block)
+    content = reader.row(ends=frozenset())
+    display = ' display="block"' if block else ""
+    note = f'<annotation encoding="application/x-tex">{escape(source)}</annotation>'
+    return f"<math{display}><semantics><mrow>{content}</mrow>{note}</semantics></math>"
+
+
+def displayed(latex: str) -> str:
+    r"""A displayed formula as HTML, the number that `\tag` gives it at the right. Raises ValueError."""
+    found = TAG.search(latex)
+    number = f'<span class="tag">({escape(found[1])})</span>' if found else ""
+    return f'<div class="equation">{mathml(latex, block=True)}{number}</div>'
+
+
+SOURCE = re.compile(r"\$\$(.+?)\$\$|\$([^$\n]+?)\$", re.DOTALL)
+
+
+def typeset(text: str, around: Callable[[str], str] = escape) -> str:
+    """Text in which formulas stand between dollar signs, as HTML. around: makes HTML of what is between them."""
+    parts, done = [], 0
+    for found in SOURCE.finditer(text):
+        parts += [around(text[done : found.start()]), displayed(found[1]) if found[1] else mathml(found[2])]
+        done = found.end()
+    return "".join([*parts, around(text[done:])])
+
+
+class Reader:
+    """Reads the tokens of a formula one after the other."""
+
+    def __init__(self, tokens: list[str], source: str, block: bool) -> None:
+        self.tokens, self.source, self.block, self.at = tokens, source, block, 0
+
+    def wrong(self, what: str) -> ValueError:
+        """An error that shows the formula."""
+        return ValueError(f"{what} in the formula {self.source!r}")
+
+    def peek(self) -> str:
+        """The next token, "" at the end; spaces are skipped."""
+        while self.at < len(self.tokens) and self.tokens[self.at].isspace():
+            self.at += 1
+        return self.tokens[self.at] if self.at < len(self.tokens) else ""
+
+    def take(self, wanted: str = "") -> str:
+        """The next token, which has to be `wanted` if that is given."""
+        token = self.peek()
+        if not token or (wanted and token != wanted):
+            raise self.wrong(f"{wanted or 'something'} is missing")
+        self.at += 1
+        return token
+
+    def row(self, ends: frozenset[str]) -> str:
+        """Everything up to a token that ends it, which is not taken."""
+        parts = []
+        while (token := self.peek()) and token not in ends:
+            parts.append(self.scripted())
+        return "".join(parts)
+
+    def group(self) -> str:
+        """An argument: what is between braces, or the next thing."""
+        if self.peek() != "{":
+            return self.thing()
+        self.take("{")
+        content = self.row(frozenset("}"))
+        self.take("}")
+        return f"<mrow>{content}</mrow>"
+
+    def words(self) -> str:
+        """An argument that is text, as it is written."""
+        self.take("{")
+        start = self.at
+        while self.at < len(self.tokens) and self.tokens[self.at] != "}":
+            self.at += 1
+        text = "".join(self.tokens[start : self.at])
+        self.take("}")
+        return text
+
+    def scripted(self) -> str:
+        """A thing with its sub- and superscript, and its primes."""
+        first = self.peek()
+        base, low, high = self.thing(), "", ""
+        while (token := self.peek()) in ("_", "^", "'"):
+            self.take()
+            if token == "'":
+                high += "<mo>′</mo>"
+            elif token == "_":
+                low = self.group()
+            else:
+                high += self.group()
+        over = first == r"\sum" and self.block
+        kind = (
+            ("under" if low else "") + ("over" if high else "") if over else ("sub" if low else "") + ("sup" if high else "")
+        )
+        high = f"<mrow>{high}</mrow>" if high else ""
+        return f"<m{kind}>{base}{low}{high}</m{kind}>" if low or high else base
+
+    def thing(self) -> str:  # noqa: PLR0911 (a table of cases)
+        """One letter, number, operator or command."""
+        token = self.take()
+        if token.startswith("\\"):
+            return self.command(token[1:])
+        if token == "{":
+            self.at -= 1
+            return self.group()
+        if token in "}&_^":
+            raise self.wrong(f"a {token} where none can be")
+        if token.isalpha():
+            return f"<mi>{token}</mi>"
+        if token[0].isdigit():
+            return f"<mn>{token.replace('{,}', ',')}</mn>"
+        if token == "|":
+            return '<mo stretchy="false" lspace="0" rspace="0">|</mo>'
+        if token in "()[]":
+            return f'<mo stretchy="false">{token}</mo>'
+        return f"<mo>{escape({'-': '−', '*': '∗', '~': ' '}.get(token, token))}</mo>"
+
+    def command(self, name: str) -> str:  # noqa: PLR0911 (a table of cases)
+        """What a command makes."""
+        if name in GREEK:
+            upright = ' mathvariant="normal"' if name[0].isupper() or name == "infty" else ""
+            return f"<mi{upright}>{GREEK[name]}</mi>"
+        if name in FUNCTIONS:
+            return f"<mi>{name}</mi><mo>&#8289;</mo>"
+        if name in SPACES:
+            return f'<mspace width="{SPACES[name]}"></mspace>'
+        if name in LARGE:
+            return f"<mo>{LARGE[name]}</mo>"
+        if name in FENCES and name not in "{}":
+            return f'<mo stretchy="false" lspace="0" rspace="0">{FENCES[name]}</mo>'
+        if name in OPERATORS:
+            return f"<mo>{escape(OPERATORS[name])}</mo>"
+        if name in ACCENTS:
+            return f'<mover accent="true">{self.group()}<mo stretchy="false">{ACCENTS[name]}</mo></mover>'
+        if name in ("frac", "tfrac"):
+            return f"<mfrac>{self.group()}{self.group()}</mfrac>"
+        if name == "sqrt":
+            return f"<msqrt>{self.group()}</msqrt>"
+        return self.environment(name)
+
+    def environment(self, name: str) -> str:
+        """Commands with arguments of other kinds."""
+        if name in ("text", "mathrm", "operatorname"):
+            words = escape(self.words())
+            return f"<mtext>{words}</mtext>" if name == "text" else f'<mi mathvariant="normal">{words}</mi>'
+        if name == "mathbf":
+            return f'<mi class="bold">{escape(self.words())}</mi>'
+        if name == "class":
+            return f'<mrow class="{escape(self.words())}">{self.group()}</mrow>'
+        if name == "left":
+            opening = self.fence()
+            content = self.row(frozenset((r"\right",)))
+            self.take(r"\right")
+            return f"<mrow>{opening}{content}{self.fence()}</mrow>"
+        if name == "begin":
+            return self.rows(self.words())
+        raise self.wrong(f"\\{name} is not understood")
+
+    def fence(self) -> str:
+        """A delimiter as high as what it encloses; a dot is none."""
+        token = self.take().removeprefix("\\")
+        return "" if token == "." else f'<mo stretchy="true" fence="true">{escape(FENCES.get(token, token))}</mo>'
+
+    def rows(self, name: str) -> str:
+        """A matrix, cases, or lines aligned at their ampersands."""
+        if name not in MATRICES:
+            raise self.wrong(f"\\begin{{{name}}} is not understood")
+        lines: list[list[str]] = [[]]
+        while True:
+            lines[-1].append(self.row(CELL_ENDS))
+            token = self.take()
+            if token == r"\end":
+                break
+            if token == r"\\":
+                lines.append([])
+        if self.words() != name:
+            raise self.wrong(f"\\end{{{name}}} is missing")
+        body = "".join(f"<mtr>{''.join(f'<mtd>{cell}</mtd>' for cell in line)}</mtr>" for line in lines if any(line))
+        kind = ' class="aligned" displaystyle="true"' if name == "aligned" else f' class="{name}"'
+        around = [f'<mo stretchy="true" fence="true">{one}</mo>' for one in MATRICES[name]]
+        first, last = around[0] if around else "", around[1] if len(around) > 1 else ""
+        return f"<mrow>{first}<mtable{kind}>{body}</mtable>{last}</mrow>"

@@ -1,0 +1,72 @@
+"""Formulas as MathML: what each piece of LaTeX becomes, what is refused, and that every page's formulas are understood."""
+
+import re
+from xml.etree import ElementTree
+
+import pytest
+
+from docs.site.pages import name_of, pages
+from quadstep.report.mathml import SOURCE, displayed, mathml, typeset
+
+FENCED = re.compile(r"^```.*?^```|^ {4}.*?$|`[^`\n]*`|<!--.*?-->", re.DOTALL | re.MULTILINE)
+
+
+def inside(latex):
+    """A formula without the frame that all have."""
+    return re.sub(r"</?math[^>]*>|</?semantics>|<annotation.*</annotation>", "", mathml(latex)).removeprefix("<mrow>")[:-7]
+
+
+@pytest.mark.parametrize(
+    ("latex", "made"),
+    [
+        ("x", "<mi>x</mi>"),
+        ("-12.5", "<mo>−</mo><mn>12.5</mn>"),
+        (r"\Lambda_1", '<msub><mi mathvariant="normal">Λ</mi><mn>1</mn></msub>'),
+        ("K_{r1}", "<msub><mi>K</mi><mrow><mi>r</mi><mn>1</mn></mrow></msub>"),
+        ("x_d^2", "<msubsup><mi>x</mi><mi>d</mi><mrow><mn>2</mn></mrow></msubsup>"),
+        ("f'", "<msup><mi>f</mi><mrow><mo>′</mo></mrow></msup>"),
+        (r"\dot e_1", '<msub><mover accent="true"><mi>e</mi><mo stretchy="false">˙</mo></mover><mn>1</mn></msub>'),
+        (r"\frac{1}{2}", "<mfrac><mrow><mn>1</mn></mrow><mrow><mn>2</mn></mrow></mfrac>"),
+        (r"\sqrt N", "<msqrt><mi>N</mi></msqrt>"),
+        (r"\text{if } a < b", "<mtext>if </mtext><mi>a</mi><mo>&lt;</mo><mi>b</mi>"),
+        (r"\class{s-r}{r}", '<mrow class="s-r"><mrow><mi>r</mi></mrow></mrow>'),
+    ],
+)
+def test_what_each_piece_becomes(latex, made):
+    assert inside(latex) == made
+
+
+def test_a_matrix_has_its_rows_and_columns():
+    found = ElementTree.fromstring(mathml(r"\begin{bmatrix} a & b \\ c & d \\ \end{bmatrix}"))
+    assert [[len(cell) for cell in row] for row in found.iter("mtr")] == [[1, 1], [1, 1]]
+    assert [one.text for one in found.iter("mo")] == ["[", "]"]
+
+
+@pytest.mark.parametrize(
+    "latex", [r"\unknown x", "{x", "x}", r"\left( x", r"\begin{bmatrix} a", r"\begin{tabular} a \end{tabular}", "x^", "a & b"]
+)
+def test_what_is_not_understood_is_refused_with_the_formula(latex):
+    with pytest.raises(ValueError, match=r"in the formula"):
+        mathml(latex)
+
+
+def test_a_number_stands_at_the_right_and_not_in_the_formula():
+    found = displayed(r"a = b \tag{T16}")
+    assert found.endswith('<span class="tag">(T16)</span></div>')
+    assert "tag{" not in found
+
+
+def test_text_around_formulas_is_escaped_and_their_source_stays_inside():
+    assert typeset("a & b") == "a &amp; b"
+    found = typeset("<$x<1$>")
+    assert found.startswith("&lt;<math>")
+    assert found.endswith("</math>&gt;")
+    assert '<annotation encoding="application/x-tex">x&lt;1</annotation>' in found
+
+
+@pytest.mark.parametrize("page", pages(), ids=name_of)
+def test_every_formula_of_a_page_is_understood_and_well_formed(page):
+    text = FENCED.sub("", page.read_text(encoding="utf-8"))
+    assert text.replace("$$", "").count("$") % 2 == 0
+    for found in SOURCE.finditer(text):
+        ElementTree.fromstring(mathml(found[1] or found[2], block=bool(found[1])))
