@@ -214,6 +214,10 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     assert with_links("See `docs/ci.md`.\n\n```text\n`docs/ci.md`\n```", "lessons/a.md", there).startswith(
         "See [`docs/ci.md`](../ci.md).\n\n```text\n`docs/ci.md`"
     )
+    passed = "[docs/ci.md](ci.md), `make docs/ci.md`, src/docs/ci.md, docs/no.md"
+    assert (
+        with_links(f"| a | docs/ci.md; b | {passed}", "lessons/a.md", there) == f"| a | [docs/ci.md](../ci.md); b | {passed}"
+    )
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "page.html").write_text("page")
     flown = with_flights("<!-- page: out/page.html | Live -->", tmp_path, tmp_path / "static", "lessons/a.md")

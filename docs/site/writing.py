@@ -3,7 +3,8 @@
 import os
 import re
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from docs.site.listings import MARK, Kind, listings
@@ -18,6 +19,18 @@ SHOWING = ("tutorials", "lessons")
 
 MOST_LINES = 40
 """Of a command's output."""
+
+
+MENTION = re.compile(
+    r"```.*?\n```|\[[^\]\n]*\]\([^)\n]*\)|`(?P<code>[\w./-]+\.md)`|`[^`\n]*`|(?<![\w/])(?P<plain>docs/[\w./-]+\.md)", re.DOTALL
+)
+"""What a page mentions of another, as code or plainly; listings, links and other code are passed over."""
+
+REFERENCE: Mapping[str, Callable[[], str]] = {
+    "commands": commands.page, "python": python.page, "equations": equations.page, "files": files.page,
+    **{name: partial(keys.page, name) for name in keys.FILES},
+}  # fmt: skip
+"""The pages made from code, by name."""
 
 
 class MissingError(Exception):
@@ -51,11 +64,10 @@ def with_links(text: str, place: str, there: Mapping[str, str]) -> str:
     """A page in which every mention of another is a link. there: where each stands in the site, by its name."""
 
     def linked(found: re.Match[str]) -> str:
-        target = there.get(found[1])
+        target = there.get(found["code"] or found["plain"] or "")
         return f"[{found[0]}]({os.path.relpath(target, Path(place).parent)})" if target and target != place else found[0]
 
-    parts = re.split(r"(```.*?\n```)", text, flags=re.DOTALL)
-    return "".join(part if part.startswith("```") else re.sub(r"(?<!\[)`([\w./-]+\.md)`", linked, part) for part in parts)
+    return MENTION.sub(linked, text)
 
 
 def embedded(name: str, caption: str) -> str:
@@ -93,8 +105,7 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
 def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]], figures: Path) -> None:
     """Write every page by hand. results: folder and results of the pages that ran. figures: newly drawn pictures of docs/."""
     found = {path: place for path, place in pages().items() if path.is_file()}
-    there = {path.relative_to(ROOT).as_posix(): place for path, place in found.items()}
-    there |= {f"docs/reference/{name}.md": f"reference/{name}.md" for name in reference()}
+    there = places()
     for path, place in found.items():
         folder, ran = results.get(path, (None, []))
         text = with_listings(path.read_text(encoding="utf-8"), ran, place.split("/")[0] in SHOWING)
@@ -121,14 +132,15 @@ def with_further(text: str, places: Iterable[str]) -> str:
     )
 
 
-def reference() -> dict[str, str]:
-    """The pages made from code, by name."""
-    made = {"commands": commands.page, "python": python.page, "equations": equations.page, "files": files.page}
-    return {**{name: make() for name, make in made.items()}, **{name: keys.page(name) for name in keys.FILES}}
+def places() -> dict[str, str]:
+    """Where each page stands in the site, by its name."""
+    by_hand = {path.relative_to(ROOT).as_posix(): place for path, place in pages().items() if path.is_file()}
+    return by_hand | {f"docs/reference/{name}.md": f"reference/{name}.md" for name in REFERENCE}
 
 
 def write_reference(source: Path) -> None:
     """Write them."""
     (source / "reference").mkdir(parents=True, exist_ok=True)
-    for name, text in reference().items():
-        (source / "reference" / f"{name}.md").write_text(text, encoding="utf-8")
+    for name, made in REFERENCE.items():
+        place = f"reference/{name}.md"
+        (source / place).write_text(with_links(made(), place, places()), encoding="utf-8")
