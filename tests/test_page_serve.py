@@ -5,6 +5,7 @@ import errno
 import http.client
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -496,7 +497,7 @@ def test_cards_have_kind_picture_and_error(tmp_path):
     (found,) = results(tmp_path)
     assert (found.kind, found.picture, found.rmse) == ("Flight", "figures/position.png", 0.0123)
     text = answer(tmp_path, "/").text
-    assert 'src="/files/one/figures/position.png"' in text
+    assert 'src="/thumb/one/"' in text
     assert "RMSE 12.3\u00a0mm" in text
 
 
@@ -556,3 +557,40 @@ def test_a_qr_code_is_drawn_where_its_extra_is_there_and_else_named(monkeypatch)
     assert qr_drawing("http://x/") == ""
     with pytest.raises(UserError, match="the QR code needs segno; install it"):
         qr_text("http://x/")
+
+
+LOG = "t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n"
+
+
+def stamped(root, rows, outcome="completed"):
+    """The answer for the thumbnail of a flight with these rows of its log."""
+    (root / "one").mkdir(exist_ok=True)
+    (root / "one" / "flight.csv").write_text(rows)
+    (root / "one" / "metrics.json").write_text(json.dumps({"ended[s]": 1.0, "outcome": outcome}))
+    return answer(root, "/thumb/one/")
+
+
+def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(tmp_path):
+    rows = "".join(f"{t},{10 * t},{5 * t * t},{0.1 * t},{10 * t},{5 * t * t},0\n" for t in np.linspace(0.0, 1.0, 1000))
+    found = stamped(tmp_path, LOG + rows)
+    assert (found.status, found.kind) == (200, "image/svg+xml")
+    flown, desired = re.findall(r'<path d="M([^"]*)"', found.text)[:2]
+    points = np.array([[float(one) for one in pair.split()] for pair in flown.split("L")])
+    assert len(points) > 200
+    assert np.allclose(points[:, 1] - points[0, 1], -((points[:, 0] - points[0, 0]) ** 2) / 488.0, atol=0.2)
+    assert desired == flown, "they differ in height, which is not seen from above"
+    assert "x 10 m, y 5 m" in found.text
+    assert "#c22" in found.text.split("<path")[2]
+    assert "#c22" not in found.text.split("<path")[3]
+    assert "#c22" in stamped(tmp_path, LOG + rows, "diverged").text.split("<path")[3]
+    assert 'src="/thumb/one/"' in answer(tmp_path, "/").text
+
+
+@pytest.mark.parametrize(
+    "log",
+    ["", LOG, "t,x\n1,2\n", LOG + "1,2\n" * 9, *(LOG + f"1,{x},2,3,4,5,6" for x in ("a", "nan", "1e300")), "," * 99999],
+    ids=range(8),
+)
+def test_a_log_that_cannot_be_drawn_has_no_picture(tmp_path, log):
+    assert stamped(tmp_path, log).status == 404
+    assert stamped(tmp_path, LOG + "1,2,3,4,5,6,7").status == 200, "one row is a point"

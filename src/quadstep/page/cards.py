@@ -57,10 +57,12 @@ def best(result: ResultFolder) -> str:
 
 
 def picture(result: ResultFolder) -> str:
-    """Its thumbnail."""
-    if result.picture is None:
+    """Its thumbnail: of a flight its path."""
+    if "flight.csv" not in result.files and result.picture is None:
         return "<span>no picture</span>"
-    return f'<img loading="lazy" alt="" src="{escape(address(result, result.picture))}">'
+    file = address(result, result.picture or "")
+    source = address(result, "").replace("/files/", "/thumb/", 1) if "flight.csv" in result.files else file
+    return f'<img loading="lazy" alt="" src="{escape(source)}">'
 
 
 MARKS = {"as asked": ("good", "✓"), "flew, but": ("fair", "!"), "lost": ("bad", "✕")}

@@ -17,12 +17,14 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 from quadstep.io import files
 from quadstep.io.errors import UserError
 from quadstep.io.results.folder import opened
+from quadstep.metrics.judging.grade import FlightGrade
 from quadstep.page.cards import list_page
 from quadstep.page.compared import compared_page
-from quadstep.page.folder import manifest, result_in, results
+from quadstep.page.folder import grade, manifest, result_in, results
 from quadstep.page.model import Link
 from quadstep.page.opened import open_result, open_two
 from quadstep.page.sharing import COOKIE, LOCAL, Access, qr_drawing
+from quadstep.page.thumbnail import thumbnail
 
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' blob:; worker-src blob:; style-src 'unsafe-inline'; "
@@ -101,6 +103,19 @@ def compare(root: Path, query: str) -> str:
     return compared_page((first, second), (manifest(folders[0]), manifest(folders[1])))
 
 
+def stamp(folder: Path) -> str:
+    """The thumbnail of a flight. Raises UserError, ValueError, OSError where its log cannot be drawn."""
+    with opened(folder) as held, held.file("flight.csv", files.LOG) as log:
+        return thumbnail(log, grade(manifest(folder)) == FlightGrade.LOST)
+
+
+DRAWN: Mapping[str, tuple[str, Callable[[Path], str]]] = {
+    "/fly/": (".html", lambda folder: open_result(folder, BACK)),
+    "/thumb/": (".svg", stamp),
+}
+"""What is drawn of a flight's log when it is asked for, below these: its kind, and from its folder."""
+
+
 def answer(root: Path, target: str, share: str = "") -> Answer:
     """The answer to a GET of `target`. share: what the list says of who may see it."""
     try:
@@ -118,9 +133,9 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
         if path.startswith("/files/"):
             kind = KINDS.get(PurePosixPath(unquote(path)).suffix.lower(), OTHER_KIND)
             return Answer(HTTPStatus.OK, kind, file=open_file(root, path.removeprefix("/files/")))
-        if path.startswith("/fly/"):
-            folder = folder_below(root, path.removeprefix("/fly/"))
-            return Answer(HTTPStatus.OK, KINDS[".html"], open_result(folder, BACK))
+        for start, (kind, drawn) in DRAWN.items():
+            if path.startswith(start):
+                return Answer(HTTPStatus.OK, KINDS[kind], drawn(folder_below(root, path.removeprefix(start))))
     except (NotFound, OSError, ValueError):  # no such name, or none that a file can have
         pass
     except UserError as error:
