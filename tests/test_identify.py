@@ -8,13 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from quadstep.identify.averages import blocks, forces, rotor_speeds, torques
+from quadstep.identify.averages import blocks, rotor_speeds, torques
 from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
 from quadstep.identify.errors import differences
 from quadstep.identify.errors import logged as measured_at
 from quadstep.identify.fit import EFFECTS, LONG_WEIGHTS, Fitted, Identified, identify, limits_guess
 from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with_values
 from quadstep.identify.logs.signals import spectrum
+from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import LIMITS, numbers_of
 from quadstep.identify.predictor import Predictor, leaning
 from quadstep.identify.problem import PredictionBatch, as_states

@@ -1,4 +1,4 @@
-"""Equation error on averages: thrust, tilt, centre of gravity, drag and flapping from averages over half a second of flight.
+"""Averages over half a second of flight, and equation error of their torques: centre of gravity and flapping.
 
 Averages are used so that noise in the regressors does not bias the regression, and because an observer that learns slow
 forces would hide all of these parameters from prediction errors.
@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Curve, PredictorParameters
@@ -24,22 +23,6 @@ BLOCK = 0.5
 
 FEWEST = 12
 """Fewest blocks for an estimate."""
-
-LEAST_SPREAD = 0.008
-"""Standard deviation of a command's logarithm below which its exponent cannot be estimated; half of it for a voltage's."""
-
-LEAST_EXPLAINED = 0.5
-"""Share of the changes of the lift that the command must explain for its exponent to be estimated."""
-
-
-MOST_TILT = 0.05
-"""Largest angle between the measured axes and those of the rotors that is a mounting's, not a steady wind's [rad]."""
-
-
-NEVER = "never changes, or was not logged"
-
-GUSTS = 0.005
-"""Standard error of the logarithm of a rotor's speed where wind blows, whose gusts lift and press."""
 
 
 class Told(NamedTuple):
@@ -157,126 +140,6 @@ def hubs(block: HalfSeconds, geometry: Geometry) -> Floats:
     """Velocity of every rotor's hub in body axes [m/s], shape (n, samples, rotors, 3)."""
     places = np.array([mount.position for mount in geometry.mounts])
     return block.velocity[:, :, None, :] + np.cross(block.rates[:, :, None, :], places)
-
-
-def exponents(
-    flight: NDArray[np.int64], commands: Floats, volts: Floats, lift: Floats, speeds: bool
-) -> tuple[list[str], dict[str, str]]:
-    """The exponents that logarithms of commands, voltages and lift (n,) determine, and why they do not determine the others.
-
-    Commands under feedback also answer to noise and to disturbances. Where these are most of what moves them, the slope of
-    lift on commands tells of the autopilot, not of the rotors.
-    """
-    if speeds:
-        return [], {f"command.{name}": "rotor speeds were logged, no commands" for name in ("exponent", "voltage_exponent")}
-    means = np.array([[one[flight == i].mean() for one in (commands, volts, lift)] for i in range(int(flight.max()) + 1)])
-    command, voltage, raised = (np.stack([commands, volts, lift], axis=1) - means[flight]).T
-    free: list[str] = []
-    why: dict[str, str] = {}
-    for name, what, values, least in (
-        ("exponent", "command", command, LEAST_SPREAD), ("voltage_exponent", "voltage", voltage, 0.5 * LEAST_SPREAD)
-    ):  # fmt: skip
-        spread = float(np.sqrt(np.mean(values**2)))
-        if spread < least:
-            varies = f"varies by {100 * spread:.2g} % only within a flight" if spread > 1e-9 else NEVER
-            why[f"command.{name}"] = f"the {what} {varies}"
-        else:
-            free.append(name)
-    if "exponent" in free:
-        known = np.stack([voltage, np.ones(len(voltage))], axis=1)
-        x, y = (one - known @ np.linalg.lstsq(known, one, rcond=None)[0] for one in (command, raised))
-        explained = float(x @ y) ** 2 / max(float((x @ x) * (y @ y)), 1e-300)
-        if explained < LEAST_EXPLAINED:
-            free.remove("exponent")
-            why["command.exponent"] = f"the command explains {100 * explained:.0f} % only of how the thrust changes"
-    return free, why
-
-
-def forces(
-    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, wind: bool = False
-) -> tuple[dict[str, Told], dict[str, str]]:
-    """Thrust curve, tilt and drag from mean forces, all at once, in `rounds` rounds; undetermined ones with the reason.
-
-    m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub,
-    w = speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each flight has a speed
-    of its own, and the exponents come from variation within flights.
-
-    wind: whether a steady wind blows in each flight; then the tilt stays, as either leans the vehicle. It is assumed where the
-    tilt without it would be larger than any mounting's.
-    """
-    commands = np.maximum(block.commands, 1e-3)
-    logs, volts = np.log(commands), np.log(block.volts / p.curve.nominal)
-    flight = np.unique(block.flight, return_inverse=True)[1].astype(np.int64)
-    count = int(flight.max()) + 1
-    factor = float(p.airframe.rotor.thrust / p.airframe.mass)
-    lift = np.log(np.maximum((block.gain * block.axes[..., 2].mean(axis=1)).sum(axis=1), 1e-3))
-    free, why = exponents(flight, logs.mean(axis=(1, 2)), volts.mean(axis=1), lift, speeds)
-    a, b = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
-    levels = np.full(count, math.log(p.curve.speed))
-    names = [*free, "flat", "axial", *(() if wind else ("x", "y"))]
-    tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
-    for _ in range(rounds):
-        turned = in_rotors_axes(block, tilt)
-        air = hubs(turned, geometry)
-        turning = np.exp(levels[flight][:, None, None] + a * logs + b * volts[..., None])
-        thrusts, flow = factor * turning**2, (turning[..., None] * air).sum(axis=2) / float(p.airframe.mass)
-        level = turned.axes * flow[:, :, None, :]
-        thrust = thrusts.sum(axis=2)
-        leaning = turned.axes[..., 2]
-        lifted = (thrust[..., None] * leaning).mean(axis=1)
-        by_command = (2.0 * (thrusts * logs).sum(axis=2)[..., None] * leaning).mean(axis=1)
-        by_volts = (2.0 * (thrust * volts)[..., None] * leaning).mean(axis=1)
-        flat = (level[..., 0] + level[..., 1]).mean(axis=1)
-        axial = level[..., 2].mean(axis=1)
-        columns = [2.0 * lifted * (flight == i)[:, None] for i in range(count)]
-        columns += [{"exponent": by_command, "voltage_exponent": by_volts}[name] for name in free]
-        columns += [-flat, -axial]
-        columns += sideways(thrust, turned.axes, flight, wind)
-        rest = block.gain - unfitted(turned, p, air) - (lifted - drag[0] * flat - drag[1] * axial)
-        matrix = np.stack([one.reshape(-1) for one in columns], axis=1)
-        step, errors, pulls, clusters = least_squares(matrix, rest.reshape(-1), np.repeat(clusters_of(block), 3))
-        levels += step[:count]
-        named = dict(zip(names, step[count:], strict=False))
-        a, b = min(max(a + named.get("exponent", 0.0), 0.3), 2.0), min(max(b + named.get("voltage_exponent", 0.0), 0.0), 3.0)
-        tilt += np.array([named.get("x", 0.0), named.get("y", 0.0)])
-        drag += np.array([named["flat"], named["axial"]])
-    if np.hypot(*tilt) > MOST_TILT and not wind:
-        return forces(block, p, geometry, speeds, rounds, wind=True)
-    error, pull = (dict(zip(names, map(float, some[count:]), strict=False)) for some in (errors, pulls))
-    known = {f"command.{name}": Told(a if name == "exponent" else b, error[name], clusters, pull[name]) for name in free}
-    middle = float(levels.mean())
-    scatter = float(levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
-    own = math.hypot(float(np.sqrt((errors[:count] ** 2).mean() / count)), GUSTS * wind)
-    known["command.speed"] = Told(
-        math.exp(middle), math.exp(middle) * math.hypot(scatter, own), clusters if count < 3 else count,
-        math.exp(middle) * float(pulls[:count].mean()),
-    )  # fmt: skip
-    if wind:
-        keys = [f"{name}[{place}]" for name in ("imu.tilt", "centre_of_gravity") for place in (0, 1)]
-        why.update(dict.fromkeys(keys, "it cannot be told from the wind that blew"))
-    else:
-        known.update(
-            {f"imu.tilt[{i}]": Told(float(tilt[i]), error[name], clusters, pull[name]) for i, name in enumerate("xy")}
-        )
-    known["drag.rotor[0]"] = Told(max(float(drag[0]), 1e-12), error["flat"], clusters, pull["flat"])
-    known["drag.rotor[2]"] = Told(max(float(drag[1]), 1e-12), error["axial"], clusters, pull["axial"])
-    return known, why
-
-
-def unfitted(block: HalfSeconds, p: PredictorParameters, air: Floats) -> Floats:
-    """Mean accelerations by parasitic drag and translational lift, which no fit changes, in world axes (n, 3)."""
-    drag, speed = p.airframe.drag, np.linalg.norm(block.velocity, axis=-1, keepdims=True)
-    body = -speed * block.velocity * np.array([float(one) for one in drag.parasitic])
-    body[..., 2] += float(drag.translational_lift) * (air[..., 0] ** 2 + air[..., 1] ** 2).sum(axis=2)
-    found: Floats = np.einsum("nsij,nsj->nsi", block.axes, body).mean(axis=1) / float(p.airframe.mass)
-    return found
-
-
-def sideways(thrust: Floats, axes: Floats, flight: NDArray[np.int64], wind: bool) -> list[Floats]:
-    """What a tilt about x and y does to the mean forces, or a steady wind of each flight along world x and y."""
-    if wind:
-        return [np.eye(3)[axis] * (flight == i)[:, None] for i in range(int(flight.max()) + 1) for axis in (0, 1)]
-    return [sign * (thrust[..., None] * axes[..., axis]).mean(axis=1) for sign, axis in ((-1.0, 1), (1.0, 0))]
 
 
 def rotor_speeds(commands: Floats, volts: Floats, curve: Curve, measured: bool) -> Floats:

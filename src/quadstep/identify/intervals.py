@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.averages import HalfSeconds, Told, forces, torques
+from quadstep.identify.averages import HalfSeconds, Told, torques
 from quadstep.identify.logs.flight import Floats
+from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
 from quadstep.identify.predictor import PredictorParameters
 from quadstep.identify.search import Curvature, Prior
