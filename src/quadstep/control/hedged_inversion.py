@@ -36,7 +36,8 @@ from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import Net, net, nets_start, weights
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, exp, maximum, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, exp, maximum, vector, where
+from quadstep.numbers.functions import length
 from quadstep.numbers.rotations import (
     conjugate,
     cross,
@@ -163,7 +164,7 @@ class HedgedInversion(Controller):
         made = (memory.thrust / gains.mass) * axis - down
         hedge = memory.asked - made
         model_speed = speed + (flying * period) * (a_r - hedge)
-        change = weight_rate(gains.force_net, memory.weights_1, mu, on * period * r, on * period * length(e, e_dot))
+        change = weight_rate(gains.force_net, memory.weights_1, mu, on * period * r, on * period * size(e, e_dot))
         return memory._replace(
             place=place + period * model_speed,
             speed=model_speed,
@@ -210,7 +211,7 @@ class HedgedInversion(Controller):
         asked_torque = gains.inertia * asked + cross(rates, gains.inertia * rates)
 
         hedge = into_body.T @ (over * (memory.asked_torque - torque))
-        change = weight_rate(gains.torque_net, memory.weights_2, mu, on * period * r, on * period * length(e, e_dot))
+        change = weight_rate(gains.torque_net, memory.weights_2, mu, on * period * r, on * period * size(e, e_dot))
         command = Command(
             thrust=maximum(memory.force @ up_axis(rotation), 0.0),
             torque=asked_torque,
@@ -229,6 +230,6 @@ class HedgedInversion(Controller):
         )
 
 
-def length(e: Vector, e_dot: Vector) -> Number:
+def size(e: Vector, e_dot: Vector) -> Number:
     """|(e, e_dot)|."""
-    return sqrt(e @ e + e_dot @ e_dot)
+    return length(e @ e + e_dot @ e_dot, (*e, *e_dot))

@@ -19,8 +19,8 @@ class Analysis(NamedTuple):
     """A loop at rest or at an instant of a flight. margins: by channel, empty if a mode grows.
 
     loop: the linearised period. not_held: the parts of the pose in which a deviation stays.
-    limits: what a sound loop has. bends: places of the laws where slopes differ on both sides; tried:
-    which sides, in words.
+    limits: what a sound loop has. bends: places of the laws where slopes differ on both sides; near: states
+    whose slopes are others near rest; tried: on which sides and where, in words.
     """
 
     channels: tuple[Channel, ...]
@@ -30,6 +30,7 @@ class Analysis(NamedTuple):
     not_held: tuple[str, ...]
     limits: Limits
     bends: tuple[str, ...] = ()
+    near: tuple[str, ...] = ()
     tried: str = ""
 
     @property
@@ -56,7 +57,7 @@ def studied(mission: Mission) -> Studied:
     with linearising():
         rests = [at_rest(plan) for plan in plans]
         found = worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
-        return Studied(rests[0], found._replace(tried=rests[0].tried))
+        return Studied(rests[0], found._replace(near=rests[0].near, tried=rests[0].tried))
 
 
 def limits(mission: Mission) -> Limits:

@@ -9,6 +9,7 @@ from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
 from quadstep.linear.channels import commanded
+from quadstep.linear.nearby import MOVED, NEAR, bending, nearby
 from quadstep.linear.reduced import Reduced, reduced
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
@@ -46,8 +47,8 @@ PATIENCE = 3
 
 
 class Rest(NamedTuple):
-    """A loop at rest. flown: its state at tick `first`; period: linearised there. pieces: where it bends, on other sides;
-    tried: which, in words.
+    """A loop at rest. flown: its state at tick `first`; period: linearised there. pieces: where it bends, on other sides, and
+    near it; tried: which, in words. near: states whose slopes are others near rest.
     """
 
     loops: Loops
@@ -56,6 +57,7 @@ class Rest(NamedTuple):
     period: Reduced
     pieces: tuple[Reduced, ...] = ()
     tried: str = ""
+    near: tuple[str, ...] = ()
 
 
 def check_equilibrium(mission: Mission) -> None:
@@ -120,7 +122,7 @@ def at_rest(plan: FlightPlan) -> Rest:
                 flown = flown_to(plan, first)
             found = newton(loops, flown, first)
             if not found.period.period.bends:
-                return found
+                return with_near(found)
             bent = found  # perhaps only on the way: a flight may rest elsewhere
         except (NoRestError, NoSlopeError) as error:
             reasons.append(error)
@@ -128,7 +130,7 @@ def at_rest(plan: FlightPlan) -> Rest:
                 break
     if bent is None:
         raise min(reversed(reasons), key=lambda one: getattr(one, "left", np.inf))
-    return with_pieces(bent)
+    return with_near(with_pieces(bent))
 
 
 def warmed(loops: Loops) -> tuple[Flown, int]:
@@ -173,6 +175,16 @@ def with_pieces(rest: Rest) -> Rest:
         if all(one.map.shape != other.map.shape or apart(one.map, other.map) > SAME for other in found):
             found.append(one)
     return rest._replace(pieces=tuple(found[1:]), tried=f"{2 * len(mixed)} sides, of which {len(found)} differ")
+
+
+def with_near(rest: Rest) -> Rest:
+    """The loop also linearised at states near its rest, if it bends there. Raises NotLinearError."""
+    place = rest.loops, rest.flown, rest.first
+    near = bending(*place, rest.period)
+    if not near:
+        return rest
+    tried = " and ".join(filter(None, (rest.tried, f"{MOVED} states within {1e3 * NEAR:g} mm of it")))
+    return rest._replace(pieces=(*rest.pieces, *nearby(*place, rest.period.places)), tried=tried, near=near)
 
 
 def better(loops: Loops, flown: Flown, first: int, period: Reduced, change: Array, size: float) -> Flown:

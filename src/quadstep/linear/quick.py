@@ -14,6 +14,7 @@ from quadstep.io.results.code import code_digest
 from quadstep.linear.analysis import limits, of_even_rotors, of_loop, worst_of
 from quadstep.linear.equilibrium import hovering, newton, warmed
 from quadstep.linear.grade import Grade, graded
+from quadstep.linear.nearby import bending
 from quadstep.linear.sampled import Loops, linearising
 from quadstep.linear.states import states
 from quadstep.mission.schema import Mission
@@ -24,7 +25,7 @@ MOST_STATES, MOST_TICKS = 120, 50
 
 def quick_grade(mission: Mission) -> Mapping[str, str]:
     """The "grade" and "why" of a mission's loop at rest where its path begins; empty where `quadstep linear` has to be asked:
-    the loop is large, bends at rest, has no equations, or its rest is not found at once.
+    the loop is large, bends at or near rest, has no equations, or its rest is not found at once.
     """
     law = mission.controller.controller
     if issubclass(law, Opaque) or law.one_at_a_time:
@@ -57,7 +58,7 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
             if one.count > MOST_TICKS or len(states(flown)[0]) > MOST_STATES:
                 return {}
             rest = newton(one, flown, first)
-            if rest.period.period.bends:
+            if rest.period.period.bends or bending(one, rest.flown, rest.first, rest.period):
                 return {}
             analyses.append(of_loop(rest.period, limits(mission)))
     found: Grade = graded(worst_of(analyses))

@@ -43,6 +43,7 @@ def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
         "states": list(period.names),
         "margins": {channel.name: margin_record(one) for channel, one in zip(found.channels, found.margins, strict=False)},
         "bends": list(found.bends),
+        "bends_near": list(found.near),
         "sides_tried": found.tried,
         "poles[1/s]": [[pole.real, pole.imaginary] for pole in found.poles],
         "pole_states": [list(pole.states) for pole in found.poles],

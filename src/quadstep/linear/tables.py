@@ -8,6 +8,7 @@ from quadstep.linear.analysis import Analysis
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.poles import Pole
+from quadstep.linear.states import short
 from quadstep.linear.step import Step
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
@@ -22,6 +23,11 @@ METHOD = (
 BENT = (
     "The loop bends at rest: its slopes differ from side to side. The margins are the worst of {}, each as if the loop stayed "
     "there; it bends at one or more of these places"
+)
+
+NEAR = (
+    "The loop bends near its rest, where other slopes hold than at rest ({}). The margins are the worst of those at rest and "
+    "of {}."
 )
 
 SHOWN = 10
@@ -113,6 +119,8 @@ def sentences(found: Analysis) -> list[str]:
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
     bent = [f"{BENT.format(found.tried)} ({', '.join(found.bends)})."] if found.bends else []
+    if found.near and not bent:
+        bent = [NEAR.format(first(short(found.near)), found.tried)]
     return [grade.sentence, slowest, sampled, *bent]
 
 

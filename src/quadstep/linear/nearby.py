@@ -1,0 +1,68 @@
+"""Slopes of a loop near its rest: a law that bends there, though not at rest, has other slopes than those at rest.
+
+The slopes at all states within a small distance are the set of Goldstein ("Optimization of Lipschitz continuous functions",
+Mathematical Programming 13, 1977), of which Clarke's generalised Jacobian is the limit. Central differences over that distance
+tell whether the set has more than one element: of a smooth loop they are its slopes, but for the square of the distance.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.linear.modes import scales
+from quadstep.linear.reduced import Reduced, reduced
+from quadstep.linear.sampled import Loops, approached
+from quadstep.linear.states import Array, Flown, states, with_states
+
+NEAR = 1e-4
+"""Distance: 0.1 mm, 0.1 mm/s, 0.1 mrad/s and a quaternion's entry by as much; relative to 1 and to a state's size."""
+
+STRAIGHT = 1e-4
+"""Largest difference from the slopes at rest, in balanced coordinates and relative to the largest slope, of a loop that does
+not bend near its rest.
+"""
+
+MOVED, SEED = 4, 5
+"""States near rest at which a loop that bends is linearised, and what they are drawn from."""
+
+
+def bending(loops: Loops, flown: Flown, first: int, period: Reduced) -> tuple[str, ...]:
+    """The states whose slopes over a period are others near the rest `flown` at tick `first`."""
+    missed = missing(period.map, differences(loops, flown, first, period.places, NEAR)).max(axis=1)
+    return tuple(period.period.names[place] for place in np.flatnonzero(~(missed <= STRAIGHT)))
+
+
+def missing(exact: Array, other: Array) -> Array:
+    """How far maps are apart in balanced coordinates, relative to the largest slope if that is above 1."""
+    units = scales(exact)
+    ratio = units / units[:, None]
+    found: Array = np.abs((other - exact) * ratio) / max(1.0, float(np.abs(exact * ratio).max()))
+    return found
+
+
+def differences(loops: Loops, flown: Flown, first: int, places: NDArray[np.intp], size: float) -> Array:
+    """The map of a period between these states, by central differences of flights, all of them flown as one of arrays."""
+    values = np.array(states(flown)[0])
+    count = len(places)
+    steps = size * (1.0 + np.abs(values[places]))
+    columns = np.repeat(values[:, None], 2 * count, axis=1)
+    columns[places, np.arange(count)] += steps
+    columns[places, count + np.arange(count)] -= steps
+    after = states(loops.fly(with_states(flown, list(columns)), first, first + loops.count))[0]
+    ends = np.array([np.broadcast_to(after[place], 2 * count) for place in places])
+    found: Array = (ends[:, :count] - ends[:, count:]) / (2.0 * steps)
+    return found
+
+
+def nearby(loops: Loops, flown: Flown, first: int, places: NDArray[np.intp]) -> list[Reduced]:
+    """The loop linearised at states near its rest, without those where slopes do not exist. What is at these places is moved
+    before the last step of a period, so that what has to have length one does.
+    """
+    last = first + loops.count - 1
+    before = loops.tasks(loops.fly(flown, first, last), last, loops.p)[0]
+    values = np.array(states(before)[0])
+    found = []
+    for share in np.random.default_rng(SEED).uniform(-NEAR, NEAR, (MOVED, len(places))):
+        moved = values.copy()
+        moved[places] += share * (1.0 + np.abs(values[places]))
+        found.append(approached(loops, loops.step(with_states(before, moved.tolist()), last), last + 1))
+    return [reduced(one) for one in found if not one.broken]
