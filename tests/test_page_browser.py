@@ -232,6 +232,20 @@ def test_a_control_that_rests_flies_all(open_page, brief_file):
     assert page.evaluate("quadstep.outcome().whole") is None and rows(page)[-1, 0] == 4.0
 
 
+def test_a_control_says_what_it_is_how_far_it_goes_and_what_it_was(open_page, brief_file):
+    page = open_page(file=brief_file)
+    page.evaluate("quadstep.setControl('K_r1', 4)")
+    control = page.locator("#controls .control", has_text="Kr1").first
+    ends = [one.strip() for one in control.locator(".ends:visible span").all_inner_texts()]
+    control.get_by_role("button", name="About K_r1").press("Enter")
+    hint = control.locator(".hint").inner_text().replace("\u00a0", " ")
+    assert hint.startswith("The theorem requires") and hint.endswith("can be typed. Original: 3 N s/m.")
+    assert f". {ends[0]} to {ends[1]} N s/m; " in hint
+    assert control.locator("input[type=range]:visible").get_attribute("aria-describedby") == control.locator(
+        ".hint"
+    ).get_attribute("id")
+
+
 def test_back_goes_to_the_flight_before(open_page, brief_file):
     page = open_page(file=brief_file)
     page.evaluate("quadstep.setControl('K_r1', 4)")
@@ -355,16 +369,19 @@ def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page, brie
 
 
 def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
-    page = open_page(file=brief_file)
-    drawn = (
-        "[...document.querySelectorAll('.plot:not([hidden]) .stage > canvas:first-child')].map((c) => c.toDataURL().length)"
-    )
+    page = open_page(file=brief_file, scheme="dark")
     page.emulate_media(media="print")
-    page.wait_for_function(f"Math.min(...{drawn}) > 4000")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    drawn = page.evaluate("[...document.querySelectorAll('.plot')].map((one) => one.querySelectorAll('svg path').length)")
+    assert len(drawn) >= 8 and min(drawn) > 6
+    assert (
+        page.locator("#plot-position .stage svg").is_visible() and page.locator("html").get_attribute("data-theme") == "light"
+    )
     assert not [one for one in ("#transport", "#controls", "#tabs", "#camera") if page.locator(one).is_visible()]
     assert page.locator("#summary").is_visible() and page.locator("#story").is_visible()
     page.emulate_media(media="screen")
-    assert page.locator("#transport").is_visible()
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page.locator("#transport").is_visible() and page.locator("html").get_attribute("data-theme") == "dark"
 
 
 def test_vehicle_is_drawn_as_it_is_turned(open_page):
@@ -526,6 +543,12 @@ def test_without_webgl_there_are_plots_and_a_sentence(open_page):
     assert page.evaluate("quadstep.rows().length") > 500
 
 
+AXE = """async () => {
+  const done = await axe.run({ rules: { "target-size": { enabled: true } } });
+  return done.violations.map((one) => [one.id, one.nodes.map((node) => node.html)]);
+}"""
+
+
 @pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (390, "dark")])
 def test_axe_finds_nothing(open_page, width, scheme):
     if not build_tools():
@@ -535,7 +558,7 @@ def test_axe_finds_nothing(open_page, width, scheme):
     for tab in ("plots", "controls", "story"):
         if width < 1180:
             page.click(f"#tabs button[value={tab}]")
-        found = page.evaluate("axe.run().then(done => done.violations.map(one => [one.id, one.nodes.map(n => n.html)]))")
+        found = page.evaluate(AXE)
         assert found == []
 
 

@@ -21,7 +21,7 @@ from quadstep.page.missions import fly_missions, identity, missions_page
 from quadstep.page.model import ClaimView, json_number
 from quadstep.page.scenes import PANELS, panels, scene
 from quadstep.studies.paper.cases import NEURONS, case_1
-from quadstep.studies.paper.claims import check_claims
+from quadstep.studies.paper.claims import answer, check_claims
 from quadstep.studies.paper.page import TURN_NEURONS, paper_page
 from quadstep.studies.paper.study import fly_study, plan_study
 from quadstep.vehicle.paper.rotors import rotor_map
@@ -43,7 +43,9 @@ def paper_text():
     study = fly_study(plans)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(build, "template", lambda: STAND_IN)
-        return paper_page(study, plans, check_claims(study))
+        text = paper_page(study, plans, check_claims(study))
+    assert data_of(text)["intro"].endswith(answer(check_claims(study)))
+    return text
 
 
 def test_every_flight_of_the_paper_is_there_and_live(paper_text):

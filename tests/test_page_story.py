@@ -56,7 +56,9 @@ def viewed(path, case):
 
 
 def test_a_step_is_settings_and_paragraphs(tmp_path, case):
-    settings = 'set = { K_r1 = 4.0, neurons = 8, wind = [0.1, 0.0, 0.2] }\nghost = "nested-saturation"\ntime = 1.0'
+    settings = (
+        'set = { K_r1 = 4.0, neurons = 8, wind = [0.1, 0.0, 0.2] }\nghost = "nested-saturation"\ntime = 1.0\nwindow = [0, 5]'
+    )
     story = viewed(written(tmp_path, one(settings), one(title="Second", watch="net")), case)
     assert story["title"] == "A walk"
     first, second = story["steps"]
@@ -68,6 +70,7 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
     }
     assert (first["flight"], first["controller"], first["ghost"], first["time"]) == (
         "case", "backstepping", "nested-saturation", 1.0)  # fmt: skip
+    assert (first["window"], second["window"]) == ([0.0, 5.0], None)
     assert (second["title"], second["watch"], second["camera"]) == ("Second", "net", "orbit")
 
 
@@ -89,6 +92,7 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
         ('ghost = "nobody"', "ghost: 'nobody' is not one of"),
         ('camera = "under"', "camera"),
         ("time = -1", "time"),
+        ("window = [5, 1]", "window: should be two times, the later one last, not [5.0, 1.0]"),
         ("= 3", "not valid TOML"),
     ],
 )

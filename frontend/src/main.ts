@@ -11,7 +11,7 @@ import { fresh } from "./data/settings";
 import { listenToFiles } from "./logs/drop";
 import { Board } from "./plots/board";
 import { ScenePanel } from "./scene/panel";
-import { Session } from "./session";
+import { Session, type Shown } from "./session";
 import { Clock } from "./view/clock";
 import { byId, fill, h } from "./view/dom";
 import { downloadText, fileName } from "./view/download";
@@ -39,7 +39,9 @@ function start(): void {
   const page = readPage();
   const session = new Session(page);
   byId("title").textContent = page.title;
-  fill(byId("colophon"), page.intro, page.version ? ` Made with quadstep ${page.version}.` : null);
+  fill(byId("intro"), page.intro);
+  byId("intro").hidden = !page.intro;
+  fill(byId("colophon"), page.version ? `Made with quadstep ${page.version}.` : null);
   fill(byId("links"), ...page.links.filter(({ href }) => relative(href)).map(({ label, href }) => h("a", { href }, label)));
 
   let scene: ScenePanel | undefined;
@@ -51,6 +53,10 @@ function start(): void {
   const openHelp = help();
 
   byId("skip").addEventListener("click", () => byId("main-content").focus());
+  byId("skip-controls").addEventListener("click", () => {
+    pane("controls");
+    byId("controls").querySelector<HTMLElement>("select, input")?.focus();
+  });
   byId("theme").addEventListener("click", toggleTheme);
   byId("keys").addEventListener("click", openHelp);
   byId("share").addEventListener("click", () => void share(session, clock));
@@ -78,6 +84,7 @@ function start(): void {
     clock.setEnd(end);
     clock.slow = shown.flight.held ? undefined : { from: shown.flight.ended - 1, to: shown.flight.ended };
     if (another) {
+      if (opened && !opening) notice();
       board.window.reset();
       if (opened) {
         clock.seek(0);
@@ -98,8 +105,10 @@ function start(): void {
   });
 
   const guide = page.story
-    ? new Guide(byId("guide"), page.story, session, changes, board, ({ time, camera }) => {
-        clock.seek(time ?? 0);
+    ? new Guide(byId("guide"), page.story, session, changes, board, ({ time, window, camera }) => {
+        clock.seek(time ?? window?.[0] ?? 0);
+        board.window.reset();
+        if (window) board.window.zoom(...window);
         scene?.view?.look(camera);
         if (!calm) clock.playing.set(true);
       })
@@ -125,8 +134,11 @@ function start(): void {
     opening = true;
     if (link?.step === undefined) guide?.close();
     session.apply(link?.settings ?? fresh(first));
-    clock.seek(link?.time ?? 0);
-    clock.playing.set(!calm && link?.time === undefined);
+    const plays = !calm && link?.time === undefined;
+    const shown = session.shown.value;
+    clock.seek(link?.time ?? (plays && shown ? setsOut(shown) : 0));
+    if (plays && clock.end.value > LONG) clock.speed.set(4);
+    clock.playing.set(plays);
     opened = true;
     if (link?.step !== undefined) guide?.open(link.step, link.bare);
     opening = false;
@@ -149,6 +161,19 @@ function start(): void {
     scene: (key) => scene?.view?.key(key) ?? false,
   });
   document.documentElement.dataset["ready"] = "yes";
+}
+
+const LONG = 20; // s of flight that nobody waits for
+
+/** When the vehicle has gone a fiftieth of its way [s]: a page that opens should move, and a path that begins at rest hardly does. */
+function setsOut({ flight, data }: Shown): number {
+  const away = data.scene.position.flatMap((name) => {
+    const column = flight.column(name);
+    return column ? [column.map((value) => value - column[0]!)] : [];
+  });
+  const far = flight.times.map((_, i) => Math.hypot(...away.map((axis) => axis[i]!)));
+  const most = far.reduce((a, b) => Math.max(a, b), 0);
+  return flight.times[far.findIndex((way) => way >= most / 50)] ?? 0;
 }
 
 /** Once the page is on the screen: setting up a 3-D scene may take a while, plots and text need not wait for it. */

@@ -2,7 +2,8 @@
 
 import type { Control } from "../data/contract";
 import { h } from "../view/dom";
-import { flat, prose, rich } from "../view/notation";
+import { join, plain, plainUnit } from "../view/format";
+import { closed, flat, prose, rich } from "../view/notation";
 import { type Slider, slider } from "./slider";
 
 export interface Card {
@@ -18,8 +19,26 @@ export function card(control: Control, tell: Tell): Card {
 }
 
 function title(control: Control): HTMLElement {
-  const unit = control.unit && control.unit !== "-" ? h("span", { class: "unit" }, ` ${prose(control.unit)}`) : null;
-  return h("span", { class: "name", title: control.hint || null }, ...rich(control.label), unit);
+  return h("span", { class: "name" }, ...rich(control.label));
+}
+
+let made = 0;
+
+/** A button and the line that it shows: what the control is, how far it goes, and what it was. */
+function about(control: Control): { button: HTMLElement; line: HTMLElement; original: number | null } {
+  const [first, ...others] = control.components.map(({ value }) => value);
+  const original = others.every((value) => value === first) ? first! : null;
+  const shown = (value: number): string => (control.kind === "toggle" ? (value ? "on" : "off") : join(plain(value), prose(plainUnit(control.unit))));
+  const reach = control.kind === "toggle" ? "" : `${plain(control.min)} to ${shown(control.max)}; ${plain(control.low)} to ${plain(control.high)} can be typed. `;
+  const file = original === null ? control.components.map(({ label, value }) => `${flat(label)} ${shown(value)}`).join(", ") : shown(original);
+  const line = h("p", { class: "hint", id: `about-${++made}`, hidden: true }, ...rich(closed(control.hint || "A number of the mission")), ` ${reach}Original: ${file}.`);
+  const button = h("button", { type: "button", class: "about", "aria-expanded": "false", "aria-controls": line.id, "aria-label": `About ${flat(control.label)}` }, "?");
+  button.addEventListener("click", (event) => {
+    event.preventDefault(); // within a label it would switch as well
+    line.hidden = !line.hidden;
+    button.setAttribute("aria-expanded", String(!line.hidden));
+  });
+  return { button, line, original };
 }
 
 /** Whether components have words for names, not letters. */
@@ -28,8 +47,9 @@ function worded(control: Control): boolean {
 }
 
 function toggleCard(control: Control, tell: Tell): Card {
-  const box = h("input", { type: "checkbox", role: "switch" });
-  const element = h("label", { class: "control toggle" }, title(control), box);
+  const { button, line } = about(control);
+  const box = h("input", { type: "checkbox", role: "switch", "aria-describedby": line.id });
+  const element = h("div", { class: "control" }, h("div", { class: "head" }, h("label", { class: "toggle" }, title(control), box), button), line);
   box.addEventListener("change", () => tell(control, control.components.map(() => (box.checked ? 1 : 0)), true));
   return { control, element, show: (values) => (box.checked = values.some((value) => value !== 0)) };
 }
@@ -47,15 +67,17 @@ function sliderCard(control: Control, tell: Tell): Card {
   const every = (value: number): number[] => values.map(() => value);
   const one = (i: number, value: number): number[] => values.map((old, k) => (k === i ? value : old));
 
-  const all: Slider = slider(control, control.label, "", (v) => send(every(v), false), (v) => send(every(v), true));
+  const { button, line, original } = about(control);
+  const label = flat(control.label);
+  const all: Slider = slider(control, label, "", original, line.id, (v) => send(every(v), false), (v) => send(every(v), true));
   const each: Slider[] = control.components.map((component, i) =>
-    slider(control, `${control.label} ${component.label}`, flat(component.label), (v) => send(one(i, v), false), (v) => send(one(i, v), true)),
+    slider(control, `${label} ${flat(component.label)}`.trim(), flat(component.label), component.value, line.id, (v) => send(one(i, v), false), (v) => send(one(i, v), true)),
   );
   const parts = h("div", { class: worded(control) ? "parts worded" : "parts" }, ...each.map((part) => part.element));
   const splitter = h("button", { type: "button", class: "split" });
-  const reset = h("button", { type: "button", class: "reset", title: "Restore original value", "aria-label": `${control.label}: restore original value` }, "↺");
-  const head = h("div", { class: "head" }, title(control), several ? splitter : null, reset);
-  const element = h("div", { class: "control" }, head, all.element, parts);
+  const reset = h("button", { type: "button", class: "reset", title: "Restore original value", "aria-label": `${label}: restore original value` }, "↺");
+  const head = h("div", { class: "head" }, title(control), reset, several ? splitter : null, button);
+  const element = h("div", { class: "control" }, head, line, all.element, parts);
 
   const mark = (): void => {
     const changed = values.some((value, i) => value !== control.components[i]!.value);
@@ -67,7 +89,7 @@ function sliderCard(control: Control, tell: Tell): Card {
     parts.hidden = !split;
     splitter.textContent = split ? "together" : "split";
     splitter.setAttribute("aria-expanded", String(split));
-    splitter.setAttribute("aria-label", split ? `together: one value for all axes of ${control.label}` : `split: a value for each axis of ${control.label}`);
+    splitter.setAttribute("aria-label", split ? `together: one value for all axes of ${label}` : `split: a value for each axis of ${label}`);
   };
   splitter.addEventListener("click", () => {
     split = !split;

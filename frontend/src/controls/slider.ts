@@ -3,7 +3,8 @@
 import type { Control } from "../data/contract";
 import { hold } from "../data/settings";
 import { h } from "../view/dom";
-import { plain } from "../view/format";
+import { join, plain, plainUnit } from "../view/format";
+import { prose } from "../view/notation";
 
 const FINE = 400; // positions of a slider
 
@@ -30,19 +31,25 @@ export interface Slider {
   show(value: number | null): void;
 }
 
-/** label: of the whole, for the reader's ear. moving: while it is dragged; chosen: when it is let go or typed. */
+/** label: of the whole, for the reader's ear. original: the file's value, marked; null: several. about: the id of what explains it. moving: while it is dragged; chosen: when it is let go or typed. */
 export function slider(
   control: Control,
   label: string,
   short: string,
+  original: number | null,
+  about: string,
   moving: (value: number) => void,
   chosen: (value: number) => void,
 ): Slider {
-  const name = control.unit && control.unit !== "-" ? `${label} in ${control.unit}` : label;
-  const range = h("input", { type: "range", min: 0, max: FINE, step: stepOf(control), "aria-label": name });
-  const typed = h("input", { type: "text", inputmode: "decimal", spellcheck: "false", autocomplete: "off", "aria-label": name, size: 7 });
+  const unit = plainUnit(control.unit);
+  const named = { "aria-label": unit ? `${label} in ${unit}` : label, "aria-describedby": about };
+  const range = h("input", { type: "range", min: 0, max: FINE, step: stepOf(control), ...named });
+  const typed = h("input", { type: "text", inputmode: "decimal", spellcheck: "false", autocomplete: "off", ...named, size: 7 });
+  const ends = h("div", { class: "ends", "aria-hidden": "true" }, h("span", {}, plain(control.min)), h("span", {}, plain(control.max)));
+  const track = h("div", { class: original === null ? "track" : "track marked" }, range, ends);
+  if (original !== null) track.style.setProperty("--original", String(positionOfValue(control, original) / FINE));
   const complaint = h("p", { class: "complaint", role: "status", hidden: true });
-  const element = h("div", { class: "slider" }, short ? h("span", { class: "axis" }, short) : null, range, typed, complaint);
+  const element = h("div", { class: "slider" }, short ? h("span", { class: "axis" }, short) : null, track, typed, h("span", { class: "unit" }, prose(unit)), complaint);
   let current: number | null = null;
 
   const show = (value: number | null): void => {
@@ -52,7 +59,7 @@ export function slider(
     typed.title = value === null || plain(value) === exact(value) ? "" : exact(value);
     if (value !== null) {
       range.value = String(positionOfValue(control, value));
-      range.setAttribute("aria-valuetext", `${plain(value)} ${control.unit === "-" ? "" : control.unit}`.trim());
+      range.setAttribute("aria-valuetext", join(plain(value), unit));
       range.style.setProperty("--at", `${(Number(range.value) / FINE) * 100}%`);
     }
   };

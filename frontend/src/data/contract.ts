@@ -63,6 +63,8 @@ export interface StepData {
   /** A plot, "net" or "scene". */
   readonly watch: string;
   readonly time: number | null;
+  /** The stretch of time of the plots [s]; null: all. */
+  readonly window: readonly [number, number] | null;
   readonly camera: "orbit" | "follow";
 }
 

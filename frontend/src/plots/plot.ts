@@ -10,12 +10,16 @@ import { indexAt } from "./curve";
 import type { NetFoot } from "./net";
 import { type Panel, valueAt } from "./panel";
 import { type Range, type TimeWindow, largest, valueRange } from "./range";
+import { SvgSurface } from "./svg";
+
+const PAPER = [440, 140] as const; // half the width of A4, with its letters
 
 export class Plot {
   readonly element: HTMLElement;
   readonly stage: HTMLElement;
   private readonly base = h("canvas", { "aria-hidden": "true" });
   private readonly overlay = h("canvas", { "aria-hidden": "true" });
+  private readonly paper = h("div", { class: "on-paper" });
   private readonly legend = new Legend();
   private readonly tip = h("div", { class: "tip", hidden: true });
   private readonly heading = h("h3");
@@ -38,7 +42,7 @@ export class Plot {
     readonly foot?: NetFoot, // stands below and follows the cursor
   ) {
     const label = panel.across ? panel.title : `${panel.title} over time; left and right arrows move the time cursor, plus and minus zoom, 0 shows all`;
-    this.stage = h("div", { class: "stage", tabindex: 0, role: "img", "aria-label": label }, this.base, this.overlay, this.tip);
+    this.stage = h("div", { class: "stage", tabindex: 0, role: "img", "aria-label": label }, this.base, this.overlay, this.paper, this.tip);
     const head = h("header", {}, this.heading, tools, this.legend.roles);
     this.element = h("section", { class: "plot", id }, head, this.legend.element, this.stage, foot?.element, this.note);
     new ResizeObserver(() => this.resize()).observe(this.stage);
@@ -46,10 +50,7 @@ export class Plot {
       this.seen = entries.some((entry) => entry.isIntersecting);
       if (this.seen) this.refresh();
     }).observe(this.element);
-    matchMedia("print").addEventListener("change", ({ matches }) => {
-      this.seen ||= matches; // paper shows what is out of sight
-      if (matches) this.refresh();
-    });
+    globalThis.addEventListener("beforeprint", () => this.onPaper());
     this.show(panel);
   }
 
@@ -113,6 +114,14 @@ export class Plot {
     const time = this.panel.across?.range ?? this.window.range;
     const value = this.values ?? valueRange(this.panel, time);
     return { box: plotBox(width, height, top), time, value, scale: this.scale() };
+  }
+
+  /** Lines instead of pixels, also of what is out of sight. */
+  private onPaper(): void {
+    const [width, height] = PAPER;
+    const surface = new SvgSurface(width, height, palette.value.panel);
+    drawFigure(surface, this.panel, this.frameFor(width, height), palette.value);
+    this.paper.replaceChildren(surface.root);
   }
 
   private resize(): void {

@@ -28,6 +28,7 @@ export class ScenePanel {
       return;
     }
     const { view } = this;
+    window.addEventListener("beforeprint", () => view.onPaper(byId("scene-paper") as HTMLCanvasElement));
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     for (const button of byId("camera").querySelectorAll("button")) {
       button.addEventListener("click", () => view.look(button.value === "follow" ? "follow" : "orbit"));

@@ -129,6 +129,13 @@ export class SceneView {
     this.request();
   }
 
+  /** The picture as it is now, where it stays: WebGL's own is gone once it was shown. */
+  onPaper(canvas: HTMLCanvasElement): void {
+    this.draw();
+    [canvas.width, canvas.height] = [this.canvas.width, this.canvas.height];
+    canvas.getContext("2d")?.drawImage(this.canvas, 0, 0);
+  }
+
   setTime(t: number): void {
     this.time = t;
     for (const flyer of [this.flyer, this.ghost]) flyer?.place(t);

@@ -58,16 +58,18 @@ const system = window.matchMedia("(prefers-color-scheme: dark)");
 export const choice = new Watched<Choice>("auto");
 export const palette = new Watched<Palette>(system.matches ? DARK : LIGHT);
 
-function apply(): void {
-  const dark = choice.value === "dark" || (choice.value === "auto" && system.matches);
+function apply(printing = false): void {
+  const dark = !printing && (choice.value === "dark" || (choice.value === "auto" && system.matches));
   document.documentElement.dataset["theme"] = dark ? "dark" : "light";
   palette.set(dark ? DARK : LIGHT);
 }
 
-/** Follows the system and the switch. */
+/** Follows the system and the switch; paper is light. */
 export function startTheme(): void {
-  choice.watch(apply);
-  system.addEventListener("change", apply);
+  choice.watch(() => apply());
+  system.addEventListener("change", () => apply());
+  window.addEventListener("beforeprint", () => apply(true));
+  window.addEventListener("afterprint", () => apply());
 }
 
 /** To the other of dark and light. */

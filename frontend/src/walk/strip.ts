@@ -1,6 +1,6 @@
 // The walk: every flight of the page in a strip, one click each.
 
-import type { FlightData } from "../data/contract";
+import type { FlightData, Grade, PageData } from "../data/contract";
 import type { Session } from "../session";
 import { field } from "./field";
 import { MARKS } from "../summary/grade";
@@ -20,7 +20,7 @@ export class Strip {
       return button;
     };
     const parts = [...groups].map(([name, flights]) => stretch(name, flights, make));
-    fill(host, ...parts);
+    fill(host, ...parts, key(session.page));
     host.hidden = session.page.flights.length < 2;
     session.shown.watch((shown) => shown && this.mark(shown.data.id));
   }
@@ -50,6 +50,21 @@ export class Strip {
       else button.removeAttribute("aria-current");
     }
   }
+}
+
+/** What the marks mean, as far as they occur. */
+function key({ flights, claims }: PageData): HTMLElement | null {
+  const grades = (Object.keys(MARKS) as Grade[]).filter((grade) => flights.some((flight) => flight.outcome.grade === grade));
+  const judged = flights.some((flight) => flight.claims.length > 0) ? (["holds", "fails", "open"] as const) : [];
+  const words = { holds: "its claim holds", fails: "fails", open: "cannot be decided" };
+  if (grades.length < 2 && !judged.length) return null;
+  return h(
+    "p",
+    { class: "key-line" },
+    ...grades.map((grade) => h("span", {}, h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }), grade)),
+    ...judged.filter((verdict) => claims.some((claim) => claim.verdict === verdict)).map((verdict) => h("span", {}, `${GLYPHS[verdict]} ${words[verdict]}`)),
+    judged.length ? h("span", {}, "6/8: claims that hold, of those about the flight") : null,
+  );
 }
 
 /** A group under its heading. Flights with places become a table of marks, and the heading says which one is meant. */

@@ -200,7 +200,7 @@ class ClaimView(NamedTuple):
 class StepView(NamedTuple):
     """A step of a walk. values: by the key under which the page keeps settings. move: a control, "controller" or "ghost".
 
-    watch: a panel's id, "net" or "scene". time: where the cursor starts [s].
+    watch: a panel's id, "net" or "scene". time: where the cursor starts [s]. window: the stretch of time of the plots [s].
     """
 
     title: str
@@ -212,6 +212,7 @@ class StepView(NamedTuple):
     move: str
     watch: str
     time: float | None
+    window: list[float] | None
     camera: str
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from quadstep.io import files
 from quadstep.io.documents import parse_toml
@@ -38,6 +38,16 @@ def as_values(given: object) -> object:
     return given
 
 
+def as_window(given: list[float]) -> list[float]:
+    """A stretch of time. Raises ValueError."""
+    if len(given) != 2 or not given[0] < given[1]:
+        raise ValueError(f"should be two times, the later one last, not {given!r:.60}")
+    return given
+
+
+Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+"""A time in a flight [s]."""
+
 Values = Annotated[bool | float | list[float], BeforeValidator(as_values)]
 
 
@@ -51,7 +61,8 @@ class Settings(Section):
     set: dict[str, Values] = Field(default_factory=dict)
     move: str
     watch: str
-    time: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
+    time: Moment | None = None
+    window: Annotated[list[Moment], AfterValidator(as_window)] | None = None
     camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
 
 
@@ -145,7 +156,7 @@ def step_view(written: StoryStep, flight: Flight, where: str, laws: Laws) -> Ste
     moved = chosen(settings.move, [*CHOICES, *owned], f"{where}: move")
     watched = chosen(settings.watch, watchable(flight, laws.laws[controller.law].net > 0), f"{where}: watch")
     return StepView(
-        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.camera
+        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.window, settings.camera
     )  # fmt: skip
 
 

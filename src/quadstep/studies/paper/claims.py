@@ -1,5 +1,7 @@
 """The claims of Section 6 of the paper, what was measured, and the verdict."""
 
+from collections.abc import Sequence
+
 from quadstep.studies.paper.claim import Claim, Verdict
 from quadstep.studies.paper.claims_comparison import altitude, settling, sideways, smoothness, transient_cause, transients
 from quadstep.studies.paper.claims_range import neurons, wide_range
@@ -16,6 +18,15 @@ from quadstep.studies.paper.claims_tracking import (
 from quadstep.studies.paper.study import Study
 
 __all__ = ["Claim", "Verdict", "check_claims"]
+
+
+def answer(claims: Sequence[Claim]) -> str:
+    """The result for the paper's claims, in a sentence."""
+    count = {kind: sum(claim.verdict is kind for claim in claims) for kind in Verdict}
+    return (
+        f"Of {len(claims)} claims that the paper makes about its simulations, {count[Verdict.HOLDS]} hold when "
+        f"reproduced, {count[Verdict.FAILS]} fail, and {count[Verdict.UNDECIDED]} cannot be decided."
+    )
 
 
 def check_claims(study: Study) -> list[Claim]:

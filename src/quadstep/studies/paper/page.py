@@ -19,14 +19,11 @@ from quadstep.page.missions import with_walk
 from quadstep.page.model import Cell, ClaimView, Link
 from quadstep.page.story import OWN, Story, read_story
 from quadstep.studies.paper.cases import STRESS_SCALES, STRESS_TIMES, further_flights, main_cases, stress_flights
-from quadstep.studies.paper.claims import Claim, Verdict, check_claims
+from quadstep.studies.paper.claims import Claim, Verdict, answer, check_claims
 from quadstep.studies.paper.study import Study, StudyPlans, fly_study, plan_study
 
 TITLE = "Das, Lewis and Subbarao (2009), re-flown"
-INTRO = (
-    "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009). Its "
-    "flights, simulated live by the package's own control laws: move a slider and watch."
-)
+PAPER = "“Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics”."
 CASES, VARIANTS, STRESS = "The paper's cases", "Without nets", "Stress flights"
 VERDICTS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
 
@@ -106,10 +103,11 @@ def paper_page(
     """The page of a study that was flown, with a walk if there is one. Raises UserError."""
     views = [view(claim) for claim in claims]
     flown = flown_study(study, plans, views)
+    intro = f"{PAPER} {answer(claims)}"
     if story is None:
-        return build_page(TITLE, INTRO, flown, views, links)
+        return build_page(TITLE, intro, flown, views, links)
     flown, walk = with_walk(flown, story, engine)
-    return build_page(TITLE, INTRO, flown, views, links, walk)
+    return build_page(TITLE, intro, flown, views, links, walk)
 
 
 def write_paper_page(path: Path, study: Study, plans: StudyPlans, claims: Sequence[Claim]) -> bool:

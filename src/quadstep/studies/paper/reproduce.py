@@ -18,7 +18,7 @@ from quadstep.report.symbols import rich
 from quadstep.report.tables import write_log
 from quadstep.studies.paper.cases import STRESS_SCALES, STRESS_TIMES, case_1
 from quadstep.studies.paper.choices import choices
-from quadstep.studies.paper.claims import Claim, Verdict, check_claims
+from quadstep.studies.paper.claims import Claim, Verdict, answer, check_claims
 from quadstep.studies.paper.figures import CAPTIONS, figure_jobs, figure_name
 from quadstep.studies.paper.page import write_paper_page
 from quadstep.studies.paper.study import Logs, Study, completed, fly_study, plan_study
@@ -129,15 +129,6 @@ VERDICT_CLASS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECID
 
 AT_A_GLANCE = (4, 10, 12)
 """Figures of the summary: Case 1 follows its path; both controllers beside each other."""
-
-
-def answer(claims: list[Claim]) -> str:
-    """The result for the paper's claims, in a sentence."""
-    count = {kind: sum(claim.verdict is kind for claim in claims) for kind in Verdict}
-    return (
-        f"Of {len(claims)} claims that the paper makes about its simulations, {count[Verdict.HOLDS]} hold when "
-        f"reproduced, {count[Verdict.FAILS]} fail, and {count[Verdict.UNDECIDED]} cannot be decided."
-    )
 
 
 def facts(study: Study, claims: list[Claim]) -> list[page.Fact]:
