@@ -5,9 +5,10 @@ Its simulator is started by its user with `--model JSON:<host of quadstep>`; qua
 
 import socket
 import struct
+from time import monotonic
 
 from quadstep.bridges.autopilot.address import Address
-from quadstep.bridges.autopilot.link import WAIT, Lost, SensorSample
+from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Lost, SensorSample
 from quadstep.io.errors import UserError
 from quadstep.mission.autopilots import FIRST_WAIT
 
@@ -59,17 +60,23 @@ class ArduPilot:
         return [(pulse - LOW) / (HIGH - LOW) for pulse in self.pulses]
 
     def _hear(self, wait: float) -> None:
-        """Wait for the next pulse widths. Raises Lost, and UserError for what is none."""
-        self.socket.settimeout(wait)
+        """Wait for the next pulse widths; once ArduPilot is known, only from it. Raises Lost, and UserError for another
+        program instead of it.
+        """
+        until = monotonic() + wait
         while True:
+            self.socket.settimeout(max(until - monotonic(), SHORTEST))
             try:
                 data, peer = self.socket.recvfrom(4096)
             except (TimeoutError, ConnectionError):
                 raise Lost("ArduPilot stopped sending") from None
+            if monotonic() > until:
+                raise Lost("ArduPilot sent nothing new")
+            if self.peer and peer != self.peer:
+                continue
             if len(data) != PACKET.size or PACKET.unpack(data)[0] != MAGIC:
-                raise UserError(
-                    f"{peer[0]}:{peer[1]} sent a malformed packet of {len(data)} bytes; ArduPilot's packets have {PACKET.size}"
-                )
+                said = f"sent a malformed packet of {len(data)} bytes; ArduPilot's packets have {PACKET.size}"
+                raise Lost(f"ArduPilot {said}") if self.peer else UserError(f"{peer[0]}:{peer[1]} {said}")
             _, _, count, *pulses = PACKET.unpack(data)
             if count != self.count:  # a repeated packet is an old one
                 self.peer, self.count, self.pulses = peer, count, tuple(pulses)

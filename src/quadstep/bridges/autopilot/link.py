@@ -21,6 +21,10 @@ WAIT = 5.0
 """Seconds that an autopilot may be silent in flight."""
 
 
+SHORTEST = 1e-6
+"""Seconds that a socket waits where no time is left: 0 would mean that it never waits."""
+
+
 class SensorSample(NamedTuple):
     """What sensors say, in the axes of autopilots: north, east, down; front, right, down.
 
@@ -62,7 +66,7 @@ class AutopilotLink(Protocol):
         ...
 
     def exchange(self, sample: SensorSample) -> list[float]:
-        """Tell a sample, and get the outputs, 0 to 1. Raises Lost, and UserError for a malformed packet."""
+        """Tell a sample, and get the outputs, 0 to 1. Raises Lost, for a malformed packet too."""
         ...
 
     def close(self) -> None:

@@ -5,10 +5,11 @@ Its simulation is started by its user (`make px4_sitl none_iris`); quadstep list
 
 import math
 import socket
+from time import monotonic
 from typing import Protocol, cast
 
 from quadstep.bridges.autopilot.address import Address
-from quadstep.bridges.autopilot.link import WAIT, Lost, SensorSample
+from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Lost, SensorSample
 from quadstep.io.errors import UserError
 from quadstep.io.extras import optional
 from quadstep.mission.autopilots import FIRST_WAIT
@@ -129,10 +130,11 @@ class Px4:
             )  # fmt: skip
 
     def _hear(self, wait: float) -> list[float] | None:
-        """The next actuator controls; None where none come in time. Raises Lost, and UserError for what is no MAVLink."""
+        """The next actuator controls; None where none come in time, whatever else does. Raises Lost."""
         assert self.peer
-        self.peer.settimeout(wait)
-        while True:
+        until = monotonic() + wait
+        while (left := until - monotonic()) > 0.0:
+            self.peer.settimeout(max(left, SHORTEST))
             try:
                 data = self.peer.recv(4096)
             except TimeoutError:
@@ -143,9 +145,12 @@ class Px4:
                 raise Lost("PX4 closed the connection")
             for message in cast(list[Message], self.mav.parse_buffer(data) or []):
                 if message.get_type() == "BAD_DATA":
-                    raise UserError(f"the program that connected to {self.where} does not speak MAVLink")
+                    raise Lost(f"the program that connected to {self.where} does not speak MAVLink")
                 if message.get_type() == "HIL_ACTUATOR_CONTROLS":
+                    if not all(map(math.isfinite, message.controls)):
+                        raise Lost("PX4 sent controls that are no numbers")
                     return [float(one) for one in message.controls]
+        return None
 
     def close(self) -> None:
         if self.peer:
