@@ -51,15 +51,8 @@ class Scenario(NamedTuple):
 def flown_crazyflie(folder: Path, tree: Path, law: str) -> dict[str, Scenario]:
     """The scenarios of `closed.c` with the firmware's own sources and headers."""
     name, _ = adapter(folder, "crazyflie", law)
-    (folder / "autoconf.h").write_text(CONFIGURATION, encoding="utf-8")
     (folder / "closed.c").write_text((STUBS / "crazyflie/closed.c").read_text(encoding="utf-8"), encoding="utf-8")
-    sources = tree / "src"
-    places = sorted(path for path in sources.rglob("interface") if path.is_dir())
-    places += [path for place in places for path in sorted(place.rglob("*")) if path.is_dir()]
-    # the firmware's headers before the law's: one of both may be called pid.h
-    found = [f"-I{path}" for path in (folder / "config", *places, sources / "config", folder)]
-    (folder / "config").mkdir()
-    (folder / "autoconf.h").rename(folder / "config/autoconf.h")
+    sources, found = tree / "src", included(folder, tree)
     objects = []
     for number, unit in enumerate([*(sources / one for one in FIRMWARE), "closed.c", "controller_quadstep.c"]):
         objects.append(f"{number}.o")
@@ -70,6 +63,17 @@ def flown_crazyflie(folder: Path, tree: Path, law: str) -> dict[str, Scenario]:
     run(["gcc", *objects, "-lm", "-o", "closed"], folder)
     lines = run(["./closed"], folder).splitlines()
     return {line.split()[0]: Scenario(*(float(one) for one in line.split()[1:])) for line in lines}
+
+
+def included(folder: Path, tree: Path) -> list[str]:
+    """Where the Crazyflie's headers are, with its configuration in the folder; the firmware's before the folder's own, as
+    one of both may be called pid.h.
+    """
+    (folder / "config").mkdir()
+    (folder / "config/autoconf.h").write_text(CONFIGURATION, encoding="utf-8")
+    places = sorted(path for path in (tree / "src").rglob("interface") if path.is_dir())
+    places += [path for place in places for path in sorted(place.rglob("*")) if path.is_dir()]
+    return [f"-I{path}" for path in (folder / "config", *places, tree / "src/config", folder)]
 
 
 def run(line: list[str], folder: Path) -> str:

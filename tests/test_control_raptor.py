@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from quadstep import UserError, fly
-from quadstep.control.raptor import Raptor, act, published, quarters
+from quadstep.control.quarters import quarters
+from quadstep.control.raptor import Raptor, act, published
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
@@ -111,7 +112,7 @@ def test_a_vehicle_that_spins_the_other_way_round_is_flown_in_a_mirror():
 @pytest.mark.parametrize("vehicle", ["research-2.6kg", "crazyflie", "x500", "hummingbird"])
 def test_its_motors_are_those_of_the_vehicles_quarters(vehicle):
     model = load_preset(vehicle).model()
-    rotors, mirrored = quarters(model)
+    rotors, mirrored = quarters(model, "raptor")
     _, about_x, about_y, about_z = model.mixing
     assert [(about_y[i] < 0.0, about_x[i] > 0.0) for i in rotors] == [
         (True, False),

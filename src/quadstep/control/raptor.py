@@ -10,12 +10,12 @@ from functools import cache
 from importlib.resources import as_file, files
 from typing import Any, ClassVar, NamedTuple, Self
 
+from quadstep.control.quarters import quarters
 from quadstep.interfaces.commands import RotorSpeeds
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.interfaces.gain import gain, given
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
-from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 from quadstep.numbers import Matrix, Number, Vector, clip, maximum, scan, sigmoid, vector
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply, rotation_matrix
@@ -116,24 +116,6 @@ def act(policy: Policy, observation: Vector, neurons: Vector) -> tuple[Vector, V
     return layer(policy.last, neurons), neurons
 
 
-def quarters(model: Model) -> tuple[tuple[int, ...], bool]:
-    """The vehicle's rotors front right, back right, back left, front left, and whether they spin the other way round.
-
-    Raises UserError for a vehicle that has not one in each quarter, spinning in turn.
-    """
-    _, about_x, about_y, about_z = model.mixing
-    places = [(-pitch, roll) for roll, pitch in zip(about_x, about_y, strict=True)]  # forward, left [m]
-    corners = ((1, -1), (-1, -1), (-1, 1), (1, 1))
-    found = [[i for i, (x, y) in enumerate(places) if x * front > 0.0 and y * left > 0.0] for front, left in corners]
-    rotors = tuple(one[0] for one in found if len(one) == 1)
-    spins = [about_z[rotor] > 0.0 for rotor in rotors]
-    if len(rotors) != 4 or len(places) != 4 or spins not in ([False, True] * 2, [True, False] * 2):
-        raise UserError(
-            'controller.type = "raptor": flies four rotors, one in each quarter, neighbours spinning opposite ways'
-        )
-    return rotors, spins[0]
-
-
 @dataclass(frozen=True)
 class Raptor(Controller):
     """rotors: of the vehicle, in the policy's order. mirrored: whether they spin the other way round, so left is its right."""
@@ -151,7 +133,7 @@ class Raptor(Controller):
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:
         """With its rotors in the policy's order."""
-        rotors, mirrored = quarters(model)
+        rotors, mirrored = quarters(model, cls.name)
         return cls(rotors[::-1] if mirrored else rotors, mirrored)
 
     def start(self, measured: Measured, gains: RaptorGains) -> RaptorMemory:

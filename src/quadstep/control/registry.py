@@ -40,6 +40,8 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "hedged-inversion": "hedged_inversion.HedgedInversion",
         "filtered-backstepping": "filtered_backstepping.FilteredBackstepping",
         "planned-lqr": "planned_lqr.PlannedLqr",
+        "crazyflie-pid": "crazyflie_pid.CrazyfliePid",
+        "crazyflie-mellinger": "crazyflie_mellinger.CrazyflieMellinger",
     },
     PlanarState: {
         "planar-pd": "planar_pd.PlanarPd",
@@ -47,6 +49,9 @@ BUILT_IN: dict[type, dict[str, str]] = {
     },
 }
 """Module and class by the name in missions, in the order in which users are told of them."""
+
+STOCK = ("crazyflie-pid", "crazyflie-mellinger")
+"""Laws of autopilots, with an autopilot's default gains for its own vehicle: they do not follow from any other."""
 
 
 @kept

@@ -127,7 +127,9 @@ class Controller(Generic[M, Y, G, U]):
 
     rates: default sample times [s] of `law` and of each slower loop, a method with the signature of `guide` and any name;
     loops that are due run in this order, and `law` last. one_at_a_time: whether its flights are flown singly, each announced
-    by `before_flight`, because something outside the program takes part.
+    by `before_flight`, because something outside the program takes part. stock: whether its default gains are an autopilot's,
+    for its own vehicle, and do not follow from the mission's. parameter_file: the format (`io/parameter_files.py`) in which
+    the autopilot keeps its parameters; unmodelled: those of the law's own groups that it does without.
     """
 
     name: ClassVar[str] = ""
@@ -141,6 +143,9 @@ class Controller(Generic[M, Y, G, U]):
     preview: ClassVar[tuple[float, ...]] = ()
     rates: ClassVar[Mapping[str, float]] = {"guide": 0.01, "law": 0.002}
     one_at_a_time: ClassVar[bool] = False
+    stock: ClassVar[bool] = False
+    parameter_file: ClassVar[str] = ""
+    unmodelled: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:  # noqa: ARG003 (others need it)

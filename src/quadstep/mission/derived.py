@@ -60,19 +60,23 @@ class ControllerSection(Section):
         found: NetsSection | None = getattr(self, "nets", None)
         return found
 
+    def said(self, key: str) -> object:
+        """What the mission gives for the key of a gain, or its fixed default; None for one that follows from the vehicle."""
+        return attrgetter(key)(self)
+
     def gains(self, model: Model, folder: Path | None = None) -> Undecided:
         """The gains as declared, what is left out following from the vehicle.
 
         folder: where files are looked up that a key names; None for gains whose weights are not wanted. Raises UserError.
         """
-        values = {key: getattr(self, key) for key in self.controller.by_key()}
+        values = {key: self.said(key) for key in self.controller.by_key()}
         return self.controller.undecided(model, values, self.table.learning(folder) if self.table else None)
 
     def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
         """The law and its gains. folder: where files are looked up that a key names. Raises UserError."""
         model = vehicle.model()
         law, gains = self.controller.for_vehicle(model), self.gains(model, folder).decided()
-        left_out = {key: name for key, (name, _) in self.controller.by_key().items() if getattr(self, key) is None}
+        left_out = {key: name for key, (name, _) in self.controller.by_key().items() if self.said(key) is None}
         check_followed({key: flatten(attrgetter(name)(gains)) for key, name in left_out.items()})
         try:
             return BuiltController(law, law.prepare(gains, model))
@@ -148,9 +152,15 @@ def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]
     fields: dict[str, Any] = {"type": (Literal[kind or law.name], ...)}
     nets = [one for one in law.declarations().values() if isinstance(one, DeclaredNet)]
     for key, gain in fields_in_order(law).items():
-        if hasattr(ControllerSection, key):
+        table, _, inner = key.rpartition(".")
+        if hasattr(ControllerSection, table or key):
             raise TypeError(f"{law.__name__}: a gain cannot have the key {key}; give it another by key=...")
-        fields[key] = key_field(gain) if isinstance(gain, Gain) else nets_field(nets, name)
+        field = key_field(gain) if isinstance(gain, Gain) else nets_field(nets, name)
+        if table:
+            fields.setdefault(table, {})[inner] = field
+        else:
+            fields[key] = field
+    fields = {key: table_field(one, f"{name}{key}") if isinstance(one, dict) else one for key, one in fields.items()}
     made: Any = create_model(name, __base__=ControllerSection, __module__=__name__, __doc__=law.__doc__, **fields)
     made.controller, made.own = law, bool(kind)
     found: type[ControllerSection] = made
@@ -168,7 +178,13 @@ def fields_in_order(law: type[Controller]) -> Mapping[str, object]:
     return found
 
 
-def nets_field(nets: list[DeclaredNet], name: str) -> tuple[Any, Any]:
+def table_field(fields: dict[str, Any], name: str, base: type[Section] = Section) -> tuple[type[Section], Section]:
+    """A table within a controller's, and its defaults. name: of its class."""
+    made = create_model(name, __base__=base, __module__=__name__, __doc__=base.__doc__, **fields)
+    return made, made()
+
+
+def nets_field(nets: list[DeclaredNet], name: str) -> tuple[type[Section], Section]:
     """The table of the nets, with the controller's own numbers where they are the same for every vehicle."""
     fields: dict[str, Any] = {}
     for net in nets:
@@ -178,18 +194,18 @@ def nets_field(nets: list[DeclaredNet], name: str) -> tuple[Any, Any]:
     for net in nets:
         note = Quantity("-", "damping of the weights in Eq. 54")
         fields[f"kappa{net.number}"] = (Annotated[NonNegative, note], net.damping)
-    made: Any = create_model(f"{name}Nets", __base__=NetsSection, __module__=__name__, __doc__=NetsSection.__doc__, **fields)
-    return made, made()
+    return table_field(fields, f"{name}Nets", NetsSection)
 
 
 def __getattr__(name: str) -> object:
-    """A table of the package's controllers by its name, or that of its nets: so that missions can be pickled."""
-    of_law, section, nets = name.rpartition("Section")
+    """A table of the package's controllers by its name, or one within it: so that missions can be pickled."""
+    of_law, section, table = name.partition("Section")
     for measures, places in BUILT_IN.items():
-        for kind, place in places.items() if section and nets in ("", "Nets") else ():
+        for kind, place in places.items() if section else ():
             law = controller(measures, kind) if place.endswith(f".{of_law}") else None
-            if law and not nets:
+            if law and not table:
                 return section_of(law)
-            if law and "nets" in section_of(law).model_fields:
-                return section_of(law).model_fields["nets"].annotation
+            for field in section_of(law).model_fields.values() if law else ():
+                if getattr(field.annotation, "__name__", "") == name:
+                    return field.annotation
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

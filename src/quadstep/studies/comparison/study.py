@@ -147,7 +147,7 @@ class Study(NamedTuple):
         its makers know it, whatever a scenario makes of it. Raises UserError.
         """
         mission = self.nominal(vehicle, controller)
-        left = {key: value for key, value in filled_in(mission).items() if getattr(mission.controller, key) is None}
+        left = {key: value for key, value in filled_in(mission).items() if mission.controller.said(key) is None}
         found = {**controller, **{key: list(one) if isinstance(one, tuple) else one for key, one in left.items()}}
         nets = mission.controller.table
         return (

@@ -96,7 +96,7 @@ def gain(key: str, wanted: Range | None, mission: Mission) -> Gain:
             f"{said}: is {value!r:.40}, which changes the structure of the flight; allowed: {', '.join(tunable(mission))}"
         )
     present = leaves[0].present
-    wanted = wanted or declared_range(rest[0], present, mission)
+    wanted = wanted or declared_range(".".join(one for one in rest if not one.isdigit()), present, mission)
     if not wanted.low <= present <= wanted.high:
         raise UserError(f"{said}: its present value {present:g} is outside low = {wanted.low:g} to high = {wanted.high:g}")
     return Gain(key, wanted, leaves)

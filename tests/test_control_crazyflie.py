@@ -1,0 +1,73 @@
+"""The Crazyflie's stock laws: the firmware's own loops say the same, sample by sample, and its mixer and limits act."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quadstep.control.crazyflie import rotor_thrusts
+from quadstep.control.crazyflie_mellinger import CrazyflieMellinger
+from quadstep.control.crazyflie_pid import CrazyfliePid
+from quadstep.io.errors import UserError
+from quadstep.mission.vehicle_list import load_preset
+from tests.crazyflie_stock import LOOPS, firmware, motion, ours
+from tests.needs import C_COMPILER, CRAZYFLIE_TREE, needs
+
+RECORDED = Path(__file__).parent / "golden" / "crazyflie_stock.json"
+"""What the firmware of August 2026 (commit 2a18fc29) made of `motion(2, 40)`."""
+
+NEAR = {"attitude": 0.0, "rates": 0.0, "filtered": 2.0, "position": 0.05, "mellinger": 4.0}
+"""Differences allowed: none where both compute in f32; rounding of filter coefficients [counts of 4e5]; f32 in positions and
+thrust [counts, deg]; the firmware truncates three moments and the motors to whole counts.
+"""
+
+
+def check(said, found, name):
+    assert np.isfinite(said[name]).all()
+    assert np.abs(said[name] - found[name]).max() <= NEAR[name]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return ours(motion(2, 40))
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_loops_do_what_the_firmware_did(found, name):
+    said = json.loads(RECORDED.read_text(encoding="utf-8"))
+    check({one: np.array(rows, np.float32) for one, rows in said.items()}, found, name)
+
+
+@needs(C_COMPILER, CRAZYFLIE_TREE)
+def test_a_million_samples_are_the_firmwares(tmp_path):
+    asked = motion(4096, 250, seed=1)
+    said, found = firmware(tmp_path, Path(os.environ["QUADSTEP_CRAZYFLIE"]), asked.given), ours(asked)
+    for name in LOOPS:
+        check(said, found, name)
+    whole = said["mellinger"]
+    assert ((whole > 0.0) & (whole < 65535.0)).mean() > 0.5  # most of them away from limits
+
+
+def test_thrust_goes_before_turning():
+    asked = rotor_thrusts((60000.0, 20000.0, 0.0, 0.0), (0, 1, 2, 3), False, 65535.0)
+    assert list(asked) == pytest.approx([45535.0, 45535.0, 65535.0, 65535.0])
+    left = rotor_thrusts((30000.0, 0.0, 0.0, 4000.0), (0, 1, 2, 3), False, 65535.0)
+    right = rotor_thrusts((30000.0, 0.0, 0.0, 4000.0), (0, 1, 2, 3), True, 65535.0)
+    assert list(left) == [26000.0, 34000.0, 26000.0, 34000.0]
+    assert list(right) == [34000.0, 26000.0, 34000.0, 26000.0]
+
+
+@pytest.mark.parametrize("law", [CrazyfliePid, CrazyflieMellinger])
+def test_gains_do_not_follow_from_the_vehicle(law):
+    small, large = (law.gains(load_preset(name).model()) for name in ("crazyflie", "x500"))
+    assert small[:-1] == large[:-1]
+    assert small.full_thrust < large.full_thrust
+
+
+@pytest.mark.parametrize("law", [CrazyfliePid, CrazyflieMellinger])
+def test_six_rotors_are_refused(law):
+    model = load_preset("crazyflie").model()
+    with pytest.raises(UserError, match=f'"{law.name}": flies four rotors'):
+        law.for_vehicle(model._replace(mixing=tuple(type(row)((*row, *row[:2])) for row in model.mixing)))
