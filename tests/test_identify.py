@@ -346,9 +346,11 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
         assert not (tmp_path / "p.json").exists()
     taken = tmp_path / "taken.toml"
     taken.write_text("mine = 1\n")
+    (tmp_path / "circle.csv").symlink_to("circle.csv")
     for arguments, said in (
         (("replay", tmp_path / "log.csv", "--vehicle", "hexa", *mapping), "unknown preset"),
         (("replay", tmp_path / "none.csv", "--vehicle", "crazyflie", *mapping), "file not found"),
+        (("replay", tmp_path / "circle.csv", "--vehicle", "crazyflie", *mapping), "Too many levels of symbolic links"),
         (
             ("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--controller", "no"),
             "error: --controller: 'no' is",

@@ -173,6 +173,7 @@ CASES = {
     ),
     "not TOML": ("[path\n", "not valid TOML", "line 1", "the line: [path"),
     "not TOML's true": (LINE + "reversed = True\n", "not valid TOML", "line 5", "the line: reversed = True"),
+    "table given twice": (LINE + LINE, "not valid TOML: Cannot declare path twice"),
     "key given twice": (LINE + "duration = 2.0\n", "not valid TOML", "line 5"),
     "not UTF-8": (b"name = '\xff\xfe'\n", "UTF-8"),
     "binary junk": (bytes(range(256)), "UTF-8"),

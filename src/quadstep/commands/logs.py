@@ -1,6 +1,7 @@
 """What commands that read logs share."""
 
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -35,7 +36,7 @@ def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]"
 
     from quadstep.identify.logs.read import read_log
 
-    paths = [log.resolve() for log in logs]
+    paths = [Path(os.path.realpath(log)) for log in logs]  # Path.resolve raises for links in a circle
     if twice := next((log for log, path in zip(logs, paths, strict=True) if paths.count(path) > 1), None):
         raise UserError(f"{twice}: given twice; a flight counts once")
     stems = [path.with_suffix("") for path in paths]

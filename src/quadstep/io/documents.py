@@ -27,6 +27,10 @@ DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.A
 """Both take time in proportion to the text, whatever it contains."""
 
 
+KEYS = re.compile(r"\('[^)]*',?\)")
+"""A key as errors of Python's parser have it, a tuple of its parts."""
+
+
 def read_toml(path: Path) -> dict[str, object]:
     """The content of a TOML file. Raises UserError naming it."""
     return parse_toml(files.read_text(path, files.TOML), str(path))
@@ -42,7 +46,8 @@ def parse_toml(text: str, source: str) -> dict[str, object]:
     except RecursionError:
         raise too_deep(source) from None
     except ValueError as error:  # TOMLDecodeError; a number of too many digits
-        raise UserError(f"{source}: not valid TOML: {error}{shown(text, str(error))}") from None
+        said = KEYS.sub(lambda found: ".".join(re.findall("'([^']*)'", found[0])), str(error))
+        raise UserError(f"{source}: not valid TOML: {said}{shown(text, said)}") from None
     check(content, source)
     return content
 
