@@ -100,6 +100,7 @@ class CrazyflieMellinger(Controller[CrazyflieMellingerMemory, Measured, Crazyfli
     commands = RotorThrusts
     rates: ClassVar = {"law": 0.002}
     stock = True
+    parameter_file = "crazyflie"
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:

@@ -237,6 +237,8 @@ class CrazyfliePid(Controller[CrazyfliePidMemory, Measured, CrazyfliePidGains, R
     commands = RotorThrusts
     rates: ClassVar = {"guide": 0.01, "law": 0.002}
     stock = True
+    parameter_file = "crazyflie"
+    unmodelled = ("pid_attitude.yawMaxDelta",)
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:

@@ -27,6 +27,8 @@ def controller_lines(section: type[ControllerSection], model: Model, others: Seq
     yield "[controller]"
     yield commented(f'type = "{kind}"', "; or ".join(filter(None, (controller.label or kind, ", ".join(others)))))
     yield "# Shown are this vehicle's defaults, which `quadstep linear` grades. Of three axes: one number, or a list of three."
+    if controller.parameter_file:
+        yield commented('# parameters = "saved.yaml"', "", "example: a file of the autopilot's own parameters")
     gains = controller.gains(model)
     for key, (name, gain) in controller.by_key().items():
         value = gain.fixed if gain.fixed is not None else rounded(attrgetter(name)(gains))

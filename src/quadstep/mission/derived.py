@@ -3,9 +3,17 @@
 from collections.abc import Container, Iterable, Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, Self
 
-from pydantic import BeforeValidator, Field, create_model
+from pydantic import (
+    BeforeValidator,
+    Field,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    ValidationInfo,
+    create_model,
+    model_validator,
+)
 
 from quadstep.control.registry import BUILT_IN, controller
 from quadstep.interfaces.controller import Condition, Controller
@@ -27,6 +35,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.nets import NetsSection
+from quadstep.mission.saved_parameters import KEY, completed
 from quadstep.numbers import Number, flatten
 
 
@@ -53,6 +62,18 @@ class ControllerSection(Section):
     """Whether it is the user's own."""
 
     type: str
+    _notes: tuple[str, ...] = PrivateAttr(())
+    """On a file of parameters."""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_file(cls, value: object, check: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        if not isinstance(value, Mapping):
+            return check(value)
+        table, notes = completed(cls.controller, value, (info.context or {}).get("folder", Path()))
+        section = check(table)
+        section._notes = notes
+        return section
 
     @property
     def table(self) -> NetsSection | None:
@@ -93,10 +114,10 @@ class ControllerSection(Section):
         return [one for one in found if one.warned]
 
     def warnings(self, vehicle: Modelled) -> list[str]:
-        """The conditions that these gains break, a line each."""
+        """What a file of parameters has that is not flown, and the conditions that these gains break, a line each."""
         if self.controller.conditions is Controller.conditions:  # none: the vehicle's model costs more than the rest
-            return []
-        return [one.warning() for one in self.conditions(vehicle.model()) if not one.holds]
+            return list(self._notes)
+        return [*self._notes, *(one.warning() for one in self.conditions(vehicle.model()) if not one.holds)]
 
 
 def check_followed(gains: Mapping[str, Iterable[Number]]) -> None:
@@ -150,6 +171,9 @@ def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]
     """The table of one controller, made when first asked for. kind: its `type` in missions, where it is the user's own."""
     name = f"{law.__name__}Section"
     fields: dict[str, Any] = {"type": (Literal[kind or law.name], ...)}
+    if law.parameter_file:
+        note = Quantity("", "file of the autopilot's own parameters; keys given here go before it")
+        fields[KEY] = (Annotated[str | None, note], None)
     nets = [one for one in law.declarations().values() if isinstance(one, DeclaredNet)]
     for key, gain in fields_in_order(law).items():
         table, _, inner = key.rpartition(".")

@@ -1,0 +1,128 @@
+"""Files in which autopilots keep their parameters: read into numbers by the parameters' own names, and written.
+
+A format is a class with `read` and `write`, as `CrazyflieYaml`; another distribution adds one at the door `FORMATS`.
+"""
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple, Protocol, TypeVar
+
+from quadstep.io import files
+from quadstep.io.doors import Door
+from quadstep.io.errors import UserError
+
+Said = TypeVar("Said")
+
+KIND = files.Kind("a file of parameters", 1 << 20)
+
+
+class Parameters(NamedTuple):
+    """values: by name, what the autopilot flies with. defaults: what the file says that its firmware has without it."""
+
+    values: Mapping[str, float]
+    defaults: Mapping[str, float] = {}
+
+
+class Format(Protocol):
+    """How an autopilot's parameters are written."""
+
+    suffix: str
+
+    @staticmethod
+    def read(text: str) -> Parameters:
+        """What a file says. Raises UserError: one line without the file's name."""
+        ...
+
+    @staticmethod
+    def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:
+        """A file that sets these values, and no others. defaults: what the firmware has without it, by name."""
+        ...
+
+
+class CrazyflieYaml:
+    """What cfclient saves of the parameters stored in a Crazyflie, version 1: a small part of YAML, read without a library."""
+
+    suffix = ".yaml"
+    TOP = re.compile(r"(type|version|params):(?: (.*))?")
+    NAME = re.compile(r" {2}([A-Za-z]\w*\.\w+):")
+    ENTRY = re.compile(r" {4}(default_value|is_stored|stored_value): (.+)")
+
+    @staticmethod
+    def read(text: str) -> Parameters:
+        """A parameter that is not stored has its default."""
+        top: dict[str, str] = {}
+        found: dict[str, dict[str, str]] = {}
+        entries: dict[str, str] = {}
+        for number, line in uncommented(text):
+            if match := CrazyflieYaml.TOP.fullmatch(line):
+                once(top, match[1], (match[2] or "").strip("'\""), number)
+            elif "params" in top and (match := CrazyflieYaml.NAME.fullmatch(line)):
+                entries = {}
+                once(found, match[1], entries, number)
+            elif found and (match := CrazyflieYaml.ENTRY.fullmatch(line)):
+                once(entries, match[1], match[2], number)
+            else:
+                raise UserError(f"line {number} is not one of cfclient's files of stored parameters: {line.strip()!r:.60}")
+        if top.get("type") != "persistent_param_state":
+            raise UserError("is not one of cfclient's files of stored parameters (type: persistent_param_state)")
+        if top.get("version") != "1":
+            raise UserError(f"has version {top.get('version', 'none')!r:.20}; only version 1 is known")
+        values, defaults = {}, {}
+        for name, said in found.items():
+            stored = said.get("is_stored")
+            if stored not in ("true", "false"):
+                raise UserError(f"{name}: is_stored should be true or false")
+            key = "stored_value" if stored == "true" else "default_value"
+            values[name] = number_of(said.get(key, ""), f"{name}: {key}")
+            if "default_value" in said:
+                defaults[name] = number_of(said["default_value"], f"{name}: default_value")
+        return Parameters(values, defaults)
+
+    @staticmethod
+    def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:
+        """As cfclient writes them, in the order of their names."""
+        lines = ["params:"] if values else ["params: {}"]
+        for name in sorted(values):
+            lines += [f"  {name}:", f"    default_value: {defaults[name]!r}", "    is_stored: true"]
+            lines += [f"    stored_value: {values[name]!r}"]
+        return "\n".join([*lines, "type: persistent_param_state", "version: '1'", ""])
+
+
+FORMATS = Door("quadstep.parameter_files", {"crazyflie": "quadstep.io.parameter_files:CrazyflieYaml"})
+
+
+def read_parameters(path: Path, form: str) -> Parameters:
+    """What a file of one of the `FORMATS` says. Raises UserError naming it."""
+    try:
+        found: Parameters = FORMATS.load(form).read(files.read_text(path, KIND))
+    except UserError as error:
+        raise UserError(f"{error}" if str(path) in str(error) else f"{path}: {error}") from None
+    return found
+
+
+def uncommented(text: str) -> Iterator[tuple[int, str]]:
+    """Lines with their numbers, from 1; comments and what is empty left out."""
+    for number, line in enumerate(text.splitlines(), 1):
+        said = line.partition("#")[0].rstrip()
+        if said:
+            yield number, said
+
+
+def once(found: dict[str, Said], key: str, value: Said, line: int) -> None:
+    """Enter what may be said once only. Raises UserError."""
+    if key in found:
+        raise UserError(f"line {line}: {key} is given twice")
+    found[key] = value
+
+
+def number_of(text: str, what: str) -> float:
+    """A finite number. Raises UserError."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UserError(f"{what} should be a number, not {text!r:.40}")
+    return value

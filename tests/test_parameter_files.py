@@ -1,0 +1,117 @@
+"""Files of an autopilot's parameters: what is read, what is refused in one line, what a mission makes of them, and back."""
+
+import tomllib
+
+import pytest
+
+from quadstep import Mission
+from quadstep.io.errors import UserError
+from quadstep.io.parameter_files import CrazyflieYaml
+from quadstep.mission.read import check_mission
+from tests.needs import package
+
+yaml = package("yaml")
+
+SAVED = """params:
+  pid_attitude.yawMaxDelta:
+    default_value: 0.0
+    is_stored: true
+    stored_value: 30.0
+  pid_rate.roll_kp:
+    default_value: 250.0
+    is_stored: true
+    stored_value: 200.0
+  posCtlPid.thrustBase:
+    default_value: 36000
+    is_stored: false
+    stored_value: null
+  sound.effect:
+    default_value: 0
+    is_stored: true
+    stored_value: 3
+type: persistent_param_state
+version: '1'
+"""
+
+HOVER = {"type": "step", "end": [0.0, 0.0, 1.0], "time": 0.1, "duration": 0.5}
+
+
+def mission(folder, text, **keys):
+    (folder / "saved.yaml").write_text(text)
+    controller = {"type": "crazyflie-pid", "parameters": "saved.yaml", **keys}
+    return check_mission({"vehicle": {"preset": "crazyflie"}, "path": HOVER, "controller": controller}, "m.toml", folder)
+
+
+def test_what_cfclient_saves_is_read_as_yaml_reads_it():
+    found, other = CrazyflieYaml.read(SAVED), yaml.safe_load(SAVED)["params"]
+    assert found.defaults == {name: one["default_value"] for name, one in other.items()}
+    assert found.values == {name: one["stored_value" if one["is_stored"] else "default_value"] for name, one in other.items()}
+
+
+def test_what_is_written_is_read_again_and_is_yaml():
+    values, defaults = {"pid_rate.roll_kp": 212.5, "ctrlMel.kp_z": 1.5}, {"pid_rate.roll_kp": 250.0, "ctrlMel.kp_z": 1.25}
+    text = CrazyflieYaml.write(values, defaults)
+    assert CrazyflieYaml.read(text) == (values, defaults)
+    assert yaml.safe_load(text)["params"]["ctrlMel.kp_z"] == {"default_value": 1.25, "is_stored": True, "stored_value": 1.5}
+    assert CrazyflieYaml.read(CrazyflieYaml.write({}, {})).values == {}
+
+
+WRONG = {
+    "another kind": (SAVED.replace("persistent_param_state", "x"), "is not one of cfclient's files of stored parameters"),
+    "another version": (SAVED.replace("'1'", "'2'"), "has version '2'; only version 1 is known"),
+    "no version": (SAVED.replace("version: '1'\n", ""), "has version 'none'"),
+    "twice": (SAVED.replace("sound.effect", "pid_rate.roll_kp"), "line 14: pid_rate.roll_kp is given twice"),
+    "no number": (SAVED.replace("200.0", "much"), "pid_rate.roll_kp: stored_value should be a number, not 'much'"),
+    "no value": (SAVED.replace("    stored_value: 200.0\n", ""), "pid_rate.roll_kp: stored_value should be a number, not ''"),
+    "neither": (SAVED.replace("is_stored: false", "is_stored: maybe"), "thrustBase: is_stored should be true or false"),
+    "a list": ("- 1\n", "line 1 is not one of cfclient's files of stored parameters: '- 1'"),
+    "empty": ("", "is not one of cfclient's"),
+    "unknown": (
+        SAVED.replace("roll_kp", "rol_kp"),
+        "no parameter of Crazyflie firmware 2026.08; did you mean pid_rate.roll_kp?",
+    ),
+    "out of range": (SAVED.replace("200.0", "-1.0"), "controller.pid_rate.roll_kp: should be greater than or equal to 0"),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_file_that_cannot_be_used_is_refused_in_one_line(tmp_path, wrong):
+    text, said = WRONG[wrong]
+    with pytest.raises(UserError) as error:
+        mission(tmp_path, text)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    controller = {"type": "crazyflie-pid", "parameters": "none.yaml"}
+    with pytest.raises(UserError, match=r"controller.parameters: .*none.yaml"):
+        check_mission({"vehicle": {"preset": "crazyflie"}, "path": HOVER, "controller": controller}, "m.toml", tmp_path)
+
+
+def test_a_mission_flies_with_what_the_file_says_and_its_own_keys_go_before_it(tmp_path):
+    read = mission(tmp_path, SAVED)
+    gains = read.plan(warn=False).parameters.gains
+    assert (gains.rates.roll_kp, gains.rates.pitch_kp, gains.position.hover) == (200.0, 250.0, 36000.0)
+    own = mission(tmp_path, SAVED, pid_rate={"roll_kp": 190.0})
+    assert own.plan(warn=False).parameters.gains.rates.roll_kp == 190.0
+    again = Mission.model_validate(own.model_dump(exclude_unset=True))  # without the file
+    assert again.controller.said("pid_rate.roll_kp") == 190.0
+
+
+def test_what_is_not_modelled_is_listed_and_other_defaults_are_told(tmp_path):
+    vehicle = mission(tmp_path, SAVED).modelled
+    said = mission(tmp_path, SAVED).controller.warnings(vehicle)
+    assert said == ["saved.yaml: crazyflie-pid does without pid_attitude.yawMaxDelta, sound.effect"]
+    other = mission(tmp_path, SAVED.replace("default_value: 250.0", "default_value: 70.0")).controller.warnings(vehicle)
+    assert other[1].endswith("firmware 2026.08: other defaults of pid_rate.roll_kp")
+
+
+def test_dotted_keys_are_tables_of_toml():
+    text = '[controller]\ntype = "crazyflie-pid"\npid_rate.roll_kp = 210.0\n[controller.posCtlPid]\nxKp = 1.5\n'
+    content = {"vehicle": {"preset": "crazyflie"}, "path": HOVER, **tomllib.loads(text)}
+    section = check_mission(content, "m.toml").controller
+    assert (section.said("pid_rate.roll_kp"), section.said("posCtlPid.xKp")) == (210.0, 1.5)
+    content["controller"]["pid_rate"] = {"rol_kp": 1.0}
+    with pytest.raises(UserError, match=r"controller.pid_rate.rol_kp: unknown key; .*; did you mean roll_kp\?"):
+        check_mission(content, "m.toml")
