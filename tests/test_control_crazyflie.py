@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from quadstep import Mission, fly
 from quadstep.control.crazyflie import rotor_thrusts
 from quadstep.control.crazyflie_mellinger import CrazyflieMellinger
 from quadstep.control.crazyflie_pid import CrazyfliePid
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.mission.vehicle_list import load_preset
 from tests.crazyflie_stock import LOOPS, firmware, motion, ours
@@ -64,6 +66,20 @@ def test_gains_do_not_follow_from_the_vehicle(law):
     small, large = (law.gains(load_preset(name).model()) for name in ("crazyflie", "x500"))
     assert small[:-1] == large[:-1]
     assert small.full_thrust < large.full_thrust
+
+
+@pytest.mark.parametrize("law", [CrazyfliePid, CrazyflieMellinger])
+@pytest.mark.parametrize("way", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 0.3)])
+def test_it_goes_where_it_is_told_and_stays(law, way):
+    end = [way[0], way[1], 1.0 + way[2]]
+    path = {"type": "step", "start": [0.0, 0.0, 1.0], "end": end, "time": 1.0, "duration": 8.0}
+    start = {"attitude": [0.4, 0.0, 0.0]}
+    controller = {"type": law.name}
+    flight = fly(Mission(vehicle={"preset": "crazyflie"}, path=path, controller=controller, start=start))
+    assert flight.outcome is Outcome.COMPLETED
+    went = flight.table("x", "y", "z")[-1] - [0.0, 0.0, 1.0]
+    assert np.abs(went - way).max() < 0.05
+    assert abs(flight.column("yaw")[-1]) < 0.05
 
 
 @pytest.mark.parametrize("law", [CrazyfliePid, CrazyflieMellinger])

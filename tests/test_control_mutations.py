@@ -23,9 +23,12 @@ CLASSICS = ("tests/test_control_classics.py",)
 LINEARISED = ("tests/test_control_h_infinity.py",)
 EXTENDED = ("tests/test_control_thrust_extension.py",)
 PLANAR = ("tests/test_planar.py",)
+CRAZYFLIE = ("tests/test_control_crazyflie.py",)
 ELSEWHERE = {
     "adrc": FAMILIES,
     "cascaded_pid": CLASSICS,
+    "crazyflie_mellinger": CRAZYFLIE,
+    "crazyflie_pid": CRAZYFLIE,
     "completed_backstepping": ("tests/test_theory.py",),
     "dynamic_linearisation": EXTENDED,
     "geometric": CLASSICS,

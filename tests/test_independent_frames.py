@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.registry import controllers
+from quadstep.control.registry import STOCK, controllers
 from quadstep.engines.fly import fly_all
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
@@ -25,8 +25,8 @@ from tests.flights import array
 
 PRESETS = ["crazyflie", "hummingbird", "x500", "research-2.6kg", "paper"]
 AXES = ["roll", "pitch", "yaw"]
-JUDGED_ELSEWHERE = ("mpc", "mppi", "raptor")
-"""Those that hover only nearly: by noise, by a few iterations, or as they were trained."""
+JUDGED_ELSEWHERE = ("mpc", "mppi", "raptor", *STOCK)
+"""Those that hover only nearly: by noise, by a few iterations, as they were trained, or with another vehicle's gains."""
 
 CONTROLLERS = [name for name in controllers(Measured) if name not in JUDGED_ELSEWHERE]
 PACE = {"paper": 8.0}

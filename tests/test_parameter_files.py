@@ -8,6 +8,7 @@ from quadstep import Mission
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import CrazyflieYaml
 from quadstep.mission.read import check_mission
+from quadstep.studies.tuning.run import tune
 from tests.needs import package
 
 yaml = package("yaml")
@@ -31,6 +32,13 @@ SAVED = """params:
     stored_value: 3
 type: persistent_param_state
 version: '1'
+"""
+
+TUNED = """
+vehicle.preset = "crazyflie"
+path = { type = "step", start = [0.0, 0.0, 1.0], end = [0.5, 0.0, 1.0], time = 0.1, duration = 2.0 }
+controller = { type = "crazyflie-pid", parameters = "saved.yaml" }
+tune.gains = { "controller.posCtlPid.xKp" = {} }
 """
 
 HOVER = {"type": "step", "end": [0.0, 0.0, 1.0], "time": 0.1, "duration": 0.5}
@@ -115,3 +123,12 @@ def test_dotted_keys_are_tables_of_toml():
     content["controller"]["pid_rate"] = {"rol_kp": 1.0}
     with pytest.raises(UserError, match=r"controller.pid_rate.rol_kp: unknown key; .*; did you mean roll_kp\?"):
         check_mission(content, "m.toml")
+
+
+def test_tuning_writes_the_parameters_that_it_changed_and_no_others(tmp_path):
+    (tmp_path / "m.toml").write_text(TUNED)
+    (tmp_path / "saved.yaml").write_text(SAVED)
+    done = tune(tmp_path / "m.toml", 60, tmp_path / "out")
+    wrote = CrazyflieYaml.read((tmp_path / "out" / "tuned.yaml").read_text())
+    assert wrote.values == {"posCtlPid.xKp": done.values["controller.posCtlPid.xKp"]} != {"posCtlPid.xKp": 2.0}
+    assert wrote.defaults == {"posCtlPid.xKp": 2.0}

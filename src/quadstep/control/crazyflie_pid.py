@@ -150,7 +150,7 @@ class LowPass(NamedTuple):
 
 
 class CrazyfliePidMemory(NamedTuple):
-    """A memory of each loop; what the outer ones command: tilt = (roll, pitch) [deg], thrust [counts]."""
+    """A memory of each loop. tilt [deg]: roll and pitch that the outer ones command. thrust [counts]: that they command."""
 
     x: LoopMemory
     y: LoopMemory

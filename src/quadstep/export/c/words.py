@@ -46,6 +46,7 @@ REFERENCE_WORDS = {
 
 COMMAND_WORDS = {
     "thrust": "N, along the body's z",
+    "thrusts": "N, of each rotor",
     "torque": "N m, about the body's axes",
     "speeds": "rad/s, of each rotor",
     "desired_attitude": "rad, (yaw, pitch, roll); for the log",

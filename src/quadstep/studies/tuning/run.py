@@ -7,11 +7,13 @@ import math
 import os
 import shutil
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.io.errors import UserError
 from quadstep.io.files import ANY, is_file, read_bytes
+from quadstep.io.parameter_files import FORMATS
 from quadstep.io.user_code.places import place, sources
 from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate
@@ -75,6 +77,7 @@ def tune(
         grade = grading(mission)
         first = caution(grading(wanted.mission), grade)
         elsewhere = write_mission(out, wanted, content, first)
+        write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
         record = as_json(wanted, found, compared, budget, seed)
@@ -137,6 +140,18 @@ def write_mission(out: Path, wanted: Asked, content: dict[str, object], first: s
         shutil.copyfile(wanted.path.parent / name, out / name)
     (out / TUNED).write_text(f"# {first}\n{text}" if first else text, encoding="utf-8")
     return elsewhere
+
+
+def write_parameters(out: Path, wanted: Asked, values: Mapping[str, float]) -> None:
+    """For the law of an autopilot, a file of its own parameters: those that tuning changed, and no others."""
+    law = wanted.mission.controller.controller
+    if not law.parameter_file:
+        return
+    form, keys = FORMATS.load(law.parameter_file), law.by_key()
+    defaults = {key: gain.fixed for key, (_, gain) in keys.items() if isinstance(gain.fixed, float)}
+    changed = {key.removeprefix("controller."): one for key, one in values.items() if one != wanted.present[key]}
+    text = form.write({key: one for key, one in changed.items() if key in defaults}, defaults)
+    (out / f"tuned{form.suffix}").write_text(text, encoding="utf-8")
 
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
