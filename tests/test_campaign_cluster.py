@@ -269,6 +269,7 @@ TRIALS = {
     "import sys; sys.exit('Traceback:\\nValueError: 3.11 is not 3.12')": "cannot be joined: ValueError: 3.11 is not 3.12$",
     "import os; os.abort()": "cannot be joined: Ray gave up without a message$",
     "import sys; sys.exit('Unauthenticated: InvalidAuthToken')": "cannot be joined: it requires its token; set RAY_AUTH_MODE=",
+    "import sys; sys.exit('Could not find any running Ray instance')": "cannot be joined: no Ray was started",
     "import time; time.sleep(30)": "cannot be joined: no Ray has answered in 0.5 s$",
 }
 

@@ -127,6 +127,8 @@ def cluster_at(address: str) -> str:
         raise UserError(f"{wrong}: no Ray has answered in {JOINING:g} s") from None
     if "AuthToken" in trial.stderr or "AuthenticationError" in trial.stderr:
         raise UserError(f"{wrong}: it requires its token; set RAY_AUTH_MODE=token and RAY_AUTH_TOKEN or RAY_AUTH_TOKEN_PATH")
+    if "Could not find any running Ray instance" in trial.stderr:
+        raise UserError(f"{wrong}: no Ray was started on this machine; allowed: HOST:PORT of the head node, or local")
     if trial.returncode:
         last = trial.stderr.strip().rpartition("\n")[2]
         raise UserError(f"{wrong}: {shortened(last) or 'Ray gave up without a message'}")
