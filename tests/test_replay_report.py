@@ -9,7 +9,9 @@ from html import unescape
 import numpy as np
 import pytest
 
+from quadstep.identify import beside_page
 from quadstep.identify.averages import matrices
+from quadstep.identify.closed_loop import Beside, Tracking
 from quadstep.identify.replay_report import share
 from quadstep.metrics.statistics import Estimate
 from tests.commands import files, quadstep
@@ -52,6 +54,19 @@ def rows_of(path):
         return list(csv.DictReader(file))
 
 
+def test_flights_of_equal_errors_on_opposite_sides_are_not_called_alike():
+    time, still = np.arange(300) * 0.01, np.zeros((300, 3))
+    side, follows = still + np.eye(3)[0] * 0.2, Tracking(0.2, 0.1, 0.1, 0.1)
+    opposite = Beside("a", follows, follows, time, still, side, -side, "")
+    said = "The simulated RMSE is within a factor of two of the real one in {}, and the simulated position is {} from the real"
+    assert beside_page.answer([opposite]).startswith(said.format("1 of 1 flight", "400\N{NO-BREAK SPACE}mm"))
+    same = opposite._replace(flown_position=side)
+    assert "0\N{NO-BREAK SPACE}m to 400\N{NO-BREAK SPACE}mm from the real one (RMS)." in beside_page.answer([opposite, same])
+    lost = opposite._replace(lost="diverged after 1 s")
+    assert beside_page.answer([same, lost]).endswith("(RMS); 1 were lost.")
+    assert beside_page.answer([lost]).endswith("in 0 of 1 flight: all simulated flights were lost.")
+
+
 def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     run = replayed(logs, tmp_path / "r", "--controller", "pid", "--estimator")
     assert run.code == 0, run.err
@@ -60,7 +75,9 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     content = json.loads((tmp_path / "r" / "metrics.json").read_text())
     error = 1e3 * content["position_error_50_ahead[m]"]
     assert re.search(rf"0\.5 s ahead the predicted position is off by {error:.3g}\d* mm on average, \d", said)
-    assert "the simulated RMSE is within a factor of two" in said
+    assert re.search(
+        r"the simulated RMSE is within a factor of two of the real one in \d of 2 flights, and the simulated", said
+    )
     assert "the Kalman filter's position is off by" in said
     for words in ("crazyflie, 2 flights", "zero rate", "B0_made: setpoint, real", "B1_made: how far estimates", "Thrust"):
         assert words.lower() in said.lower(), words

@@ -12,15 +12,21 @@ from quadstep.report.drawing import FigureJob
 from quadstep.report.page import figure, heading, paragraph, table
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import counted
+from quadstep.report.units import counted, quantity
 
 SVG = Sheet(formats=("svg",))
 
 
 def answer(found: Sequence[Beside]) -> str:
-    """How similar they are, in a sentence."""
+    """How similar they are, in a sentence: equal errors need not be the same ones, so how far apart the flights are too."""
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
-    return f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found), 'flight')}."
+    apart = [one.apart for one in found if not one.lost]
+    said = f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found), 'flight')}"
+    if not apart:
+        return f"{said}: all simulated flights were lost."
+    span = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
+    lost = f"; {len(found) - len(apart)} were lost" if len(apart) < len(found) else ""
+    return f"{said}, and the simulated position is {span} from the real one (RMS){lost}."
 
 
 def sections(found: Sequence[Beside], controller: str, pictures: Sequence[str]) -> list[str]:

@@ -53,6 +53,12 @@ class Beside(NamedTuple):
     flown_position: Floats
     lost: str
 
+    @property
+    def apart(self) -> float:
+        """How far the simulated position is from the real one, once it has settled, RMS [m]."""
+        away = (self.flown_position - self.real_position)[self.time >= SETTLING]
+        return float(np.sqrt((away**2).sum(axis=1).mean())) if len(away) else math.nan
+
 
 def stretch(flight: FlightRecord) -> slice:
     """The longest part of a flight in the air with setpoints and without a gap. Raises UserError if it is too short."""

@@ -24,8 +24,9 @@ def answer(claims: Sequence[Claim]) -> str:
     """The result for the paper's claims, in a sentence."""
     count = {kind: sum(claim.verdict is kind for claim in claims) for kind in Verdict}
     return (
-        f"Of {len(claims)} claims that the paper makes about its simulations, {count[Verdict.HOLDS]} hold when "
-        f"reproduced, {count[Verdict.FAILS]} fail, and {count[Verdict.UNDECIDED]} cannot be decided."
+        f"Of {len(claims)} claims that the paper makes about its simulations, {count[Verdict.HOLDS]} hold when reproduced, "
+        f"{count[Verdict.FAILS]} fail, and {count[Verdict.UNDECIDED]} cannot be decided; gains and whatever else the paper "
+        "does not give are our own."
     )
 
 
