@@ -1,6 +1,7 @@
 """The lessons as notebooks: their text, their mission, and their Python; commands are shown."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,17 @@ from docs.site.pages import DOCS
 
 LESSONS = DOCS / "lessons"
 
+FOLD = re.compile(r"<details><summary>(.*)</summary>|</details>")
+"""What is folded away on the site. A notebook has cells for it, whose code is hidden until asked for."""
 
-def cell(kind: str, text: str, number: int) -> dict[str, Any]:
-    """A cell."""
+ANSWERS = "## Answers"
+
+
+def cell(kind: str, text: str, number: int, hidden: bool) -> dict[str, Any]:
+    """A cell. hidden: whether its source is folded away at first."""
     code: dict[str, Any] = {"outputs": [], "execution_count": None} if kind == "code" else {}
-    return {"cell_type": kind, "id": f"cell-{number}", "metadata": {}, "source": text.strip("\n"), **code}
+    metadata = {"jupyter": {"source_hidden": True}} if hidden else {}
+    return {"cell_type": kind, "id": f"cell-{number}", "metadata": metadata, "source": text.strip("\n"), **code}
 
 
 def cells(page: Path) -> list[tuple[str, str]]:
@@ -29,13 +36,20 @@ def cells(page: Path) -> list[tuple[str, str]]:
     if mission.is_file():
         content = mission.read_text(encoding="utf-8")
         found.insert(1, ("code", f'from pathlib import Path\n\nPath("{mission.name}").write_text("""{content}""");'))
-    shown = [(kind, MARK.sub("", one) if kind == "markdown" else one) for kind, one in found]
+    shown = [(kind, FOLD.sub(headed, MARK.sub("", one)) if kind == "markdown" else one) for kind, one in found]
     return [(kind, one) for kind, one in shown if one.strip()]
+
+
+def headed(fold: re.Match[str]) -> str:
+    """The heading of what is folded away."""
+    return f"**{fold[1]}**" if fold[1] else ""
 
 
 def notebook(page: Path) -> dict[str, Any]:
     """A lesson in Jupyter's format, version 4.5."""
-    made = [cell(kind, text, number) for number, (kind, text) in enumerate(cells(page), 1)]
+    found = cells(page)
+    answers = next((place for place, (_, text) in enumerate(found) if ANSWERS in text), len(found))
+    made = [cell(kind, text, place + 1, place > answers) for place, (kind, text) in enumerate(found)]
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
     return {"nbformat": 4, "nbformat_minor": 5, "metadata": kernel, "cells": made}
 

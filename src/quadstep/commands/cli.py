@@ -63,6 +63,7 @@ COMMANDS = Door("quadstep.commands", {
     "prove": "quadstep.commands.prove:prove",
     "export": "quadstep.commands.export:export",
     "serve-setpoints": "quadstep.commands.serve_setpoints:serve_setpoints",
+    "check": "quadstep.commands.check:check",
     "new": "quadstep.commands.new:new",
     "verify": "quadstep.commands.verify:verify",
     "completion": "quadstep.commands.completion:completion",

@@ -1,7 +1,7 @@
 """Whether a vehicle can fly a path at all: the thrust that its acceleration takes, against what the rotors have."""
 
 import math
-from typing import Any
+from typing import cast
 
 import numpy as np
 
@@ -21,8 +21,8 @@ def path_warnings(path: BuiltPath, duration: float, mass: float, gravity: float,
     """
     if not math.isfinite(most_thrust) or isinstance(path.law, DeclaredPath):
         return []
-    times: Any = duration * np.arange(INSTANTS + 1) / INSTANTS
-    found = path.law.reference(times, path.parameters)
+    times = duration * np.arange(INSTANTS + 1) / INSTANTS
+    found = path.law.reference(cast("float", times), path.parameters)
     thrusts = np.broadcast_to(mass * (Vector(found.acceleration) + vector(0.0, 0.0, gravity)).norm(), times.shape)
     taken, at = thrusts.max(), times[thrusts.argmax()]
     if not taken > most_thrust:

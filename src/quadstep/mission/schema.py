@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeAlias, cast
 
 from pydantic import ValidationInfo, model_validator
@@ -30,6 +31,7 @@ from quadstep.metrics.of_log import Metrics
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
 from quadstep.mission.fields import Name, Section, plain
+from quadstep.mission.keys import with_value
 from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.own_metrics import check_names, own_metrics
@@ -176,6 +178,23 @@ class Mission(Section, metaclass=MissionMeta):
         """The checked mission of the plant that the vehicle names, from a dict of its keys. Raises UserError."""
         folder = (context or {}).get("folder", Path())
         return cast(Self, check_mission(plain(obj), "Mission", folder, None if cls is Mission else cls))
+
+    def with_(self, changes: Mapping[str, object] = MappingProxyType({}), /, **keys: object) -> "Mission":
+        """The same mission with other values of some keys. changes: by dotted key; keys: two underscores stand for each dot.
+
+        Raises UserError as `Mission(...)` does.
+
+        >>> from quadstep import Mission
+        >>> slow = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 4.0})
+        >>> quick = slow.with_({"path.end.2": 1.0}, path__duration=2.0, controller__type="backstepping")
+        >>> quick.path.end, quick.path.duration
+        ((1.0, 0.0, 1.0), 2.0)
+        """
+        content, usual = self.model_dump(exclude_unset=True), plain(self.model_dump())
+        content = cast("dict[str, object]", plain(content))
+        for key, value in {**changes, **{name.replace("__", "."): value for name, value in keys.items()}}.items():
+            content = with_value(content, key, plain(value), usual)
+        return check_mission(content, "Mission", self.folder)
 
     @cached_property
     def folder(self) -> Path:

@@ -1,0 +1,56 @@
+"""`quadstep check`."""
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.commands.deliver import check_junit, deliver
+from quadstep.commands.options import JsonOption, JunitOption
+from quadstep.io.exit_codes import UNMET
+from quadstep.metrics.judging.verdict import Case, Verdict
+from quadstep.report.terminal.screen import say
+
+
+def check(
+    lesson: Annotated[str, typer.Argument(help="A lesson, 4, or one exercise, 4.5.", show_default=False)],
+    mission: Annotated[Path, typer.Argument(help="Your mission (TOML).", show_default=False)],
+    course: Annotated[
+        Path | None, typer.Option(help="A file of exercises instead of the package's (docs/lessons).", show_default=False)
+    ] = None,
+    hint: Annotated[bool, typer.Option("--hint", help="Give a hint for each exercise that is not solved.")] = False,
+    as_json: JsonOption = False,
+    junit: JunitOption = None,
+) -> None:
+    """Check your solution of a lesson's exercise by flying it.
+
+    Of a lesson, the exercises are checked that your mission is one for. Exit code 0: solved. 2: bad input. 4: not solved.
+    """
+    started = time.perf_counter()
+    if junit:
+        check_junit(junit)
+    from quadstep.studies.lessons import OWN, checked, tasks
+
+    found = checked(tasks(lesson, course or OWN), mission)
+    others = [one for one in found if one.strange]
+    chosen = found if len(others) == len(found) else [one for one in found if not one.strange]
+    if not as_json:
+        for one in chosen:
+            say(f"{one.task.name} {'solved' if one.solved else 'not solved'}: {one.task.asks}")
+            for case in one.cases:
+                say(f"  {case.sentence}")
+            if hint and not one.solved and one.task.hint:
+                say(f"  Hint: {one.task.hint}")
+    cases = tuple(
+        Case(f"{one.task.name}: {case.name}", case.failure and f"{one.task.name}: {case.failure}")
+        for one in chosen
+        for case in one.cases
+    )
+    content: dict[str, object] = {
+        "mission": str(mission),
+        "exercises": [{"name": one.task.name, "solved": one.solved, "checked": not one.strange} for one in found],
+    }
+    solved = all(one.solved for one in chosen)
+    verdict = Verdict("check", lesson, cases, content, 0 if solved else UNMET)
+    deliver(verdict, as_json, junit, time.perf_counter() - started)

@@ -1,0 +1,153 @@
+"""Exercises that grade themselves: a mission solves a task by what it flies, not by how it is written.
+
+The package's own are those of the lessons, `lessons.toml`; a course may have a file of its own.
+"""
+
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from pydantic import BeforeValidator, Field
+
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io.documents import read_toml
+from quadstep.io.errors import UserError
+from quadstep.linear.grade import Grade, grade
+from quadstep.metrics.judging.metrics import Requirement, judge, named
+from quadstep.metrics.judging.verdict import Case, scalars
+from quadstep.metrics.margins import SOUND
+from quadstep.mission.check import check
+from quadstep.mission.fields import Finite, Name, Section, as_tuple, plain
+from quadstep.mission.keys import parts
+from quadstep.mission.read import read_mission
+from quadstep.mission.schema import Mission
+from quadstep.studies.flights.interface import fly
+
+OWN = Path(__file__).parent / "lessons.toml"
+
+
+class Task(Section):
+    """What a mission has to do. same: values that its keys must have; most: limits of metrics of its flight, or of its keys
+    and all their entries, in SI units; grade: of its loop at rest; own: whether its controller must be the student's.
+    """
+
+    name: Name
+    asks: str
+    hint: str = ""
+    same: dict[str, object] = Field(default_factory=dict)
+    most: dict[str, Finite] = Field(default_factory=dict)
+    grade: Annotated[str, Field(pattern="^(sound|fragile)?$")] = ""
+    own: bool = False
+
+
+class Tasks(Section):
+    """A file of tasks."""
+
+    tasks: Annotated[tuple[Task, ...], BeforeValidator(as_tuple), Field(min_length=1)]
+
+
+class Checked(NamedTuple):
+    """A task held against a mission. strange: whether it is another mission than the task's, which was not flown for it."""
+
+    task: Task
+    cases: tuple[Case, ...]
+    strange: bool
+
+    @property
+    def solved(self) -> bool:
+        """Whether every point is met."""
+        return not any(case.failure for case in self.cases)
+
+
+class Measured(NamedTuple):
+    """Of a flight: numbers by metric, the grade of its loop at rest if asked for, and how it ended if before its time."""
+
+    numbers: dict[str, float | None]
+    grade: Grade | None
+    lost: str | None
+
+
+def tasks(lesson: str, source: Path = OWN) -> list[Task]:
+    """The tasks of a lesson, `4`, or one of them, `4.4`. Raises UserError."""
+    found = check(Tasks, read_toml(source), str(source), source.parent).tasks
+    chosen = [one for one in found if lesson in (one.name, one.name.partition(".")[0])]
+    if not chosen:
+        raise UserError(f"{lesson!r:.60} is not a lesson or task; allowed: {', '.join(one.name for one in found)}")
+    return chosen
+
+
+def checked(asked: list[Task], file: Path) -> list[Checked]:
+    """Tasks held against the mission of a file, which flies once, if it is the mission of one of them. Raises UserError."""
+    mission = read_mission(file)
+    content = plain(mission.model_dump())
+    wrong = [differing(one, mission, content) for one in asked]
+    if all(wrong):
+        return [Checked(one, cases, True) for one, cases in zip(asked, wrong, strict=True)]
+    measured = flown(mission, any(one.grade for one in asked))
+    return [
+        Checked(one, cases or judged(one, content, measured), bool(cases)) for one, cases in zip(asked, wrong, strict=True)
+    ]
+
+
+def flown(mission: Mission, rest: bool) -> Measured:
+    """What a flight of a mission measures. rest: whether its loop at rest is graded as well."""
+    flight = fly(mission)
+    lost = None if flight.outcome is Outcome.COMPLETED else f"was lost at {flight.ended:g} s"
+    return Measured(scalars(flight.metrics()), grade(mission) if rest else None, lost)
+
+
+def differing(task: Task, mission: Mission, content: object) -> tuple[Case, ...]:
+    """Keys in which a mission is another than the task's."""
+    found = []
+    for key, wanted in task.same.items():
+        value = at(content, key)
+        if value != wanted:
+            found.append(Case(key, wrong_if(True, key, shown(wanted), shown(value))))
+    if task.own and not mission.controller.own:
+        law = shown(mission.controller.type)
+        found.append(Case("controller.type", wrong_if(True, "controller.type", "a law of your own, FILE.py:NAME", law)))
+    return tuple(found)
+
+
+def judged(task: Task, content: object, measured: Measured) -> tuple[Case, ...]:
+    """A flight held against a task. Raises UserError for a limit of what neither the mission nor its flight has."""
+    cases = [Case("completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
+    for name, most in task.most.items():
+        value = at(content, name)
+        entries = value if isinstance(value, list) else [value]
+        if all(isinstance(one, int | float) for one in entries):
+            value = max(entries)
+            cases.append(Case(f"{name} at most {most:g}", wrong_if(value > most, name, f"at most {most:g}", f"{value:g}")))
+        else:
+            (limit,) = named([Requirement(name, most)], measured.numbers)
+            cases.append(judge(limit, measured.numbers, measured.lost).case)
+    if task.grade and measured.grade:
+        poor = measured.grade.word not in (SOUND, task.grade)
+        cases.append(
+            Case(
+                f"the loop is {task.grade}",
+                wrong_if(poor, "the loop", task.grade, f"{measured.grade.word}: {measured.grade.why}"),
+            )
+        )
+    return tuple(cases)
+
+
+def wrong_if(wrong: bool, what: str, wanted: str, found: object) -> str | None:
+    """What is not as it should be, in words."""
+    return f"{what} should be {wanted}, but is {found}" if wrong else None
+
+
+def at(content: object, key: str) -> object:
+    """The value of a dotted key; None where there is none."""
+    for part in parts(key):
+        if isinstance(content, dict):
+            content = content.get(part)
+        elif isinstance(content, list) and part.isdigit() and int(part) < len(content):
+            content = content[int(part)]
+        else:
+            return None
+    return content
+
+
+def shown(value: object) -> str:
+    """As a mission has it."""
+    return "not given" if value is None else str(value).lower() if isinstance(value, bool) else repr(value)

@@ -1,0 +1,134 @@
+"""The exercises of the lessons grade themselves: each can be solved, none is by the lesson's own mission."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+import tomlkit
+
+from quadstep import read_mission
+from quadstep.io.errors import UserError
+from quadstep.mission.fields import plain
+from quadstep.studies.lessons import checked, tasks
+from tests.commands import quadstep
+
+LESSONS = {path.name[:2]: path for path in sorted(Path("docs/lessons").glob("[01]*.toml"))}
+
+CIRCLE = {"type": "circle", "radius": 2.0, "period": 5.0, "ramp": 2.2}
+SIDEWAYS = {"type": "minimum-jerk", "start": [0.0, 0.0, 2.0], "end": [0.0, 2.0, 2.0], "duration": 3.8}
+QUIET = {"type": "backstepping", "nets": {"F1": 0.2, "F2": 0.2}}
+INTEGRAL = {"type": "backstepping", "nets": {"enabled": False}, "K_i1": 2.0}
+ROTOR = [{"type": "rotor", "time": 3.0, "rotor": 1, "efficiency": 0.7}]
+
+SOLUTIONS = {
+    "1.4": {"start.velocity": [0.02, 0.0, 0.0]},
+    "1.5": {"path": SIDEWAYS, "start": {}},
+    "2.4": {"path.duration": 11.4},
+    "2.5": {"path": CIRCLE},
+    "3.4": {"controller.Lambda1": 2.0, "controller.K_r1": 6.0},
+    "3.5": {"controller.mass": 0.8, "controller.K_i1": 2.0},
+    "4.4": {"path.duration": 4.25},
+    "4.5": {"path.duration": 6.3},
+    "5.4": {"controller.K_r2": 20.0, "controller.Lambda2": 5.0},
+    "5.5": {"controller.type": "completed-backstepping", "controller.K_r2": 10.0, "controller.Lambda2": 0.5},
+    "6.4": {"controller.nets.F1": 10.0},
+    "6.5": {"controller.nets.neurons": 8, "controller.nets.F1": 14.0},
+    "7.4": {"controller.nets.F1": 3.0},
+    "7.5": {"controller.nets.F1": 1.0, "path.duration": 2.75},
+    "8.4": {"disturbance.scale": 3.0, "controller": QUIET},
+    "8.5": {"disturbance.scale": 3.0, "controller": INTEGRAL},
+    "9.4": {"controller.pace": 1.5},
+    "9.5": {"controller": {"type": "own_controller.py:CascadedPD"}},
+    "10.4": {"controller": {"type": "indi"}, "events": ROTOR},
+    "10.5": {"controller": {"type": "indi"}, "wind.mean": [10.0, 0.0, 0.0]},
+}
+
+
+def mission_of(name, folder, changes):
+    file = folder / "mine.toml"
+    file.write_text(LESSONS[name.partition(".")[0].zfill(2)].read_text())
+    lesson = read_mission(file)
+    file.write_text(tomlkit.dumps(plain(lesson.with_(changes).model_dump(exclude_unset=True))))
+    return file
+
+
+def test_every_exercise_that_grades_itself_has_a_solution_here_and_stands_in_its_lesson():
+    every = [one for number in range(1, 11) for one in tasks(str(number))]
+    assert [one.name for one in every] == list(SOLUTIONS)
+    for one in every:
+        text = LESSONS[one.name.partition(".")[0].zfill(2)].with_suffix(".md").read_text()
+        assert one.asks in re.sub(r"\s+", " ", text), one.name
+
+
+@pytest.mark.parametrize("name", SOLUTIONS)
+def test_an_exercise_is_solved_by_a_solution_and_not_by_the_lesson_s_mission(name, tmp_path):
+    (tmp_path / "own_controller.py").write_text(Path("examples/own_controller.py").read_text())
+    (one,) = tasks(name)
+    (solved,) = checked([one], mission_of(name, tmp_path, SOLUTIONS[name]))
+    assert solved.solved, solved.cases
+    (given,) = checked([one], mission_of(name, tmp_path, {}))
+    assert not given.solved
+
+
+def test_check_says_what_is_not_met_and_gives_a_hint(tmp_path):
+    file = mission_of("4.4", tmp_path, {})
+    run = quadstep("check", "4.4", file, "--hint")
+    assert run.code == 4
+    assert "4.4 not solved" in run.out
+    assert "NOT MET: path.duration should be at most 4.3, but is 5" in run.out
+    assert "Hint: Between 4.2 and 4.3 s." in run.out
+
+
+def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_path):
+    run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]), "--json")
+    assert run.code == 0
+    found = json.loads(run.out)["exercises"]
+    assert [(one["name"], one["solved"], one["checked"]) for one in found] == [("6.4", True, True), ("6.5", False, False)]
+
+
+def test_a_flight_that_is_lost_solves_nothing(tmp_path):
+    run = quadstep("check", "7.4", LESSONS["07"])
+    assert run.code == 4
+    assert "the flight should be completed, but was lost at" in run.out
+
+
+def test_a_course_may_have_exercises_of_its_own(tmp_path):
+    course = tmp_path / "course.toml"
+    course.write_text('[[tasks]]\nname = "a"\nasks = "Fly well."\nmost = { position_rmse = 1.0 }\n')
+    assert quadstep("check", "a", LESSONS["02"], "--course", course).code == 0
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { nonsense = 1.0 }\n', "'nonsense' is not a metric of this flight"),
+        ('[[tasks]]\nname = "a"\nasks = "Fly."\ngrade = "good"\n', "tasks[0].grade"),
+        ("tasks = []\n", "tasks: "),
+        ('[[tasks]]\nname = "b"\nasks = "Fly."\n', "'a' is not a lesson or task; allowed: b"),
+        ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { position_rmse = nan }\n', "most"),
+    ],
+)
+def test_wrong_exercises_are_one_line(content, said, tmp_path):
+    course = tmp_path / "course.toml"
+    course.write_text(content)
+    run = quadstep("check", "a", LESSONS["02"], "--course", course)
+    assert run.refused
+    assert said in run.err
+
+
+@pytest.mark.parametrize("mission", ["nowhere.toml", "docs", "docs/index.md"])
+def test_a_mission_that_cannot_be_read_is_one_line(mission):
+    assert quadstep("check", "2", mission).refused
+
+
+def test_a_mission_may_change_by_dotted_keys_and_by_words():
+    lesson = read_mission(LESSONS["03"])
+    changed = lesson.with_({"path.end.2": 4.0}, controller__K_r1=5.0, controller__nets__enabled=True)
+    assert changed.path.end == (5.0, 2.0, 4.0)
+    assert changed.controller.K_r1 == (5.0, 5.0, 5.0)
+    assert changed.controller.nets.enabled
+    assert lesson.with_() == lesson
+    assert changed.folder == lesson.folder
+    with pytest.raises(UserError, match="finish: unknown key"):
+        lesson.with_(path__finish=1.0)
