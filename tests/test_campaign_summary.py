@@ -9,6 +9,7 @@ from scipy.stats import binomtest
 
 from quadstep.metrics.statistics import share
 from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.studies.campaign.report_text import glance
 from quadstep.studies.campaign.summary import LARGEST, RMSE, as_json, sentences, summarise
 
 
@@ -120,6 +121,10 @@ def test_all_good_and_only_one():
     assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
     assert found.spreads[0].quantiles[0.5].value == 0.1
     assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
+    without = found._replace(limited=False)
+    assert sentences(without)[0].startswith("1 flight: 100 % succeed, which means only that they did not end early (")
+    assert "All 1 flights succeeded, which means only that they did not end early" in glance(without, [])
+    assert "early" not in glance(found, [])
 
 
 def test_quantiles_are_given_where_enough_flights_are_beyond_them():

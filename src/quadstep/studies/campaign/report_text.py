@@ -48,8 +48,8 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
 def succeeded(summary: Summary) -> str:
     """How many flights did."""
     if summary.success.value == 1.0:
-        return f"All {summary.flights} flights succeeded"
-    return f"{units.percent(summary.success.value)} of {summary.flights} flights succeeded"
+        return f"All {summary.flights} flights succeeded{summary.meaning}"
+    return f"{units.percent(summary.success.value)} of {summary.flights} flights succeeded{summary.meaning}"
 
 
 def alone(spread: Spread) -> page.Fact:

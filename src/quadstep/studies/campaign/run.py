@@ -58,6 +58,7 @@ def finish(store: Store, campaign: Campaign, path: Path, sheet: Sheet | None, gr
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
     summary = summarise(store, campaign.varies, grading(campaign.mission), campaign.singly)
+    summary = summary._replace(limited=bool(campaign.file.failure))
     write_report(store, campaign, summary, path, sheet or Sheet())
     store.save(complete=True, summary=as_json(summary))
     return Finished(campaign, summary, store.folder)

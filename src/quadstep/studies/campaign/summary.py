@@ -49,7 +49,7 @@ class Worst(NamedTuple):
 class Summary(NamedTuple):
     """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
     differ in any result, as where nothing varies, or nothing that has an effect. singly: keys because of which each flight
-    was set up by itself.
+    was set up by itself. limited: whether flights that complete can fail, by a limit in [failure].
     """
 
     flights: int
@@ -60,6 +60,12 @@ class Summary(NamedTuple):
     copies: bool = False
     rest: Mapping[str, str] = {}
     singly: tuple[str, ...] = ()
+    limited: bool = True
+
+    @property
+    def meaning(self) -> str:
+        """What success is, to follow how many flights do, where it is less than one expects."""
+        return "" if self.limited else ", which means only that they did not end early ([failure] sets no limit)"
 
     @property
     def graded(self) -> list[str]:
@@ -128,7 +134,7 @@ def sentences(summary: Summary) -> list[str]:
     """The summary in words."""
     value, low, high = summary.success
     interval = "" if summary.copies else f"; the 95 % interval is {within(low, high)}"
-    lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{interval}."]
+    lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{summary.meaning}{interval}."]
     if summary.copies:
         lines.append(COPIES.format(summary.flights))
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
@@ -154,6 +160,7 @@ def as_json(summary: Summary) -> dict[str, Any]:
         "flights": summary.flights,
         "copies": summary.copies,
         AT_REST: dict(summary.rest),
+        "limited": summary.limited,
         "set_up_singly": list(summary.singly),
         "success": summary.success._asdict(),
         "outcomes": summary.outcomes,
