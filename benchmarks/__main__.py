@@ -12,7 +12,7 @@ from benchmarks.campaigns import cost, double_precision, ready, single_precision
 from benchmarks.flights import case_1_flight, compilation, throughput
 from benchmarks.gpu import gpu
 from benchmarks.million import million_flights
-from benchmarks.page import case_1_page, paper_page
+from benchmarks.page import case_1_page, gusts_page, paper_page
 from benchmarks.peers import crazyflow, rotorpy
 from benchmarks.processes import import_time, installed_size, one_mission, reproduction
 from benchmarks.vehicles import noisy_in_double, noisy_in_single, quiet_in_double, quiet_in_single
@@ -22,7 +22,7 @@ Row = tuple[str, str, str, str, str]
 MEASURES = (
     import_time, one_mission, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle, estimated_vehicle,
     opaque_controller, single_precision, double_precision, noisy_in_single, noisy_in_double, quiet_in_single,
-    quiet_in_double, ready, cost, million_flights, case_1_page, paper_page, gpu, crazyflow, rotorpy, reproduction,
+    quiet_in_double, ready, cost, million_flights, case_1_page, paper_page, gusts_page, gpu, crazyflow, rotorpy, reproduction,
     installed_size,
 )  # fmt: skip
 

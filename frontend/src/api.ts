@@ -2,13 +2,15 @@
 
 import { csv } from "./data/csv";
 import { controlsOf, controllerOf, withValues } from "./data/settings";
+import { exactShare } from "./rate/interval";
+import type { Tally } from "./rate/judge";
 import { attitudeAt } from "./scene/pose";
 import type { SceneView } from "./scene/view";
 import type { Session, Shown } from "./session";
 import type { Clock } from "./view/clock";
 
-/** scene: where there is one. */
-export function api(session: Session, clock: Clock, scene: () => SceneView | undefined): object {
+/** scene, rate: where there is one. */
+export function api(session: Session, clock: Clock, scene: () => SceneView | undefined, rate: () => Tally | undefined): object {
   const shown = (): Shown => {
     const now = session.shown.value;
     if (!now) throw new Error("no flight is shown");
@@ -73,6 +75,16 @@ export function api(session: Session, clock: Clock, scene: () => SceneView | und
     attitude: (t: number): number[] => {
       const q = attitudeAt(shown().flight, shown().data.scene.attitude, t);
       return [q.w, q.x, q.y, q.z];
+    },
+    /** A share of flights with its exact 95 % interval. */
+    share: (count: number, total: number) => exactShare(count, total),
+    /** The flights of the campaign with these settings, as far as they are flown. */
+    rate: () => {
+      const tally = rate();
+      if (!tally) return null;
+      const { flown, failures, done } = tally;
+      const all = { outcome: tally.code, ended: tally.ended, position_rmse: tally.position_rmse, largest_error: tally.largest_error, success: tally.success };
+      return { flown, failures, done, ...Object.fromEntries(Object.entries(all).map(([name, values]) => [name, Array.from(values)])) };
     },
     /** Where the camera is, and the height of the ground [m]. */
     camera: () => scene()?.eye ?? null,

@@ -10,6 +10,7 @@ import { readPage } from "./data/page";
 import { fresh } from "./data/settings";
 import { listenToFiles } from "./logs/drop";
 import { Board } from "./plots/board";
+import { RatePanel } from "./rate/panel";
 import { ScenePanel } from "./scene/panel";
 import { Session, type Shown } from "./session";
 import { Clock } from "./view/clock";
@@ -45,6 +46,7 @@ function start(): void {
   fill(byId("links"), ...page.links.filter(({ href }) => relative(href)).map(({ label, href }) => h("a", { href }, label)));
 
   let scene: ScenePanel | undefined;
+  let rates: RatePanel | undefined;
   const clock = new Clock((passed) => scene?.view?.spin(passed / clock.speed.value));
   const board = new Board(byId("plots-list"), clock, session);
   const changes = new Changes(session);
@@ -143,11 +145,12 @@ function start(): void {
     if (link?.step !== undefined) guide?.open(link.step, link.bare);
     opening = false;
   };
-  Object.assign(globalThis, { quadstep: api(session, clock, () => scene?.view) });
+  Object.assign(globalThis, { quadstep: api(session, clock, () => scene?.view, () => rates?.tally) });
   open();
   new SummaryStrip(byId("summary"), session);
   new ControlPane(byId("controls"), session, changes);
   new Strip(byId("walk"), session);
+  rates = new RatePanel(page, session);
   afterPaint(() => {
     scene = new ScenePanel(session, clock);
     scene.view?.look(guide?.step?.camera ?? "orbit");

@@ -123,6 +123,25 @@ export interface FlightData {
   readonly panels: readonly PanelData[];
   /** Its place where its group is a table. */
   readonly cell: { readonly block: string; readonly row: string; readonly column: string; readonly rowAxis: string; readonly columnAxis: string } | null;
+  readonly rate: Rate | null;
+}
+
+/** Many flights like one, as a campaign flies them. */
+export interface Rate {
+  /** WebAssembly, in base64. */
+  readonly module: string;
+  readonly double: boolean;
+  readonly flights: number;
+  /** Names of the numbers that all flights share, in order: "start.…" or "parameters.…"; and of those that differ. */
+  readonly constants: readonly string[];
+  readonly varies: readonly string[];
+  /** One row a varying number, one column a flight. */
+  readonly rows: Packed;
+  readonly every: readonly number[];
+  readonly results: number;
+  /** The most that a metric may be. */
+  readonly failure: Readonly<Partial<Record<"position_rmse" | "largest_error", number>>>;
+  readonly keys: readonly string[];
 }
 
 export interface SummaryData {

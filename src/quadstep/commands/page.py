@@ -9,8 +9,10 @@ import typer
 from quadstep.commands.options import EngineOption, OpenOption
 from quadstep.engines.engine import Engine
 from quadstep.io.atomic import check_place, write_beside
+from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.files import PAGE, read_bytes
+from quadstep.mission.looks import CAMPAIGN, look
 from quadstep.report.terminal.screen import complain, say_whole
 
 OWN_MARK = 'id="quadstep-data"'
@@ -20,7 +22,9 @@ OWN_MARK = 'id="quadstep-data"'
 def page(
     missions: Annotated[
         list[Path] | None,
-        typer.Argument(help="Mission files; default: the paper's cases and stress flights.", show_default=False),
+        typer.Argument(
+            help="Mission files, or one campaign file; default: the paper's cases and stress flights.", show_default=False
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="HTML file; default: out/page.html, or out/<mission>.html for one.")] = None,
     show: OpenOption = False,
@@ -50,6 +54,11 @@ def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
     from quadstep.page.story import read_story
 
     walk = read_story(story) if story else None
+    if len(missions) == 1 and not walk and look(read_toml(missions[0])) == CAMPAIGN:
+        from quadstep.linear.quick import quick_grade
+        from quadstep.studies.campaign.page import campaign_page
+
+        return campaign_page(missions[0], engine, quick_grade)
     if missions or (walk and not walk.of_others):
         from quadstep.linear.quick import quick_grade
         from quadstep.page.missions import fly_missions

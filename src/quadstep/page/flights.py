@@ -20,7 +20,7 @@ from quadstep.numbers import flatten, leaf_names
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
-from quadstep.page.model import Cell, Control, Controller, Flight, Recorded, Summary, numbers_text
+from quadstep.page.model import Cell, Control, Controller, Flight, Rate, Recorded, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
 from quadstep.page.sliders import declared_controls, known_sliders
 from quadstep.vehicle.plants.declared import DeclaredPlant
@@ -37,7 +37,7 @@ class ShownFlight(NamedTuple):
 
     folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand. called: what its
     controller is called, if not by its kind. rivals: controllers to be offered beside it, by what they are called; the
-    package's if there are none. cell: its place where its group is a table.
+    package's if there are none. cell: its place where its group is a table. rate: of many flights like it.
     """
 
     id: str
@@ -55,6 +55,7 @@ class ShownFlight(NamedTuple):
     called: str = ""
     rivals: Mapping[str, ControllerSection] = {}
     cell: Cell | None = None
+    rate: Rate | None = None
 
 
 def outcomes() -> list[dict[str, object]]:
@@ -119,6 +120,7 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
         scene=scene(plan, log),
         panels=panels(log.columns),
         cell=flown.cell,
+        rate=flown.rate if live.controllers else None,
     )
 
 

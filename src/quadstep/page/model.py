@@ -162,8 +162,29 @@ class Cell(NamedTuple):
     columnAxis: str  # noqa: N815
 
 
+class Rate(NamedTuple):
+    """Many flights of which the page counts the failures, as `quadstep campaign` flies them.
+
+    module: WebAssembly (`quadstep.engines.wasm`), in base64. double: whether in f64, else f32. constants: names of the numbers
+    that all flights share, as the module reads them. varies: of the others; rows: these, one row a name, one column a flight.
+    every: ticks from one run of each task to the next. results: rows that a module writes. failure: the most that a metric,
+    by its name without unit, may be. keys: what the campaign varies.
+    """
+
+    module: str
+    double: bool
+    flights: int
+    constants: tuple[str, ...]
+    varies: tuple[str, ...]
+    rows: str
+    every: tuple[int, ...]
+    results: int
+    failure: dict[str, float]
+    keys: tuple[str, ...]
+
+
 class Flight(NamedTuple):
-    """One flight of the page. cell: in its group's table, if that is one."""
+    """One flight of the page. cell: in its group's table, if that is one. rate: of flights like it."""
 
     id: str
     name: str
@@ -182,6 +203,7 @@ class Flight(NamedTuple):
     scene: Scene
     panels: tuple[Panel, ...]
     cell: Cell | None
+    rate: Rate | None
 
 
 class ClaimView(NamedTuple):

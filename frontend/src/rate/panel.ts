@@ -1,0 +1,155 @@
+// How often flights like the one on the screen fail: a sentence and a histogram that follow the controls.
+
+import type { FlightData, PageData, Rate } from "../data/contract";
+import { inputs } from "../data/engine";
+import { controllerOf, fresh } from "../data/settings";
+import { CanvasSurface } from "../plots/canvas";
+import { ticks as marks } from "../plots/ticks";
+import type { Session, Shown } from "../session";
+import { byId, fill, h } from "../view/dom";
+import { number, plain, quantity } from "../view/format";
+import { palette } from "../view/theme";
+import { exactShare } from "./interval";
+import { Tally } from "./judge";
+import { Pool, type Setting } from "./pool";
+
+const BINS = 48;
+const HEIGHT = 96; // px
+
+export class RatePanel {
+  tally: Tally | undefined;
+  private flight = "";
+  private pool: Pool | undefined;
+  private rate: Rate | undefined;
+  private usual: readonly number[] = [];
+  private most = 0; // the histogram's right end
+  private readonly words = h("p", { id: "rate-words" });
+  private readonly canvas = h("canvas", { role: "img" });
+  private readonly note = h("p", { class: "note" });
+  private drawing = 0;
+
+  constructor(
+    private readonly page: PageData,
+    session: Session,
+  ) {
+    fill(byId("rate"), h("h3", {}, "How often does it fail?"), this.words, this.canvas, this.note);
+    session.shown.watch((shown) => shown && this.follow(shown));
+    palette.follow(() => this.request());
+    new ResizeObserver(() => this.request()).observe(byId("rate"));
+  }
+
+  private follow(shown: Shown): void {
+    const { data } = shown;
+    if (data.id !== this.flight) this.open(data);
+    const { rate, pool } = this;
+    byId("rate").hidden = !rate;
+    if (!rate || !pool) return;
+    const setting = this.setting(shown, rate);
+    this.canvas.hidden = setting === undefined;
+    if (!setting) {
+      this.tally = undefined;
+      this.words.textContent = `The campaign itself sets ${rate.keys.join(" and ")}, and is flown by the mission’s own controller: put these back to see its failure rate.`;
+      return;
+    }
+    this.tally = new Tally(rate);
+    pool.fly(setting);
+  }
+
+  private open(data: FlightData): void {
+    this.flight = data.id;
+    this.rate = data.rate ?? undefined;
+    this.most = 0;
+    this.pool = data.rate ? new Pool(data, data.rate, (done) => {
+      this.tally?.add(done);
+      this.request();
+    }) : undefined;
+    const controller = data.controllers[0];
+    const given = controller && inputs(this.page, data, controller, fresh(data));
+    this.usual = data.rate && given ? varied(data.rate, { given, law: this.page.laws[controller.law]!, last: 0 }) : [];
+  }
+
+  /** What the campaign flies with; undefined where a control set what the campaign varies, or another controller flies. */
+  private setting({ data, settings, given, whole }: Shown, rate: Rate): Setting | undefined {
+    const law = given && this.page.laws[given.controller.law];
+    if (!given || !law || controllerOf(data, settings.controller) !== data.controllers[0]) return undefined;
+    const setting = { given, law, last: whole === undefined ? given.ticks.last : Math.round(whole / given.ticks.step) };
+    return varied(rate, setting).every((value, i) => Object.is(value, this.usual[i])) ? setting : undefined;
+  }
+
+  private request(): void {
+    this.drawing ||= requestAnimationFrame(() => {
+      this.drawing = 0;
+      this.draw();
+    });
+  }
+
+  private draw(): void {
+    const { tally, rate } = this;
+    if (!tally || !rate) return;
+    if (tally.flown) this.words.replaceChildren(...sentence(tally, rate));
+    this.note.textContent = `${Object.keys(rate.failure).length ? "A flight fails if it is lost or leaves these bounds" : "A flight fails if it is lost"}; ${rate.keys.join(", ")} as the campaign draws them. ${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
+    this.histogram(tally, rate);
+  }
+
+  private histogram(tally: Tally, rate: Rate): void {
+    const name = Object.keys(rate.failure)[0] as keyof Rate["failure"] | undefined;
+    const metric = name ?? "largest_error";
+    const limit = rate.failure[metric];
+    const kept = tally[metric].filter((value, i) => tally.code[i] === 0 && Number.isFinite(value));
+    if (!this.most && tally.done) this.most = roundUp(Math.max(...kept, limit ? 1.6 * limit : 0));
+    const most = this.most || roundUp(Math.max(...kept, limit ? 1.6 * limit : 0)) || 1;
+    const counts = new Array<number>(BINS).fill(0);
+    for (const value of kept) counts[Math.min(Math.floor((value / most) * BINS), BINS - 1)]!++;
+    const lost = tally.code.filter((code) => code > 0).length;
+    const width = this.canvas.parentElement?.clientWidth ?? 0;
+    const pen = this.canvas.getContext("2d");
+    if (!pen || !width) return;
+    this.canvas.style.height = `${HEIGHT}px`;
+    [this.canvas.width, this.canvas.height] = [Math.round(width * devicePixelRatio), Math.round(HEIGHT * devicePixelRatio)];
+    pen.scale(devicePixelRatio, devicePixelRatio);
+    const surface = new CanvasSurface(pen);
+    const colours = palette.value;
+    const [floor, right] = [HEIGHT - 20, width - 46];
+    const x = (value: number): number => 6 + (value / most) * (right - 6);
+    const tallest = Math.max(...counts, lost, 1);
+    const bar = (left: number, wide: number, count: number, colour: string): void =>
+      surface.rectangle({ left, top: floor - (count / tallest) * (floor - 6), width: wide, height: (count / tallest) * (floor - 6) }, colour);
+    counts.forEach((count, i) => {
+      const from = x((i * most) / BINS);
+      const beyond = limit !== undefined && ((i + 0.5) * most) / BINS > limit;
+      bar(from, x(((i + 1) * most) / BINS) - from - 1, count, beyond ? colours.vermillion : colours.blue);
+    });
+    bar(right + 14, 22, lost, colours.vermillion);
+    surface.polyline([6, floor + 0.5, width - 6, floor + 0.5], { colour: colours.line, width: 1, dash: [] });
+    if (limit !== undefined) surface.polyline([x(limit), 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
+    const small = { colour: colours.muted, size: 11, align: "center" } as const;
+    const places = marks(0, most, right / 70);
+    places.forEach((value, i) => surface.text(x(value), floor + 11, i === places.length - 1 ? `${plain(value)} m` : plain(value), small));
+    surface.text(right + 25, floor + 11, "lost", small);
+    this.canvas.setAttribute("aria-label", `Histogram of the ${metric === "largest_error" ? "largest error" : "position RMSE"} of ${kept.length} completed flights; ${lost} were lost.`);
+  }
+}
+
+/** The numbers that the campaign varies, as this setting has them. */
+function varied({ varies }: Rate, { given, law }: Setting): number[] {
+  return varies.map((name) => {
+    const key = name.slice(name.indexOf(".") + 1);
+    return name.startsWith("start.") ? given.start[law.starts.indexOf(key)]! : given.parameters[given.names.get(key) ?? -1]!;
+  });
+}
+
+function sentence(tally: Tally, rate: Rate): Node[] {
+  const { failures, flown } = tally;
+  const { value, low, high } = exactShare(failures, flown);
+  const percent = (share: number): string => `${number(100 * share, 3)}\u00a0%`;
+  const bounds = Object.entries(rate.failure).map(([name, most]) => `${name === "largest_error" ? "largest error" : "position RMSE"} at most ${quantity(most, "m")}`);
+  const strong = h("b", {}, `${failures} of ${flown} flights fail: ${percent(value)}`);
+  return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)})${bounds.length ? `; ${bounds.join(", ")}` : ""}.`)];
+}
+
+/** To one or two significant digits, upwards. */
+function roundUp(value: number): number {
+  if (!(value > 0)) return 0;
+  const step = 10 ** Math.floor(Math.log10(value)) / 2;
+  return Math.ceil(value / step) * step;
+}

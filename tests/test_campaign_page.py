@@ -1,0 +1,137 @@
+"""The page of a campaign: its flights are those of `quadstep campaign`, to the bit, whatever control is moved."""
+
+import numpy as np
+import pytest
+
+from quadstep.engines.wasm import exporting, imported, leb, sections, whole
+from quadstep.io.errors import UserError
+from quadstep.metrics.statistics import share
+from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME, Flyer
+from quadstep.studies.campaign.page import campaign_page, rate
+from quadstep.studies.campaign.schema import read_campaign
+from tests.commands import write
+from tests.needs import CHROMIUM, needs, package
+
+package("playwright")
+
+FLIGHTS = 83  # no multiple of what a vector holds, or a worker takes at a time
+GUSTS = """
+flights = 83
+precision = "{precision}"
+[mission]
+[mission.vehicle]
+preset = "x500"
+[mission.path]
+type = "circle"
+centre = [0.0, 0.0, 10.0]
+radius = 3.0
+period = 8.0
+[mission.controller]
+type = "geometric"
+{gains}
+[mission.wind]
+mean = [6.0, 0.0, 0.0]
+turbulence = {{ intensity = "moderate", height = 10.0 }}
+[mission.limits]
+distance = 0.35
+[mission.simulation]
+duration = 2.0
+[vary]
+wind.mean.0 = {{ type = "normal", mean = 9.0, deviation = 5.0 }}
+[failure]
+largest_error = 0.2
+"""
+
+
+def campaign(folder, precision="f64", gains=""):
+    return write(folder, GUSTS.format(precision=precision, gains=gains), "gusts.toml")
+
+
+@pytest.fixture(scope="module", params=["f64", "f32"])
+def precision(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory, precision):
+    folder = tmp_path_factory.mktemp("rate")
+    return write(folder, campaign_page(campaign(folder, precision)), "page.html")
+
+
+def assert_flown_as_by_the_campaign(page, path):
+    page.wait_for_function("() => quadstep.rate()?.done", timeout=120_000)
+    ours = page.evaluate("quadstep.rate()")
+    table = Flyer(read_campaign(path)).fly(0, FLIGHTS)
+    code = [OUTCOMES.index(one) for one in table[OUTCOME].to_pylist()]
+    lost = np.array(code) != 0
+    assert ours["outcome"] == code and 0 < lost.sum() < FLIGHTS
+    for name in ("position_rmse", "largest_error"):
+        np.testing.assert_array_equal(np.array(ours[name], dtype=float), table[f"{name}[m]"].to_numpy(), err_msg=name)
+    np.testing.assert_array_equal(0.002 * np.array(ours["ended"])[lost], table[TIME].to_numpy()[lost])
+    success = table[SUCCESS].to_numpy()
+    np.testing.assert_array_equal(np.array(ours["success"], dtype=bool), success)
+    failures = int((~success).sum())
+    assert lost.sum() < failures == ours["failures"]
+    assert page.locator("#rate-words b").inner_text().startswith(f"{failures} of {FLIGHTS} flights fail: ")
+
+
+@needs(CHROMIUM)
+def test_flights_are_those_of_the_campaign_whatever_gain_is_set(open_page, precision, tmp_path):
+    page = open_page()
+    assert_flown_as_by_the_campaign(page, campaign(tmp_path, precision))
+    page.evaluate("quadstep.setControl('k_x', [12, 14, 16])")
+    changed = campaign(tmp_path, precision, "k_x = [12.0, 14.0, 16.0]")
+    assert_flown_as_by_the_campaign(page, changed)
+    if precision == "f64":  # and by the page's own laws, which have no f32
+        page.evaluate("delete globalThis.WebAssembly; quadstep.fly()")
+        assert_flown_as_by_the_campaign(page, changed)
+
+
+@needs(CHROMIUM)
+def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
+    page = open_page()
+    page.evaluate("quadstep.setControl('wind', [3, 0, 0])")
+    assert page.evaluate("quadstep.rate()") is None
+    assert "sets wind.mean.0" in page.locator("#rate-words").inner_text()
+    page.evaluate("quadstep.setControl('wind', [6, 0, 0])")
+    page.wait_for_function("() => quadstep.rate()?.done", timeout=120_000)
+
+
+@needs(CHROMIUM)
+def test_intervals_are_exact(open_page):
+    page = open_page()
+    for count, total in ((0, 1000), (1, 1000), (37, 1000), (500, 1000), (999, 1000), (1000, 1000), (1, 1), (3, 7)):
+        ours = page.evaluate("([count, total]) => quadstep.share(count, total)", [count, total])
+        assert list(ours.values()) == pytest.approx(list(share(count, total)), rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("largest_error = 0.2", "effort_thrust = 9.0", "failure.effort_thrust: a page counts failures by position_rmse and"),
+        (
+            'wind.mean.0 = { type = "normal", mean = 9.0, deviation = 5.0 }',
+            'controller.type = { type = "choice", values = ["geometric", "pid"] }',
+            "vary no choice of another structure",
+        ),
+    ],
+)
+def test_what_a_page_cannot_fly_is_refused(tmp_path, old, new, words):
+    path = campaign(tmp_path)
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(UserError, match=words):
+        rate(read_campaign(path), str(path))
+
+
+@pytest.mark.parametrize("value", [0, 1, 127, 128, 300, 2**31])
+def test_numbers_of_a_module(value):
+    assert whole(leb(value) + b"\xff", 0) == (value, len(leb(value)))
+
+
+def test_a_module_that_calls_what_a_browser_lacks_is_refused():
+    calls = b"\x02\x03env\x0f__linear_memory\x02\x00\x00\x03env\x0dquadstep_call\x00\x01"
+    assert imported(calls) == [b"__linear_memory", b"quadstep_call"]
+    code = b"\0asm\1\0\0\0" + b"\x02" + leb(len(calls)) + calls
+    assert list(sections(code)) == [(2, calls)]
+    with pytest.raises(UserError, match="call quadstep_call, which a browser does not have"):
+        exporting(code, "sweep")
