@@ -23,7 +23,7 @@ from quadstep.studies.envelope.request import NOISY_FLIGHTS, request
 from quadstep.studies.envelope.run import Map
 from quadstep.studies.study import Span, run
 from tests.campaigns import MASS, NOISY, SHORT, written
-from tests.commands import quadstep
+from tests.commands import LINE, quadstep, write
 
 CASE = '[path]\ntype = "minimum-jerk"\nend = [20.0, 5.0, 10.0]\nduration = 40.0\n'
 DURATIONS, SCALES, NETS = (2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 2.0), (True, False)
@@ -109,10 +109,19 @@ def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
         assert panel["rmse[m]"] == [min(good), max(good)]
         assert sum(panel["causes"].values()) == 12 - len(good)
         assert f"({len(good)} of 12 cells) with {panel['name']}" in run.out
+    assert run.out.count("however large the error") == 0, "an error above 0.5 m is a failure here"
     assert panels[0]["flyable"] != panels[1]["flyable"]
     assert about(out)["axes"]["x"] == {"key": "path.duration", "values": [2.0, 3.0, 4.0, 5.0]}
     assert sorted(path.name for path in out.iterdir()) == about(out)["files"]
     assert {"envelope.png", "envelope.svg"} < set(about(out)["files"])
+
+
+def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
+    axes = "--x", "path.duration=0.5:1:2", "--y", "vehicle.mass=1:1.1:2"
+    run = quadstep("envelope", write(tmp_path, LINE), *axes, "--out", tmp_path / "out")
+    assert "Flyable (to the end, however large the error) of path.duration and vehicle.mass" in run.out.replace("\n", " ")
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "can be flown (to the end, however large the error), so the limit" in report
 
 
 def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkeypatch):

@@ -156,9 +156,15 @@ def answer(found: Envelope) -> str:
     asked = found.asked
     over = f"combination{'' if max(one.cells for one in found.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
     if all(one.flyable == one.cells for one in found.panels):
-        return f"Every one of the {found.panels[0].cells} {over} can be flown, so the limit lies outside this map."
+        whole = f"Every one of the {found.panels[0].cells} {over} can be flown{meaning(asked)}"
+        return f"{whole}, so the limit lies outside this map."
     parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in found.panels]
-    return f"Of the {over}, {', '.join(parts)} can be flown."
+    return f"Of the {over}, {', '.join(parts)} can be flown{meaning(asked)}."
+
+
+def meaning(asked: Request) -> str:
+    """What is less than one expects of a flight that counts as flown; nothing where an error can be too large."""
+    return "" if asked.campaign.file.failure else " (to the end, however large the error)"
 
 
 def caption(found: Envelope) -> str:
@@ -190,4 +196,4 @@ def sentence(found: Envelope) -> str:
         f" A cell counts if at least {100 * FLYABLE:g} % of its {asked.flights} flights succeed." if asked.flights > 1 else ""
     )
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    return f"Flyable of {asked.x.key} and {asked.y.key}: {', '.join(parts)}.{cell}{same}"
+    return f"Flyable{meaning(asked)} of {asked.x.key} and {asked.y.key}: {', '.join(parts)}.{cell}{same}"
