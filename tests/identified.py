@@ -5,9 +5,12 @@ jitter, and identified; how often each true number lies within its 95 % interval
 runs that often [s]: at 0.01, what it does between the rows of a log stays hidden.
 
 python -m tests.identified split LOG... --held LOG...: some flights are fitted, the others predicted.
+
+python -m tests.identified closed: the NanoBench flights, flown in closed loop; the tables of docs/logs.md.
 """
 
 import argparse
+import math
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -15,12 +18,17 @@ from pathlib import Path
 
 import numpy as np
 
+from quadstep.identify.closed_loop import Beside, fly_again
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import identify
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.read import read_log
 from quadstep.identify.table import compare
+from quadstep.identify.vehicle_file import identified_vehicle
+from quadstep.io.documents import read_toml
 from quadstep.metrics.statistics import share
 from tests.made_flights import logged, start, true_value
+from tests.needs import NANOBENCH
 
 FIRST_SEED = 1000
 
@@ -75,6 +83,49 @@ def split(fitted: list[Path], held: list[Path]) -> None:
             print(f"{horizon:<26}{ratios}{errors.ratio(horizon, 'rates', 'zero').value:13.2f} /{error / zero:5.2f}")
 
 
+WAYS = (
+    (("B2_circle_fast", "B2_circle_slow", "B3"), ("B5", "B6", "B7"), ("B8_star_fast", "B8_star_slow")),
+    (("B2_circle_fast", "B6", "B8_star_fast"), ("B2_circle_slow", "B5", "B8_star_slow"), ("B3", "B7")),
+)
+"""Two ways of holding out two or three of the eight, by the beginnings of their names."""
+
+
+def row(one: Beside) -> str:
+    """How far one simulated flight is from the real one."""
+    real, made = one.real, one.simulated
+    parts = f"RMSE {made.rmse / real.rmse:5.2f}  lead {made.lead - real.lead:+6.2f} s"
+    return f"  {one.name:24} {parts}  tilt {math.degrees(made.tilt - real.tilt):+6.1f} deg  rates {made.rate / real.rate:5.2f}"
+
+
+def right(flown: list[Beside]) -> str:
+    """On how many the RMSE is within a factor of 2, the lead within 85 ms, the tilt within 4 degrees."""
+    rmse = sum(0.5 < one.simulated.rmse / one.real.rmse < 2.0 for one in flown)
+    lead = sum(abs(one.simulated.lead - one.real.lead) < 0.085 for one in flown)
+    tilt = sum(abs(one.simulated.tilt - one.real.tilt) < math.radians(4.0) for one in flown)
+    return f"RMSE right on {rmse}, lead on {lead}, tilt on {tilt} of {len(flown)}"
+
+
+def flown_by(fitted: list[FlightRecord], flights: list[FlightRecord], controller: dict[str, object]) -> list[Beside]:
+    """Flights by the vehicle that others identify."""
+    return fly_again(flights, identified_vehicle(start(), identify(fitted, start(), lambda _: None), "", ""), controller)
+
+
+def closed() -> None:
+    """Print how the eight NanoBench flights are flown by a vehicle identified from them, and by those of the other flights."""
+    flights = [read_log(path) for path in sorted(NANOBENCH.glob("*.csv"))]
+    found = identified_vehicle(start(), identify(flights, start(), lambda _: None), "", "")
+    own: dict[str, object] = read_toml(Path("examples/crazyflie_pid.toml"))["controller"]
+    for name, controller in (("pid", {"type": "pid"}), ("examples/crazyflie_pid.toml", own)):
+        flown = fly_again(flights, found, controller)
+        print(f"all eight identified, --controller {name}: {right(flown)}", *map(row, flown), sep="\n", flush=True)
+    for way in WAYS:
+        flown = []
+        for held in way:
+            rest = [one for one in flights if not one.name.startswith(held)]
+            flown += flown_by(rest, [one for one in flights if one.name.startswith(held)], {"type": "pid"})
+        print(f"held out {way}: {right(flown)}", *map(row, flown), sep="\n", flush=True)
+
+
 def main() -> None:
     """Read the command line."""
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -85,11 +136,14 @@ def main() -> None:
     other = commands.add_parser("split")
     other.add_argument("logs", type=Path, nargs="+")
     other.add_argument("--held", type=Path, nargs="+", required=True)
+    commands.add_parser("closed")
     given = reader.parse_args()
     if given.command == "coverage":
         coverage(given.count, given.guidance)
-    else:
+    elif given.command == "split":
         split(given.logs, given.held)
+    else:
+        closed()
 
 
 if __name__ == "__main__":

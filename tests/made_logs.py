@@ -86,6 +86,32 @@ def ardupilot(flight: FlightRecord, motors) -> bytes:
     return b"".join(out)
 
 
+def looped(crossover=20.0, period=0.004, duration=30.0):
+    """Excitation, command and period of an integrating loop that answers a sample late, without a vehicle."""
+    time = np.arange(0.0, duration, period)
+    excitation = np.sin(2.0 * np.pi * 0.3 * duration / np.log(80.0) * (80.0 ** (time / duration) - 1.0))
+    command, turned = np.zeros(len(time)), 0.0
+    for row, one in enumerate(excitation):
+        command[row] = one - turned
+        turned += period * crossover * command[row]
+    return excitation, command, period
+
+
+def excited(excitation, command, period, parameters, output="ROut") -> bytes:
+    """What ArduPilot logs in its mode System Identification, of one axis: excitation and command (n,)."""
+    kinds = {"SIDD": (1, "Qff", "TimeUS,Time,Targ"), "RATE": (2, "Qff", f"TimeUS,RDes,{output}"), "PARM": (3, "QNff", "")}
+    out = [described(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")]
+    for name, (number, layout, columns) in kinds.items():
+        length = 3 + struct.calcsize("<" + layout.replace("N", "16s"))
+        out.append(described(number, length, name, layout, columns or "TimeUS,Name,Value,Default"))
+    for name, value in parameters.items():
+        out.append(struct.pack("<BBBQ16sff", 0xA3, 0x95, 3, 0, name.encode(), value, 0.0))
+    for row, (d, u) in enumerate(zip(excitation, command, strict=True)):
+        for number, value in ((1, d), (2, u)):
+            out.append(struct.pack("<BBBQff", 0xA3, 0x95, number, round(1e6 * row * period), 0.0, value))
+    return b"".join(out)
+
+
 def described(number: int, length: int, name: str, layout: str, columns: str) -> bytes:
     """The message that says what another holds."""
     return struct.pack("<BBBBB4s16s64s", 0xA3, 0x95, 0x80, number, length, name.encode(), layout.encode(), columns.encode())

@@ -7,7 +7,7 @@ from rich.cells import cell_len
 from typer.main import get_command
 
 from quadstep.commands import cli
-from tests import campaigns, made_flights, studies, tuning
+from tests import campaigns, made_flights, made_logs, studies, tuning
 from tests.autopilots import free_port, listening
 from tests.commands import quadstep
 from tests.needs import package
@@ -46,6 +46,7 @@ def folder(tmp_path_factory):
     (folder / "map.toml").write_text(mapping, encoding="utf-8")
     header, rows = made_flights.table(made_flights.logged(0)[0])
     made_flights.write(folder / "log.csv", header, rows[:900])
+    (folder / "chirp.bin").write_bytes(made_logs.excited(*made_logs.looped(), {}))
     return folder
 
 
@@ -68,6 +69,7 @@ COMMANDS = {
     "replay": ["replay", "log.csv", "--vehicle", "crazyflie", "--mapping", "map.toml"],
     "vehicle fit": ["vehicle", "fit", "sheet.toml", "--overwrite"],
     "completion": ["completion", "bash"],
+    "advise": ["advise", "chirp.bin", "--overwrite"],
     "identify": ["identify", "log.csv", "--vehicle", "crazyflie", "--mapping", "map.toml", "--no-report", "--overwrite"],
 }
 """What each command is tried with."""
@@ -97,6 +99,7 @@ SAID = {
     "vehicle fit": "Wrote sheet",
     "completion": "complete -o default -F _quadstep_completion quadstep",
     "identify": "imu.tilt[0]",
+    "advise": "margins of roll",
 }
 STUDIES = {
     "completion --samples 100": """

@@ -59,6 +59,7 @@ COMMANDS = Door("quadstep.commands", {
     "vehicles": "quadstep.commands.vehicles:vehicles",
     "identify": "quadstep.commands.identify:identify",
     "replay": "quadstep.commands.replay:replay",
+    "advise": "quadstep.commands.advise:advise",
     "certify": "quadstep.commands.certify:certify",
     "prove": "quadstep.commands.prove:prove",
     "export": "quadstep.commands.export:export",

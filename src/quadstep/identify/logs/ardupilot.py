@@ -47,6 +47,20 @@ def read(path: Path, wanted: list[str]) -> Topics:
     return Topics(found, damaged)
 
 
+def parameters(path: Path) -> dict[str, float]:
+    """The vehicle's parameters by name, as last logged (PARM); empty where the log has none."""
+    packed, _, _ = walked(files.read_bytes(path, files.LOG), ["PARM"])
+    if "PARM" not in packed:
+        return {}
+    rows = rows_of(packed["PARM"])
+    if not {"Name", "Value"} <= set(rows.dtype.names or ()):
+        return {}
+    return {
+        bytes(name).rstrip(b"\0").decode("latin-1"): float(value)
+        for name, value in zip(rows["Name"], rows["Value"], strict=True)
+    }
+
+
 def walked(content: bytes, topics: list[str]) -> tuple[dict[str, Packed], dict[str, dict[str, str]], int]:
     """The messages of the topics, the letters of their fields, and how many places are damaged."""
     lengths = {FORMAT: FORMAT_LENGTH}

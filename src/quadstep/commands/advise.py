@@ -1,0 +1,59 @@
+"""`quadstep advise`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.commands.deliver import check_junit, finish
+from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.io.errors import UserError
+from quadstep.report.sheet import SCREEN, USUAL, sheet
+
+
+def advise(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log of a flight with an excitation.", show_default=False)],
+    mission: Annotated[
+        Path | None,
+        typer.Option(metavar="MISSION.toml", help="A mission whose modelled margins stand beside.", show_default=False),
+    ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y",
+            help="Columns of the excitation, and of the command that it was added to, with it; known for ArduPilot.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<log's name>-advise.")] = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+    junit: JunitOption = None,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
+) -> None:
+    """Measure a loop's margins in flight, and say which gains would repair them: log in, advice out (docs/advise.md).
+
+    Exit code 2: the log has no excitation, or its excitation does not tell the margins; the reason is said.
+    """
+    import time
+
+    started = time.perf_counter()
+    from quadstep.studies.advise import advise as advised
+
+    if junit:
+        check_junit(junit)
+    folder = out or Path("out") / f"{log.stem}-advise"
+    found = advised(log, pair(columns), mission, folder, overwrite, sheet(figures, width, style))
+    finish(found, "advise", folder, as_json, junit, started)
+
+
+def pair(text: str | None) -> tuple[str, str] | None:
+    """The two columns. Raises UserError."""
+    if text is None:
+        return None
+    names = [one.strip() for one in text.split(",")]
+    if len(names) != 2 or not all(names) or names[0] == names[1]:
+        raise UserError(f"--columns: should be two columns, EXCITATION,COMMAND, not {text!r:.80}")
+    return names[0], names[1]

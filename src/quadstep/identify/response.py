@@ -1,0 +1,208 @@
+"""The open loop measured in flight: frequency responses from an excitation, by the local polynomial method.
+
+An excitation d is added to a controller's command c, so that the actuators receive u = c + d. Then S = u / d is the loop's
+sensitivity 1 / (1 + L), and L = 1 / S - 1 its open loop at that command, outer loops included, whatever the controller is: it
+is opened where `quadstep linear` opens it. Feedback does not touch d: disturbances make S uncertain but do not bias it.
+
+Around each frequency S and the transient are taken as polynomials of the second degree (Pintelon and Schoukens, "System
+Identification: A Frequency Domain Approach", 2nd edition, 2012, chapter 7); what is left is noise, which gives the interval.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.identify.logs.flight import Floats
+from quadstep.metrics.statistics import Estimate, student_quantile
+
+Complex = NDArray[np.complex128]
+
+DEGREE = 2
+"""Of the polynomials."""
+
+WIDTH = 0.06
+"""Half of the band around a frequency, as a share of it."""
+
+FEWEST, MOST = 8, 60
+"""Fewest and most lines of the spectrum on each side of a frequency."""
+
+POINTS = 160
+"""Frequencies at which the response is computed."""
+
+NEAR = 6
+"""Frequencies on each side over which slopes are taken."""
+
+EVEN = 0.1
+"""Frequencies count as excited where the excitation's smoothed amplitude is above this share of its largest."""
+
+INEXACT = 0.005
+"""Standard deviation of a sensitivity, as a share of it, that stays without any noise: a vehicle that is moved about is not at
+rest, where the loop has one response.
+"""
+
+UNSURE = math.radians(10.0)
+"""Half of a phase margin's interval from which on it counts as undetermined [rad]."""
+
+
+class Response(NamedTuple):
+    """The sensitivity measured at n frequencies. omega [rad/s]; sensitivity: complex; error: the standard deviation of its
+    real and of its imaginary part; freedom: degrees of freedom behind it; coherence: share of the command's power that the
+    excitation explains.
+    """
+
+    omega: Floats
+    sensitivity: Complex
+    error: Floats
+    freedom: Floats
+    coherence: Floats
+
+    @property
+    def opened(self) -> Complex:
+        """The open loop L."""
+        found: Complex = 1.0 / self.sensitivity - 1.0
+        return found
+
+    @property
+    def opened_error(self) -> Floats:
+        """The standard deviation of its real and of its imaginary part: |dL| = |dS| / |S|^2."""
+        found: Floats = self.error / np.abs(self.sensitivity) ** 2
+        return found
+
+    def scaled(self, factor: float) -> "Response":
+        """With the controller's gains times a factor."""
+        opened = factor * self.opened
+        sensitivity = 1.0 / (1.0 + opened)
+        return self._replace(sensitivity=sensitivity, error=factor * self.opened_error * np.abs(sensitivity) ** 2)
+
+
+class Crossing(NamedTuple):
+    """Where a response crosses a line: at [rad/s], and what is measured there, with 95 % intervals."""
+
+    at: Estimate
+    value: Estimate
+
+
+def band(spectrum: Complex) -> tuple[int, int]:
+    """First and last line of the longest excited stretch; amplitudes are smoothed over a tenth of the frequency."""
+    power = np.concatenate([[0.0], np.cumsum(np.abs(spectrum) ** 2)])
+    line = np.arange(len(spectrum))
+    low, high = (np.clip(np.round(line * factor).astype(int), 0, len(line) - 1) for factor in (0.95, 1.05))
+    smooth = np.sqrt((power[high + 1] - power[low]) / (high + 1 - low))
+    heard = smooth > EVEN * smooth.max()
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], heard.astype(int), [0]])))
+    first, past = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: math.log(one[1] / max(one[0], 1)))
+    return int(first), int(past) - 1
+
+
+def response(excitation: Floats, command: Floats, period: float) -> Response:
+    """The sensitivity from samples (n,) of the excitation and of the command that holds it, a period [s] apart, where it is
+    excited.
+    """
+    count = len(excitation)
+    d, u = (np.fft.rfft(one - one.mean()) for one in (excitation, command))
+    first, last = band(d)
+    first, last = max(first, FEWEST + 1), min(last, len(d) - FEWEST - 1)
+    lines = np.unique(np.round(np.geomspace(first, max(last, first + 1), POINTS)).astype(int))
+    rows = [local(d, u, int(line)) for line in lines]
+    sensitivity, error, freedom, coherence = (np.array(column) for column in zip(*rows, strict=True))
+    return Response(2.0 * math.pi * lines / (count * period), sensitivity, error, freedom, coherence)
+
+
+def local(d: Complex, u: Complex, line: int) -> tuple[complex, float, float, float]:
+    """The response at one line of the spectra, the standard deviation of each of its parts, degrees of freedom, coherence."""
+    half = min(max(round(WIDTH * line), FEWEST), MOST)
+    place = np.arange(max(line - half, 1), min(line + half, len(d) - 1) + 1)
+    powers = ((place - line) / half)[:, None] ** np.arange(DEGREE + 1)
+    matrix = np.concatenate([powers * d[place, None], powers * np.abs(d[place]).mean()], axis=1)
+    inverse = np.linalg.pinv(matrix)
+    solution = inverse @ u[place]
+    rest = u[place] - matrix @ solution
+    freedom = len(place) - matrix.shape[1]
+    noise = float((np.abs(rest) ** 2).sum()) / freedom
+    spread = float((np.abs(inverse[0]) ** 2).sum()) * noise
+    power = float((np.abs(u[place]) ** 2).mean())
+    error = math.hypot(math.sqrt(0.5 * spread), INEXACT * abs(solution[0]))
+    return complex(solution[0]), error, 2.0 * freedom, max(0.0, 1.0 - noise / max(power, 1e-300))
+
+
+def interval(value: float, error: float, freedom: float) -> Estimate:
+    """A 95 % interval."""
+    half = student_quantile(0.975, freedom) * error
+    return Estimate(value, value - half, value + half)
+
+
+def crossovers(found: Response) -> list[Crossing]:
+    """Where |L| crosses 1, and the phase margin there [rad], the phase of L above -180 degrees.
+
+    Of each margin the error along the crossing counts too: a loop gain that is off moves the crossing, and the phase with it.
+    """
+    opened, x = found.opened, np.log(found.omega)
+    level, phase = np.log(np.abs(opened)), np.unwrap(np.angle(-opened))
+    relative = found.opened_error / np.abs(opened)
+    crossings = []
+    for i in np.flatnonzero(np.diff(level > 0.0)):
+        share = float(level[i] / (level[i] - level[i + 1]))
+        near = slice(max(i - NEAR, 0), i + NEAR + 2)
+        slope, turn = (float(np.polyfit(x[near], one[near], 1)[0]) for one in (level, phase))
+        at, margin, error = (float(one[i] + share * (one[i + 1] - one[i])) for one in (x, phase, relative))
+        freedom = float(found.freedom[i])
+        margin = math.remainder(margin, 2.0 * math.pi)
+        moved = interval(at, error / max(abs(slope), 1e-9), freedom)
+        off = error * math.hypot(1.0, turn / max(abs(slope), 1e-9))
+        crossings.append(Crossing(Estimate(*(math.exp(min(one, 700.0)) for one in moved)), interval(margin, off, freedom)))
+    return joined(crossings)
+
+
+def joined(crossings: list[Crossing]) -> list[Crossing]:
+    """Crossings whose intervals of frequency overlap as one, at their mean, with an interval that holds all of theirs: noise
+    makes several of a single one.
+    """
+    groups: list[list[Crossing]] = []
+    for one in sorted(crossings, key=lambda one: one.at.value):
+        if groups and max(other.at.high for other in groups[-1]) > one.at.low:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return [Crossing(hull([one.at for one in group]), hull([one.value for one in group])) for group in groups]
+
+
+def hull(several: list[Estimate]) -> Estimate:
+    """Their mean, and an interval that holds theirs."""
+    return Estimate(
+        float(np.mean([one.value for one in several])), min(one.low for one in several), max(one.high for one in several)
+    )
+
+
+def gain_margins(found: Response) -> list[Crossing]:
+    """Where the phase of L crosses -180 degrees, and by which factor the gain may grow there until the loop is unstable; below
+    1 by which it may fall.
+    """
+    opened, x = found.opened, np.log(found.omega)
+    level, phase = np.log(np.abs(opened)), np.unwrap(np.angle(-opened))
+    relative = found.opened_error / np.abs(opened)
+    crossings = []
+    turns = np.round(phase / (2.0 * math.pi))
+    off = phase - 2.0 * math.pi * turns
+    for i in np.flatnonzero(np.diff(off > 0.0) & (np.abs(np.diff(off)) < math.pi)):
+        share = float(off[i] / (off[i] - off[i + 1]))
+        near = slice(max(i - NEAR, 0), i + NEAR + 2)
+        slope, turn = (float(np.polyfit(x[near], one[near], 1)[0]) for one in (phase, level))
+        at, gain, error = (float(one[i] + share * (one[i + 1] - one[i])) for one in (x, level, relative))
+        freedom = float(found.freedom[i])
+        moved = interval(at, error / max(abs(slope), 1e-9), freedom)
+        factor = interval(-gain, error * math.hypot(1.0, turn / max(abs(slope), 1e-9)), freedom)
+        crossings.append(Crossing(*(Estimate(*(math.exp(min(one, 700.0)) for one in each)) for each in (moved, factor))))
+    return joined(crossings)
+
+
+def margin(crossings: list[Crossing]) -> Crossing | None:
+    """The crossing with the smallest phase margin, of those where it is determined; None if there is none."""
+    told = [one for one in crossings if determined(one)]
+    return min(told, key=lambda one: abs(one.value.value), default=None)
+
+
+def determined(one: Crossing) -> bool:
+    """Whether the phase margin at a crossing is known closely enough to act upon."""
+    return one.value.high - one.value.low < 2.0 * UNSURE

@@ -1,0 +1,123 @@
+"""Margins measured in flight against those of the flown loop, the advice that follows, and logs that carry none."""
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quadstep.engines.fly import fly_all
+from quadstep.identify.excited import excited
+from quadstep.identify.response import Response, crossovers, margin, response
+from quadstep.io.errors import UserError
+from quadstep.linear.analysis import studied
+from quadstep.mission.read import check_mission
+from quadstep.report.sheet import sheet
+from quadstep.studies.advise import PARAMETERS, advise, advised, measured
+from tests.injected import injected, signals
+from tests.made_logs import excited as in_ardupilots_log
+from tests.random_sheets import HOVER
+
+GAINS = {"ATC_RAT_RLL_P": 0.2, "ATC_RAT_RLL_I": 0.3, "ATC_RAT_RLL_D": 0.01}
+WEAK, SOUND = 5.0, 1.0
+
+
+def hover(factor: float, noise: float = 0.0):
+    """An x500 at rest whose rate loop has so many times gentle gains."""
+    rate = 9.0 * factor
+    gains = {"rate": [rate, rate, 5.0], "rate_derivative": [0.0] * 3, "rate_integral": [0.5 * rate] * 2 + [1.0]}
+    gains |= {"attitude": [3.0, 3.0, 2.0], "position": 0.5, "velocity": 1.0, "velocity_integral": 0.1}
+    path = {**HOVER, "duration": 42.0}
+    content = {"vehicle": {"preset": "x500"}, "path": path, "controller": {"type": "pid", **gains}}
+    content["sensors"] = {"imu_period": 0.002, "imu_latency": 0.006, "gyro_noise": noise}
+    content["simulation"] = {"duration": 42.0, "log_period": 0.002}
+    return check_mission(content, "hover.toml", Path())
+
+
+@cache
+def flown(factor: float, noise: float = 0.0):
+    """Excitation, command [N m] and period [s] of a flight with a chirp on roll."""
+    plan = injected(hover(factor, noise), strength=1.0)
+    return signals(plan, *fly_all([plan]))
+
+
+@cache
+def true(factor: float):
+    """The margins of roll, of the flown loop."""
+    return studied(hover(factor)).analysis.margins[1]
+
+
+@pytest.mark.parametrize("factor", [SOUND, WEAK])
+def test_margins_measured_in_flight_are_those_of_the_loop(factor):
+    found, model = measured(response(*flown(factor))), true(factor)
+    assert found.phase.at.value == pytest.approx(model.phase_at, rel=0.01)
+    assert found.phase.value.value == pytest.approx(model.phase, abs=math.radians(0.5))
+    assert found.decibels.value == pytest.approx(model.up, abs=0.1)
+
+
+def test_noise_widens_the_interval_which_holds():
+    still, loud = (margin(crossovers(response(*flown(SOUND, noise)))) for noise in (0.0, 3e-3))
+    assert loud.value.high - loud.value.low > 2.0 * (still.value.high - still.value.low)
+    assert loud.value.low < true(SOUND).phase < loud.value.high
+
+
+def test_a_weak_loop_gets_a_factor_with_which_it_is_sound_and_a_sound_one_none():
+    weak, sound = (response(*flown(factor)) for factor in (WEAK, SOUND))
+    assert advised(sound, measured(sound)) is None
+    advice = advised(weak, measured(weak))
+    after = true(WEAK * advice.factor)
+    assert true(WEAK).phase < math.radians(30.0) <= after.phase
+    assert after.up > 6.0
+    assert advice.expected.phase.value.value == pytest.approx(after.phase, abs=math.radians(0.5))
+    assert (
+        advised(weak.scaled(1.05 * advice.factor), measured(weak.scaled(1.05 * advice.factor))) is not None
+    )  # no smaller than needed
+
+
+def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
+    log = tmp_path / "chirp.BIN"
+    log.write_bytes(in_ardupilots_log(*flown(WEAK), GAINS))
+    found = advise(log, None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
+    factor = found.record["factor"]
+    text = (tmp_path / "out" / PARAMETERS).read_text()
+    assert text == "".join(f"{name},{factor * value:.6g}\n" for name, value in GAINS.items())
+    assert found.answer.startswith("The loop of roll has a phase margin of ")
+    assert "ATC_RAT_RLL_P, ATC_RAT_RLL_I, ATC_RAT_RLL_D times" in found.more[0]
+    assert "safe" not in (tmp_path / "out" / "report.html").read_text().partition("<body")[2].lower().replace("unsafe", "")
+    forward = in_ardupilots_log(*flown(WEAK), {**GAINS, "ATC_RAT_RLL_FF": 0.1})
+    log.write_bytes(forward)
+    found = advise(log, None, None, tmp_path / "other", False, sheet("svg", None, "screen"))
+    assert "no factor on them is advised" in found.more[0]
+    assert not (tmp_path / "other" / PARAMETERS).exists()
+
+
+def test_a_log_that_carries_no_advice_is_refused_with_the_reason(tmp_path):
+    d, u, period = flown(SOUND)
+    random = np.random.default_rng(0)
+    cases = {
+        "without an excitation": (0.0 * d, u, "never changes"),
+        "drowned": (d, u + random.normal(0.0, 30.0 * u.std(), len(u)), "coherence"),
+        "clipped": (d, np.clip(u, -0.3 * np.abs(u).max(), 0.3 * np.abs(u).max()), "saturated"),
+        "elsewhere": (d, 3.0 * u, "added elsewhere"),
+        "short": (d[:2000], u[:2000], "less than 10 s"),
+    }
+    for name, (excitation, command, said) in cases.items():
+        log = tmp_path / f"{name}.bin"
+        log.write_bytes(in_ardupilots_log(excitation, command, period, {}))
+        with pytest.raises(UserError, match=said):
+            excited(log, None)
+    with pytest.raises(UserError, match="--columns"):
+        excited(tmp_path / "a.ulg", None)
+    with pytest.raises(UserError, match="log of topics"):
+        excited(tmp_path / "a.csv", None)
+
+
+def test_crossings_of_a_known_loop():
+    omega = np.geomspace(0.1, 100.0, 400)
+    opened = 10.0 * np.exp(-0.05j * omega) / (1j * omega)
+    found = Response(omega, 1.0 / (1.0 + opened), 1e-9 * omega, 100.0 + 0.0 * omega, 1.0 + 0.0 * omega)
+    (one,) = crossovers(found)
+    assert one.at.value == pytest.approx(10.0, rel=1e-4)
+    assert one.value.value == pytest.approx(0.5 * math.pi - 0.5, abs=1e-4)
+    assert measured(found).gain.value.value == pytest.approx(math.pi, rel=1e-3)  # at pi / (2 delay), where |L| is 1 / pi
