@@ -14,6 +14,7 @@ from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.comparison.schema import StudyFile
+from quadstep.studies.lessons import Tasks
 
 Content = dict[str, Any]
 
@@ -70,6 +71,7 @@ KINDS: tuple[tuple[set[str], Callable[[Content, str, Path], object]], ...] = (
     ({"vehicles", "controllers"}, model(StudyFile)),
     ({"kv"}, model(Datasheet)),
     ({"motors"}, model(Mapping)),
+    ({"tasks"}, model(Tasks)),
     ({"mission"}, check_campaign),
     ({"rotor", "mass"}, model(AirframeSection)),
     ({"path"}, check_mission),
