@@ -6,8 +6,8 @@ Of the Crazyflie on a circle, in f32: exact numbers, which no busy machine can b
 from typing import NamedTuple
 
 from quadstep.engines.fly import FlightPlan
-from quadstep.export.alone import measured_alone
 from quadstep.export.arm import section
+from quadstep.export.c99 import measured_alone
 from quadstep.io.errors import UserError
 from quadstep.mission.multirotor import MultirotorMission
 

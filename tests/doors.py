@@ -3,7 +3,7 @@
 from quadstep.commands.cli import COMMANDS
 from quadstep.engines.engine import FLOWN_BY
 from quadstep.export.run import TARGETS
-from quadstep.identify.logs.topics import READERS
+from quadstep.identify.logs.read import READERS
 from quadstep.mission.autopilots import AUTOPILOTS
 from quadstep.report.panels import FIGURES
 

@@ -8,9 +8,8 @@ from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.studies.comparison.found import Comparison, Result
-from quadstep.studies.comparison.heat import said
 from quadstep.studies.comparison.linear import Linear, rows, unlinearised
-from quadstep.studies.comparison.picture import MANY, draw_vehicle
+from quadstep.studies.comparison.picture import MANY, draw_vehicle, said
 from quadstep.studies.comparison.ranking import Ranked
 from quadstep.studies.comparison.spread import Effort, Spread
 from quadstep.studies.comparison.study import Situation

@@ -7,7 +7,7 @@ import pytest
 from quadstep import Mission, UserError, fly
 from quadstep.engines.engine import Engine
 from quadstep.export.run import TARGETS, ExportRequest, export_mission
-from quadstep.identify.logs.topics import read_topics
+from quadstep.identify.logs.read import read_topics
 from quadstep.io import doors
 from quadstep.io.user_code import loading
 from quadstep.io.user_code.blame import NAMED

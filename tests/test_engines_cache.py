@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from quadstep.engines import lanes
-from quadstep.engines.kernel import Kernel
-from quadstep.engines.kernels import MOST, Kernels
+from quadstep.engines.kernel import MOST, Kernel, Kernels
 from quadstep.engines.lanes import fly_lanes
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io import code_cache

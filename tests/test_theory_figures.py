@@ -10,7 +10,7 @@ import pytest
 from proofs.__main__ import all_statements
 from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.engines.fly import fly
-from quadstep.engines.kernels import Kernels
+from quadstep.engines.kernel import Kernels
 from quadstep.linear.analysis import studied
 from quadstep.proofs.theory.comparison import (
     COMPLETED,

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -120,3 +121,18 @@ def object_code(text: str, target: llvm.TargetMachine) -> bytes:
     passes.getModulePassManager().run(module, passes)
     code: bytes = target.emit_object(module)
     return code
+
+
+MOST = 64
+
+
+class Kernels(OrderedDict[object, Kernel]):
+    """Kernels by a key that determines their code, the most recently used one last."""
+
+    def get_or_make(self, key: object, make: Callable[[], Kernel]) -> Kernel:
+        """The kernel of this key, made on first request; the least recently used one is dropped to make room."""
+        kernel = self.pop(key, None) or make()
+        self[key] = kernel
+        if len(self) > MOST:
+            self.popitem(last=False)
+        return kernel

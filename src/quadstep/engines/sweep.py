@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from quadstep.engines.kernel import Kernel, compile_sweep, host_width
-from quadstep.engines.kernels import Kernels
+from quadstep.engines.kernel import Kernel, Kernels, compile_sweep, host_width
 from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import Score, Scored, metrics
 from quadstep.engines.sweep_trace import OUTCOME, SweepTrace

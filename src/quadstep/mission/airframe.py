@@ -30,9 +30,8 @@ from quadstep.vehicle.airframe.allocation import Allocation, allocation, mixing,
 from quadstep.vehicle.airframe.battery import Battery
 from quadstep.vehicle.airframe.contact import contact
 from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
-from quadstep.vehicle.airframe.hover_drag import NO_DRAG, hover_drag
 from quadstep.vehicle.airframe.observer import Observer
-from quadstep.vehicle.airframe.plant import Airframe
+from quadstep.vehicle.airframe.plant import NO_DRAG, Airframe, hover_drag
 from quadstep.vehicle.airframe.residual import INPUTS, OUTPUTS, Residual
 from quadstep.vehicle.airframe.rotor import Rotor
 

@@ -2,22 +2,24 @@
 
 import math
 from functools import partial
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from quadstep.control.backstepping import Backstepping
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
 from quadstep.mission.clock import ClockSection
-from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
+from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.disturbance import AnyDisturbance, DisturbanceSection
 from quadstep.mission.feasible import path_warnings
 from quadstep.mission.fields import Angles, Name, Positive, Quantity, Section, Triple
 from quadstep.mission.margins import MarginsSection
+from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -26,6 +28,13 @@ from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
 from quadstep.vehicle.paper.state import State
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
+
+USUAL_CONTROLLER = section_of(Backstepping)(type="backstepping")
+
+if TYPE_CHECKING:
+    AnyController = ControllerSection
+else:
+    AnyController = any_controller(State)
 
 
 class StartSection(Section):

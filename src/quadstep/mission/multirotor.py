@@ -3,10 +3,11 @@
 import math
 from collections.abc import Sequence
 from functools import cached_property, partial
-from typing import Annotated, ClassVar, cast
+from typing import TYPE_CHECKING, Annotated, ClassVar, cast
 
 from pydantic import BeforeValidator, Field
 
+from quadstep.control.geometric import Geometric
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.metric import Metric
@@ -17,12 +18,13 @@ from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import rotor_thrusts
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
-from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
+from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.feasible import path_warnings
 from quadstep.mission.fields import Angles, Name, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.margins import MarginsSection
+from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -34,6 +36,13 @@ from quadstep.numbers.rotations import from_yaw_pitch_roll
 from quadstep.vehicle.airframe.allocation import allocate
 from quadstep.vehicle.airframe.motion import AirframeState
 from quadstep.vehicle.plants.multirotor import AirframeLimits, AirframeParameters, Multirotor
+
+USUAL_AIRFRAME_CONTROLLER = section_of(Geometric)(type="geometric")
+
+if TYPE_CHECKING:
+    AnyAirframeController = ControllerSection
+else:
+    AnyAirframeController = any_controller(Measured)
 
 
 class AirframeStart(Section):

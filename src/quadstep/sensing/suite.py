@@ -9,9 +9,8 @@ from typing import NamedTuple, TypeAlias, cast
 
 from quadstep.numbers import Number, Structure, Vector, sqrt, vector, where
 from quadstep.numbers.noise import Key
-from quadstep.sensing.declared import DeclaredEstimator, DeclaredSensor
+from quadstep.sensing.declared import DeclaredEstimator, DeclaredSensor, LastSamples
 from quadstep.sensing.delay import filled, passed, pushed
-from quadstep.sensing.last_samples import LastSamples
 from quadstep.sensing.sensors import FIX, IMU, START, Navigation, Sensors, draws, fixed, navigation
 from quadstep.vehicle.airframe.motion import Motion
 

@@ -1,5 +1,6 @@
 """All numbers of a certificate, from one flight."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,6 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.proofs.certify.arrays import Array, Mask, lengths
-from quadstep.proofs.certify.bounds import error_radius, printed_error_radius, weight_radius
 from quadstep.proofs.certify.conditions import ConditionMargins, conditions
 from quadstep.proofs.certify.history import History, recall
 from quadstep.proofs.certify.hypotheses import (
@@ -22,6 +22,28 @@ from quadstep.proofs.certify.hypotheses import (
 )
 from quadstep.proofs.certify.ideal_weights import IdealWeights, ideal_weights, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import Lyapunov, lyapunov, matrices
+
+
+def error_radius(weight_bound: float, residual_bound: float, kappa: float, k_min: float) -> float | None:
+    """b_r = (kappa W_B^2 / 4 + eps_N) / K_min (Eq. 63, which prints it without kappa); None if K_min is not positive."""
+    return (kappa * weight_bound**2 / 4.0 + residual_bound) / k_min if k_min > 0.0 else None
+
+
+def printed_error_radius(weight_bound: float, residual_bound: float, k_min: float) -> float | None:
+    """Eq. 63 as printed."""
+    return error_radius(weight_bound, residual_bound, 1.0, k_min)
+
+
+def weight_radius(weight_bound: float, residual_bound: float, kappas: tuple[float, float]) -> float | None:
+    """b_w = W_B/2 + sqrt(W_B^2/4 + eps_N/kappa) (Eq. 65); None without damping.
+
+    Where the nets have different kappas it is the larger root of kappa_min w^2 - kappa_max W_B w = eps_N.
+    """
+    least, most = min(kappas), max(kappas)
+    if least <= 0.0:
+        return None
+    half = 0.5 * weight_bound * most / least
+    return half + math.sqrt(half**2 + residual_bound / least)
 
 
 class FlightCertificate(NamedTuple):

@@ -14,7 +14,8 @@ from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.arrays import Array, lengths
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.record import record, table
-from quadstep.proofs.certify.report import write_report
+from quadstep.proofs.certify.verdict import answer, kind
+from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.pool import drawing_pool
@@ -76,3 +77,30 @@ def figure_of(c: FlightCertificate, name: str) -> FigureJob:
                                       "weights": c.lyapunov.learning, "coupling": c.lyapunov.coupling}, SIGNED_LOG),
     ]  # fmt: skip
     return FigureJob("certificate", f"{name}: Theorem 5.1 on this flight", h.t, panels, 2, log_time=True)
+
+
+def write_report(path: Path, c: FlightCertificate, name: str, verdict: str, figure: str) -> None:
+    """Write it beside certificate.json. figure: its file, without ending."""
+    shown = page.figure(
+        path.parent / figure,
+        "L and its rate, |r| and b_r, |W_tilde| and b_w, the term that the proof omits, and all terms of L_dot; the axes are "
+        "logarithmic, those of rates on both sides of zero",
+    )
+    body = [
+        page.summary(answer(c), facts(c), [shown]),
+        page.heading("Measured values and bounds", "measured"),
+        page.paragraph(f"Verdict: {verdict}."),
+        page.table(("", "measured", "bound"), table(c)),
+        page.note("Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."),
+    ]
+    page.write_page(path, name, body, "Certificate")
+
+
+def facts(c: FlightCertificate) -> list[page.Fact]:
+    """What decides."""
+    bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "b_r does not exist"
+    return [
+        page.Fact("verdict", kind(c), "on Theorem 5.1 for this flight"),
+        page.Fact("K_min", units.number(c.conditions.k_min), "must be above 0"),
+        page.Fact("largest |r|", units.number(float(c.r.max())), bound),
+    ]

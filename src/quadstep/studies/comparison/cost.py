@@ -12,8 +12,8 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Cycle, Loop, Numbers, Sensed
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Batch, Sweep, prepare
-from quadstep.export.alone import measured_alone
 from quadstep.export.arm import missing
+from quadstep.export.c99 import measured_alone
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference

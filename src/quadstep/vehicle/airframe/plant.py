@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import cross, rotation_matrix
-from quadstep.vehicle.airframe.aerodynamics import Drag, ground_effect, parasitic_drag
+from quadstep.vehicle.airframe.aerodynamics import Drag, ground_effect, hub_drag, parasitic_drag
+from quadstep.vehicle.airframe.allocation import Allocation, allocate
 from quadstep.vehicle.airframe.battery import Battery, electrical_power, terminal_voltage
 from quadstep.vehicle.airframe.contact import Contact, ground_loads
 from quadstep.vehicle.airframe.geometry import Effects, Geometry
@@ -89,3 +90,19 @@ def voltage(airframe: Airframe, state: AirframeState) -> Number:
     """Voltage of the battery under the present load [V], for the log."""
     power = electrical_power(airframe.battery, airframe.rotor.torque, state.speeds)
     return terminal_voltage(airframe.battery, state.charge, power)
+
+
+NO_DRAG = vector(0.0, 0.0, 0.0)
+
+
+def hover_drag(geometry: Geometry, airframe: Airframe, allocation: Allocation) -> Vector:
+    """Along body x, y, z, over speed along each and mass [1/s]: the rotors of a vehicle that hovers level."""
+    speeds, _, _ = allocate(geometry, allocation, airframe.mass * airframe.gravity, NO_DRAG)
+    found = []
+    for axis in range(3):
+        along = Vector(1.0 if i == axis else 0.0 for i in range(3))
+        force = NO_DRAG
+        for mount, speed in zip(geometry.mounts, speeds, strict=True):
+            force = force + hub_drag(airframe.drag, mount.frame, speed * along)
+        found.append((0.0 - force[axis]) / airframe.mass)
+    return Vector(found)

@@ -18,7 +18,7 @@ from quadstep.vehicle.airframe.geometry import Effects, Geometry
 from quadstep.vehicle.airframe.motion import AirframeState, Motion
 from quadstep.vehicle.airframe.plant import Airframe, derivative, specific_force
 from quadstep.vehicle.airframe.rigid_body import renormalised
-from quadstep.vehicle.plants.airframe_columns import airframe_columns, airframe_row
+from quadstep.vehicle.plants.columns import airframe_columns, airframe_row
 from quadstep.vehicle.plants.in_space import InSpace, fastest
 
 
