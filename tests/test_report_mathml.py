@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import pytest
 
 from docs.site.pages import name_of, pages
-from quadstep.report.mathml import SOURCE, displayed, mathml, typeset
+from quadstep.report.mathml import SOURCE, THIN, displayed, mathml, typeset
 
 FENCED = re.compile(r"^```.*?^```|^ {4}.*?$|`[^`\n]*`|<!--.*?-->", re.DOTALL | re.MULTILINE)
 
@@ -20,11 +20,14 @@ def inside(latex):
     ("latex", "made"),
     [
         ("x", "<mi>x</mi>"),
-        ("-12.5", "<mo>−</mo><mn>12.5</mn>"),
+        ("-12.5", '<mo form="prefix">−</mo><mn>12.5</mn>'),
+        ("a - b", "<mi>a</mi><mo>−</mo><mi>b</mi>"),
+        (r"a \sin b", f"<mi>a</mi>{THIN}<mi>sin</mi><mo>&#8289;</mo>{THIN}<mi>b</mi>"),
+        (r"\sin(b)", '<mi>sin</mi><mo>&#8289;</mo><mo stretchy="false">(</mo><mi>b</mi><mo stretchy="false">)</mo>'),
         (r"\Lambda_1", '<msub><mi mathvariant="normal">Λ</mi><mn>1</mn></msub>'),
         ("K_{r1}", "<msub><mi>K</mi><mrow><mi>r</mi><mn>1</mn></mrow></msub>"),
         ("x_d^2", "<msubsup><mi>x</mi><mi>d</mi><mrow><mn>2</mn></mrow></msubsup>"),
-        ("f'", "<msup><mi>f</mi><mrow><mo>′</mo></mrow></msup>"),
+        ("f'", '<mrow><mi>f</mi><mo lspace="0" rspace="0">′</mo></mrow>'),
         (r"\dot e_1", '<msub><mover accent="true"><mi>e</mi><mo stretchy="false">˙</mo></mover><mn>1</mn></msub>'),
         (r"\frac{1}{2}", "<mfrac><mrow><mn>1</mn></mrow><mrow><mn>2</mn></mrow></mfrac>"),
         (r"\sqrt N", "<msqrt><mi>N</mi></msqrt>"),

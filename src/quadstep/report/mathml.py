@@ -28,6 +28,11 @@ FENCES = {"lvert": "|", "rvert": "|", "lVert": "‖", "rVert": "‖", "|": "‖"
 MATRICES = {"bmatrix": "[]", "pmatrix": "()", "cases": "{", "aligned": "", "matrix": ""}
 """Environments with what stands around them."""
 
+OPEN = frozenset(("(", "[", ",", "=", "<", ">", "+", "-", "&", *(f"\\{name}" for name in OPERATORS), r"\left"))
+"""After these a sign is of one number, and no space stands before a function."""
+SPACED = tuple(f"\\{name}" for name in SPACES)
+THIN = '<mspace width="0.17em"></mspace>'
+
 CELL_ENDS = frozenset(("&", r"\\", r"\end"))
 
 TOKEN = re.compile(r"\\[A-Za-z]+|\\.|\d+(?:\.\d+)?(?:\{,\}\d+)?|[^\s]|\s+", re.DOTALL)
@@ -92,9 +97,15 @@ class Reader:
 
     def row(self, ends: frozenset[str]) -> str:
         """Everything up to a token that ends it, which is not taken."""
-        parts = []
+        parts, before = [], "("
         while (token := self.peek()) and token not in ends:
-            parts.append(self.scripted())
+            if token in ("-", "+", r"\pm", r"\mp") and before in OPEN:
+                parts.append(self.scripted().replace("<mo>", '<mo form="prefix">', 1))
+            else:
+                if token.removeprefix("\\") in FUNCTIONS and before not in OPEN:
+                    parts.append(THIN)
+                parts.append(self.scripted())
+            before = token if token not in ("'", *SPACED) else before
         return "".join(parts)
 
     def group(self) -> str:
@@ -123,7 +134,7 @@ class Reader:
         while (token := self.peek()) in ("_", "^", "'"):
             self.take()
             if token == "'":
-                high += "<mo>′</mo>"
+                base = f'<mrow>{base}<mo lspace="0" rspace="0">′</mo></mrow>'
             elif token == "_":
                 low = self.group()
             else:
@@ -151,6 +162,8 @@ class Reader:
             return f"<mn>{token.replace('{,}', ',')}</mn>"
         if token == "|":
             return '<mo stretchy="false" lspace="0" rspace="0">|</mo>'
+        if token == "/":
+            return '<mo lspace="0" rspace="0">/</mo>'
         if token in "()[]":
             return f'<mo stretchy="false">{token}</mo>'
         return f"<mo>{escape({'-': '−', '*': '∗', '~': ' '}.get(token, token))}</mo>"
@@ -161,7 +174,7 @@ class Reader:
             upright = ' mathvariant="normal"' if name[0].isupper() or name == "infty" else ""
             return f"<mi{upright}>{GREEK[name]}</mi>"
         if name in FUNCTIONS:
-            return f"<mi>{name}</mi><mo>&#8289;</mo>"
+            return f"<mi>{name}</mi><mo>&#8289;</mo>" + (THIN if self.peek() not in ("(", "_", "^", r"\left") else "")
         if name in SPACES:
             return f'<mspace width="{SPACES[name]}"></mspace>'
         if name in LARGE:
