@@ -1,4 +1,4 @@
-// Bundles the page into one file: node build.mjs [FILE]. The same sources give the same bytes.
+// Bundles page and article, each into one file: node build.mjs [FOLDER]. The same sources give the same bytes.
 
 import { readFileSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
@@ -33,14 +33,20 @@ function insert(page, marker, text) {
   return parts.join(text);
 }
 
-const script = await bundle("src/main.ts", { format: "iife" });
-const style = await bundle("src/style/page.css", { loader: { ".woff2": "dataurl" } });
-let page = readFileSync(join(here, "page.template.html"), "utf8");
-page = insert(page, "/*STYLE*/", style.replaceAll("</", "<\\/"));
-page = insert(page, "/*SCRIPT*/", script.replaceAll("</script", "<\\/script").replaceAll("<!--", "<\\!--"));
-for (const line of ["<title>quadstep</title>", '<script id="quadstep-data" type="application/json">{}</script>', '<script id="quadstep-laws">0</script>']) {
-  if (page.split(line).length !== 2) throw new Error(`the page must hold ${line} exactly once`);
+/** A page of its template, script and style, with the places that Python fills. */
+async function page(template, script, style, places) {
+  let text = readFileSync(join(here, template), "utf8");
+  text = insert(text, "/*STYLE*/", (await bundle(style, { loader: { ".woff2": "dataurl" } })).replaceAll("</", "<\\/"));
+  text = insert(text, "/*SCRIPT*/", (await bundle(script, { format: "iife" })).replaceAll("</script", "<\\/script").replaceAll("<!--", "<\\!--"));
+  for (const line of places) if (text.split(line).length !== 2) throw new Error(`${template} must hold ${line} exactly once`);
+  return text;
 }
+
+const PLACES = ["<title>quadstep</title>", '<script id="quadstep-data" type="application/json">{}</script>', '<script id="quadstep-laws">0</script>'];
+const pages = {
+  "page.html": await page("page.template.html", "src/main.ts", "src/style/page.css", PLACES),
+  "article.html": await page("article.template.html", "src/article/main.ts", "src/article/article.css", [...PLACES, "<!--ARTICLE-->"]),
+};
 
 const licences = [
   ["three", "three.js", "LICENSE"],
@@ -52,6 +58,8 @@ const licences = [
 });
 
 const out = process.argv[2] ?? assets;
-writeFileSync(join(out, "page.html"), page);
-writeFileSync(join(out, "LICENSES.txt"), `page.html holds parts of:\n\n${licences.join(`\n${"-".repeat(80)}\n\n`)}`);
-console.log(`page.html: ${(Buffer.byteLength(page) / 1e6).toFixed(2)} MB`);
+for (const [name, text] of Object.entries(pages)) {
+  writeFileSync(join(out, name), text);
+  console.log(`${name}: ${(Buffer.byteLength(text) / 1e6).toFixed(2)} MB`);
+}
+writeFileSync(join(out, "LICENSES.txt"), `page.html and article.html hold parts of:\n\n${licences.join(`\n${"-".repeat(80)}\n\n`)}`);

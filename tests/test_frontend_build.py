@@ -41,7 +41,7 @@ def test_types_are_strict(sources):
 def test_page_is_what_its_sources_give(sources, tmp_path):
     done = subprocess.run(["node", "build.mjs", str(tmp_path)], cwd=sources, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    for name in ("page.html", "LICENSES.txt"):
+    for name in ("page.html", "article.html", "LICENSES.txt"):
         assert (tmp_path / name).read_bytes() == (ASSETS / name).read_bytes(), f"{name}: run `make frontend` and commit it"
 
 

@@ -13,7 +13,7 @@ import pytest
 from quadstep.commands import cli
 from quadstep.io.errors import UserError
 from quadstep.numbers import atan2, clip, sin, where
-from quadstep.proofs.verify.errata import page
+from quadstep.proofs.verify.errata import FACTS, facts, page
 from quadstep.proofs.verify.registry import EQUATIONS, FOLLOWS, all_rows, chosen, verify
 from quadstep.proofs.verify.report import cells, closing, document, write_document
 from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, judge
@@ -88,6 +88,7 @@ def test_counterexamples_have_the_known_numbers(number, numbers):
 
 def test_page_of_errata_is_made_from_the_rows():
     assert page(results()) == PAGE.read_text(encoding="utf-8"), "run `make errata`"
+    assert facts(results()) == (PAGE.parents[1] / FACTS).read_text(encoding="utf-8"), "run `make errata`"
 
 
 def test_laws_take_symbols():

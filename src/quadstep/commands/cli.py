@@ -66,6 +66,7 @@ COMMANDS = Door("quadstep.commands", {
     "serve-setpoints": "quadstep.commands.serve_setpoints:serve_setpoints",
     "check": "quadstep.commands.check:check",
     "new": "quadstep.commands.new:new",
+    "explain": "quadstep.commands.explain:explain",
     "verify": "quadstep.commands.verify:verify",
     "completion": "quadstep.commands.completion:completion",
     "study": "quadstep.commands.study:studies",

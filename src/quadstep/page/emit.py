@@ -1,5 +1,6 @@
 """A closed loop as JavaScript: the laws are called once with recorded numbers, the loop around them is written here."""
 
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple, cast
 
@@ -68,7 +69,7 @@ class Law(NamedTuple):
     text: a JavaScript expression, an object with `fly`, and with the cosine and arc tangent of every engine. names, starts,
     tables: of its numeric parameters, its start and its tables, in the order in which `fly` takes them. columns: name and
     unit. tasks: names of the sampled laws. net: neurons of the net that `fly` shows in its last argument, as `net_row` orders
-    it, 0 for none.
+    it, 0 for none or where something else is shown.
     """
 
     text: str
@@ -88,7 +89,11 @@ class TickSection(NamedTuple):
     extra: tuple[str, ...] = ()
 
 
-def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...]) -> Law:
+Showing = Callable[[ClosedLoop, object, object, Number], list[Number]]
+"""What a law shows beside its log, of a loop, its cycle, its parameters and the time [s]."""
+
+
+def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...], showing: Showing = net_row) -> Law:
     """The loop as a law of the page. parameters, start: any of the right structure; their values do not matter."""
     record = ScriptRecord()
     leaves = dict(zip(leaf_names(parameters), flatten(parameters), strict=True))
@@ -115,7 +120,7 @@ def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...]) -> Law
         sections.append(TickSection(f"task{number}", [*stored(after), Output("code", record.at(code))]))
     row = loop.row(cycle, numbers, clock("h").time)
     sections.append(TickSection("row", [Output(f"R[r+{place}]", record.at(one)) for place, one in enumerate(row)], ("R", "r")))
-    net = net_row(loop, cycle, numbers, clock("h").time)
+    net = showing(loop, cycle, numbers, clock("h").time)
     if net:
         sections.append(
             TickSection("net", [Output(f"Q[q+{place}]", record.at(one)) for place, one in enumerate(net)], ("Q", "q"))
@@ -125,7 +130,8 @@ def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...]) -> Law
     fixed = [*(f"P[{place}]" for place in range(len(names))), "h", *(f"h{number}" for number in range(len(loop.tasks)))]
     text = script(Writer(record, fixed), sections, size, list(loop.columns), len(tables), len(loop.tasks), len(net))
     tasks = [task.name for task in loop.tasks]
-    return Law(text, names, leaf_names(start), tables, list(loop.columns.items()), tasks, neurons_of(net))
+    neurons = neurons_of(net) if showing is net_row else 0
+    return Law(text, names, leaf_names(start), tables, list(loop.columns.items()), tasks, neurons)
 
 
 def script(

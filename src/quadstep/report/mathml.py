@@ -110,7 +110,9 @@ class Reader:
 
     def group(self) -> str:
         """An argument: what is between braces, or the next thing."""
-        if self.peek() != "{":
+        if (token := self.peek()) != "{":
+            if token.isdigit():  # of a number without braces TeX takes one digit
+                self.tokens[self.at : self.at + 1] = [*token]
             return self.thing()
         self.take("{")
         content = self.row(frozenset("}"))

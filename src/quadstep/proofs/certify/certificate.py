@@ -26,7 +26,7 @@ from quadstep.proofs.certify.lyapunov import Lyapunov, lyapunov, matrices
 
 def error_radius(weight_bound: float, residual_bound: float, kappa: float, k_min: float) -> float | None:
     """b_r = (kappa W_B^2 / 4 + eps_N) / K_min (Eq. 63, which prints it without kappa); None if K_min is not positive."""
-    return (kappa * weight_bound**2 / 4.0 + residual_bound) / k_min if k_min > 0.0 else None
+    return (kappa * (weight_bound * weight_bound) / 4.0 + residual_bound) / k_min if k_min > 0.0 else None
 
 
 def printed_error_radius(weight_bound: float, residual_bound: float, k_min: float) -> float | None:

@@ -1,13 +1,13 @@
-"""The page `docs/errata.md`, made from the rows: `python -m quadstep.proofs.verify.errata [FILE]`."""
+"""`docs/errata.md` and what the article quotes, made from the rows: `python -m quadstep.proofs.verify.errata`."""
 
-import sys
+import json
 from pathlib import Path
 
 from quadstep.io.atomic import write_beside
 from quadstep.proofs.verify.registry import all_rows, verify
 from quadstep.proofs.verify.rows import EquationVerdict, JudgedRow
 
-PAGE = Path("docs/errata.md")
+PAGE, FACTS = Path("docs/errata.md"), Path("src/quadstep/proofs/article/facts.json")
 
 OPENING = """\
 # Errata of the paper, equation by equation
@@ -61,9 +61,22 @@ def page(results: list[JudgedRow]) -> str:
     ])  # fmt: skip
 
 
+def facts(results: list[JudgedRow]) -> str:
+    """What the article quotes of the rows (`proofs/article/`), as JSON: counts, and what is wrong with each corrected row."""
+    wrong = [r for r in results if r.row.verdict is EquationVerdict.CORRECTED]
+    found = {
+        "rows": len(results),
+        "checks": sum(len(r.evidence.checks) for r in results),
+        "wrong": {named(r): [r.row.printed, r.row.reason, r.evidence.counterexample] for r in wrong},
+    }
+    return json.dumps(found, indent=1, ensure_ascii=False) + "\n"
+
+
 def main() -> None:
-    """Write the page."""
-    write_beside(Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE, page(verify(all_rows())))
+    """Write both."""
+    results = verify(all_rows())
+    write_beside(PAGE, page(results))
+    write_beside(FACTS, facts(results))
 
 
 if __name__ == "__main__":

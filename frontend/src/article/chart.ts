@@ -1,0 +1,120 @@
+// Plots as SVG text: the same text is the live figure and, taken once, the still one.
+
+import { labels, ticks } from "../plots/ticks";
+
+export type Span = readonly [number, number];
+
+/** Where a plot stands in its drawing [px]. */
+export interface Box {
+  readonly left: number;
+  readonly top: number;
+  readonly width: number;
+  readonly height: number;
+}
+
+const px = (value: number): string => String(Math.round(value * 10) / 10);
+
+export class Plot {
+  constructor(readonly box: Box, readonly xs: Span, readonly ys: Span) {}
+
+  x(value: number): number {
+    return ((value - this.xs[0]) / (this.xs[1] - this.xs[0])) * this.box.width;
+  }
+
+  y(value: number): number {
+    return (1 - (value - this.ys[0]) / (this.ys[1] - this.ys[0])) * this.box.height;
+  }
+
+  /** The values at a place of the drawing. */
+  at(left: number, top: number): readonly [number, number] {
+    const { box } = this;
+    const x = this.xs[0] + ((left - box.left) / box.width) * (this.xs[1] - this.xs[0]);
+    return [x, this.ys[1] - ((top - box.top) / box.height) * (this.ys[1] - this.ys[0])];
+  }
+
+  /** Grid, numbers and names of the axes, and inside them what is drawn. */
+  framed(xName: string, yName: string, ...inside: string[]): string {
+    const { left, top, width, height } = this.box;
+    const across = ticks(this.xs[0], this.xs[1], Math.max(2, Math.floor(width / 90)));
+    const up = ticks(this.ys[0], this.ys[1], Math.max(2, Math.floor(height / (height > 200 ? 56 : 28))));
+    const [names, heights] = [labels(across), labels(up)];
+    const grid = [
+      ...across.map((v, i) => `<path class="grid" d="M${px(left + this.x(v))} ${px(top)}v${px(height)}"/><text class="tick" text-anchor="middle" x="${px(left + this.x(v))}" y="${px(top + height + 15)}">${names[i]}</text>`),
+      ...up.map((v, i) => `<path class="grid" d="M${px(left)} ${px(top + this.y(v))}h${px(width)}"/><text class="tick" text-anchor="end" x="${px(left - 6)}" y="${px(top + this.y(v) + 4)}">${heights[i]}</text>`),
+    ];
+    const said = `<text class="axis" x="${px(left)}" y="${px(top - 7)}">${yName}</text>`;
+    const below = xName ? `<text class="axis" text-anchor="end" x="${px(left + width)}" y="${px(top + height + 30)}">${xName}</text>` : "";
+    return `${grid.join("")}${said}${below}<svg x="${px(left)}" y="${px(top)}" width="${px(width)}" height="${px(height)}" overflow="hidden">${inside.join("")}</svg>`;
+  }
+
+  /** A line through points. look: classes; symbol: which formula lights it up. */
+  line(xs: ArrayLike<number>, ys: ArrayLike<number>, look: string, symbol = ""): string {
+    const parts: string[] = [];
+    for (let i = 0; i < xs.length; i++) {
+      if (!Number.isFinite(ys[i]!)) break;
+      parts.push(`${px(this.x(xs[i]!))} ${px(Math.min(Math.max(this.y(ys[i]!), -999), 9999))}`);
+    }
+    return parts.length ? `<path class="curve ${look}"${lit(symbol)} d="M${thin(parts).join("L")}"/>` : "";
+  }
+
+  /** The area between two curves. */
+  area(xs: ArrayLike<number>, low: ArrayLike<number>, high: ArrayLike<number>, look: string, symbol = ""): string {
+    const edge = (ys: ArrayLike<number>): string[] => thin(Array.from(xs, (x, i) => `${px(this.x(x))} ${px(Math.min(Math.max(this.y(ys[i]!), -999), 9999))}`));
+    return xs.length ? `<path class="area ${look}"${lit(symbol)} d="M${[...edge(low), ...edge(high).reverse()].join("L")}Z"/>` : "";
+  }
+
+  dot(x: number, y: number, look: string, symbol = "", radius = 4): string {
+    return `<circle class="dot ${look}"${lit(symbol)} cx="${px(this.x(x))}" cy="${px(this.y(y))}" r="${radius}"/>`;
+  }
+
+  upright(x: number): string {
+    return `<path class="cursor" d="M${px(this.x(x))} 0V${px(this.box.height)}"/>`;
+  }
+
+  level(y: number): string {
+    return `<path class="zero" d="M0 ${px(this.y(y))}H${px(this.box.width)}"/>`;
+  }
+
+  note(x: number, y: number, text: string, look = "", anchor = "start"): string {
+    return `<text class="note ${look}" text-anchor="${anchor}" x="${px(this.x(x))}" y="${px(this.y(y))}">${text}</text>`;
+  }
+}
+
+/** Every so many of a curve's points, the last one always. */
+function thin(points: string[]): string[] {
+  const step = Math.max(1, Math.floor(points.length / 300));
+  return points.filter((_, i) => i % step === 0 || i === points.length - 1);
+}
+
+/** The attribute by which a formula finds what it lights up. */
+export function lit(symbol: string): string {
+  return symbol ? ` data-s="${symbol}"` : "";
+}
+
+export function svg(width: number, height: number, ...inside: string[]): string {
+  return `<svg viewBox="0 0 ${px(width)} ${px(height)}" width="${px(width)}" height="${px(height)}">${inside.join("")}</svg>`;
+}
+
+export function arrow(x0: number, y0: number, x1: number, y1: number, look: string, symbol = ""): string {
+  const [dx, dy] = [x1 - x0, y1 - y0];
+  const length = Math.hypot(dx, dy);
+  if (length < 1) return "";
+  const [ux, uy, head] = [dx / length, dy / length, Math.min(9, length)];
+  const [bx, by] = [x1 - ux * head, y1 - uy * head];
+  const tip = `${px(x1)} ${px(y1)}L${px(bx - uy * head * 0.42)} ${px(by + ux * head * 0.42)}L${px(bx + uy * head * 0.42)} ${px(by - ux * head * 0.42)}Z`;
+  return `<g class="arrow ${look}"${lit(symbol)}><path class="shaft" d="M${px(x0)} ${px(y0)}L${px(bx)} ${px(by)}"/><path class="head" d="M${tip}"/></g>`;
+}
+
+export function text(x: number, y: number, said: string, look = "", anchor = "start"): string {
+  return `<text class="note ${look}" text-anchor="${anchor}" x="${px(x)}" y="${px(y)}">${said}</text>`;
+}
+
+/** The least and the most of some columns, within limits and at least so far apart, with a margin. */
+export function span(columns: readonly ArrayLike<number>[], least: number, most: number, apart: number): Span {
+  let [low, high] = [Infinity, -Infinity];
+  for (const column of columns) for (const value of Array.from(column)) if (Number.isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)];
+  if (low > high) return [-apart, apart];
+  [low, high] = [Math.max(low, least), Math.min(high, most)];
+  const extra = Math.max(0.06 * (high - low), (apart - (high - low)) / 2);
+  return [low - extra, high + extra];
+}

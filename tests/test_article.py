@@ -1,0 +1,219 @@
+"""`quadstep explain`: the article's words, its law to the bit, its figures in a browser, with and without JavaScript."""
+
+import base64
+import json
+import re
+
+import numpy as np
+import pytest
+
+from docs.article import FIGURES, STILLS, WIDTH, stills
+from quadstep import fly
+from quadstep.commands.explain import explain
+from quadstep.control.inversion import invert_force
+from quadstep.io.errors import UserError
+from quadstep.numbers import Vector
+from quadstep.proofs.article.build import FLIGHTS, article, body, missions, tools
+from quadstep.proofs.article.insight import SHOWN, ball, printed_roll
+from quadstep.proofs.certify.certificate import error_radius
+from quadstep.vehicle.paper.kinematics import thrust_direction
+from tests.browsers import browsers, playwright  # noqa: F401 (fixtures)
+from tests.frontend import FRONTEND
+from tests.golden import FILE as GOLDEN
+from tests.needs import BUILD_TOOLS, CHROMIUM, NODE, needs
+from tests.pages import run_node
+from tests.patience import PATIENCE
+
+FLY = """
+const [path, changes] = process.argv.slice(1);
+const text = require("node:fs").readFileSync(path, "utf8");
+const inside = (id) => text.match(new RegExp(`<script id="${id}"[^>]*>([\\\\s\\\\S]*?)</script>`))[1];
+const data = JSON.parse(inside("quadstep-data"));
+new Function(inside("quadstep-laws"))();
+const doubles = (packed) => new Float64Array(Uint8Array.from(Buffer.from(packed, "base64")).buffer);
+const answer = Object.entries(data.flights).map(([name, flight]) => {
+  const [parameters, start] = [doubles(flight.parameters), doubles(flight.start)];
+  for (const [key, value] of Object.entries(JSON.parse(changes))) parameters[data.names.indexOf(key)] = value;
+  const count = Math.floor(flight.ticks.last / flight.ticks.log) + 1;
+  const [log, seen] = [new Float64Array(count * data.columns.length), new Float64Array(count * data.shown.length)];
+  const end = quadstepLaws.article.fly(parameters, [], start, flight.ticks, log, seen);
+  const packed = (rows, width) => Buffer.from(rows.buffer, 0, end.rows * width * 8).toString("base64");
+  return [name, packed(log, data.columns.length), packed(seen, data.shown.length), data.shown];
+});
+console.log(JSON.stringify(answer));
+"""
+
+
+@pytest.fixture(scope="module")
+def article_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("article") / "article.html"
+    path.write_text(article(), encoding="utf-8")
+    return path
+
+
+def flown_in_node(path, changes):
+    """Log and shown rows of every figure's flight, with some parameters changed."""
+    rows = json.loads(run_node(FLY, str(path), json.dumps(changes)))
+
+    def table(packed, width):
+        return np.frombuffer(base64.b64decode(packed)).reshape(-1, width)
+
+    logs = {name: np.frombuffer(base64.b64decode(log)) for name, log, _, _ in rows}
+    shown = {name: dict(zip(names, table(seen, len(names)).T, strict=True)) for name, _, seen, names in rows}
+    return logs, shown
+
+
+def words(text):
+    """The words that a reader reads, formulas as one."""
+    text = re.sub(r"<svg.*?</svg>|<table.*?</table>", " ", text, flags=re.DOTALL)
+    text = re.sub(r'<div class="equation">.*?</div>', " ", text, flags=re.DOTALL)
+    text = re.sub(r"<math.*?</math>", "x", text, flags=re.DOTALL)
+    return re.sub(r"<[^>]+>", " ", text).split()
+
+
+def test_the_text_is_of_2500_words_and_has_five_figures_that_are_there_without_javascript():
+    text = body()
+    assert 2300 <= len(words(text)) <= 2800
+    assert "{{" not in text
+    assert "$" not in text
+    drawn = re.findall(r'<figure id="(\w+)" class="live">\n<div class="drawing"[^>]*><svg', text)
+    assert sorted(drawn) == sorted(FIGURES)
+    assert set(FLIGHTS) <= set(FIGURES)
+
+
+def test_every_symbol_that_lights_up_has_something_to_light_in_its_section():
+    for section in re.findall(r"<section.*?</section>", body(), re.DOTALL):
+        lights = {one for found in re.findall(r'data-s="([^"]*)"', section) for one in found.split()}
+        symbols = set(re.findall(r'<mrow class="s-(\w+)"', section)) - {"force", "li", "lp", "la"}
+        assert symbols <= lights or not lights, symbols - lights
+
+
+def test_the_verdicts_are_those_of_the_study():
+    claims = json.loads(GOLDEN.read_text(encoding="utf-8"))["verdicts"]
+    counted = [list(claims.values()).count(verdict) for verdict in ("holds", "fails")]
+    open_ones = len(claims) - sum(counted)
+    said = f"Of {len(claims)} statements that the paper makes about its flights, <code>quadstep reproduce</code> finds that"
+    assert f"{said} {counted[0]} hold, {counted[1]} fail, and {open_ones} cannot be decided" in body()
+
+
+@needs(NODE)
+def test_figures_fly_the_bits_of_the_package(article_file):
+    logs, _ = flown_in_node(article_file, {})
+    for name, mission in missions().items():
+        assert np.array_equal(logs[name], fly(mission.plan()).rows.ravel(), equal_nan=True), name
+
+
+@needs(NODE)
+def test_the_four_rates_are_the_rate_of_l(article_file):
+    slow = {f"gains.{key}.{i}": value for i in range(3) for key, value in (("slope_2", 1.0), ("gain_2", 15.0))}
+    _, shown = flown_in_node(article_file, {"disturbance.scale": 0.5, **slow})
+    for name in ("nested", "lyapunov"):
+        one = shown[name]
+        height = sum(one[part] for part in ("L_position", "L_attitude", "L_integrals"))
+        rate = sum(one[part] for part in SHOWN if part.startswith("rate_"))
+        found = (height[2:] - height[:-2]) / 0.04
+        late = slice(60, None)  # past the first second, where 20 ms from row to row are short
+        assert np.abs(found - rate[1:-1])[late].max() < 0.03 * np.abs(rate[late]).max(), name
+        assert np.abs(one["rate_coupling"][late]).max() > 0.05 * np.abs(rate[late]).max()
+
+
+@needs(NODE)
+def test_functions_beside_the_law_give_its_bits():
+    forces = [(1.0, 2.0, -3.0), (10.0, 0.1, 0.1), (0.0, 0.0, 9.81), (-4.0, 3.0, 0.5), (2.0, -1.0, -6.0)]
+    script = (
+        f"const t={tools()};console.log(JSON.stringify({json.dumps(forces)}.map(f=>[...t.invert(...f),...t.printedRoll(...f),"
+    )
+    script += "...t.direction(f[0]/9,f[1]),...t.ball(0.01,f[0],0.02,2)])))"
+    for force, found in zip(forces, json.loads(run_node(script)), strict=True):
+        x, y, _ = force
+        direction = thrust_direction(Vector((0.0, x / 9.0, y)))
+        assert found == [*invert_force(Vector(force)), printed_roll(force), *direction, *ball(0.01, x, 0.02, 2.0)]
+    u, theta, _ = invert_force(Vector((1.0, 2.0, -3.0)))
+    made = [u * one for one in thrust_direction(Vector((0.0, theta, printed_roll((1.0, 2.0, -3.0)))))]
+    assert np.linalg.norm(np.subtract(made, (1.0, 2.0, -3.0))) == pytest.approx(7.211, abs=1e-3)  # as the text says of Eq. 52
+    assert ball(0.01, 2.0, 0.02, 2.0)[0] == error_radius(2.0, 0.02, 0.01, 2.0)
+
+
+def test_explain_writes_one_file_and_replaces_no_other(tmp_path, capsys):
+    out = tmp_path / "new" / "a.html"
+    explain(out)
+    explain(out)
+    assert "0.4" in capsys.readouterr().out
+    assert [path.name for path in out.parent.iterdir()] == ["a.html"]
+    other = tmp_path / "notes.html"
+    other.write_text("mine")
+    with pytest.raises(UserError, match="exists and is not a page"):
+        explain(other)
+    assert other.read_text() == "mine"
+
+
+@pytest.fixture
+def opened(browsers, article_file):  # noqa: F811
+    """Opens the article; a request beyond its file, and an error, fails the test."""
+    said = []
+
+    def at(width, scheme="light"):
+        page = browsers[False].page()
+        page.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on(
+            "request", lambda request: said.append(request.url) if not request.url.startswith(("file:", "data:")) else None
+        )
+        page.set_viewport_size({"width": width, "height": 900})
+        page.emulate_media(color_scheme=scheme)
+        page.goto(article_file.as_uri())
+        for name in FIGURES:
+            page.wait_for_selector(f"#{name} .drawing[data-live] > svg")
+        return page
+
+    yield at
+    browsers[False].blank()
+    assert said == []
+
+
+def until(page, condition):
+    """Whether it comes true while a test is patient; the page's own policy forbids to ask it for a condition as text."""
+    for _ in range(round(PATIENCE)):
+        if condition():
+            return True
+        page.wait_for_timeout(50)
+    return False
+
+
+@needs(CHROMIUM)
+def test_stills_are_the_figures_as_they_begin(opened):
+    for name, drawing in stills(opened(WIDTH)).items():
+        assert drawing + "\n" == (STILLS / f"{name}.svg").read_text(encoding="utf-8"), "run `python docs/article.py`"
+
+
+@needs(CHROMIUM)
+def test_figures_follow_the_finger_and_the_keyboard_and_symbols_light_up(opened):
+    page = opened(360)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    for name in FIGURES:
+        before = page.locator(f"#{name} .drawing").inner_html()
+        page.locator(f"#{name} input").first.press("ArrowLeft")
+        assert until(page, lambda name=name, before=before: page.locator(f"#{name} .drawing").inner_html() != before)
+    handle = page.locator("#inversion .handle")
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    assert box["width"] >= 18
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y + 170, steps=4)
+    page.mouse.up()
+    assert until(page, lambda: "misses by" in page.locator("#inversion .drawing").text_content())
+    page.locator("#nested .key").first.press("Enter")
+    assert page.evaluate("getComputedStyle(document.querySelector('#nested [data-s~=vel]')).opacity") == "0.16"
+
+
+@needs(CHROMIUM, BUILD_TOOLS._replace(here=(FRONTEND / "node_modules" / "axe-core").is_dir))
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(opened, scheme):
+    page = opened(1024, scheme)
+    page.evaluate((FRONTEND / "node_modules" / "axe-core" / "axe.min.js").read_text(encoding="utf-8"))
+    found = page.evaluate(
+        "axe.run().then(({violations}) => violations.map(v => [v.id, v.nodes.map(n => n.html.slice(0, 90))]))"
+    )
+    assert found == []
