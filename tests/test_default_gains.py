@@ -65,10 +65,6 @@ def test_late_fixes_slow_the_loops_around_the_gyros_more_than_that_of_the_rates(
     assert pace(sensors={"latency": 0.1, "estimator": True}).agility == pace().agility
 
 
-LACKING = [("indi", "hummingbird", 0.02)]
-"""Misses: rotors whose inertia turns the vehicle 47 times as much as their drag (4.4 dB in yaw)."""
-
-
 def late(law, latency, table):
     return hover_grade(table, law, sensors={"latency": latency})
 
@@ -84,8 +80,6 @@ def test_a_hover_on_late_fixes_has_margin(law):
 @pytest.mark.parametrize("law", LAWS)
 def test_every_preset_hovers_with_margin_on_late_fixes(law, latency):
     for preset in preset_names():
-        if (law, preset, latency) in LACKING:
-            continue
         found = late(law, latency, {"preset": preset})
         assert found.word == SOUND, f"{law} on {preset}: {found.why}"
 
@@ -94,6 +88,15 @@ def test_heavy_rotors_slow_the_loop_of_the_heading_alone():
     light, heavy = (pace(vehicle={"rotor": {"inertia": inertia}}) for inertia in (0.0, 1e-3))
     assert light.yaw_agility == light.agility == heavy.agility
     assert heavy.yaw_agility < 0.5 * light.yaw_agility
+
+
+def test_late_fixes_slow_the_heading_of_heavy_rotors_less_than_a_late_gyro():
+    late, latest = (
+        hover({"preset": "hummingbird"}, "pid", sensors=sensors).modelled.model().yaw_agility
+        for sensors in ({"latency": 0.04}, {"latency": 0.04, "imu_latency": 0.04})
+    )
+    assert late == pytest.approx(0.0621, rel=1e-2)
+    assert latest < 0.25 * late
 
 
 def test_usual_gains_take_the_agility_of_their_axes():

@@ -45,8 +45,9 @@ LAG = 0.04
 """Lag of its rotors [s]."""
 
 TURNING = 0.02
-"""Largest product of the delay, `yaw` and T_r / T [s]: with the largest default gain on the yaw rate, 20 1/s, the loop then
-crosses at most 0.4 rad over the delay.
+"""Largest product of `yaw` and the sum of the delay times T_r / T and the age of fixes times its root [s]: with the largest
+default gain on the yaw rate, 20 1/s, the loop of that rate then crosses at most 0.4 rad over the delay. Late fixes delay only
+the heading, but two further delays, which that rate's loop has to stand, are longer the later they are.
 """
 
 
@@ -83,4 +84,4 @@ def agility(geometry: Geometry, airframe: Airframe, allocation: Allocation, dela
     speeds, _, _ = allocate(geometry, allocation, weight, Vector((0.0, 0.0, 0.0)))
     hover = total(speeds) / len(geometry.mounts)
     lead = maximum(1.0, rotor.inertia / (2.0 * rotor.torque * hover * shortest))
-    return Agility(fast, rates, minimum(fast, TURNING / (lead * maximum(delay + stale, 1e-9))))
+    return Agility(fast, rates, minimum(fast, TURNING / maximum(lead * delay + sqrt(lead) * stale, 1e-9)))
