@@ -65,6 +65,7 @@ COMMANDS = {
     "reproduce": ["reproduce", "--overwrite"],
     "export": ["export", "calm.toml", "--overwrite"],
     "linear": ["linear", "calm.toml", "--overwrite"],
+    "what-if": ["what-if", "crazyflie-pid", "pid_rate.yaw_kp=90", "--vehicle", "crazyflie", "--flights", "4", "--overwrite"],
     "prove": ["prove", "calm.toml"],
     "replay": ["replay", "log.csv", "--vehicle", "crazyflie", "--mapping", "map.toml"],
     "vehicle fit": ["vehicle", "fit", "sheet.toml", "--overwrite"],
@@ -74,7 +75,7 @@ COMMANDS = {
 }
 """What each command is tried with."""
 
-DEAR = {"campaign", "compare", "identify", "prove", "reproduce", "tune"}
+DEAR = {"campaign", "compare", "identify", "prove", "reproduce", "tune", "what-if"}
 """An ordinary run has them in one terminal."""
 
 WIDTHS = (80, 200)
@@ -94,6 +95,7 @@ SAID = {
     "reproduce": "Section 6 of the paper, claim by claim",
     "export": "geometric tracking on SE(3) in C99, f32",
     "linear": "The slowest poles",
+    "what-if": "Least margins at rest",
     "prove": "proved: every flight whose start is within",
     "replay": "what, samples ahead",
     "vehicle fit": "Wrote sheet",

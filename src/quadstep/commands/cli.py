@@ -56,6 +56,7 @@ COMMANDS = Door("quadstep.commands", {
     "tune": "quadstep.commands.tune:tune",
     "compare": "quadstep.commands.compare:compare",
     "linear": "quadstep.commands.linear:linear",
+    "what-if": "quadstep.commands.what_if:what_if",
     "vehicles": "quadstep.commands.vehicles:vehicles",
     "identify": "quadstep.commands.identify:identify",
     "replay": "quadstep.commands.replay:replay",

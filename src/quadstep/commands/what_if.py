@@ -1,0 +1,72 @@
+"""`quadstep what-if`."""
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.commands.deliver import check_junit, finish
+from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.io.errors import UserError
+from quadstep.io.extras import needed_by
+from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.report.terminal.bars import bar
+
+MOST = 1_000_000
+
+ParametersArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="FILE",
+        help="The autopilot's parameters, as it saves them; or crazyflie-pid or crazyflie-mellinger: its defaults.",
+        show_default=False,
+    ),
+]
+ChangesArgument = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="NAME=VALUE...", help="What changes, as pid_rate.roll_kp=200; or another such file.", show_default=False
+    ),
+]
+
+
+def what_if(
+    parameters: ParametersArgument,
+    changes: ChangesArgument,
+    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).", show_default=False)],
+    wind: Annotated[float, typer.Option(metavar="M/S", help="Largest mean wind from each side, and strength of gusts.")] = 3.0,
+    within: Annotated[float, typer.Option(metavar="M", help="A flight that leaves its place by more has failed.")] = 1.0,
+    flights: Annotated[int, typer.Option(help="Flights in gusts, before and after.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Seed of wind and noise.")] = 1,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<file's name>-what-if.")] = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+    junit: JunitOption = None,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
+) -> None:  # fmt: skip
+    """Say what a change of an autopilot's parameters does to a vehicle: step, margins, noise, power, failures in gusts.
+
+    Before and after fly the same winds. Writes report.html, a figure of the step and metrics.json (docs/stock.md).
+    """
+    started = time.perf_counter()
+    if junit:
+        check_junit(junit)
+    for name, value, least, most in (("wind", wind, 0.0, 100.0), ("within", within, 0.01, 100.0)):
+        if not least <= value <= most:
+            raise UserError(f"--{name}: should be from {least:g} to {most:g}, not {value:g}")
+    if not 2 <= flights <= MOST:
+        raise UserError(f"--flights: should be from 2 to {MOST}, not {flights}")
+    if not 0 <= seed < 2**63:
+        raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
+    with needed_by("`quadstep what-if`"):
+        from quadstep.studies.what_if.asked import Asked, changes_of
+        from quadstep.studies.what_if.run import answer
+
+        asked = Asked(parameters, changes_of(changes, parameters), vehicle, wind, flights, seed, within)
+        folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", sheet(figures, width, style)
+        with bar("flying", "flights", 2 * flights) as shown:
+            evidence = answer(asked, folder, overwrite, shown, drawn_on)
+    finish(evidence, "what-if", folder, as_json, junit, started)

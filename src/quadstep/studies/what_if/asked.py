@@ -1,0 +1,103 @@
+"""What is asked: which parameters change, of which law, on which vehicle, in which wind."""
+
+import difflib
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep.control.registry import STOCK, controller
+from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.log import FlightLog
+from quadstep.io.errors import UserError
+from quadstep.io.parameter_files import read_parameters
+from quadstep.linear.grade import Grade
+from quadstep.mission.check import shorten
+from quadstep.report import units
+from quadstep.studies.tuning.judge import Flown
+
+STEP = 0.5
+"""Size of the step in calm air, ahead and to the left [m]."""
+
+
+class Asked(NamedTuple):
+    """A question. file: of parameters, or the law's name for its defaults. changes: by name. vehicle: a preset, or its file.
+
+    wind: largest mean wind along each horizontal axis, and that which sets the turbulence [m/s]. within: further than this
+    from its place, a flight has failed [m].
+    """
+
+    file: str
+    changes: Mapping[str, float]
+    vehicle: str
+    wind: float = 3.0
+    flights: int = 1000
+    seed: int = 1
+    within: float = 1.0
+
+
+class Side(NamedTuple):
+    """Before or after. step: of the calm flight. flown: in gusts."""
+
+    step: FlightLog
+    grade: Grade
+    flown: Flown
+
+
+def changes_of(texts: Sequence[str], file: str) -> dict[str, float]:
+    """`NAME=VALUE`, each name once; or another file of parameters, whose values are compared with those of `file`.
+
+    Raises UserError.
+    """
+    if len(texts) == 1 and "=" not in texts[0]:
+        return differences(file, texts[0])
+    found: dict[str, float] = {}
+    for text in texts:
+        name, sign, value = text.partition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not sign or not math.isfinite(number):
+            raise UserError(f"{shorten(text)} should be NAME=VALUE, with a number, as pid_rate.roll_kp=200")
+        if name in found:
+            raise UserError(f"{name} is given twice")
+        found[name] = number
+    return found
+
+
+def differences(file: str, other: str) -> dict[str, float]:
+    """What differs in another file of parameters, or in a law's defaults by its name. Raises UserError for nothing."""
+    laws = stock_laws()
+    usual = {key: gain.fixed for law in laws for key, (_, gain) in law.by_key().items() if isinstance(gain.fixed, float)}
+    before, after = (
+        {**usual, **(read_parameters(Path(one), laws[0].parameter_file).values if one not in STOCK else {})}
+        for one in (file, other)
+    )
+    found = {name: after[name] for name in usual if after[name] != before[name]}
+    if not found:
+        raise UserError(f"{other}: no parameter of {', '.join(STOCK)} differs from {file}")
+    return found
+
+
+def stock_laws() -> list[type[Controller]]:
+    """All of them."""
+    return [law for name in STOCK if (law := controller(Measured, name))]
+
+
+def law_of(asked: Asked) -> type[Controller]:
+    """The stock law whose parameters change. Raises UserError where there is none."""
+    laws = stock_laws()
+    known = [key for law in laws for key in law.by_key()]
+    for name in asked.changes:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            raise UserError(
+                f"{name} is no parameter of {', '.join(STOCK)}" + "".join(f"; did you mean {one}?" for one in near)
+            )
+    fitting = [law for law in laws if all(name in law.by_key() for name in asked.changes)]
+    if not fitting:
+        raise UserError(f"{units.listed(list(asked.changes))} are not parameters of one law")
+    if asked.file in STOCK and asked.file != fitting[0].name:
+        raise UserError(f"{asked.file} has no parameter {next(iter(asked.changes))}; it is one of {fitting[0].name}")
+    return fitting[0]

@@ -1,0 +1,166 @@
+"""The answer in words, tables and a figure."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.gain import Gain
+from quadstep.interfaces.log import FlightLog
+from quadstep.io.version import __version__
+from quadstep.metrics.statistics import Estimate, share, share_difference
+from quadstep.mission.schema import Mission
+from quadstep.report import page, units
+from quadstep.report.drawing import FigureJob
+from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.panel import Panel
+from quadstep.studies.comparison.schema import EFFORTS
+from quadstep.studies.tuning.unseen import Row, row
+from quadstep.studies.what_if.asked import STEP, Asked, Side
+
+PICTURE = "step"
+HEADER = ("", "before", "after", "after - before")
+SIDES = HEADER[1:3]
+Floats = NDArray[np.float64]
+
+
+def picture(before: FlightLog, after: FlightLog) -> FigureJob:
+    """Both steps: how far of the way, and how it leans on it."""
+    count = min(len(one.column("t")) for one in (before, after))
+    both = tuple(zip(SIDES, (before, after), strict=True))
+    panels = [Panel("x", "m", {name: one.column("x")[:count] for name, one in both})]
+    panels += [Panel("y", "m", {name: one.column("y")[:count] for name, one in both})]
+    panels += [Panel("tilt", "°", {name: tilt(one)[:count] for name, one in both})]
+    return FigureJob(PICTURE, "A step in calm air", before.column("t")[:count], panels)
+
+
+def tilt(log: FlightLog) -> Floats:
+    """From the vertical [deg]."""
+    level = np.cos(log.column("pitch")) * np.cos(log.column("roll"))
+    tilted: Floats = np.degrees(np.arccos(np.clip(level, -1.0, 1.0)))
+    return tilted
+
+
+def response(log: FlightLog) -> dict[str, float]:
+    """Rise time from 10 to 90 % of the way [s], and overshoot; NaN where it is not reached."""
+    t, way = log.column("t"), 0.5 * (log.column("x") + log.column("y")) / STEP
+    first, last = (np.flatnonzero(way >= level) for level in (0.1, 0.9))
+    rise = float(t[last[0]] - t[first[0]]) if len(last) else np.nan
+    return {"rise time [s]": rise, "overshoot [%]": 100.0 * max(0.0, float(way.max()) - 1.0) if len(last) else np.nan}
+
+
+def failing(sides: tuple[Side, Side], flights: int) -> tuple[Estimate, Estimate, Estimate]:
+    """Shares of failed flights before and after, and by how much they differ."""
+    lost = [np.not_equal(one.flown.outcome, Outcome.COMPLETED) for one in sides]
+    more, fewer = int((lost[1] & ~lost[0]).sum()), int((lost[0] & ~lost[1]).sum())
+    return share(int(lost[0].sum()), flights), share(int(lost[1].sum()), flights), share_difference(more, fewer, flights)
+
+
+def evidence(
+    asked: Asked, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
+) -> Evidence:
+    """The answer."""
+    failed = failing(sides, asked.flights)
+    both = sides[0].flown.completed & sides[1].flown.completed
+    names = ("position_rmse", "largest_error", *EFFORTS)
+    rows = [row(name, sides[0].flown, sides[1].flown, both) for name in names]
+    steps = [response(one.step) for one in sides]
+    changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in asked.changes.items()]
+    words = units.listed([f"{name} = {value:g} ({old:g} before)" for name, _, old, value in changed])
+    gusts = f"{units.counted(asked.flights, 'flight')} in wind of up to {asked.wind:g} m/s from every side, with turbulence"
+    answer = (
+        f"With {words} {units.percent(*failed[1])} of {gusts}, leave their place by more than {asked.within:g} m; before, "
+        f"{units.percent(*failed[0])}. {compared(failed[2])} At rest the loop is {sides[1].grade.word}; before, "
+        f"{sides[0].grade.word}."
+    )
+    tables = [
+        Table("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
+        Table(
+            "In gusts", "gusts", HEADER,
+            [failed_row(failed), *(metric_row(one) for one in rows)],
+            f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
+            shown="In gusts, 95 % intervals",
+        ),
+        Table("At rest", "margins", HEADER[:3], margin_rows(sides), shown="Least margins at rest"),
+        Table("A step in calm air", "steps", HEADER, step_rows(*steps), shown=f"A step of {STEP:g} m in calm air"),
+    ]  # fmt: skip
+    record: dict[str, object] = {
+        "name": mission.name, "version": __version__, "asked": {**asked._asdict(), "changes": dict(asked.changes)},
+        "law": law.name, "before": {name: old for name, _, old, _ in changed},
+        "failed": {name: one.as_json() for name, one in zip(("before", "after", "difference"), failed, strict=True)},
+        "metrics": {one.name: recorded(one) for one in rows},
+        "grades": {
+            name: {"grade": one.grade.word, "why": one.grade.why} for name, one in zip(SIDES, sides, strict=True)
+        },
+        "step": {name: {key: None if np.isnan(one) else one for key, one in step.items()}
+                 for name, step in zip(SIDES, steps, strict=True)},
+    }  # fmt: skip
+    return Evidence(
+        name=mission.name,
+        kind="What if",
+        answer=answer,
+        sentences=[answer],
+        record=record,
+        facts=[
+            page.Fact(f"fail in gusts, {name}", units.percent(one.value)) for name, one in zip(SIDES, failed, strict=False)
+        ],
+        figures=[Figure(PICTURE, "A step in calm air, before and after", label="Step")],
+        tables=tables,
+        warnings=mission.controller.warnings(mission.modelled),
+        grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
+        whose="the loop with the change",
+    )
+
+
+def compared(difference: Estimate) -> str:
+    """Whether more or fewer flights fail, if that is shown."""
+    low, high = 100.0 * difference.low, 100.0 * difference.high
+    if low > 0.0 or high < 0.0:
+        return f"{'More' if low > 0.0 else 'Fewer'} fail: {100.0 * difference.value:+.3g} points [{low:+.3g}, {high:+.3g}]."
+    return f"A difference is not shown: {100.0 * difference.value:+.3g} points [{low:+.3g}, {high:+.3g}]."
+
+
+def cells(name: str, gain: Gain, old: float, new: float) -> tuple[str, ...]:
+    """A row of the changes."""
+    return name, units.number(old), units.number(new), f"{gain.unit}; {gain.meaning}"
+
+
+def failed_row(failed: tuple[Estimate, Estimate, Estimate]) -> list[str]:
+    """Of the shares that fail."""
+    return ["fail", units.percent(*failed[0]), units.percent(*failed[1]), points(failed[2])]
+
+
+def points(one: Estimate) -> str:
+    """A difference of shares."""
+    return f"{100.0 * one.value:+.3g} [{100.0 * one.low:+.3g}, {100.0 * one.high:+.3g}] points"
+
+
+def metric_row(one: Row) -> list[str]:
+    """Of a metric."""
+    words, unit = units.metric(one.name)
+    return [words, *("–" if part is None else units.interval(*part, unit) for part in one[1:])]
+
+
+def recorded(one: Row) -> dict[str, object]:
+    """A row for metrics.json."""
+    parts = zip(("before", "after", "difference"), one[1:], strict=True)
+    return {name: part.as_json() if isinstance(part, Estimate) else None for name, part in parts}
+
+
+def margin_rows(sides: tuple[Side, Side]) -> list[list[str]]:
+    """The grades, and the least margins where both have some."""
+    words = ["grade", *(one.grade.word for one in sides)]
+    pairs = zip(*(one.grade.measures for one in sides), strict=False)
+    return [
+        words,
+        *([f"{old.what} margin", *(f"{one.text(one.value)} ({one.channel})" for one in (old, new))] for old, new in pairs),
+    ]
+
+
+def step_rows(before: dict[str, float], after: dict[str, float]) -> list[list[str]]:
+    """Of the step."""
+    return [
+        [name, units.number(one), units.number(after[name]), units.number(after[name] - one)] for name, one in before.items()
+    ]

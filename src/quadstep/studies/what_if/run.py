@@ -1,0 +1,93 @@
+"""A question answered: the missions before and after, flown."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from quadstep.engines.fly import fly_all
+from quadstep.interfaces.controller import Controller
+from quadstep.io.errors import UserError
+from quadstep.io.parameter_files import read_parameters
+from quadstep.linear.grade import grade
+from quadstep.mission.presets import preset_names
+from quadstep.mission.read import check_mission
+from quadstep.report.evidence import Evidence
+from quadstep.report.publish import publishing
+from quadstep.report.sheet import Sheet
+from quadstep.report.terminal.progress import SILENT, Count, Progress
+from quadstep.studies.comparison.schema import EFFORTS
+from quadstep.studies.tuning.gains import with_numbers
+from quadstep.studies.tuning.ground import Ground, asked_of
+from quadstep.studies.what_if.asked import STEP, Asked, Side, law_of
+from quadstep.studies.what_if.report import evidence, picture
+
+HEIGHT, BEGIN, DURATION = 3.0, 1.0, 8.0
+"""Of the step: where it is flown [m], its time, and the flights' [s]."""
+
+GYRO_NOISE = 2.4e-4
+"""Of the flights in gusts [rad/s/sqrt(Hz)]: a small vehicle's gyro (0.014 deg/s/sqrt(Hz))."""
+
+Content = dict[str, object]
+
+
+def question(asked: Asked, law: type[Controller], folder: Path) -> Content:
+    """The calm mission, before. folder: of the parameter file and the vehicle's. Raises UserError."""
+    rest = [0.0, 0.0, HEIGHT]
+    table: Content = {"type": law.name}
+    if asked.file != law.name:
+        table["parameters"] = str(folder / asked.file)
+    place = {"preset": asked.vehicle} if asked.vehicle in preset_names() else {"file": str(folder / asked.vehicle)}
+    return {
+        "name": f"{Path(asked.file).stem}: {', '.join(f'{name} = {value:g}' for name, value in asked.changes.items())}",
+        "vehicle": place,
+        "path": {"type": "step", "start": rest, "end": [STEP, STEP, HEIGHT], "time": BEGIN, "duration": DURATION},
+        "controller": table,
+        "simulation": {"duration": DURATION},
+        "metrics": list(EFFORTS),
+    }
+
+
+def in_gusts(content: Content, asked: Asked, before: Mapping[str, float]) -> Content:
+    """The mission in wind from every side, whose gains are those that change; before: what they are, by key."""
+    rest, wind = [0.0, 0.0, HEIGHT], asked.wind
+    ends = {key: sorted((one, asked.changes[key.removeprefix("controller.")])) for key, one in before.items()}
+    drawn = {"type": "uniform", "low": -wind, "high": wind}
+    return {
+        **content,
+        "path": {"type": "step", "start": rest, "end": rest, "time": 0.0, "duration": DURATION},
+        "wind": {"turbulence": {"wind_20": wind, "airspeed": max(wind, 1.0)}},
+        "sensors": {"gyro_noise": GYRO_NOISE},
+        "limits": {"distance": asked.within},
+        "tune": {
+            "gains": {key: {"low": low, "high": high, "scale": "linear"} for key, (low, high) in ends.items()},
+            "vary": {"wind.mean.0": drawn, "wind.mean.1": drawn} if wind > 0.0 else {},
+            "unseen": asked.flights,
+        },
+    }
+
+
+def answer(
+    asked: Asked, out: Path, overwrite: bool = False, progress: Progress = SILENT, sheet: Sheet | None = None
+) -> Evidence:
+    """Answer a question, and write the folder `out`. Raises UserError."""
+    law, here = law_of(asked), Path.cwd()
+    content = question(asked, law, here)
+    mission = check_mission(content, asked.file, here)
+    before = {f"controller.{name}": float(str(mission.controller.said(name))) for name in asked.changes}
+    after = {key: asked.changes[key.removeprefix("controller.")] for key in before}
+    for key, value in before.items():
+        if after[key] == value:
+            raise UserError(f"{key.removeprefix('controller.')} is {value:g} already")
+    missions = (mission, check_mission(with_numbers(content, mission, after), asked.file, here))
+    saved = {} if asked.file == law.name else read_parameters(here / asked.file, law.parameter_file).values
+    identity = hashlib.sha256(json.dumps([asked, dict(saved), mission.model_dump(mode="json")]).encode()).hexdigest()[:16]
+    with publishing(out, identity, overwrite) as draft:
+        ground = Ground(asked_of(Path(asked.file), "", in_gusts(content, asked, before), here), asked.seed)
+        flown = ground.fly([before, after], 0, asked.flights, Count(progress, 2 * asked.flights).add)
+        steps = fly_all([one.plan(warn=False) for one in missions])
+        sides = tuple(Side(step, grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))
+        picture(*steps).draw(draft, (sheet or Sheet()).shown())
+        found = evidence(asked, law, mission, before, (sides[0], sides[1]))
+        found.write(draft)
+    return found

@@ -1,0 +1,92 @@
+"""`quadstep what-if`: the same winds before and after, what is worse is said so, and what makes no sense is refused."""
+
+import json
+
+import pytest
+
+from quadstep.io.errors import UserError
+from quadstep.io.parameter_files import CrazyflieYaml
+from quadstep.linear.grade import FRAGILE, UNSTABLE
+from quadstep.studies.what_if.asked import Asked, changes_of
+from quadstep.studies.what_if.run import answer
+from tests.commands import quadstep
+
+LAW = "crazyflie-pid"
+
+
+def asked(flights=16, law=LAW, wind=3.0, **changes):
+    return Asked(law, {name.replace("__", "."): value for name, value in changes.items()}, "crazyflie", wind, flights)
+
+
+def test_a_change_that_breaks_the_loop_is_told_so(tmp_path):
+    found = answer(asked(pid_rate__roll_kp=2.0, pid_rate__pitch_kp=2.0), tmp_path / "out").record
+    assert found["grades"]["before"]["grade"] == FRAGILE
+    assert found["grades"]["after"]["grade"] == UNSTABLE
+    assert found["failed"]["before"]["value"] == 0.0
+    assert found["failed"]["after"]["value"] > 0.5
+    assert found["failed"]["difference"]["low"] > 0.0
+    assert json.loads((tmp_path / "out" / "metrics.json").read_text())["failed"] == found["failed"]
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
+def test_a_parameter_without_effect_changes_no_flight_by_a_bit(tmp_path):
+    found = answer(asked(pid_rate__omzFiltCut=40.0), tmp_path / "out").record  # of a filter that is off
+    assert all(one["before"] == one["after"] for one in found["metrics"].values())
+    assert {one["difference"]["value"] for one in found["metrics"].values()} == {0.0}
+    assert found["step"]["before"] == found["step"]["after"]
+    assert found["grades"]["before"] == found["grades"]["after"]
+
+
+def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
+    found = answer(asked(posCtlPid__xKp=1.0, posCtlPid__yKp=1.0), tmp_path / "out").record
+    assert found["step"]["after"]["rise time [s]"] > 1.2 * found["step"]["before"]["rise time [s]"]
+    assert found["metrics"]["position_rmse[m]"]["difference"]["low"] > 0.0
+
+
+WRONG = {
+    "pid_rate.rol_kp=1": "no parameter of crazyflie-pid, crazyflie-mellinger; did you mean pid_rate.roll_kp?",
+    "pid_rate.roll_kp": "pid_rate.roll_kp: file not found",
+    "pid_rate.roll_kp=nan": "should be NAME=VALUE, with a number",
+    "pid_rate.roll_kp=250": "pid_rate.roll_kp is 250 already",
+    "pid_rate.roll_kp=-1": "pid_rate.roll_kp",
+    "ctrlMel.kp_z=1": "crazyflie-pid has no parameter ctrlMel.kp_z; it is one of crazyflie-mellinger",
+}
+
+
+@pytest.mark.parametrize("change", WRONG)
+def test_a_question_without_sense_is_refused_in_one_line(tmp_path, change):
+    with pytest.raises(UserError) as error:
+        answer(Asked(LAW, changes_of([change], LAW), "crazyflie"), tmp_path / "out")
+    assert WRONG[change] in str(error.value)
+    assert "\n" not in str(error.value)
+    assert not (tmp_path / "out" / "metrics.json").exists()
+
+
+def test_two_files_differ_by_what_changes_between_them(tmp_path):
+    defaults = {"pid_rate.roll_kp": 250.0, "posCtlPid.xKp": 2.0, "pid_attitude.yawMaxDelta": 0.0}
+    names = []
+    for values in ({"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}, {"posCtlPid.xKp": 1.5, "pid_attitude.yawMaxDelta": 1.0}):
+        names.append(str(tmp_path / f"{len(names)}.yaml"))
+        (tmp_path / f"{len(names) - 1}.yaml").write_text(CrazyflieYaml.write(values, defaults))
+    assert changes_of([names[1]], names[0]) == {"pid_rate.roll_kp": 250.0}
+    assert changes_of([names[0]], LAW) == {"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}
+    with pytest.raises(UserError, match=r"no parameter of .* differs from"):
+        changes_of([names[0]], names[0])
+    found = answer(Asked(names[1], {"pid_rate.roll_kp": 240.0}, "crazyflie", flights=2), tmp_path / "out")
+    assert found.record["before"] == {"pid_rate.roll_kp": 250.0}
+    assert found.warnings == [f"{names[1]}: crazyflie-pid does without pid_attitude.yawMaxDelta"]
+
+
+def test_parameters_of_two_laws_and_one_twice_are_refused():
+    with pytest.raises(UserError, match="are not parameters of one law"):
+        answer(asked(pid_rate__roll_kp=1.0, ctrlMel__kp_z=1.0), None)
+    with pytest.raises(UserError, match="is given twice"):
+        changes_of(["a=1", "a=2"], LAW)
+
+
+def test_the_command_says_it_and_prints_json(tmp_path):
+    out = tmp_path / "out"
+    done = quadstep("what-if", LAW, "pid_rate.yaw_kp=60", "--vehicle", "crazyflie", "--flights", "4", "--out", out, "--json")
+    assert done.code == 0
+    assert json.loads(done.out)["law"] == LAW
+    assert quadstep("what-if", LAW, "pid_rate.yaw_kp=60", "--vehicle", "crazyflie", "--flights", "1").code == 2
