@@ -91,6 +91,7 @@ export class Board {
 
   private showWatched(): void {
     const { watched, shown } = this;
+    for (const { element, panel } of this.plots) element.classList.toggle("elsewhere", panel.id === watched?.id);
     if (!watched || !shown) return;
     const panel = this.panel(watched.id, shown, undefined);
     if (!panel) {

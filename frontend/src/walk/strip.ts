@@ -45,7 +45,7 @@ export class Strip {
   private mark(id: string): void {
     for (const [key, button] of this.buttons) {
       const here = key === id;
-      if (here && button.getAttribute("aria-current") !== "true") reveal(button);
+      if (here && button.getAttribute("aria-current") !== "true") requestAnimationFrame(() => reveal(button)); // once it is laid out
       if (here) button.setAttribute("aria-current", "true");
       else button.removeAttribute("aria-current");
     }
