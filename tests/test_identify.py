@@ -408,7 +408,7 @@ def test_a_log_that_contradicts_its_mapping_is_not_fitted(tmp_path, flights):
     write(tmp_path / "log.csv", *table(flights[0]))
     (tmp_path / "map.toml").write_text(MAPPING.replace("rad/s", "deg/s"))
     run = identified(tmp_path)
-    assert run.code == 2
+    assert run.refused
     assert "rates: x: radians where degrees are expected" in run.err
     assert not (tmp_path / "v.toml").exists()
 

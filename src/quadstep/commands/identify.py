@@ -107,13 +107,12 @@ def said_of_residual(shares: tuple[float, ...], kept: bool) -> str:
 
 
 def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> None:
-    """Say what is worth knowing of each log, and refuse what contradicts its mapping. Raises UserError."""
+    """Refuse what contradicts its mapping unless trusted, then say what is worth knowing of each log. Raises UserError."""
     from quadstep.identify.logs.judge import judge, refuse
 
     judged = [(flight, judge(flight, vehicle.geometry())) for flight in flights]
+    for flight, findings in judged if not trust else ():
+        refuse(flight, findings)
     for flight, findings in judged:
         for one in findings:
             say(f"{flight.name}: {one.text}")
-    if not trust:
-        for flight, findings in judged:
-            refuse(flight, findings)
