@@ -2,23 +2,18 @@
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, deliver, finish
+from quadstep.commands.deliver import check_junit, finish
 from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, StyleOption, WidthOption, engine_option
 from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
 from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import say, say_whole
-from quadstep.report.terminal.tables import show_table
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
-
-if TYPE_CHECKING:
-    from quadstep.studies.campaign.summary import Summary
 
 
 def campaign(
@@ -65,8 +60,8 @@ def campaign(
         from quadstep.metrics.judging import share
         from quadstep.studies.campaign import until as limit
         from quadstep.studies.campaign.copies import refuse_copies
+        from quadstep.studies.campaign.evidence import evidence
         from quadstep.studies.campaign.run import fly_campaign
-        from quadstep.studies.campaign.verdict import verdict
 
     if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
         raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
@@ -99,14 +94,7 @@ def campaign(
             if decided
             else fly_campaign(file, folder, flights, engine, resume, overwrite, shown, drawn_on, quick_grade)
         )
-    judged = verdict(done, file, engine, least, decided)
-    if not as_json:
-        for sentence in limit.sentences(decided, file) if decided else ():
-            say(sentence)
-        show(done.summary, file, folder)
-        if least is not None:
-            say(judged.cases[-1].sentence)
-    deliver(judged, as_json, junit, time.perf_counter() - started)
+    finish(evidence(done, file, engine, least, decided), "campaign", folder, as_json, junit, started)
 
 
 def estimate_rare(
@@ -122,21 +110,3 @@ def estimate_rare(
     with bar("flying", "flights") as shown, needed_by("`quadstep campaign`"):
         found = estimate(file, folder, resume, overwrite, shown, drawn_on, quick_grade)
     finish(found.judged(least), "campaign --rare", folder, as_json, junit, started)
-
-
-def show(summary: "Summary", file: Path, folder: Path) -> None:
-    """Print the findings, and how to fly the worst flights again."""
-    from quadstep.studies.campaign.replay import replay_command
-    from quadstep.studies.campaign.summary import sentences
-
-    for sentence in sentences(summary):
-        say(sentence)
-    rows = [
-        (str(one.flight), one.outcome, *("-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)))
-        for one in summary.worst
-    ]
-    show_table("The worst flights", ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]"), rows)
-    say("To replay each of them, with its full log:")
-    for one in summary.worst:
-        say_whole(f"  {replay_command(file, one.flight, folder)}")
-    say_whole(f"Report: {folder / 'report.html'}")
