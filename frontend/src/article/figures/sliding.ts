@@ -41,12 +41,12 @@ export function sliding(): void {
       const width = stage.width;
       const size = Math.min(width - 64, 420);
       const ends = [-MOST - 0.4, MOST + 0.4] as const;
-      plane = new Plot({ left: 46 + (width - 64 - size) / 2, top: 28, width: size, height: size }, ends, ends);
+      plane = new Plot({ left: 46 + (width - 64 - size) / 2, top: 46, width: size, height: size }, ends, ends);
       const line = [ends[0], ends[1]].map((value) => -slope.value * value);
-      const below = new Plot({ left: 46, top: size + 96, width: width - 58, height: 100 }, [0, 8], span([e, r], -4, 4, 1));
+      const below = new Plot({ left: 46, top: size + 112, width: width - 58, height: 100 }, [0, 8], span([e, r], -4, 4, 1));
       return svg(
         width,
-        size + 96 + 100 + 38,
+        size + 112 + 100 + 38,
         plane.framed(
           "error e [m]",
           "its rate [m/s]",
