@@ -18,9 +18,9 @@ const [MASS, INERTIA, J_MOST] = [1, 5, 10]; // of the paper's vehicle, level
 export function lyapunov(): void {
   live("lyapunov", (stage) => {
     const { controls, redraw } = stage;
-    const inner = slider(controls, "Λ₂, the inner loop", "1/s", [0.5, 15, 15], redraw, true);
+    const inner = slider(controls, "Λ₂, the inner loop", "1/s", [0.5, 15, 0.5], redraw, true);
     const bound = slider(controls, "W_B, bound of weights", "", [0, 6, 2], redraw);
-    const time = slider(controls, "time", "s", [0, 12, 1.5], redraw);
+    const time = slider(controls, "time", "s", [0, 12, 4.6], redraw);
     legend(controls, [
       ["gp", "c-blue", "outer gain"],
       ["ga", "c-green", "inner gain"],
