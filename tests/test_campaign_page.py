@@ -87,6 +87,28 @@ def test_flights_are_those_of_the_campaign_whatever_gain_is_set(open_page, preci
         assert_flown_as_by_the_campaign(page, changed)
 
 
+HELD = """async () => {
+  const [now, later] = [performance.now.bind(performance), setTimeout];
+  performance.now = () => 300 * now(); // so slow that only the beginning is flown
+  window.setTimeout = (act, ms) => (ms > 200 ? 0 : later(act, ms)); // a control that rests would fly all
+  const slider = document.querySelector("#controls input[type=range][aria-label^='k_x']");
+  slider.value = 0; // with which it is lost at once
+  slider.dispatchEvent(new Event("input"));
+  await new Promise((done) => requestAnimationFrame(() => later(done)));
+}"""
+
+
+@needs(CHROMIUM)
+def test_flights_are_whole_while_a_control_is_dragged(open_page, precision):
+    page = open_page()
+    page.evaluate(HELD)
+    page.wait_for_function("() => quadstep.rate()?.done", timeout=120_000)
+    assert page.evaluate("quadstep.outcome().dragged")
+    rate = page.evaluate("quadstep.rate()")
+    ended = [tick for tick, code in zip(rate["ended"], rate["outcome"], strict=True) if code == 0]
+    assert ended and set(ended) == {1000}
+
+
 @needs(CHROMIUM)
 def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
     page = open_page()

@@ -28,6 +28,8 @@ export interface Shown {
   readonly dragged: boolean;
   /** All that would be flown, where only its beginning was, because a control is being dragged [s]. */
   readonly whole: number | undefined;
+  /** The last tick of all that would be flown. */
+  readonly last: number;
   /** What flying took [ms]. */
   readonly took: number;
   /** The length of the axis of time [s]. */
@@ -91,6 +93,7 @@ export class Session {
       live: flown !== undefined,
       dragged,
       whole,
+      last: all?.ticks.last ?? 0,
       took: performance.now() - before,
       end: Math.max(flight.last, ghost?.last ?? 0, whole ?? 0, flight.held ? 0 : Math.min(planned, flight.ended * 1.15)),
     });

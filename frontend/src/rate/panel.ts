@@ -69,10 +69,10 @@ export class RatePanel {
   }
 
   /** What the campaign flies with; undefined where a control set what the campaign varies, or another controller flies. */
-  private setting({ data, settings, given, whole }: Shown, rate: Rate): Setting | undefined {
+  private setting({ data, settings, given, last }: Shown, rate: Rate): Setting | undefined {
     const law = given && this.page.laws[given.controller.law];
     if (!given || !law || controllerOf(data, settings.controller) !== data.controllers[0]) return undefined;
-    const setting = { given, law, last: whole === undefined ? given.ticks.last : Math.round(whole / given.ticks.step) };
+    const setting = { given, law, last };
     return varied(rate, setting).every((value, i) => Object.is(value, this.usual[i])) ? setting : undefined;
   }
 
