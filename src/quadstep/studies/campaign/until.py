@@ -163,15 +163,16 @@ def look_at(store: Store, look: Look) -> Seen:
 def sentences(decided: Decided, file: Path) -> list[str]:
     """The result so far, and what to fly next if the target is not shown."""
     last, target = decided.seen[-1], decided.target
+    fail = "fail" if decided.done.summary.limited else "fail, that is, end early ([failure] sets no limit)"
     shown = (
         f"{last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
         f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(decided.seen)})."
     )
     if decided.below:
-        return [f"Shown: fewer than {target:g} of the flights fail. {shown}"]
+        return [f"Shown: fewer than {target:g} of the flights {fail}. {shown}"]
     if decided.above:
         return [
-            f"Not met: {target:g} of the flights or more fail. {shown}",
+            f"Not met: {target:g} of the flights or more {fail}. {shown}",
             "Next: see the report for what failures depend on, and replay the worst; with another controller, start over.",
         ]
     lines = [f"Not decided. {shown}"]
