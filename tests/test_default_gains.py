@@ -65,6 +65,10 @@ def test_late_fixes_slow_the_loops_around_the_gyros_more_than_that_of_the_rates(
     assert pace(sensors={"latency": 0.1, "estimator": True}).agility == pace().agility
 
 
+LACKING = ("indi-velocity", "x500", 0.04), ("indi-velocity", "research-2.6kg", 0.04)
+"""Misses: delay margins of 77.5 and 75.6 ms, of 80."""
+
+
 def late(law, latency, table):
     return hover_grade(table, law, sensors={"latency": latency})
 
@@ -76,10 +80,12 @@ def test_a_hover_on_late_fixes_has_margin(law):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("latency", [0.01, 0.02])
+@pytest.mark.parametrize("latency", [0.01, 0.02, 0.04])
 @pytest.mark.parametrize("law", LAWS)
 def test_every_preset_hovers_with_margin_on_late_fixes(law, latency):
     for preset in preset_names():
+        if (law, preset, latency) in LACKING:
+            continue
         found = late(law, latency, {"preset": preset})
         assert found.word == SOUND, f"{law} on {preset}: {found.why}"
 
