@@ -8,8 +8,8 @@ import numpy as np
 
 from quadstep.identify.logs import ardupilot
 from quadstep.identify.logs.flight import Floats
+from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Columns, Series
-from quadstep.identify.logs.topics import of_topics, read_topics
 from quadstep.identify.response import Response, response
 from quadstep.io.errors import UserError
 
