@@ -7,15 +7,15 @@ It counts as caught where the tests fail; those that survive are printed. EVERY:
 """
 
 import ast
-import importlib
+import importlib.util
 import os
 import signal
 import sys
-import types
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import scipy.signal  # noqa: F401 (here, where it is loaded once, and not by the tests of every mutant)
 
 from quadstep.report.terminal.screen import say
 from tests import durations
@@ -44,15 +44,24 @@ def mutants(source: str) -> list[Change]:
 
 
 class CheapestFirst:
-    """Plugin: of a file's tests those that have been measured as slow come last, so that most mutants fail early."""
+    """Plugin: of a file's tests those named like the module come first and slow ones last, so that most mutants fail early."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name.rpartition(".")[2].replace("_", "-")
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         seconds = durations.recorded()
-        items.sort(key=lambda item: seconds.get(durations.function(item.nodeid), 0.0))
+        items.sort(key=lambda item: (seconds.get(durations.function(item.nodeid), 0.0), self.name not in item.nodeid))
 
 
-def caught(module: types.ModuleType, tree: ast.Module, *tests: str) -> bool:
+def source(name: str) -> str:
+    """Of a module, which is not loaded: tests that load it after it was changed see nothing of what it was."""
+    spec = importlib.util.find_spec(name)
+    return Path(str(spec and spec.origin)).read_text(encoding="utf-8")
+
+
+def caught(name: str, tree: ast.Module, *tests: str) -> bool:
     """Whether the tests fail where the module is this, in a process of its own. tests: as pytest takes them."""
     child = os.fork()
     if child == 0:
@@ -62,8 +71,9 @@ def caught(module: types.ModuleType, tree: ast.Module, *tests: str) -> bool:
         os.dup2(quiet, 2)
         code = 1
         try:
+            module = importlib.import_module(name)
             exec(compile(tree, module.__file__ or "", "exec"), module.__dict__)
-            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests], [CheapestFirst()]))
+            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests], [CheapestFirst(name)]))
         finally:
             os._exit(code)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
@@ -71,19 +81,23 @@ def caught(module: types.ModuleType, tree: ast.Module, *tests: str) -> bool:
     return code != 0
 
 
-def outcomes(module: types.ModuleType, chosen: slice, *tests: str) -> Iterator[tuple[Change, bool]]:
+def outcomes(name: str, chosen: slice, *tests: str) -> Iterator[tuple[Change, bool]]:
     """These mutants of a module, each with whether it is caught."""
-    source = Path(str(module.__file__)).read_text(encoding="utf-8")
-    for change in mutants(source)[chosen]:
-        yield change, caught(module, change.tree(source), *tests)
+    text = source(name)
+    for change in mutants(text)[chosen]:
+        yield change, caught(name, change.tree(text), *tests)
+
+
+def survivors(name: str, chosen: slice, *tests: str) -> list[str]:
+    """Those of these mutants that are not caught."""
+    return [f"{one.function}: {one.was} -> {one.now}" for one, seen in outcomes(name, chosen, *tests) if not seen]
 
 
 def main(name: str, test: str, every: int = 1) -> None:
     """Count them."""
-    module = importlib.import_module(name)
-    assert not caught(module, ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8")), test), "the tests fail anyway"
+    assert not caught(name, ast.parse(source(name)), test), "the tests fail anyway"
     tried, survived = 0, 0
-    for change, seen in outcomes(module, slice(None, None, every), test):
+    for change, seen in outcomes(name, slice(None, None, every), test):
         tried += 1
         if not seen:
             survived += 1

@@ -4,26 +4,24 @@ makes them fail, and in `make thorough` most of the three.
 `python -m tests.mutants` tries all mutants of a file, which takes long.
 """
 
-import json
-import subprocess
-import sys
+import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
-from quadstep import control
 from quadstep.control.registry import BUILT_IN
-from tests import mutants
+from tests.mutants import mutants, source, survivors
 from tests.needs import POLICY, needs
-from tests.patience import PATIENCE
 
 FAMILIES = ("tests/test_control_families.py",)
 AIRFRAME = ("tests/test_control_real_vehicles.py", "-k", "not any_attitude and not small_and_large")
+CRAZYFLIE = ("tests/test_control_crazyflie.py",)
 CLASSICS = ("tests/test_control_classics.py",)
 LINEARISED = ("tests/test_control_h_infinity.py",)
 EXTENDED = ("tests/test_control_thrust_extension.py",)
 PLANAR = ("tests/test_planar.py",)
-CRAZYFLIE = ("tests/test_control_crazyflie.py",)
 ELSEWHERE = {
     "adrc": FAMILIES,
     "cascaded_pid": CLASSICS,
@@ -50,41 +48,30 @@ ELSEWHERE = {
 
 TRIES = 3
 
-TRIED = """
-import importlib, json, sys
-from tests.mutants import outcomes
-name, all_of_them, first, every, *tests = sys.argv[1:]
-survived = []
-for one, seen in outcomes(importlib.import_module(f"quadstep.control.{name}"), slice(int(first), None, int(every)), *tests):
-    if not seen:
-        survived.append(f"{one.function}: {one.was} -> {one.now}")
-    elif not int(all_of_them):
-        break
-print(json.dumps(survived))
-"""
 
-
-def source(name):
-    return Path(control.__path__[0], f"{name}.py").read_text(encoding="utf-8")
+def mutants_of(name):
+    return mutants(source(f"quadstep.control.{name}"))
 
 
 MODULES = sorted(
-    name
-    for name in {place.partition(".")[0] for laws in BUILT_IN.values() for place in laws.values()}
-    if mutants.mutants(source(name))
+    name for name in {place.partition(".")[0] for laws in BUILT_IN.values() for place in laws.values()} if mutants_of(name)
 )
 """Those with something to change: a law can be another one's with gains of its own, and has no functions then."""
 
 
-@pytest.mark.parametrize("all_of_them", [False, pytest.param(True, marks=pytest.mark.thorough)], ids=["one", "all"])
+@pytest.fixture(scope="module")
+def apart():
+    """A process of its own, which loads once what the tests of every mutant need."""
+    root = Path(__file__).parents[1]
+    with ProcessPoolExecutor(1, get_context("spawn"), os.chdir, (root,)) as pool:
+        yield pool
+
+
+@pytest.mark.parametrize("tries", [TRIES - 1, pytest.param(TRIES, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("name", [pytest.param(one, marks=needs(POLICY) if one == "raptor" else ()) for one in MODULES])
-def test_most_changes_of_a_law_are_noticed(name, all_of_them):
-    count = len(mutants.mutants(source(name)))
-    every = -(-count // TRIES)
+def test_most_changes_of_a_law_are_noticed(name, tries, apart):
+    every = -(-len(mutants_of(name)) // TRIES)
+    chosen = slice(every // 2, every * tries, every)
     tests = ELSEWHERE.get(name, (f"tests/test_control_{name}.py",))
-    run = subprocess.run(
-        [sys.executable, "-c", TRIED, name, str(int(all_of_them)), str(every // 2), str(every), *tests],
-        capture_output=True, text=True, check=True, timeout=PATIENCE, cwd=Path(__file__).parents[1],
-    )  # fmt: skip
-    survived = json.loads(run.stdout)
+    survived = apart.submit(survivors, f"quadstep.control.{name}", chosen, *tests).result()
     assert len(survived) <= 1, survived
