@@ -117,10 +117,13 @@ def test_loops_at_any_rate_are_told_what_is_predicted():
     np.testing.assert_allclose(ahead.rows[:, 1:4], there.rows[:, 1:4], atol=5e-4)
 
 
-@pytest.mark.parametrize(
-    "sensors", [{**LATE, "position_noise": 0.002, "gyro_noise": 0.002}, {"estimator": True, "imu_latency": 0.004}]
-)
-@pytest.mark.parametrize("kind", ["pid", "flatness", "indi"])
+NOISY = {**LATE, "position_noise": 0.002, "gyro_noise": 0.002}
+ESTIMATED = {"estimator": True, "imu_latency": 0.004}
+COVERING = [("pid", NOISY), ("flatness", ESTIMATED), ("indi", NOISY)]
+OTHERS = [("pid", ESTIMATED), ("flatness", NOISY), ("indi", ESTIMATED)]
+
+
+@pytest.mark.parametrize(("kind", "sensors"), [*COVERING, *(pytest.param(*one, marks=pytest.mark.thorough) for one in OTHERS)])
 def test_engines_agree(kind, sensors):
     mission = Mission(**{**FLIGHT, "simulation": {"duration": 0.3}, "score_from": 0.0}, controller={"type": kind},
                       sensors={**sensors, "predictor": True})  # fmt: skip
