@@ -46,6 +46,10 @@ def array(thing):
     return np.array(list(thing))
 
 
+def weight_matrix(rows):
+    return Matrix([column(row) for row in rows])
+
+
 def state(position=(0, 0, 0), velocity=(0, 0, 0), attitude=(0, 0, 0), rates=(0, 0, 0)):
     return State(column(position), column(velocity), column(attitude), column(rates))
 

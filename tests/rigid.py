@@ -4,20 +4,25 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from quadstep.interfaces.controller import Measured
-from quadstep.numbers import Vector
+from tests.flights import column
 
 GRAVITY = 9.81
 
 
-def column(values):
-    """Floats as a vector of the laws."""
-    return Vector([float(value) for value in values])
+def turn(quaternion):
+    """The rotation of an attitude of the laws."""
+    return Rotation.from_quat(np.roll([float(one) for one in quaternion], -1))
+
+
+def quaternion(rotation):
+    """The attitude of a rotation as the laws have it, w first."""
+    return column(np.roll(rotation.as_quat(), 1))
 
 
 def told(x, thrust=0.0, torque=(0.0, 0.0, 0.0)):
     """What a law is told of a state: position, velocity, rotation vector, body rates, shape (12,)."""
-    attitude = np.roll(Rotation.from_rotvec(x[6:9]).as_quat(), 1)
-    return Measured(column(x[:3]), column(x[3:6]), column(attitude), column(x[9:]), float(thrust), column(torque))
+    attitude = quaternion(Rotation.from_rotvec(x[6:9]))
+    return Measured(column(x[:3]), column(x[3:6]), attitude, column(x[9:]), float(thrust), column(torque))
 
 
 def accelerations(x, thrust, torque, mass, inertia, push=(0.0, 0.0, 0.0), twist=(0.0, 0.0, 0.0)):

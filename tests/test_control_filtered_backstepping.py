@@ -1,20 +1,21 @@
 """Command-filtered adaptive backstepping: one sample against NumPy and SciPy, Lyapunov's rate on a rigid body, and flights."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quadstep import Mission, fly
 from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude
 from quadstep.control.command_filter import Filtered
 from quadstep.control.filtered_backstepping import FilteredBackstepping, FilteredBacksteppingMemory
 from quadstep.control.local_basis import NODES, growth, hats, values
-from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
-from quadstep.numbers import Matrix, vector
-from tests.flights import array, column, same
-from tests.rigid import accelerations, moved, told
+from quadstep.numbers import vector
+from tests.flights import array, column, same, weight_matrix
+from tests.followed import EIGHT, FAST, error
+from tests.rigid import accelerations, moved, quaternion, told, turn
 
 QUICK = {
     "k_1": 2.5,
@@ -37,18 +38,6 @@ K1, K2, K3, K4 = 2.5, 6.0, np.array([8.0, 8.0, 4.0]), np.array([28.0, 28.0, 14.0
 C1, C3, TURN_FILTER = 4.0, 60.0, np.array([31.0, 31.0, 15.5])
 NODES_AT = np.arange(NODES) - (NODES - 1) / 2
 STILL = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)
-
-
-def turn(quaternion):
-    return Rotation.from_quat(np.roll(array(quaternion), -1))
-
-
-def quaternion(rotation):
-    return column(np.roll(rotation.as_quat(), 1))
-
-
-def weight_matrix(entries):
-    return Matrix([column(row) for row in entries])
 
 
 def memory(rng, size=1.0, **changes):
@@ -256,15 +245,7 @@ def test_weights_keep_their_bounds():
 
 # Flights
 
-EIGHT = {"type": "figure-eight", "plane": "vertical", "length": 2.5, "width": 1.5, "period": 6.2832, "centre": [0.0, 0.0, 5.0]}
-FAST = {"type": "circle", "radius": 2.0, "period": 4.0, "centre": [0.0, 0.0, 5.0], "turns": 5.0, "yaw_rate": 0.3}
-
-
-def flown(path, preset="research-2.6kg", gains=None, **parts):
-    controller = {"type": "filtered-backstepping", **(gains or {})}
-    flight = fly(Mission(vehicle={"preset": preset}, path=path, controller=controller, score_from=3.0, **parts))
-    assert flight.outcome is Outcome.COMPLETED
-    return flight.metrics()["position_rmse[m]"]
+flown = partial(error, "filtered-backstepping")
 
 
 @pytest.mark.parametrize("preset", ["research-2.6kg", "crazyflie", "x500"])

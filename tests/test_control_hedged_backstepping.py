@@ -1,18 +1,19 @@
 """Adaptive backstepping with hedging: what it adds to the law, one sample against NumPy and SciPy, and flights."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quadstep import Mission, fly
 from quadstep.control.attitude_filter import FilteredAttitude
 from quadstep.control.hedged_backstepping import LAW, HedgedBackstepping
-from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, flatten
 from tests.flights import array, column, same
-from tests.rigid import accelerations, told
+from tests.followed import EIGHT, FAST, HERE, followed
+from tests.rigid import accelerations, quaternion, told, turn
 
 QUICK = {
     "Lambda1": 3.6,
@@ -27,14 +28,6 @@ HEDGED, GAINS = HedgedBackstepping(), HedgedBackstepping.gains(MODEL, QUICK)
 MASS, INERTIA, G, LAG = MODEL.mass, array(MODEL.inertia), 9.81, 0.04
 SLOPE, GAIN, FREQUENCY = 3.6, 12.0, np.array([20.0, 20.0, 10.0])
 STILL = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)
-
-
-def turn(quaternion):
-    return Rotation.from_quat(np.roll(array(quaternion), -1))
-
-
-def quaternion(rotation):
-    return column(np.roll(rotation.as_quat(), 1))
 
 
 def memory(rng, measured, flying):
@@ -135,16 +128,7 @@ def test_the_filter_is_led_and_waits_for_lagging_rotors(seed):
 
 # Flights
 
-EIGHT = {"type": "figure-eight", "plane": "vertical", "length": 2.5, "width": 1.5, "period": 6.2832, "centre": [0.0, 0.0, 5.0]}
-FAST = {"type": "circle", "radius": 2.0, "period": 4.0, "centre": [0.0, 0.0, 5.0], "turns": 5.0, "yaw_rate": 0.3}
-HERE = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 8.0}
-
-
-def flown(path, preset="research-2.6kg", gains=None, **parts):
-    controller = {"type": "hedged-backstepping", **(gains or {})}
-    flight = fly(Mission(vehicle={"preset": preset}, path=path, controller=controller, score_from=3.0, **parts))
-    assert flight.outcome is Outcome.COMPLETED
-    return flight
+flown = partial(followed, "hedged-backstepping")
 
 
 @pytest.mark.parametrize("preset", ["research-2.6kg", "crazyflie", "x500"])

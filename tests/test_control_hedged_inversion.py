@@ -1,21 +1,22 @@
 """Neural inversion with hedging: one sample against NumPy and SciPy, Lyapunov's rate on a rigid body, and flights."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.spatial.transform import Rotation
 
-from quadstep import Mission, fly
 from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude
 from quadstep.control.hedged_inversion import HedgedInversion, HedgedInversionMemory
 from quadstep.control.networks import basis
-from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
-from quadstep.numbers import Matrix, vector
+from quadstep.numbers import vector
 from quadstep.numbers.rotations import IDENTITY
-from tests.flights import array, column, same
-from tests.rigid import accelerations, moved, told
+from tests.flights import array, column, same, weight_matrix
+from tests.followed import EIGHT, FAST, HERE, followed
+from tests.rigid import accelerations, moved, quaternion, told, turn
 
 QUICK = {"R_p": 20.0, "R_d": 7.0, "K_p": (270.0, 270.0, 70.0), "K_d": (35.0, 35.0, 17.0)}
 MODEL = load_preset("research-2.6kg").model()
@@ -23,18 +24,6 @@ LAW, GAINS = HedgedInversion(), HedgedInversion.gains(MODEL, QUICK)
 MASS, INERTIA, G = MODEL.mass, array(MODEL.inertia), 9.81
 LAG = 0.04
 STILL = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)
-
-
-def turn(quaternion):
-    return Rotation.from_quat(np.roll(array(quaternion), -1))
-
-
-def quaternion(rotation):
-    return column(np.roll(rotation.as_quat(), 1))
-
-
-def weight_matrix(values):
-    return Matrix([column(row) for row in values])
 
 
 def memory(rng, **changes):
@@ -249,16 +238,7 @@ def test_lyapunov_falls_as_theory_says_when_the_net_can_be_right():
 
 # Flights
 
-EIGHT = {"type": "figure-eight", "plane": "vertical", "length": 2.5, "width": 1.5, "period": 6.2832, "centre": [0.0, 0.0, 5.0]}
-FAST = {"type": "circle", "radius": 2.0, "period": 4.0, "centre": [0.0, 0.0, 5.0], "turns": 5.0, "yaw_rate": 0.3}
-HERE = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 8.0}
-
-
-def flown(path, preset="research-2.6kg", gains=None, **parts):
-    controller = {"type": "hedged-inversion", **(gains or {})}
-    flight = fly(Mission(vehicle={"preset": preset}, path=path, controller=controller, score_from=3.0, **parts))
-    assert flight.outcome is Outcome.COMPLETED
-    return flight
+flown = partial(followed, "hedged-inversion")
 
 
 @pytest.mark.parametrize("preset", ["research-2.6kg", "crazyflie", "x500"])

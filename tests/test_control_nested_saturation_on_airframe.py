@@ -1,18 +1,19 @@
 """The nested saturations of [11] on a real vehicle, against formulas written in NumPy and flights."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
-from quadstep import Mission, fly
 from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.control.nested_saturation_on_airframe import NestedSaturationOnAirframe
-from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
 from quadstep.vehicle.paper.lagrange import angular_acceleration
 from tests.flights import array, column, nested_gains, random_state, same, vehicle
+from tests.followed import EIGHT, FAST, HERE, followed
 from tests.rigid import linearised
 
 PRESETS = ("research-2.6kg", "crazyflie", "x500", "hummingbird")
@@ -73,29 +74,20 @@ def test_the_errors_of_a_path_are_paced_and_its_higher_rates_fed_forward(bounds)
         np.testing.assert_allclose(array(command.desired_attitude), [0.4, -pull[0] / g, pull[1] / g])
 
 
-def flown(preset, path, **parts):
-    content = {"vehicle": {"preset": preset}, "path": path, "controller": {"type": "nested-saturation"}, **parts}
-    flight = fly(Mission(**content, score_from=3.0))
-    assert flight.outcome is Outcome.COMPLETED
-    return flight
-
-
-HERE = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 8.0}
-EIGHT = {"type": "figure-eight", "plane": "vertical", "length": 2.5, "width": 1.5, "period": 6.2832, "centre": [0.0, 0.0, 5.0]}
-FAST = {"type": "circle", "radius": 2.0, "period": 4.0, "centre": [0.0, 0.0, 5.0], "turns": 5.0, "yaw_rate": 0.3}
+flown = partial(followed, "nested-saturation")
 
 
 @pytest.mark.parametrize("preset", ["research-2.6kg", "crazyflie", "x500"])
 def test_it_flies_a_figure_eight_a_fast_circle_and_back_from_afar(preset):
-    assert flown(preset, EIGHT).metrics()["position_rmse[m]"] < 0.07
-    assert flown(preset, FAST).metrics()["position_rmse[m]"] < 0.35
-    far = flown(preset, HERE, start={"position": [-5.0, 4.0, 3.0]}, simulation={"duration": 12.0})
+    assert flown(EIGHT, preset).metrics()["position_rmse[m]"] < 0.07
+    assert flown(FAST, preset).metrics()["position_rmse[m]"] < 0.35
+    far = flown(HERE, preset, start={"position": [-5.0, 4.0, 3.0]}, simulation={"duration": 12.0})
     off = far.table("x", "y", "z") - far.table("x_d", "y_d", "z_d")
     assert np.abs(off[-1]).max() < 0.01
 
 
 def test_a_steady_wind_leaves_an_error_for_nothing_is_integrated():
-    flight = flown("research-2.6kg", HERE, wind={"mean": [2.0, 0.0, 0.0]})
+    flight = flown(HERE, wind={"mean": [2.0, 0.0, 0.0]})
     tail = flight.column("t") > 7.0
     lean, off = flight.column("pitch")[tail].mean(), flight.column("x")[tail].mean()
     assert off > 0.02

@@ -1,19 +1,20 @@
 """The planner with LQR following: its polynomials against NumPy's solution of the boundary conditions, and flights."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 from scipy.spatial.transform import Rotation
 
-from quadstep import Mission, fly
 from quadstep.control.lqr import Lqr
 from quadstep.control.planned_lqr import HORIZON, PlannedLqr
-from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
 from quadstep.world.guidance.quintic import Point, along, quintic
 from tests.flights import array, column
+from tests.followed import EIGHT, FAST, HERE, error
 from tests.rigid import told
 
 MODEL = load_preset("research-2.6kg").model()
@@ -105,19 +106,11 @@ def test_it_begins_with_a_plan_to_stay():
 
 # Flights
 
-EIGHT = {"type": "figure-eight", "plane": "vertical", "length": 2.5, "width": 1.5, "period": 6.2832, "centre": [0.0, 0.0, 5.0]}
-FAST = {"type": "circle", "radius": 2.0, "period": 4.0, "centre": [0.0, 0.0, 5.0], "turns": 5.0, "yaw_rate": 0.3}
-HERE = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
-
-
-def flown(path, preset="research-2.6kg", **parts):
-    flight = fly(Mission(vehicle={"preset": preset}, path=path, controller={"type": "planned-lqr"}, score_from=3.0, **parts))
-    assert flight.outcome is Outcome.COMPLETED
-    return flight.metrics()["position_rmse[m]"]
+flown = partial(error, "planned-lqr")
 
 
 @pytest.mark.parametrize("preset", ["research-2.6kg", "crazyflie", "x500"])
 def test_it_flies_a_figure_eight_and_a_fast_circle_and_hovers_in_wind(preset):
     assert flown(EIGHT, preset) < 0.05
     assert flown(FAST, preset) < 0.08
-    assert flown(HERE, preset, wind={"mean": [3.0, 1.0, 0.0]}) < 0.01
+    assert flown({**HERE, "duration": 10.0}, preset, wind={"mean": [3.0, 1.0, 0.0]}) < 0.01
