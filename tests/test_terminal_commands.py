@@ -28,7 +28,7 @@ duration = 0.5
 """
 NAME = "Übung 飛行 ±"
 REAL = f"name = '{NAME}'\n{campaigns.NOISY}"
-TO_COPY = ("Report: ", "Results: ", "Wrote ", "Page: ", "Map: ", "  quadstep fly ", "quadstep: ", "Results in ")
+TO_COPY = ("Report: ", "Results: ", "Wrote ", "Page: ", "Article: ", "Map: ", "  quadstep fly ", "quadstep: ", "Results in ")
 """Beginnings of lines that are never broken, because they hold a path or a command."""
 
 
@@ -58,6 +58,7 @@ COMMANDS = {
     "certify": ["certify", "mission.toml"],
     "verify": ["verify", "--only", "5"],
     "page": ["page", "mission.toml"],
+    "explain": ["explain"],
     "campaign": ["campaign", "camp.toml", "--overwrite"],
     "envelope": ["envelope", "mission.toml", "--x", "vehicle.mass=0.8:1.2:2", "--y", "disturbance.scale=0,1"],
     "tune": ["tune", "tune.toml", "--budget", "60"],
@@ -88,6 +89,7 @@ SAID = {
     "certify": "Verdict: ",
     "verify": "vehicle.paper.rotors:rotor_map",
     "page": "Page: out/mission.html",
+    "explain": "Article: out/article.html",
     "campaign": "quadstep fly camp.toml --flight ",
     "envelope": "Map: out/mission-envelope/envelope.png",
     "tune": "controller.Lambda1",
