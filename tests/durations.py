@@ -43,6 +43,14 @@ class Recorder:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
+        return (yield from self.measured(item))
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_teardown(self, item: pytest.Item) -> Iterator[None]:
+        """Where the processes of a file's tests end, and what they took is known."""
+        return (yield from self.measured(item))
+
+    def measured(self, item: pytest.Item) -> Iterator[None]:
         before = spent()
         try:
             return (yield)
@@ -50,9 +58,9 @@ class Recorder:
             item.user_properties.append((PROPERTY, spent() - before))
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        if report.when == "call":
-            name = function(report.nodeid)
-            self.seconds[name] = max(self.seconds[name], dict(report.user_properties).get(PROPERTY, 0.0))
+        if report.when in ("call", "teardown"):
+            name, times = function(report.nodeid), [seconds for key, seconds in report.user_properties if key == PROPERTY]
+            self.seconds[name] = max(self.seconds[name], sum(times))
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         if not hasattr(session.config, "workerinput"):

@@ -17,9 +17,8 @@ def test_the_slowest_case_counts_and_quick_tests_are_left_out(tmp_path, monkeypa
     monkeypatch.setattr(durations, "PLACE", tmp_path / "durations.json")
     durations.write({"t.py::kept": 2.0, "t.py::now_quick": 3.0})
     recorder = durations.Recorder()
-    for nodeid, seconds in (("t.py::a[1]", 0.7), ("t.py::a[2]", 0.6), ("t.py::b", 0.4), ("t.py::now_quick", 0.1)):
-        recorder.pytest_runtest_logreport(
-            SimpleNamespace(when="call", nodeid=nodeid, user_properties=[(durations.PROPERTY, seconds)])
-        )
+    for nodeid, *seconds in (("t.py::a[1]", 0.3, 0.4), ("t.py::a[2]", 0.6), ("t.py::b", 0.4), ("t.py::now_quick", 0.1)):
+        measured = [(durations.PROPERTY, one) for one in seconds]
+        recorder.pytest_runtest_logreport(SimpleNamespace(when="teardown", nodeid=nodeid, user_properties=measured))
     recorder.pytest_sessionfinish(SimpleNamespace(config=SimpleNamespace()))
     assert json.loads(durations.PLACE.read_text(encoding="utf-8")) == {"t.py::a": 0.7, "t.py::kept": 2.0}
