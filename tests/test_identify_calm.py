@@ -122,3 +122,12 @@ def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_
 @pytest.fixture
 def flight_numbers():
     return numbers_of(start("x500"), [logged("x500", "circle", 5, 4.0, 0.1)])
+
+
+def test_what_is_not_known_of_the_lag_is_not_known_of_the_thrust_either():
+    """A hover that wobbles by 30 degrees, whose commands change between the rows of the log."""
+    found = identify([logged("x500", "hover", 160, 20.0, 0.1, 0.01)], start("x500"), lambda _: None, predictors=False)
+    truth = true_values("x500")
+    speed = found.fitted["command.speed"]
+    assert speed.high - speed.low > 0.02 * speed.value
+    assert all(off(one, truth[key]) <= 1.0 for key, one in found.fitted.items())

@@ -27,12 +27,13 @@ def flights(seed: int) -> Iterable[Attempt]:
     random = np.random.default_rng(seed)
     while True:
         name, path = str(random.choice(PRESETS)), str(random.choice(list(PATHS)))
-        duration, noise = float(random.choice([12.0, 25.0, 40.0])), float(random.choice([0.1, 0.3, 1.0]))
+        duration, noise = float(random.choice([8.0, 12.0, 20.0, 40.0])), float(random.choice([0.1, 0.3, 1.0]))
         guidance, number = float(random.choice([0.002, 0.002, 0.01])), int(random.integers(1000))
-        case = f"logged({name!r}, {path!r}, {number}, {duration}, {noise}, {guidance})"
+        wind = {"mean": [*random.uniform(-6.0, 6.0, 2).tolist(), 0.0]} if random.random() < 0.3 else None
+        case = f"logged({name!r}, {path!r}, {number}, {duration}, {noise}, {guidance}, {wind})"
         try:
             found = identify(
-                [logged(name, path, number, duration, noise, guidance)], start(name), lambda _: None, predictors=False
+                [logged(name, path, number, duration, noise, guidance, wind)], start(name), lambda _: None, predictors=False
             )
         except UserError as error:
             yield Attempt(0.0, f"{case}: {error}")

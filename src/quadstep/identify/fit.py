@@ -61,6 +61,9 @@ UNSURE_SCALES = 25.0
 REFITTED = 6
 """Most steps of a search for the other parameters once those that are not determined are back at their values."""
 
+MOST_DELAY = 0.02
+"""Largest half of the delay's interval within which numbers from averages are tried [s]."""
+
 UNDETERMINED = "not identifiable from these flights"
 CHECKED = ("drag.rotor[2]", "drag.flapping")
 """Parameters from predictions that averages determine too, in another way."""
@@ -289,6 +292,34 @@ def in_step(free: Sequence[Free], point: Floats, found: StandardErrors, told: di
     return min(max((apart - chance) / float(found.pulls[place]), IN_STEP), 1.0)
 
 
+def by_rotors(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, every: Sequence[Free], halves: Floats
+) -> dict[str, float]:
+    """By how much numbers from averages move, on the search's scale, within the intervals of the rotors' lag and delay.
+
+    Averages take the commands as the rotors follow them, so that where the vehicle wobbles, what is not known of the lag is
+    not known of the thrust's curve either.
+    """
+    keys = [one.key for one in every]
+    lag, delay = (float(halves[keys.index(key)]) for key in ("rotor.rise_time", "command.delay"))
+    rise, late = float(p.airframe.rotor.rise), float(p.curve.delay)
+    factor = math.exp(min(lag, UNSURE))
+    others: list[dict[str, float]] = [
+        dict.fromkeys(("airframe.rotor.rise", "airframe.rotor.fall"), rise * factor),
+        dict.fromkeys(("airframe.rotor.rise", "airframe.rotor.fall"), rise / factor),
+        {"curve.delay": late + min(delay, MOST_DELAY)},
+        {"curve.delay": max(late - delay, 0.0)},
+    ]
+    base, *moved = (from_averages(flights, vehicle, with_values(p, one))[1] for one in ({}, *others))
+    linear = [one.key for one in every if not one.logarithmic]
+    found: dict[str, float] = {}
+    for key, told in base.items():
+        shifts = [abs(one[key].value - told.value) if key in one else 0.0 for one in moved]
+        by_lag, by_delay = max(shifts[:2]), max(shifts[2:])
+        found[key] = math.hypot(by_lag, by_delay) / (1.0 if key in linear else max(abs(told.value), 1e-300))
+    return found
+
+
 def told_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
     told: dict[str, Told], block: HalfSeconds | None,
@@ -303,6 +334,21 @@ def told_numbers(
     there = parts(block.flight, block.row, period) if block is not None else here
     found = spread(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
     halves = found.halves(in_step(every, point, found, told))
+    moved = by_rotors(flights, vehicle, p, every, halves) if told else {}
+    small = set()
+    for place, one in enumerate(every):
+        if one.key not in moved or one.key not in told:
+            continue
+        average, more = told[one.key], moved[one.key]
+        if one.key in FROM_AVERAGES or one.key in SURE:
+            halves[place] = math.hypot(halves[place], more)
+        elif one.key in CHECKED:  # the interval holds that of the averages too, where it does not hold their number
+            chance = 2.0 * math.hypot(average.error, 0.5 * more * abs(average.value))
+            if average.value <= chance:
+                small.add(one.key)
+                continue
+            apart = abs(float(point[place]) - math.log(average.value))
+            halves[place] = apart + chance / average.value if apart > halves[place] else halves[place]
     fitted: dict[str, Fitted] = {}
     kept: dict[str, str] = {}
     for one, x, value, half in zip(every, point, values_at(point, every), halves, strict=True):
@@ -312,8 +358,7 @@ def told_numbers(
         if half > (UNSURE if one.logarithmic else UNSURE_SCALES * one.scale):
             kept[one.key] = UNDETERMINED
             continue
-        average = told.get(one.key)
-        if average and one.key in CHECKED and average.value < 2.0 * average.error:
+        if one.key in small:
             kept[one.key] = "it is too small to be told from none"
             continue
         low, high = x - half, x + half
