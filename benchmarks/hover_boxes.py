@@ -11,7 +11,7 @@ from quadstep import Mission
 from quadstep.control.registry import names
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
-from quadstep.proofs.prove.hold import Left, described, held
+from quadstep.proofs.prove.hold import Left, described, invariant_set
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.proofs.prove.verdict import down, up
@@ -37,7 +37,7 @@ def row(law: str) -> str:
     begun = time.process_time()
     try:
         loop = Sampled(hovering(law).plan())
-        found = held(loop, Unknown())
+        found = invariant_set(loop, Unknown())
     except UserError as error:
         found = str(error)
     spent = f"{time.process_time() - begun:.0f} s"

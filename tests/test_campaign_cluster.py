@@ -17,7 +17,7 @@ from quadstep.io.errors import UserError
 from quadstep.linear.quick import quick_grade
 from quadstep.report.terminal.progress import Progress
 from quadstep.studies.campaign import cluster, cluster_connection
-from quadstep.studies.campaign.cluster import Pieces, Span, flown_on_cluster, fly_span, order, over, span_size, spans
+from quadstep.studies.campaign.cluster import Pieces, Span, finished_tasks, flown_on_cluster, fly_span, order, span_size, spans
 from quadstep.studies.campaign.flown import Flyer
 from quadstep.studies.campaign.run import fly_campaign
 from quadstep.studies.campaign.schema import read_campaign
@@ -299,7 +299,7 @@ def test_a_cluster_that_loses_all_its_cores_is_given_up():
     cores = [{"CPU": 1.0}, {}]
     ray = SimpleNamespace(wait=lambda some, **_: ([], some), cluster_resources=lambda: cores.pop(0))
     with pytest.raises(UserError, match="no core has been free on the cluster for 60 s"):
-        over(ray, ["task"])
+        finished_tasks(ray, ["task"])
     assert not cores
 
 

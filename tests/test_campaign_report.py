@@ -24,7 +24,7 @@ from quadstep.studies.campaign.schema import CampaignFile, read_campaign
 from quadstep.studies.campaign.sensitivity import Result, parts_of
 from quadstep.studies.campaign.store import opened
 from quadstep.studies.campaign.summary import sentences, summarise
-from quadstep.studies.campaign.varied import Bins, told
+from quadstep.studies.campaign.varied import Bins, variation_text
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
 
@@ -400,7 +400,7 @@ def test_the_view_of_a_lost_flight_stays_near_the_wanted_path():
     ],
 )
 def test_every_distribution_is_told_in_words(content, words):
-    assert told(varying(key=content), "key") == words
+    assert variation_text(varying(key=content), "key") == words
 
 
 def test_what_the_page_about_campaigns_shows_works(tmp_path, flown, monkeypatch):
@@ -429,6 +429,6 @@ def test_the_examples_can_be_flown(name, tmp_path, unflown):
     path = DOCS.parent / "examples" / f"{name}.toml"
     assert path.read_text(encoding="utf-8").startswith("# ")
     read = read_campaign(path)
-    assert all(told(read.file, key) for key in read.file.keys)
+    assert all(variation_text(read.file, key) for key in read.file.keys)
     done = fly_campaign(path, tmp_path / "out", flights=2)
     assert done.summary.outcomes == {"completed": 2}

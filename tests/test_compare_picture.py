@@ -9,7 +9,7 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.studies.comparison.found import Comparison, Result
 from quadstep.studies.comparison.linear import Linear, rows, unlinearised
-from quadstep.studies.comparison.picture import MANY, draw_vehicle, said
+from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
 from quadstep.studies.comparison.ranking import Ranked
 from quadstep.studies.comparison.spread import Effort, Spread
 from quadstep.studies.comparison.study import Situation
@@ -40,7 +40,7 @@ def test_any_number_of_controllers_can_be_drawn(tmp_path, count):
     [(0.0123, 0.0, "1.23"), (0.0123, 0.044, "1.23\n4.4 % lost"), (0.5, 0.999, "50\n99.9 % lost"), (math.inf, 1.0, "lost")],
 )
 def test_a_square_says_the_median_and_what_is_lost(median, lost, words):
-    assert said(result("law", median, lost), "e", 100.0) == words
+    assert square_text(result("law", median, lost), "e", 100.0) == words
 
 
 @pytest.mark.parametrize(

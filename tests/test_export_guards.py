@@ -5,7 +5,7 @@ import subprocess
 import pytest
 
 from quadstep.export.c.compiler import BITS
-from quadstep.export.c.guards import taken
+from quadstep.export.c.guards import fields_read
 from quadstep.export.c.law import measured_part
 from quadstep.export.c.structs import fields_of
 from quadstep.export.c.templates import filled
@@ -27,7 +27,7 @@ def guarded(folder, kind):
 
     def places(functions, pointer, value):
         """Of the numbers that they take."""
-        names, found, place = taken(law, functions, pointer, value), [], 0
+        names, found, place = fields_read(law, functions, pointer, value), [], 0
         for name, field in fields_of(value).items():
             size = len(flatten(field))
             found += range(place, place + size) if name in names else []

@@ -17,7 +17,7 @@ from quadstep.io.user_code import installed
 from quadstep.io.user_code.blame import blamed, said_of
 from quadstep.io.user_code.places import place
 from quadstep.studies.campaign.schema import digests
-from quadstep.studies.tuning.ground import asked
+from quadstep.studies.tuning.ground import read_request
 from quadstep.studies.tuning.run import named_files
 
 LAW = """
@@ -257,7 +257,7 @@ def test_a_callable_need_not_be_hashable():
 def test_a_name_that_looks_like_code_can_be_tuned(tmp_path):
     path = mission(tmp_path, law())
     path.write_text(path.read_text().replace('"Hover"', '"Case:one"') + "[tune.gains]\n'controller.k' = {}")
-    assert named_files(asked(path)) == (["law.py"], [])
+    assert named_files(read_request(path)) == (["law.py"], [])
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
 from quadstep.proofs.prove.check_loop import CheckedLoop
 from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped, starts_of
-from quadstep.proofs.prove.hold import Left, held
+from quadstep.proofs.prove.hold import Left, invariant_set
 from quadstep.proofs.prove.rest import holds, rest
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.set_certificate import read_set
@@ -158,18 +158,18 @@ def test_a_broken_certificate_is_one_line(tmp_path, proved, name):
 def test_a_loop_that_does_not_return_is_not_proved():
     loop = Sampled(mission(type="geometric", k_Omega=[1.0, 1.0, 1.0]).plan())
     assert holds(loop)
-    assert isinstance(held(loop, Unknown()), Left)
+    assert isinstance(invariant_set(loop, Unknown()), Left)
 
 
 def test_estimates_that_nothing_moves_are_named():
-    found = held(Sampled(mission(type="geometric-adaptive").plan()), Unknown())
+    found = invariant_set(Sampled(mission(type="geometric-adaptive").plan()), Unknown())
     assert isinstance(found, str)
     assert "drag.0" in found
     assert "do not return by themselves" in found
 
 
 def test_a_law_that_rests_on_an_edge_has_no_slopes_there():
-    found = held(Sampled(mission(type="mpc").plan()), Unknown())
+    found = invariant_set(Sampled(mission(type="mpc").plan()), Unknown())
     assert isinstance(found, str)
     assert " more have no slopes" in found
     assert "the loop rests exactly on an edge of the law" in found
@@ -177,7 +177,7 @@ def test_a_law_that_rests_on_an_edge_has_no_slopes_there():
 
 def test_a_combination_of_estimates_that_stays_is_named():
     law = hovering("filtered-backstepping")
-    assert "weights_" in held(Sampled(law.plan()), Unknown())
+    assert "weights_" in invariant_set(Sampled(law.plan()), Unknown())
 
 
 PAPER = """\
@@ -208,7 +208,7 @@ def test_hover_of_the_papers_plant_holds_under_unknown_forces_and_torques(tmp_pa
 
 def test_flights_pushed_at_random_stay_in_the_papers_set():
     loop = Sampled(Mission(**tomllib.loads(PAPER)).plan())
-    kept = held(loop, PUSHED)
+    kept = invariant_set(loop, PUSHED)
     rng, flights = np.random.default_rng(3), 16
     x = [np.full(flights, one) for one in loop.at_rest(loop.like)]
     x[:3] = [one + kept.found.start * rng.choice([-1.0, 1.0], flights) for one in x[:3]]

@@ -15,7 +15,7 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers import Vector, maximum, minimum, sqrt, where
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.escape import escape, escaped, inner, narrow
-from quadstep.proofs.prove.hold import Left, held
+from quadstep.proofs.prove.hold import Left, invariant_set
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.proofs.prove.invariant import Growth, Set
 from quadstep.proofs.prove.jet import bounded, jets
@@ -151,14 +151,14 @@ def test_a_bad_inverse_of_the_modes_shows_nothing(found, error):
 def test_a_mode_that_grows_in_the_closest_vicinity_only_disproves_nothing():
     """Its sign is smoothed within so thin a layer that the samples cannot follow it there."""
     loop = loop_of({"type": "super-twisting", "layer": 1e-4})
-    said = held(loop, Unknown())
+    said = invariant_set(loop, Unknown())
     assert not isinstance(said, Left)
     assert said == "the loop does not return to its rest: a mode grows at 23.4 1/s"
 
 
 def test_a_loop_of_a_thousand_numbers_has_no_set():
     """A latency is kept sample by sample."""
-    said = held(loop_of({"type": "lqr"}, sensors={"latency": 0.2}), Unknown())
+    said = invariant_set(loop_of({"type": "lqr"}, sensors={"latency": 0.2}), Unknown())
     assert said == "1019 numbers move from sample to sample, and sets are computed for 200 at the most"
 
 

@@ -9,7 +9,7 @@ from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.report.terminal.progress import SILENT
 from quadstep.studies.tuning import run
-from quadstep.studies.tuning.ground import Ground, asked
+from quadstep.studies.tuning.ground import Ground, read_request
 from quadstep.studies.tuning.search import Search
 from tests.tuning import PAPER, ground, history, tuned, written
 
@@ -118,4 +118,4 @@ def test_a_controller_without_conditions_flies_what_is_asked(tmp_path):
     text += "[tune]\n[tune.gains]\ncontroller.a_z.0 = { low = 1.0, high = 9.0 }\n"
     done = run.tune(written(tmp_path, text), 60, tmp_path / "out")
     assert all(one.moved == 0.0 for one in done.found.history)
-    assert asked(tmp_path / "out" / "tuned.toml").content == tuned(tmp_path / "out")
+    assert read_request(tmp_path / "out" / "tuned.toml").content == tuned(tmp_path / "out")

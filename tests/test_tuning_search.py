@@ -12,7 +12,7 @@ from quadstep.report.terminal.progress import SILENT
 from quadstep.studies.campaign.flown import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
-from quadstep.studies.tuning.ground import UNSEEN, Ground, asked
+from quadstep.studies.tuning.ground import UNSEEN, Ground, read_request
 from quadstep.studies.tuning.judge import Judge
 from quadstep.studies.tuning.search import Search, least_budget, population
 from tests.commands import Listener
@@ -97,7 +97,7 @@ def test_the_budget_is_never_exceeded_and_no_generation_is_left(tmp_path, monkey
 
     monkeypatch.setattr(Ground, "fly", counted)
     path = written(tmp_path, PAPER + TWO)
-    least = least_budget(asked(path))
+    least = least_budget(read_request(path))
     assert least == 19
     if budget < least:
         with pytest.raises(Exception, match="at least 19"):
@@ -185,11 +185,11 @@ def test_poor_gains_in_the_wind_become_better_on_unseen_seeds(tmp_path):
 
 
 def test_a_mission_without_anything_random_flies_each_candidate_once(tmp_path):
-    assert asked(written(tmp_path, PAPER + TWO)).seeds == 1
-    assert asked(written(tmp_path, WINDY + SOFT)).seeds == 8
+    assert read_request(written(tmp_path, PAPER + TWO)).seeds == 1
+    assert read_request(written(tmp_path, WINDY + SOFT)).seeds == 8
     calm = WINDY.split("[wind]")[0]
-    assert asked(written(tmp_path, calm + SOFT.split("[tune.vary]")[0])).seeds == 1
-    assert asked(written(tmp_path, calm + SOFT)).seeds == 8
+    assert read_request(written(tmp_path, calm + SOFT.split("[tune.vary]")[0])).seeds == 1
+    assert read_request(written(tmp_path, calm + SOFT)).seeds == 8
 
 
 @pytest.mark.parametrize(("gains", "seeds"), [(1, 1), (3, 16), (3, 7), (9, 10), (64, 3)])

@@ -4,7 +4,7 @@ import csv
 import json
 import tomllib
 
-from quadstep.studies.tuning.ground import Ground, asked
+from quadstep.studies.tuning.ground import Ground, read_request
 
 PAPER = """# A note that must stay.
 [path]
@@ -69,7 +69,7 @@ def written(folder, text, name="mission.toml"):
 
 def ground(folder, text, seed=1):
     """The proving ground of a mission."""
-    return Ground(asked(written(folder, text)), seed)
+    return Ground(read_request(written(folder, text)), seed)
 
 
 def history(folder):

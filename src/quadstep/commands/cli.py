@@ -112,7 +112,7 @@ def failing(error: UserError) -> Callable[[], None]:
     return fail
 
 
-def asked(arguments: Sequence[str]) -> Iterable[str]:
+def commands_to_load(arguments: Sequence[str]) -> Iterable[str]:
     """The commands to load for these arguments: the one that is typed; none for the version; else all."""
     first = next((one for one in arguments if not one.startswith("-")), "")
     if first in COMMANDS.own:
@@ -201,7 +201,7 @@ def run() -> int | None:
     """The exit code of what the command line asks for; errors are said."""
     try:
         refuse_empty(sys.argv[1:])
-        code: int | None = built(asked(sys.argv[1:]))(
+        code: int | None = built(commands_to_load(sys.argv[1:]))(
             everywhere(sys.argv[1:]),
             standalone_mode=False,
             prog_name="quadstep",

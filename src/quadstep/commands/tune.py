@@ -74,8 +74,8 @@ def show(done: "Tuned", folder: Path) -> None:
     shares = (*compared.success, compared.success_difference)
     whole = compared.objective._replace(name=f"objective ({AGGREGATES[done.asked.section.aggregate]})")
     rows = [
-        ("succeed [%]", *(shown(one, 100.0) if many else f"{100.0 * one.value:.4g}" for one in shares)),
-        *((row.name, *(shown(one) for one in row[1:])) for row in (whole, *compared.rows)),
+        ("succeed [%]", *(interval_text(one, 100.0) if many else f"{100.0 * one.value:.4g}" for one in shares)),
+        *((row.name, *(interval_text(one) for one in row[1:])) for row in (whole, *compared.rows)),
     ]
     show_table(said[0].upper() + said[1:], ("", "present", "tuned", "tuned - present"), rows)
     flights = found.history[-1].flights
@@ -100,7 +100,7 @@ def listed(values: list[float]) -> str:
     return ", ".join(f"{value:.6g}" for value in (values if len(set(values)) > 1 else values[:1]))
 
 
-def shown(estimate: Iterable[float] | None, factor: float = 1.0) -> str:
+def interval_text(estimate: Iterable[float] | None, factor: float = 1.0) -> str:
     """A value with its interval."""
     if estimate is None:
         return "-"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.interfaces.controller import NOTHING, Condition, Controller, Measured
-from quadstep.interfaces.gain import kept
+from quadstep.interfaces.gain import cached_by_class
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, minimum, vector
@@ -176,7 +176,7 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
         return self.flown.conditions(gains, model)
 
 
-@kept
+@cached_by_class
 def predicting(controller: type[Controller]) -> type[Predicting]:
     """The class of a controller that flies with a predictor."""
     known = {name: getattr(controller, name) for name in TAKEN}

@@ -8,7 +8,7 @@ from quadstep.control.projection import project
 from quadstep.control.vectoring import torque_for
 from quadstep.interfaces.commands import BodyRates
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
-from quadstep.interfaces.gain import believed, gain, kept, usual
+from quadstep.interfaces.gain import believed, cached_by_class, gain, usual
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
@@ -99,7 +99,7 @@ class RateFollowing(Controller[RateFollowingMemory, Measured, RateFollowingGains
         return self.commander.conditions(gains.law, model)
 
 
-@kept
+@cached_by_class
 def following_rates(controller: type[Controller]) -> type[Controller]:
     """A controller as it flies: one that commands body rates with the rate loop, any other as it is."""
     if controller.commands is not BodyRates:

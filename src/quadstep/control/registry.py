@@ -4,7 +4,7 @@ from importlib import import_module
 
 from quadstep.control.rate_loop import following_rates
 from quadstep.interfaces.controller import Controller, Measured
-from quadstep.interfaces.gain import kept
+from quadstep.interfaces.gain import cached_by_class
 from quadstep.vehicle.paper.state import State
 from quadstep.vehicle.plants.planar import PlanarState
 
@@ -54,7 +54,7 @@ STOCK = ("crazyflie-pid", "crazyflie-mellinger")
 """Laws of autopilots, with an autopilot's default gains for its own vehicle: they do not follow from any other."""
 
 
-@kept
+@cached_by_class
 def controller(measures: type, name: str) -> type[Controller] | None:
     """The one of that name which is told such a measurement; None where there is none. The others are not loaded."""
     place = BUILT_IN.get(measures, {}).get(name)

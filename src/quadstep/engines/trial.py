@@ -56,7 +56,7 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     answer: object = sampled(always(law.law), memory, *given, periods["law"])
     wanted = kind.__name__
     if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], kind):
-        raise UserError(f"law: should return a {wanted} and the memory; it returns {named(answer)}")
+        raise UserError(f"law: should return a {wanted} and the memory; it returns {type_name(answer)}")
     check_command(loop, cycle, parameters, answer[0])
     check_memory(answer[1], cycle.memory, "law")
     check_finite(loop, cycle, parameters, answer[0])
@@ -138,7 +138,7 @@ def check_finite(loop: Loop, cycle: Cycle, parameters: Numbers, command: object)
             raise NotFiniteError(f"law: the {type(command).__name__}: {name} is {leaf:g} at t = 0 s; it should be finite")
 
 
-def named(answer: object) -> str:
+def type_name(answer: object) -> str:
     """The type of something, for a tuple entry by entry."""
     if type(answer) is tuple and answer:
         return f"a tuple of {', '.join(type(one).__name__ for one in answer)}"

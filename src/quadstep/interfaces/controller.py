@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, cast
 
 from typing_extensions import TypeVar
 
-from quadstep.interfaces.gain import Declaration, Gain, Said, Undecided, declared, kept, with_defaults
+from quadstep.interfaces.gain import Declaration, Gain, Said, Undecided, cached_by_class, declared, with_defaults
 from quadstep.interfaces.learning import Learning
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
@@ -239,13 +239,13 @@ class Controller(Generic[M, Y, G, U]):
         return cls.undecided(model, values, learning).decided()
 
 
-@kept
+@cached_by_class
 def declarations_of(controller: type[Controller]) -> Mapping[str, Declaration]:
     """Those of its gains, with the controller's own defaults."""
     return with_defaults(declared(controller.Gains), controller.defaults)
 
 
-@kept
+@cached_by_class
 def keys_of(controller: type[Controller]) -> Mapping[str, tuple[str, Gain]]:
     """By key: field and declaration."""
     return {one.key: (name, one) for name, one in declarations_of(controller).items() if isinstance(one, Gain)}

@@ -242,18 +242,18 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def kept(function: Callable[P, R]) -> Callable[P, R]:
+def cached_by_class(function: Callable[P, R]) -> Callable[P, R]:
     """The function, its answer for each class that it is asked about kept."""
     return cache(function)  # type: ignore[return-value]  # a class is hashable, whatever its objects are
 
 
-@kept
+@cached_by_class
 def kinds_of(gains: type) -> Mapping[str, type]:
     """The type of every field."""
     return get_type_hints(gains)
 
 
-@kept
+@cached_by_class
 def declared(gains: type) -> Mapping[str, Declaration]:
     """The declaration of every field of a structure of gains, by dotted name. Raises TypeError for a field without one."""
     found: dict[str, Declaration] = {}

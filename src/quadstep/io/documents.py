@@ -47,12 +47,12 @@ def parse_toml(text: str, source: str) -> dict[str, object]:
         raise too_deep(source) from None
     except ValueError as error:  # TOMLDecodeError; a number of too many digits
         said = KEYS.sub(lambda found: ".".join(re.findall("'([^']*)'", found[0])), str(error))
-        raise UserError(f"{source}: not valid TOML: {said}{shown(text, said)}") from None
+        raise UserError(f"{source}: not valid TOML: {said}{error_line(text, said)}") from None
     check(content, source)
     return content
 
 
-def shown(text: str, error: str) -> str:
+def error_line(text: str, error: str) -> str:
     """The line of which an error tells, where it is short enough to be read."""
     found = re.search(r"at line (\d+)", error)
     lines = text.splitlines()[int(found[1]) - 1 :] if found else []

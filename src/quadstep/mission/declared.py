@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import Field, create_model
 
 from quadstep.control.registry import controller, names
-from quadstep.interfaces.gain import kept
+from quadstep.interfaces.gain import cached_by_class
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.model import Model
 from quadstep.io.doors import registered
@@ -131,7 +131,7 @@ def check_plant(plant: type[DeclaredPlant]) -> None:
         )
 
 
-@kept
+@cached_by_class
 def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     """The mission of a plant, whose vehicle's `type` is `kind`, made when first asked for.
 

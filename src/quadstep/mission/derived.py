@@ -17,7 +17,7 @@ from pydantic import (
 
 from quadstep.control.registry import BUILT_IN, controller
 from quadstep.interfaces.controller import Condition, Controller
-from quadstep.interfaces.gain import Gain, Undecided, kept
+from quadstep.interfaces.gain import Gain, Undecided, cached_by_class
 from quadstep.interfaces.learning import DeclaredNet
 from quadstep.interfaces.model import Model
 from quadstep.io.errors import UserError
@@ -166,7 +166,7 @@ def key_field(gain: Gain) -> tuple[Any, Any]:
     return Annotated[kind if gain.fixed is not None else kind | None, Quantity(gain.unit, gain.meaning)], gain.fixed
 
 
-@kept
+@cached_by_class
 def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]:
     """The table of one controller, made when first asked for. kind: its `type` in missions, where it is the user's own."""
     name = f"{law.__name__}Section"

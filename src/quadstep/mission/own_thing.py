@@ -6,7 +6,7 @@ from typing import ClassVar, Literal, TypeVar
 
 from pydantic import ValidationInfo
 
-from quadstep.interfaces.gain import kept
+from quadstep.interfaces.gain import cached_by_class
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import own_place
 from quadstep.io.user_code.loading import load
@@ -41,7 +41,7 @@ def own_class(kind: object, base: type, group: str, folder: Path) -> type | None
     return thing
 
 
-@kept
+@cached_by_class
 def the_only(thing: type[T]) -> T:
     """The one object of a class that holds structure only, so that flights of it have one program."""
     return thing()
@@ -77,7 +77,7 @@ def own_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSe
         raise UserError(f"{kind}: {error}") from error
 
 
-@kept
+@cached_by_class
 def new_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSection]:
     """The same, made when first asked for."""
     if not hasattr(thing, "Numbers"):

@@ -50,13 +50,13 @@ def parameters(vehicle: AirframeSection) -> list[Parameter]:
     """Every number of a vehicle in the order of its file, rotors one by one."""
     found = []
     for key, value, quantity in numbers(vehicle):
-        found.append(Parameter(key, shown(value), quantity.unit, quantity.meaning, source(vehicle.sources, key)))
+        found.append(Parameter(key, short_text(value), quantity.unit, quantity.meaning, source(vehicle.sources, key)))
         if key == "arm":
             found.insert(-1, Parameter("layout", str(vehicle.layout), "", "of the rotors", source(vehicle.sources, "layout")))
     rotors = [
         Parameter(
             f"rotor {place + 1}",
-            f"({shown(mount.position)}), {'ccw' if mount.spin > 0 else 'cw'}",
+            f"({short_text(mount.position)}), {'ccw' if mount.spin > 0 else 'cw'}",
             "m",
             "where it is, and how it turns seen from above",
             source(vehicle.sources, "rotors") or source(vehicle.sources, "layout"),
@@ -84,6 +84,6 @@ def source(sources: dict[str, str], key: str) -> str:
     return one_line(sources.get(key) or sources.get(key.partition(".")[0], ""))
 
 
-def shown(value: object) -> str:
+def short_text(value: object) -> str:
     """A number or a list of them, short."""
     return ", ".join(f"{part:.6g}" for part in value) if isinstance(value, tuple) else f"{value:.6g}"

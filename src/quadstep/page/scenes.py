@@ -22,7 +22,7 @@ def scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
         body = plan.loop.plant.body(plan.parameters)
         found, weight = plan.loop.plant.drawn(plan.parameters), float(body.mass * body.gravity)
         arrows = forces(plan.parameters)
-    rotors = tuple(RotorView(one.position, one.spin, known(log.columns, one.column), None) for one in found.rotors)
+    rotors = tuple(RotorView(one.position, one.spin, column_or_none(log.columns, one.column), None) for one in found.rotors)
     if not rotors:
         corners = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
         rotors = tuple(RotorView((x, y, 0.0), 1 if i % 2 else -1, None, None) for i, (x, y) in enumerate(corners))
@@ -37,7 +37,7 @@ def scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
         position=AXES,
         wanted=("x_d", "y_d", "z_d"),
         attitude={"kind": "quaternion" if len(found.attitude) > 3 else "lagrange", "columns": list(found.attitude)},
-        thrust=known(log.columns, found.thrust) or known(log.columns, "u"),
+        thrust=column_or_none(log.columns, found.thrust) or column_or_none(log.columns, "u"),
         arrows=(*arrows, *((wind,) if "wind_x" in log.columns else ())),
         ground=max(ground, low) if ground < low - 10.0 else ground,
     )
@@ -56,7 +56,7 @@ def forces(parameters: object) -> tuple[Arrow, ...]:
     return (Arrow("steady force", "N", "force", None, names),) if given.issuperset(names) else ()
 
 
-def known(columns: Mapping[str, str], name: str | None) -> str | None:
+def column_or_none(columns: Mapping[str, str], name: str | None) -> str | None:
     """The name, if there is such a column."""
     return name if name in columns else None
 

@@ -12,7 +12,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.linear.grade import Grade, grade
-from quadstep.metrics.judging.metrics import Requirement, judge, named
+from quadstep.metrics.judging.metrics import Requirement, judge, with_full_names
 from quadstep.metrics.judging.verdict import Case, scalars
 from quadstep.metrics.margins import SOUND
 from quadstep.mission.check import check
@@ -118,7 +118,7 @@ def judged(task: Task, content: object, measured: Measured) -> tuple[Case, ...]:
             value = max(entries)
             cases.append(Case(f"{name} at most {most:g}", wrong_if(value > most, name, f"at most {most:g}", f"{value:g}")))
         else:
-            (limit,) = named([Requirement(name, most)], measured.numbers)
+            (limit,) = with_full_names([Requirement(name, most)], measured.numbers)
             cases.append(judge(limit, measured.numbers, measured.lost).case)
     if task.grade and measured.grade:
         poor = measured.grade.word not in (SOUND, task.grade)

@@ -67,7 +67,7 @@ def guards(exported: Exported) -> list[str]:
         )
 
     call = "params, {memory}measured, reference, ((real)clock->tick) * clock->step, clock->period".replace("{memory}", memory)
-    made, finite_command = saturated(exported), all_finite(exported, asked(exported))
+    made, finite_command = saturated(exported), all_finite(exported, commanded_quantities(exported))
     texts = {
         "reset": "    const {name}_command nothing = {0};\n    state->held = nothing;\n    state->ready = 0u;\n".replace(
             "{name}", name
@@ -100,21 +100,21 @@ def guards(exported: Exported) -> list[str]:
 def checked(exported: Exported, what: str) -> list[Run]:
     """The numbers that a function takes from its inputs."""
     told = (("measured", measured_part(exported.subject.measured)), ("reference", exported.subject.reference))
-    return [run for pointer, value in told for run in runs(pointer, value, taken(exported, [what], pointer, value))]
+    return [run for pointer, value in told for run in runs(pointer, value, fields_read(exported, [what], pointer, value))]
 
 
 def joined(exported: Exported, what: str) -> list[Run]:
     """The same in as few runs as possible, including numbers in between if another function of the law takes them."""
     found = []
     for pointer, value in (("measured", measured_part(exported.subject.measured)), ("reference", exported.subject.reference)):
-        own, names = taken(exported, [what], pointer, value), list(fields_of(value))
+        own, names = fields_read(exported, [what], pointer, value), list(fields_of(value))
         between = names[names.index(own[0]) : names.index(own[-1]) + 1] if own else []
-        every = taken(exported, list(exported.code.reads), pointer, value)
+        every = fields_read(exported, list(exported.code.reads), pointer, value)
         found += runs(pointer, value, [name for name in between if name in every])
     return found
 
 
-def taken(exported: Exported, functions: list[str], pointer: str, value: Structure) -> list[str]:
+def fields_read(exported: Exported, functions: list[str], pointer: str, value: Structure) -> list[str]:
     """The fields of a struct that these functions read."""
     reads = [text for what in functions for text in exported.code.reads.get(what, ())]
     return [name for name in fields_of(value) if any(begins(text, f"{pointer}->{name}") for text in reads)]
@@ -138,7 +138,7 @@ def runs(pointer: str, structure: Structure, taken: list[str]) -> list[Run]:
 def few(exported: Exported) -> bool:
     """Whether the numbers to test are few enough to be summed inline."""
     whole = [checked(exported, what) for what in ("start", *loops(exported), "law")]
-    return sum(len(run.names) for run in (*(run for found in whole for run in found), *asked(exported))) <= FEW
+    return sum(len(run.names) for run in (*(run for found in whole for run in found), *commanded_quantities(exported))) <= FEW
 
 
 def told_finite(exported: Exported, what: str) -> str:
@@ -157,7 +157,7 @@ ASKED = ("thrust", "torque", "rates", "thrusts", "speeds")
 """Fields of a command that must be finite; the rest is for the log."""
 
 
-def asked(exported: Exported) -> list[Run]:
+def commanded_quantities(exported: Exported) -> list[Run]:
     """The commanded quantities."""
     command = exported.code.command
     return runs("command", command, [name for name in fields_of(command) if name in ASKED or name not in COMMAND_WORDS])

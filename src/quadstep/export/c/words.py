@@ -97,7 +97,7 @@ UNKNOWN = "unit and meaning as in the law"
 def of_gains(controller: Controller, gains: Structure) -> Callable[[str], str]:
     """Unit and meaning of a gain, as declared by its law; for computed gains, as declared by these."""
     declared = type(controller).declarations()
-    known = {name: said(one) for name, one in declared.items() if isinstance(one, Gain)}
+    known = {name: unit_and_meaning(one) for name, one in declared.items() if isinstance(one, Gain)}
     return of_structure(gains, {**MODEL_WORDS, **known})
 
 
@@ -108,16 +108,16 @@ def of_structure(value: Structure, words: Mapping[str, str]) -> Callable[[str], 
         holder, field = found_in(value, name)
         declaration = getattr(type(holder), "_field_defaults", {}).get(field)
         if isinstance(declaration, Gain):
-            return said(declaration) or UNKNOWN
+            return unit_and_meaning(declaration) or UNKNOWN
         parts = name.split(".")
         ends = [".".join(parts[i:]) for i in range(len(parts))]
         inner = as_structs(fields_of(holder).get(field, ()))
-        return next((words[end] for end in ends if end in words), "") or told(holder, field) or first(inner) or UNKNOWN
+        return next((words[end] for end in ends if end in words), "") or described(holder, field) or first(inner) or UNKNOWN
 
     return comment
 
 
-def said(gain: Gain) -> str:
+def unit_and_meaning(gain: Gain) -> str:
     """Unit and meaning."""
     return ", ".join(part for part in (gain.unit if gain.unit != "-" else "", gain.meaning) if part)
 
@@ -136,7 +136,7 @@ def sentences(structure: Structure) -> list[str]:
     return [] if text.startswith(f"{type(structure).__name__}(") else SENTENCE.split(text)
 
 
-def told(structure: Structure, field: str) -> str:
+def described(structure: Structure, field: str) -> str:
     """What a docstring says of a field: the text after `field [unit]:`, or the sentence that explains it among others."""
     named = [one for one in sentences(structure) if re.search(rf"(?<![\w`(]){field}( \[|[:,;.]| and | \()", one)]
     if not named:

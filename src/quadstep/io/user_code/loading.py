@@ -87,7 +87,7 @@ class Family:
             return sys.modules[name]
         module = ModuleType(name)
         module.__file__ = str(path)
-        module.__dict__["__builtins__"] = {**vars(builtins), "__import__": self.own_import, "print": said}
+        module.__dict__["__builtins__"] = {**vars(builtins), "__import__": self.own_import, "print": print_to_stderr}
         sys.modules[name] = module
         FILES.add(str(path))
         try:
@@ -112,7 +112,7 @@ class Family:
         return self.module(path)
 
 
-def said(*values: Any, file: Any = None, **how: Any) -> None:
+def print_to_stderr(*values: Any, file: Any = None, **how: Any) -> None:
     """What `print` does in these files: standard output is for results."""
     print(*values, file=file or sys.stderr, **how)
 

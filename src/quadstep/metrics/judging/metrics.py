@@ -57,7 +57,7 @@ def bare(metric: str) -> str:
     return metric.partition("[")[0]
 
 
-def named(wanted: Collection[Requirement], known: Collection[str]) -> list[Requirement]:
+def with_full_names(wanted: Collection[Requirement], known: Collection[str]) -> list[Requirement]:
     """The requirements with the full names of their metrics. Raises UserError for metrics that are not known."""
     full = {bare(metric): metric for metric in known} | {metric: metric for metric in known}
     for one in wanted:

@@ -135,7 +135,7 @@ def target_rows(c: FlightCertificate) -> list[Array]:
     return [fit.residual + mu @ fit.weights for fit, mu in pairs]
 
 
-def shown(value: float | None) -> str:
+def brief(value: float | None) -> str:
     """A number on the screen."""
     return "-" if value is None else f"{value:.4g}"
 
@@ -149,29 +149,29 @@ def table(c: FlightCertificate) -> list[list[str]]:
     work = rate["work[J]"]
     fell = rate["share_falling_outside_b_r"]
     return [
-        ["K_r1 - m Lambda1, smallest", shown(k.k_1), "> 0"],
-        ["K_r2 - J_M Lambda2, smallest, as printed", shown(min(k.printed_visited)),
+        ["K_r1 - m Lambda1, smallest", brief(k.k_1), "> 0"],
+        ["K_r2 - J_M Lambda2, smallest, as printed", brief(min(k.printed_visited)),
          f"> 0; any attitude: {min(k.printed_anywhere):.4g}"],
-        ["K_r2 - J_M max(Lambda2), smallest, corrected", shown(k.k_2),
+        ["K_r2 - J_M max(Lambda2), smallest, corrected", brief(k.k_2),
          f"> 0; any attitude: {min(k.corrected_anywhere):.4g}"],
         ["J_M on this flight", f"{k.j_visited:.4g} kg m^2", f"any attitude: {k.j_anywhere:.4g} kg m^2"],
         ["largest thrust (coupling condition)", f"{k.thrust:.4g} N",
-         f"< {shown(k.thrust_bound)} N; any attitude: {shown(k.thrust_bound_anywhere)} N"],
-        ["K_min, smallest eigenvalue of K_v", shown(k.k_min), f"as printed: {k.k_min_printed:.4g}"],
+         f"< {brief(k.thrust_bound)} N; any attitude: {brief(k.thrust_bound_anywhere)} N"],
+        ["K_min, smallest eigenvalue of K_v", brief(k.k_min), f"as printed: {k.k_min_printed:.4g}"],
         ["W_B, eps_N of the ideal weights", f"{c.weight_bound:.4g}, {c.residual_bound:.4g}",
          f"ridges {ridges}" if c.ideal.used else "no nets: zero weights"],
-        ["  by plain least squares", f"{plain['W_B']:.4g}, {plain['eps_N']:.4g}", f"b_r would be {shown(plain['b_r'])}"],
-        ["largest |r|", shown(flight["largest_r"]), f"b_r = {shown(c.b_r)} (as printed {shown(c.b_r_printed)})"],
-        ["largest |r| after the transient", shown(flight["largest_r_after_transient"]),
-         f"from t = {shown(flight['transient_ends[s]'])} s, the first |r| <= b_r"],
-        ["largest |W_tilde|", shown(flight["largest_W_tilde"]), f"b_w = {shown(c.b_w)}"],
+        ["  by plain least squares", f"{plain['W_B']:.4g}, {plain['eps_N']:.4g}", f"b_r would be {brief(plain['b_r'])}"],
+        ["largest |r|", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)} (as printed {brief(c.b_r_printed)})"],
+        ["largest |r| after the transient", brief(flight["largest_r_after_transient"]),
+         f"from t = {brief(flight['transient_ends[s]'])} s, the first |r| <= b_r"],
+        ["largest |W_tilde|", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
         ["samples outside b_r, with L_dot < 0", f"{rate['samples_outside_b_r']} of {len(c.r)}",
          "-" if fell is None else f"{100.0 * fell:.4g} %"],
         ["L, first and last", f"{rate['first[J]']:.4g}, {rate['last[J]']:.4g} J", f"largest {rate['largest[J]']:.4g} J"],
         ["work on L of K_v, eps, weights, coupling",
          ", ".join(f"{work[name]:.3g}" for name in TERMS[:4]) + " J", f"command filter's part {work['filtering']:.3g} J"],
-        ["L_dot: formula against plant", shown(rate["formula_less_plant"]), "largest difference, share of the largest"],
-        ["L_dot: formula against differences of L", shown(rate["formula_less_differenced_rms"]), "rms, share of the rms"],
-        ["coupling |r1| |delta| / K_min |r|^2", f"median {shown(coupling['median_ratio'])}",
-         f"largest {shown(coupling['largest_ratio'])}, ratio of means {shown(coupling['ratio_in_the_mean'])}"],
+        ["L_dot: formula against plant", brief(rate["formula_less_plant"]), "largest difference, share of the largest"],
+        ["L_dot: formula against differences of L", brief(rate["formula_less_differenced_rms"]), "rms, share of the rms"],
+        ["coupling |r1| |delta| / K_min |r|^2", f"median {brief(coupling['median_ratio'])}",
+         f"largest {brief(coupling['largest_ratio'])}, ratio of means {brief(coupling['ratio_in_the_mean'])}"],
     ]  # fmt: skip

@@ -48,7 +48,7 @@ class Left(NamedTuple):
     seconds: float
 
 
-def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | Left | str:
+def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | Left | str:
     """The largest set that is found, or the proof that flights leave, or the reason why there is neither."""
     try:
         at = rest(loop)

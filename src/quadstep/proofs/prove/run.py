@@ -22,7 +22,7 @@ from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.certificate import Certificate, seen_from, write_certificate
 from quadstep.proofs.prove.check import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_hover
-from quadstep.proofs.prove.hold import Left, held
+from quadstep.proofs.prove.hold import Left, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear import Coordinates, block, coordinates
 from quadstep.proofs.prove.products import UP
@@ -80,7 +80,7 @@ def prove_mission(
     why = ""
     if holds(loop):
         with bar("proving", "sets") as progress:
-            kept = held(loop, unknown, progress.to)
+            kept = invariant_set(loop, unknown, progress.to)
         if isinstance(kept, Left):
             return left_hover(mission.name, loop, unknown, kept)
         if not isinstance(kept, str):
@@ -95,7 +95,7 @@ def prove_mission(
     with bar("proving", "samples", loop.samples) as progress:
         shown = counted(progress.to)
         result = tube(loop, flown, unknown, chosen, axes, shown)
-    apart = flown[:, :axes] - wanted(loop, len(flown))
+    apart = flown[:, :axes] - path_samples(loop, len(flown))
     off, traced = np.abs(apart), followed(loop, apart, result, chosen)
     if isinstance(result, OpenTube):
         return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(traced=traced)
@@ -177,7 +177,7 @@ def counted(to: Callable[[int], None]) -> Callable[[int], None]:
     return more
 
 
-def wanted(loop: Sampled, count: int) -> Array:
+def path_samples(loop: Sampled, count: int) -> Array:
     """The path at every sample, (samples, axes) [m]."""
     time = np.arange(count) * float(loop.span) * loop.ticks.step
     position = loop.loop.path.reference(time, loop.parameters.path).position  # type: ignore[arg-type]

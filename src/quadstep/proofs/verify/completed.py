@@ -9,7 +9,7 @@ from quadstep.control.completed_backstepping import CompletedBackstepping, Compl
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Number, Vector
 from quadstep.proofs.theory.samples import LoopBatch, draw_sample
-from quadstep.proofs.verify.plain import Plain, agree, blocks, christoffel, inertia, kept, learnt, neurons, rows, size
+from quadstep.proofs.verify.plain import Plain, agree, blocks, christoffel, inertia, learnt, limited, neurons, rows, size
 from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
 
 ROWS: list[EquationRow] = []
@@ -131,9 +131,9 @@ def completed_law() -> Evidence:
         ),
         agree("command filter", rows(after.paper.filtered.value), value),
         agree("its rate", rows(after.paper.filtered.rate), rate),
-        agree("int r1, within its bound", rows(after.paper.integral_1), kept(i_1 + PERIOD * r1, most[:, :1])),
-        agree("int r2, within its bound", rows(after.paper.integral_2), kept(i_2 + PERIOD * r2, most[:, 1:])),
-        agree("W_hat_1, within its bound", blocks(after.paper.weights_1), kept(new_1, bounds[:, :1])),
-        agree("W_hat_2, within its bound", blocks(after.paper.weights_2), kept(new_2, bounds[:, 1:])),
+        agree("int r1, within its bound", rows(after.paper.integral_1), limited(i_1 + PERIOD * r1, most[:, :1])),
+        agree("int r2, within its bound", rows(after.paper.integral_2), limited(i_2 + PERIOD * r2, most[:, 1:])),
+        agree("W_hat_1, within its bound", blocks(after.paper.weights_1), limited(new_1, bounds[:, :1])),
+        agree("W_hat_2, within its bound", blocks(after.paper.weights_2), limited(new_2, bounds[:, 1:])),
     ]
     return Evidence(checks)

@@ -17,9 +17,9 @@ from quadstep.proofs.verify.position_loop import (
     K_R1,
     LAW,
     W_1,
+    force_of,
     ideal_1,
     r1_dot,
-    wanted,
     wanted_by,
 )
 from quadstep.proofs.verify.rigid_body import ATTITUDE
@@ -70,7 +70,7 @@ def equation_26() -> Evidence:
     w_tilde = array(W_1) - array(loop.W_HAT_1)
     printed = -(K_R1 - MASS * LAMBDA_1) * R1 + w_tilde.T * loop.mu(loop.NET_1, loop.CHI_1) - K_I1 * INTEGRAL + array(EPS_1)
     pushed = dict(zip(FORCE, -ideal_1(), strict=True))
-    delta = command.thrust * array(thrust_direction(ATTITUDE)) - wanted(command)
+    delta = command.thrust * array(thrust_direction(ATTITUDE)) - force_of(command)
     there = (MASS * r1_dot(command.thrust, command.desired_attitude)).xreplace(pushed)
     real = (MASS * r1_dot(command.thrust)).xreplace(pushed)
     return Evidence([

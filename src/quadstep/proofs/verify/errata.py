@@ -32,7 +32,7 @@ def table(header: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
     return "\n".join([row_of(*header), "|" + "---|" * len(header), *(row_of(*line) for line in lines)]) + "\n"
 
 
-def named(result: JudgedRow) -> str:
+def row_name(result: JudgedRow) -> str:
     """The name of a row."""
     return f"Eq. {result.row.number}" if result.row.number.isdigit() else result.row.number
 
@@ -48,12 +48,12 @@ def page(results: list[JudgedRow]) -> str:
         OPENING,
         f"## Corrected ({len(wrong)})\n",
         table(("where", "printed", "what is wrong, what is right", "counterexample"),
-              [(named(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in wrong]),
+              [(row_name(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in wrong]),
         "## Kept as printed, with a limit\n",
         table(("where", "printed", "limit", "numbers"),
-              [(named(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in kept]),
+              [(row_name(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in kept]),
         "## Notes\n",
-        table(("where", "printed", "note"), [(named(r), r.row.printed, r.row.reason) for r in noted]),
+        table(("where", "printed", "note"), [(row_name(r), r.row.printed, r.row.reason) for r in noted]),
         "## Every row\n",
         table(("number", "what", "where in the code", "verdict", "checks"),
               [(r.row.number, r.row.what, f"`{r.row.where}`", r.row.verdict if r.passed else "FAILED",
@@ -67,7 +67,7 @@ def facts(results: list[JudgedRow]) -> str:
     found = {
         "rows": len(results),
         "checks": sum(len(r.evidence.checks) for r in results),
-        "wrong": {named(r): [r.row.printed, r.row.reason, r.evidence.counterexample] for r in wrong},
+        "wrong": {row_name(r): [r.row.printed, r.row.reason, r.evidence.counterexample] for r in wrong},
     }
     return json.dumps(found, indent=1, ensure_ascii=False) + "\n"
 

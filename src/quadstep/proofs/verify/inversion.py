@@ -45,7 +45,7 @@ def solution() -> Solution:
 A, B = -F_X, sympy.sqrt(F_Y**2 + F_Z**2)  # Eqs 43 and 45
 
 
-def made(u: Expression, theta: Expression, phi: Expression) -> Expression:
+def printed_force(u: Expression, theta: Expression, phi: Expression) -> Expression:
     """The force that a thrust and an attitude produce, as printed."""
     return u * printed_direction(vector(0.0, theta, phi))
 
@@ -76,7 +76,7 @@ def plain(
 )
 def equation_21() -> Evidence:
     found = solution()
-    return Evidence([same("the force made by the shipped solution", made(found.u, found.theta, found.phi), FORCE)])
+    return Evidence([same("the force made by the shipped solution", printed_force(found.u, found.theta, found.phi), FORCE)])
 
 
 @row(ROWS, "40", "Eq. 21 over time", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat(t)", PLACE, EquationVerdict.AS_PRINTED,
@@ -85,7 +85,7 @@ def equation_40() -> Evidence:
     checks: list[Check] = []
     for force in ((3.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, -4.0), (0.0, 0.0, 0.0), FAR_SIDE):
         u, theta, phi = invert_force(vector(*force))
-        back = made(u, theta, phi)
+        back = printed_force(u, theta, phi)
         gap = max(abs(float(x) - y) for x, y in zip(back, force, strict=True))
         checks.append(holds(f"force {force} N", gap < 1e-14 and (any(force) or theta == phi == 0.0), f"off by {gap:.1g} N"))
     return Evidence(checks)
@@ -146,14 +146,14 @@ def equation_52() -> Evidence:
     by_print = sympy.atan(F_Y / F_Z)
     above = {F_Z: upward}
     at = dict(zip(FORCE, map(sympy.Integer, map(int, FAR_SIDE)), strict=True))
-    wrong = [number(entry, at) for entry in made(found.u, found.theta, by_print)]
+    wrong = [number(entry, at) for entry in printed_force(found.u, found.theta, by_print)]
     miss = math.dist(wrong, FAR_SIDE)
     phis = [number(angle, at) for angle in (by_print, found.phi)]
     return Evidence([
         same("phi_d = atan2(f_y, f_z)", found.phi, sympy.atan2(F_Y, F_Z)),
         same("phi_d = atan(f_y / f_z) for f_z > 0", found.phi.xreplace(above), by_print.xreplace(above)),
-        unlike("the force made with phi_d = atan(f_y / f_z)", made(found.u, found.theta, by_print), FORCE),
+        unlike("the force made with phi_d = atan(f_y / f_z)", printed_force(found.u, found.theta, by_print), FORCE),
         near("error of the printed form", miss, 2 * math.sqrt(13.0)),
-        same("with the shipped form", made(found.u, found.theta, found.phi), array(FORCE)),
+        same("with the shipped form", printed_force(found.u, found.theta, found.phi), array(FORCE)),
     ], f"F_d_hat = {FAR_SIDE} N: phi_d = {short(phis[0])} rad makes {listed(wrong)} N, {short(miss)} N off; phi_d = "
        f"{short(phis[1])} rad is right")  # fmt: skip

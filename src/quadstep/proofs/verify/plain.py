@@ -30,7 +30,7 @@ def size(entries: Plain) -> Plain:
     return lengths(entries)[:, None]
 
 
-def kept(entries: Plain, bound: Plain) -> Plain:
+def limited(entries: Plain, bound: Plain) -> Plain:
     """The vectors scaled down to a length of at most the bound, (count, 1)."""
     shorter = np.minimum(1.0, bound / size(entries))
     short: Plain = entries * shorter.reshape(len(entries), *[1] * (entries.ndim - 1))

@@ -42,7 +42,7 @@ def r1_dot(thrust: Expression = THRUST, attitude: Vector = ATTITUDE) -> Expressi
     return array(along(loop.sample(learning=False).command.r1, loop.motion(loop.plant(thrust, attitude=attitude))))
 
 
-def wanted(command: Expression) -> Expression:
+def force_of(command: Expression) -> Expression:
     """The force that a command's thrust and desired attitude produce: F_d_hat as the law returns it."""
     return command.thrust * array(thrust_direction(command.desired_attitude))
 
@@ -175,7 +175,7 @@ def equation_22() -> Evidence:
     EquationVerdict.AS_PRINTED,
 )
 def equation_23() -> Evidence:
-    spoken = wanted(loop.sample().command) - wanted(loop.sample(learning=False).command)
+    spoken = force_of(loop.sample().command) - force_of(loop.sample(learning=False).command)
     printed = array(loop.W_HAT_1).T * loop.mu(loop.NET_1, CHI_1)
     return Evidence([
         same("W_hat^T mu", output(loop.W_HAT_1, Vector(symbols("mu", 2))), array(loop.W_HAT_1).T * array(symbols("mu", 2))),
@@ -187,7 +187,7 @@ def equation_23() -> Evidence:
      "K_i1 int r1", LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_24() -> Evidence:
     printed = FEEDBACK + array(loop.W_HAT_1).T * loop.mu(loop.NET_1, CHI_1)
-    return Evidence([same("thrust and desired attitude of the law produce it", wanted(loop.sample().command), printed)])
+    return Evidence([same("thrust and desired attitude of the law produce it", force_of(loop.sample().command), printed)])
 
 
 W_1, EPS_1 = loop.weights("W1", loop.NEURONS, 3), symbols("eps1")

@@ -20,7 +20,7 @@ ROWS: list[EquationRow] = []
 FORCE_LAW, NET = "control.backstepping:wanted_force", "control.backstepping:torque_basis"
 
 
-def asked() -> Expression:
+def shipped_force() -> Expression:
     """The shipped F_d_hat."""
     zero = Vector((0.0, 0.0, 0.0))
     return array(wanted_force(GAINS, REFERENCE, zero, zero, zero, zero))
@@ -34,8 +34,8 @@ def assumption() -> Evidence:
     fast = 100.0  # rad/s, along x_d = sin(fast t)
     still = dict.fromkeys((*REFERENCE.acceleration,), 0)
     swing = {**still, REFERENCE.acceleration[0]: -(fast**2), MASS: 1, GAINS.gravity: 9.81}
-    force = math.hypot(*(number(entry.xreplace(swing), {}) for entry in asked()))
-    slope = asked().jacobian(list(REFERENCE.acceleration))
+    force = math.hypot(*(number(entry.xreplace(swing), {}) for entry in shipped_force()))
+    slope = shipped_force().jacobian(list(REFERENCE.acceleration))
     wanted_dd = target().jacobian(list(loop.DESIRED_DD))
     return Evidence([
         same("F_d_hat grows with xi_d_dd by m", slope, MASS * sympy.eye(3)),

@@ -16,7 +16,7 @@ from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
 from quadstep.proofs.certify.arrays import apply
-from quadstep.proofs.verify.plain import Plain, agree, blocks, kept, learnt, neurons, rows, size
+from quadstep.proofs.verify.plain import Plain, agree, blocks, learnt, limited, neurons, rows, size
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
 
 ROWS: list[EquationRow] = []
@@ -96,7 +96,7 @@ def logarithm(r: Plain) -> Plain:
     return turn
 
 
-def made(missing: Plain, asked: Plain) -> Plain:
+def learning_factor(missing: Plain, asked: Plain) -> Plain:
     """Factor on learning: zero where a tenth of the commanded thrust or torque is missing."""
     share: Plain = np.clip(1.0 - 10.0 * missing / np.maximum(asked, 1e-6), 0.0, None)
     return share
@@ -128,12 +128,12 @@ def rotation_law() -> Evidence:
     asked = asked + (flying & started) * np.einsum("bni,bn->bi", w_1, mu_1) + np.array([0.0, 0.0, 9.81])
     most, lift = column(g.most_thrust), (mass * asked)[:, 2:]
     lift = np.clip(lift, 0.1 * most, 0.95 * most)
-    force = np.concatenate([kept((mass * asked)[:, :2], np.sqrt(most**2 - lift**2)), lift], axis=1)
+    force = np.concatenate([limited((mass * asked)[:, :2], np.sqrt(most**2 - lift**2)), lift], axis=1)
     third = force / size(force)
     yaw = column(reference.yaw)
     second = np.cross(third, np.concatenate([np.cos(yaw), np.sin(yaw), 0.0 * yaw], axis=1))
     second = second / size(second)
-    share_1 = made(np.abs(column(memory.asked_thrust) - column(measured.thrust)), column(memory.asked_thrust))
+    share_1 = learning_factor(np.abs(column(memory.asked_thrust) - column(measured.thrust)), column(memory.asked_thrust))
     net_1, net_2 = g.force_net, g.torque_net
     kappa_1, kappa_2 = column(net_1.damping), column(net_2.damping)
     period_1 = (flying & started) * share_1 * PERIOD
@@ -155,7 +155,7 @@ def rotation_law() -> Evidence:
     bent = bent + (was & started) * np.einsum("bni,bn->bi", w_2, mu_2)
     torque = sigma * bent + np.cross(omega, sigma * omega)
     thrust: Plain = np.maximum((rows(memory.force) * r[:, :, 2]).sum(axis=1), 0.0)[:, None]
-    share_2 = made(size(missing), size(rows(memory.asked_torque)))
+    share_2 = learning_factor(size(missing), size(rows(memory.asked_torque)))
     period_2 = (was & started) * share_2 * PERIOD
     new_2 = learnt(w_2, mu_2, r2, size(r2), column(net_2.learning_rate), kappa_2, period_2)
     return Evidence([
@@ -163,8 +163,8 @@ def rotation_law() -> Evidence:
         agree("its attitude", rotations(guided.wanted), np.stack([np.cross(second, third), second, third], axis=2)),
         agree("r1", rows(guided.r1), r1),
         agree("flying", column(guided.flying), flying.astype(np.float64)),
-        agree("int r1", rows(guided.integral_1), kept(i_1 + flying * share_1 * PERIOD * r1, most_i[:, :1])),
-        agree("W_hat_1", blocks(guided.weights_1), kept(new_1, bounds[:, :1])),
+        agree("int r1", rows(guided.integral_1), limited(i_1 + flying * share_1 * PERIOD * r1, most_i[:, :1])),
+        agree("W_hat_1", blocks(guided.weights_1), limited(new_1, bounds[:, :1])),
         agree("u", column(command.thrust), thrust),
         agree("tau", rows(command.torque), torque),
         agree("r1 and r2 of the command", np.concatenate([rows(command.r1), rows(command.r2)], 1),
@@ -172,8 +172,8 @@ def rotation_law() -> Evidence:
         agree("desired attitude of the command", rows(command.desired_attitude), rows(yaw_pitch_roll(memory.wanted))),
         agree("norms of the weights", rows(command.weight_norms), np.concatenate([size(w_1), size(w_2)], axis=1)),
         agree("filter", rows(after.filtered.attitude), rows(filtered.attitude)),
-        agree("int r2", rows(after.integral_2), kept(i_2 + was * share_2 * PERIOD * r2, most_i[:, 1:])),
-        agree("W_hat_2", blocks(after.weights_2), kept(new_2, bounds[:, 1:])),
+        agree("int r2", rows(after.integral_2), limited(i_2 + was * share_2 * PERIOD * r2, most_i[:, 1:])),
+        agree("W_hat_2", blocks(after.weights_2), limited(new_2, bounds[:, 1:])),
         agree("what was asked for", np.concatenate([column(after.asked_thrust), rows(after.asked_torque)], axis=1),
               np.concatenate([thrust, torque], axis=1)),
     ])  # fmt: skip

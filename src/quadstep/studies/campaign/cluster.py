@@ -174,13 +174,13 @@ def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span[S]]) -> Ge
             flying[task.remote(told, span.first, span.past)] = span
         if not flying:
             return
-        for reference in over(ray, list(flying)):
+        for reference in finished_tasks(ray, list(flying)):
             span = flying[reference]
             table = fetched(ray, reference, f"flights {span.first} to {span.past - 1}")
             yield flying.pop(reference), table
 
 
-def over(ray: ModuleType, flying: list[object]) -> list[object]:
+def finished_tasks(ray: ModuleType, flying: list[object]) -> list[object]:
     """Finished tasks, at least one. Raises UserError for a cluster that has lost all its cores."""
     while not ray.wait(flying, num_returns=1, timeout=PATIENCE)[0]:
         if not cores(ray):

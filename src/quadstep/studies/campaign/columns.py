@@ -61,6 +61,6 @@ def without(values: Mapping[str, object], name: str) -> dict[str, object]:
     return {key: value for key, value in values.items() if key != name}
 
 
-def shown(values: Mapping[str, object]) -> str:
+def values_text(values: Mapping[str, object]) -> str:
     """Values on one line."""
     return ", ".join(f"{name} = {value!r:.40}" for name, value in itertools.islice(values.items(), 8))

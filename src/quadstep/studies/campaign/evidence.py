@@ -48,12 +48,12 @@ def evidence(
         sentences=[*(until.sentences(decided, file) if decided else ()), *found],
         record=record,
         tables=[Table(header=WORST, rows=rows, shown="The worst flights")],
-        cases=(Case("flown"), *([asked(decided)] if decided else [])),
+        cases=(Case("flown"), *([until_case(decided)] if decided else [])),
         commands=["To replay each of them, with its full log:", *(f"  {line}" for line in again)],
     ).required(None if least is None else JudgedShare(least, summary.success, summary.flights))
 
 
-def asked(decided: until.Decided) -> Case:
+def until_case(decided: until.Decided) -> Case:
     """The case that `--until` was to show."""
     low, high = decided.seen[-1].rate[1:]
     name = f"fewer than {decided.target:g} of the flights fail, with 95 % confidence"

@@ -19,7 +19,7 @@ from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import COPIES, FEW, QUANTILES, Spread, Summary, Worst, sentences, within
-from quadstep.studies.campaign.varied import text_of, told
+from quadstep.studies.campaign.varied import text_of, variation_text
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """Names of the explained quantities."""
@@ -81,7 +81,9 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
     ]
     if file.keys:
         mission = campaign.mission
-        body.append(page.table(("what varies", "how"), [(label(mission, key), told(file, key)) for key in file.keys], escape))
+        body.append(
+            page.table(("what varies", "how"), [(label(mission, key), variation_text(file, key)) for key in file.keys], escape)
+        )
     files = ((f"campaign file {path.name}", campaign.text),)
     body += [f"<details><summary>{escape(name)}</summary><pre>{escape(content)}</pre></details>" for name, content in files]
     return body
@@ -229,7 +231,7 @@ def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, 
     names = list(dict.fromkeys(name for one in values for name in one))
     rows = [
         ["outcome", *(one.outcome for one in flights)],
-        ["ended [s]", *(known(one.time) for one in flights)],
+        ["ended [s]", *(number_or_dash(one.time) for one in flights)],
         ["RMSE", *(length(one.rmse) for one in flights)],
         ["largest error", *(length(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name]) if name in drawn else "–" for drawn in values)] for name in names),
@@ -247,7 +249,7 @@ def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, 
     ]
 
 
-def known(value: float | None) -> str:
+def number_or_dash(value: float | None) -> str:
     """A number, or a dash."""
     return "–" if value is None else f"{value:.4g}"
 

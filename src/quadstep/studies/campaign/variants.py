@@ -13,7 +13,7 @@ from quadstep.mission.keys import overridden, with_value
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, rebuild
-from quadstep.studies.campaign.columns import shown
+from quadstep.studies.campaign.columns import values_text
 from quadstep.studies.campaign.draws import noise_keys
 
 
@@ -39,7 +39,7 @@ class Variants:
     def mission(self, values: Mapping[str, object], flight: int | None = None) -> Mission:
         """The mission with these values. Raises UserError naming the key, and the flight if given."""
         content = self.content
-        said = "" if flight is None else f"flight {flight} ({shown(values)}): "
+        said = "" if flight is None else f"flight {flight} ({values_text(values)}): "
         try:
             for name, value in values.items():
                 content = with_value(content, name, value, self.defaults)
@@ -56,7 +56,7 @@ class Variants:
         try:
             plan = mission.plan(self.folder, drawn=bool(values))
         except UserError as error:
-            said = "" if flight is None else f"flight {flight} ({shown(values)}): "
+            said = "" if flight is None else f"flight {flight} ({values_text(values)}): "
             raise UserError(f"{self.source}: {said}{error}") from None
         return plan if flight is None else self.with_noise(plan, np.array([flight]), one=True)
 

@@ -141,7 +141,7 @@ def merged(edges: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.
     return np.array(kept)
 
 
-def told(file: CampaignFile, key: str) -> str:
+def variation_text(file: CampaignFile, key: str) -> str:
     """How a key varies, in words."""
     if key in file.vary:
         return in_words(file.vary[key])

@@ -41,7 +41,7 @@ def ghosts(found: Comparison, flights: Sequence[Job[Cell]]) -> Shown:
         names = again[: MOST_RIVALS + 1]
         if not names:
             continue
-        one = flown(
+        one = fly_side_by_side(
             found, situation, jobs[names[0]], {name: jobs[name] for name in names[1:]}, [flight.id for flight in shown]
         )
         shown.append(one)
@@ -61,7 +61,7 @@ def hardest(found: Comparison, vehicle: str) -> Situation:
     return max((one for one in found.situations if one.vehicle == vehicle), key=difficulty)
 
 
-def flown(
+def fly_side_by_side(
     found: Comparison, situation: Situation, best: Job[Cell], rivals: dict[str, Job[Cell]], taken: Sequence[str]
 ) -> ShownFlight:
     """The first flight of a situation, under the best controller and under its rivals."""

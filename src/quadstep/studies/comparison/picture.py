@@ -120,7 +120,7 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
         for row, name in enumerate(names):
             for column, where in enumerate(situations):
                 if (name, where) in cells:
-                    text = said(cells[name, where], found.metric, unit.factor)
+                    text = square_text(cells[name, where], found.metric, unit.factor)
                     colour = "white" if shades[row, column] > DARK else "black"
                     axes.text(column, row, text, ha="center", va="center", fontsize=6.5, color=colour, linespacing=0.9)
         axes.set_yticks(range(len(names)), names)
@@ -141,7 +141,7 @@ def median(one: Result, metric: str) -> float:
     return one.spreads[metric].median.value
 
 
-def said(one: Result, metric: str, factor: float) -> str:
+def square_text(one: Result, metric: str, factor: float) -> str:
     """In a square."""
     value = median(one, metric)
     shown = f"{factor * value:.3g}" if math.isfinite(value) else LOST

@@ -164,7 +164,7 @@ class MarginEntry(Limited):
         return self
 
 
-def named(table: object) -> object:
+def check_table(table: object) -> object:
     """Refuses a table of too many entries, or with names that are no plain text. Raises ValueError."""
     if isinstance(table, dict):
         if not table or len(table) > MOST_NAMES:
@@ -181,11 +181,11 @@ class StudyFile(Section):
     name: Annotated[Name, Quantity("", "name of the study, shown in its report")] = "Study"
     vehicles: Annotated[Names, Quantity("", "presets, plants, vehicle files, or FILE.py:NAME of your own")]
     common: Annotated[Keys, Quantity("", "mission keys common to all flights")] = Field(default_factory=dict)
-    paths: Annotated[dict[str, PathEntry], BeforeValidator(named), Quantity("", "by name")]
-    scenarios: Annotated[dict[str, ScenarioEntry], BeforeValidator(named), Quantity("", "by name")]
-    controllers: Annotated[dict[str, ControllerEntry], BeforeValidator(named), Quantity("", "by name")]
+    paths: Annotated[dict[str, PathEntry], BeforeValidator(check_table), Quantity("", "by name")]
+    scenarios: Annotated[dict[str, ScenarioEntry], BeforeValidator(check_table), Quantity("", "by name")]
+    controllers: Annotated[dict[str, ControllerEntry], BeforeValidator(check_table), Quantity("", "by name")]
     tuning: TuningSection | None = None
-    margins: Annotated[Annotated[dict[str, MarginEntry], BeforeValidator(named)] | None, Quantity("", "by name")] = None
+    margins: Annotated[Annotated[dict[str, MarginEntry], BeforeValidator(check_table)] | None, Quantity("", "by name")] = None
     seeds: Annotated[int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights per cell")] = 500
     seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all draws")] = 1
     precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"
@@ -208,9 +208,9 @@ class StudyFile(Section):
         limited |= {"controllers": self.controllers, "margins": self.margins or {}}
         for table, found in limited.items():
             for name, one in found.items():
-                known("vehicles", one.vehicles or (), self.vehicles, f"{table}.{name}")
+                check_known("vehicles", one.vehicles or (), self.vehicles, f"{table}.{name}")
         for name, scenario in self.scenarios.items():
-            known("paths", scenario.paths or (), self.paths, f"scenarios.{name}")
+            check_known("paths", scenario.paths or (), self.paths, f"scenarios.{name}")
         for place, where in enumerate(self.tuning.flown if self.tuning else ()):
             self._known_place(where.path, where.scenario, f"tuning.flown[{place}]")
         for name, margin in (self.margins or {}).items():
@@ -218,11 +218,11 @@ class StudyFile(Section):
         return self
 
     def _known_place(self, path: str, scenario: str, said: str) -> None:
-        known("path", (path,), self.paths, said)
-        known("scenario", (scenario,), self.scenarios, said)
+        check_known("path", (path,), self.paths, said)
+        check_known("scenario", (scenario,), self.scenarios, said)
 
 
-def known(what: str, names: tuple[str, ...], there: Collection[str], said: str) -> None:
+def check_known(what: str, names: tuple[str, ...], there: Collection[str], said: str) -> None:
     """Refuses the name of nothing. Raises ValueError."""
     for name in names:
         if name not in there:

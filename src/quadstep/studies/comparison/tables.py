@@ -13,7 +13,7 @@ from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.found import Comparison, Result
 from quadstep.studies.comparison.study import Situation
-from quadstep.studies.comparison.words import NOTHING, percent, share_lost, shown, title, unit_of
+from quadstep.studies.comparison.words import NOTHING, interval_text, percent, share_lost, title, unit_of
 
 Row = dict[str, object]
 
@@ -121,7 +121,7 @@ def full_rows(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str
             for name, full in found.metrics.items():
                 spread, factor = one.spreads[name], unit_of(full).factor
                 mean = f"{factor * spread.mean:.3g}" if math.isfinite(spread.mean) else NOTHING
-                row += [shown(spread.median, factor), shown(spread.high, factor), mean]
+                row += [interval_text(spread.median, factor), interval_text(spread.high, factor), mean]
             rows.append(row)
     return header, rows
 

@@ -49,7 +49,7 @@ def title(full: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def shown(estimate: Estimate, factor: float = 1.0) -> str:
+def interval_text(estimate: Estimate, factor: float = 1.0) -> str:
     """A number with its interval; what is infinite is lost, an end for which there are too few flights a dash."""
     value, low, high = (one * factor for one in estimate)
     if not math.isfinite(value):
@@ -198,7 +198,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     if math.isnan(median.low):
         text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
     else:
-        text += f"{shown(median, unit.factor)} {unit.name}"
+        text += f"{interval_text(median, unit.factor)} {unit.name}"
     text += with_grade(found, best, situation.vehicle) if len(found.ranked) == 1 else ""
     beaten: list[str] = []
     better: list[str] = []

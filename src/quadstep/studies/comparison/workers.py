@@ -9,7 +9,7 @@ from itertools import islice
 
 from quadstep.engines.engine import JOBS, Engine, loaded
 from quadstep.report.pool import drawing_pool
-from quadstep.studies.campaign.cluster import AHEAD, LOSSES, fetched, needs, over, refuse_others
+from quadstep.studies.campaign.cluster import AHEAD, LOSSES, fetched, finished_tasks, needs, refuse_others
 from quadstep.studies.campaign.cluster_connection import connected, cores
 from quadstep.studies.comparison.jobs import Job, Worked, worked
 
@@ -63,7 +63,7 @@ def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[o
                 going[task.remote(needs(), pickle.dumps(job))] = job
             if not going:
                 return
-            for reference in over(ray, list(going)):
+            for reference in finished_tasks(ray, list(going)):
                 found = fetched(ray, reference, f"the flights of {going[reference].label}")
                 yield going.pop(reference), Worked(*found)
 

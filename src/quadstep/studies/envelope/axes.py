@@ -114,6 +114,6 @@ def check_axes(axes: Sequence[Axis], varied: Sequence[str], source: str) -> None
         known[axis.key] = axis.option
 
 
-def shown(one: Value) -> str:
+def as_typed(one: Value) -> str:
     """A value as a user would type it."""
     return str(one).lower() if isinstance(one, bool) else one if isinstance(one, str) else f"{one:.6g}"

@@ -21,7 +21,7 @@ from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
-from quadstep.studies.envelope.axes import Axis, shown
+from quadstep.studies.envelope.axes import Axis, as_typed
 from quadstep.studies.envelope.cells import CAUSES, OVER_LIMIT, Cells
 from quadstep.studies.envelope.request import Request
 
@@ -65,7 +65,7 @@ def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
                 continue
             draw_panel(axes, asked, cells, place, norm)
             if asked.by:
-                axes.set_title(f"{label(mission, asked.by.key)} = {shown(asked.by.values[place])}", fontsize=9)
+                axes.set_title(f"{label(mission, asked.by.key)} = {as_typed(asked.by.values[place])}", fontsize=9)
         for axes in grid.flat[max(0, count - columns) : count]:
             axes.set_xlabel(label(mission, asked.x.key))
             axes.tick_params(labelbottom=True)
@@ -127,7 +127,7 @@ def draw_panel(axes: Axes, asked: Request, cells: Cells, place: int, norm: LogNo
             axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
         else:
             every = -(-len(given.values) // LISTED_TICKS)
-            axis.set_ticks(range(0, len(given.values), every), [shown(one) for one in given.values[::every]])
+            axis.set_ticks(range(0, len(given.values), every), [as_typed(one) for one in given.values[::every]])
 
 
 def ends(axis: Axis) -> tuple[float, float]:

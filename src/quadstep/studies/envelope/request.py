@@ -13,7 +13,7 @@ from quadstep.mission.distributions import MOST_OPTIONS, Grid
 from quadstep.mission.read import check_mission
 from quadstep.studies.campaign.planner import Planner
 from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of, read_campaign
-from quadstep.studies.envelope.axes import MOST_CELLS, MOST_PANELS, Axis, check_axes, number, parse_axis, shown
+from quadstep.studies.envelope.axes import MOST_CELLS, MOST_PANELS, Axis, as_typed, check_axes, number, parse_axis
 
 MOST_FLIGHTS = 50_000_000
 NOISY_FLIGHTS = 20
@@ -96,7 +96,7 @@ def fitted(base: Campaign, axes: list[Axis]) -> list[Axis]:
         try:
             planner_of(base).mission(values)
         except UserError as error:
-            said = ", ".join(f"{key} = {shown(value)}" for key, value in values.items())
+            said = ", ".join(f"{key} = {as_typed(value)}" for key, value in values.items())
             text = str(error).removeprefix(f"{base.source}: ")
             refused = refused or UserError(f"{base.source}: with {said:.120}: {text}")
         else:

@@ -12,7 +12,7 @@ from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.latex import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope.axes import Axis, shown
+from quadstep.studies.envelope.axes import Axis, as_typed
 from quadstep.studies.envelope.cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope.picture import draw_map
 from quadstep.studies.envelope.request import Request
@@ -90,7 +90,7 @@ def settings(asked: Request) -> list[tuple[str, str]]:
     return [
         ("mission", str(asked.campaign.defaults["name"])),
         *(
-            (axis.key, f"{len(axis.values)} values from {shown(axis.values[0])} to {shown(axis.values[-1])}")
+            (axis.key, f"{len(axis.values)} values from {as_typed(axis.values[0])} to {as_typed(axis.values[-1])}")
             for axis in reversed(asked.axes)
         ),
         ("flights per cell", str(asked.flights)),
@@ -117,7 +117,7 @@ def panels(asked: Request, cells: Cells) -> Iterator[Panel]:
 
 def panel_name(by: Axis | None, place: int) -> str:
     """What a panel shows."""
-    return f"{by.key} = {shown(by.values[place])}" if by else ""
+    return f"{by.key} = {as_typed(by.values[place])}" if by else ""
 
 
 def as_json(found: Envelope) -> dict[str, object]:

@@ -23,7 +23,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.exit_codes import DIVERGED, UNMET
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.grade import graded
-from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, named
+from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, with_full_names
 from quadstep.metrics.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.autopilots import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
@@ -148,9 +148,9 @@ def fly_planned(
     grading: Grading = ungraded,
 ) -> Summary:
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
-    required = named(required, metric_names(mission, plan)) if required else []
+    required = with_full_names(required, metric_names(mission, plan)) if required else []
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
-        log = flown(plan, engine, told)
+        log = fly_logged(plan, engine, told)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
@@ -207,7 +207,7 @@ def write_results(
     return metrics, warnings
 
 
-def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
+def fly_logged(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
     """The log of a flight."""
     over, steps = 0, plan.ticks.last + 1
 

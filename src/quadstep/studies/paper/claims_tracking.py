@@ -124,7 +124,7 @@ def silent(metrics: Metrics, axes: str, torque: str, angle: str) -> dict[str, fl
             metric(metrics, "attitude", angle, "largest[rad]")}  # fmt: skip
 
 
-def shown(values: dict[str, float]) -> str:
+def values_text(values: dict[str, float]) -> str:
     """Values with their names on one line."""
     return ", ".join(f"{name.partition('[')[0]} {value:.1e} {name.partition('[')[2][:-1]}" for name, value in values.items())
 
@@ -135,7 +135,7 @@ def decoupling_x(study: Study) -> Claim:
     return Claim(
         "decoupling in x",
         "The change in x does not make any influence on phi; tau_phi is almost zero; y and z are held (Case 2).",
-        "largest in the silent channels: " + shown(values) + " (bound taken: 1e-6)",
+        "largest in the silent channels: " + values_text(values) + " (bound taken: 1e-6)",
         judge(max(values.values()) < 1e-6),
         values,
     )
@@ -147,7 +147,7 @@ def decoupling_y_z(study: Study) -> Claim:
     return Claim(
         "decoupling in y and z",
         "Simulations for y and z separately yield similar plots that show excellent tracking with decoupling (Case 2).",
-        f"y alone: {shown(y)}; z alone: {shown(z)}",
+        f"y alone: {values_text(y)}; z alone: {values_text(z)}",
         judge(max(*y.values(), *z.values()) < 1e-6),
         {"y": y, "z": z},
     )

@@ -17,7 +17,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.units import metric
 from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.varied import text_of, told
+from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.done import Done
 from quadstep.studies.rare.kept import Kept
 from quadstep.studies.rare.pieces import Kind
@@ -90,7 +90,7 @@ def evidence(kept: Kept, campaign: Campaign, summary: Summary, path: Path) -> Ev
             Table("Replicates", "replicates", REPLICATES, replicate_rows(kept.pieces)),
             nearest(summary),
             Table("Settings", "flown", ("", ""), flown),
-            Table(header=("what varies", "how"), rows=[(key, told(file, key)) for key in file.keys]),
+            Table(header=("what varies", "how"), rows=[(key, variation_text(file, key)) for key in file.keys]),
             Table("How to read this", "reading", text=READING[0]),
             *(Table(text=line) for line in READING[1:]),
         ],

@@ -83,7 +83,7 @@ class Asked(NamedTuple):
         return with_numbers(self.content, self.mission, changed) if changed else self.content
 
 
-def asked(path: Path) -> Asked:
+def read_request(path: Path) -> Asked:
     """The tuning request in a mission file. Raises UserError."""
     content = read_toml(path)
     refuse_others(content, MISSION, str(path), "`quadstep tune` takes a mission with a table [tune]")

@@ -127,9 +127,9 @@ def shares(compared: Compared) -> list[str]:
 def row(one: Row) -> list[str]:
     """The row of a metric."""
     words, unit = units.metric(one.name)
-    return [words, *(shown(part, unit) for part in (one.present, one.tuned, one.difference))]
+    return [words, *(interval_text(part, unit) for part in (one.present, one.tuned, one.difference))]
 
 
-def shown(one: Estimate | None, unit: str) -> str:
+def interval_text(one: Estimate | None, unit: str) -> str:
     """A value with its interval."""
     return "–" if one is None else units.interval(*one, unit)

@@ -25,7 +25,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
-from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, asked
+from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, read_request
 from quadstep.studies.tuning.picture import draw_search
 from quadstep.studies.tuning.report import caution, evidence
 from quadstep.studies.tuning.search import Candidate, Found, Search, check_budget, shown_flights
@@ -65,7 +65,7 @@ def tune(
 
     grading: of the loop at rest. Raises UserError. On Ctrl-C nothing is written.
     """
-    wanted = asked(path)
+    wanted = read_request(path)
     check_budget(wanted, budget)
     with publishing(folder, identity(wanted, budget, seed), overwrite) as out:
         ground = Ground(wanted, seed)

@@ -97,17 +97,17 @@ def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque:
     bottom, top = largest(bottoms), smallest(tops)
     tilt_kept = share_within(largest(slopes) - smallest(slopes), top - bottom, absolute(top - bottom))
     if not even(geometry):
-        level = held(thrust, bottom, top)
+        level = clamped(thrust, bottom, top)
         tilt_kept = maximum(tilt_kept, fitting_all(tilt, [level * part for part in lift], least, most))
 
     bottom = largest(low - tilt_kept * slope for low, slope in zip(bottoms, slopes, strict=True))
     top = smallest(high - tilt_kept * slope for high, slope in zip(tops, slopes, strict=True))
-    lifted = held(thrust, bottom, top)
+    lifted = clamped(thrust, bottom, top)
     carried = [lifted * part + tilt_kept * leaning for part, leaning in zip(lift, tilt, strict=True)]
 
     turn = [share[3] * yaw for share in allocation.matrix]
     yaw_kept = fitting_all(turn, carried, least, most)
-    thrusts = [held(base + yaw_kept * part, least, most) for base, part in zip(carried, turn, strict=True)]
+    thrusts = [clamped(base + yaw_kept * part, least, most) for base, part in zip(carried, turn, strict=True)]
     return spun(allocation, thrusts), lifted, vector(tilt_kept * roll, tilt_kept * pitch, yaw_kept * yaw)
 
 
@@ -119,7 +119,7 @@ def spun(allocation: Allocation, thrusts: Sequence[Number]) -> Vector:
 
 def speeds_of(allocation: Allocation, thrusts: Vector) -> Vector:
     """Rotor speeds [rad/s] for thrusts [N], each held within its rotor's limits."""
-    return spun(allocation, [held(one, allocation.least, allocation.most) for one in thrusts])
+    return spun(allocation, [clamped(one, allocation.least, allocation.most) for one in thrusts])
 
 
 def thrusts_of(allocation: Allocation, speeds: Vector) -> Vector:
@@ -155,6 +155,6 @@ def fitting_all(parts: list[Number], bases: list[Number], low: Number, high: Num
     return smallest(fitting(part, low - base, high - base) for part, base in zip(parts, bases, strict=True))
 
 
-def held(x: Number, low: Number, high: Number) -> Number:
+def clamped(x: Number, low: Number, high: Number) -> Number:
     """`x` held between `low` and `high`; unlike `clip` it propagates NaN."""
     return minimum(high, maximum(low, x))

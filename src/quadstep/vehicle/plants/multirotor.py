@@ -12,7 +12,7 @@ from quadstep.interfaces.plant import Drawn, Rotor
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, vector, where
 from quadstep.numbers.noise import Key
-from quadstep.vehicle.airframe.allocation import Allocation, allocate, held, mix, speeds_of, thrusts_of
+from quadstep.vehicle.airframe.allocation import Allocation, allocate, clamped, mix, speeds_of, thrusts_of
 from quadstep.vehicle.airframe.events import Events, efficiencies, mass_properties
 from quadstep.vehicle.airframe.geometry import Effects, Geometry
 from quadstep.vehicle.airframe.motion import AirframeState, Motion
@@ -106,7 +106,7 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
             speeds = speeds_of(p.allocation, command.thrusts)
         else:
             slowest, fastest = p.airframe.rotor.slowest, p.airframe.rotor.fastest
-            speeds = Vector(held(speed, slowest, fastest) for speed in command.speeds)
+            speeds = Vector(clamped(speed, slowest, fastest) for speed in command.speeds)
         return Spun(speeds, *self.made(p, thrusts_of(p.allocation, speeds)))
 
     def made(self, p: AirframeParameters, thrusts: Vector) -> tuple[Number, Vector]:
