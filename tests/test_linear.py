@@ -125,7 +125,7 @@ def late(loop, channel, ticks):
 
 @pytest.mark.parametrize("law", ["pid", "lqr", "rotation-backstepping"])
 def test_delay_margin_is_that_of_commands_kept_as_states(found, law):
-    analysis = found(law).analysis
+    analysis = of_loop(found(law).rest.period)
     for i, one in enumerate(analysis.margins):
         ticks = one.delay / analysis.loop.period.step
         if ticks < 60:
