@@ -46,6 +46,7 @@ def folder(tmp_path_factory):
     (folder / "map.toml").write_text(mapping, encoding="utf-8")
     header, rows = made_flights.table(made_flights.logged(0)[0])
     made_flights.write(folder / "log.csv", header, rows[:900])
+    (folder / "course.toml").write_text('[[tasks]]\nname = "a"\nasks = "Fly well, without losing the vehicle."\n')
     (folder / "chirp.bin").write_bytes(made_logs.excited(*made_logs.looped(), {}))
     return folder
 
@@ -59,6 +60,7 @@ COMMANDS = {
     "verify": ["verify", "--only", "5"],
     "page": ["page", "mission.toml"],
     "explain": ["explain"],
+    "check": ["check", "a", "mission.toml", "--course", "course.toml"],
     "campaign": ["campaign", "camp.toml", "--overwrite"],
     "envelope": ["envelope", "mission.toml", "--x", "vehicle.mass=0.8:1.2:2", "--y", "disturbance.scale=0,1"],
     "tune": ["tune", "tune.toml", "--budget", "60"],
@@ -90,6 +92,7 @@ SAID = {
     "verify": "vehicle.paper.rotors:rotor_map",
     "page": "Page: out/mission.html",
     "explain": "Article: out/article.html",
+    "check": "a solved: Fly well",
     "campaign": "quadstep fly camp.toml --flight ",
     "envelope": "Map: out/mission-envelope/envelope.png",
     "tune": "controller.Lambda1",
