@@ -104,7 +104,7 @@ def test_a_mission_flies_with_what_the_file_says_and_its_own_keys_go_before_it(t
     own = mission(tmp_path, SAVED, pid_rate={"roll_kp": 190.0})
     assert own.plan(warn=False).parameters.gains.rates.roll_kp == 190.0
     again = Mission.model_validate(own.model_dump(exclude_unset=True))  # without the file
-    assert again.controller.said("pid_rate.roll_kp") == 190.0
+    assert again.controller.pid_rate.roll_kp == 190.0
 
 
 def test_what_is_not_modelled_is_listed_and_other_defaults_are_told(tmp_path):
@@ -119,7 +119,7 @@ def test_dotted_keys_are_tables_of_toml():
     text = '[controller]\ntype = "crazyflie-pid"\npid_rate.roll_kp = 210.0\n[controller.posCtlPid]\nxKp = 1.5\n'
     content = {"vehicle": {"preset": "crazyflie"}, "path": HOVER, **tomllib.loads(text)}
     section = check_mission(content, "m.toml").controller
-    assert (section.said("pid_rate.roll_kp"), section.said("posCtlPid.xKp")) == (210.0, 1.5)
+    assert (section.pid_rate.roll_kp, section.posCtlPid.xKp) == (210.0, 1.5)
     content["controller"]["pid_rate"] = {"rol_kp": 1.0}
     with pytest.raises(UserError, match=r"controller.pid_rate.rol_kp: unknown key; .*; did you mean roll_kp\?"):
         check_mission(content, "m.toml")

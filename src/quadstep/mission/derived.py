@@ -65,39 +65,25 @@ class ControllerSection(Section):
     _notes: tuple[str, ...] = PrivateAttr(())
     """On a file of parameters."""
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _with_file(cls, value: object, check: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
-        if not isinstance(value, Mapping):
-            return check(value)
-        table, notes = completed(cls.controller, value, (info.context or {}).get("folder", Path()))
-        section = check(table)
-        section._notes = notes
-        return section
-
     @property
     def table(self) -> NetsSection | None:
         """What is said of the nets; None of a controller that has none."""
         found: NetsSection | None = getattr(self, "nets", None)
         return found
 
-    def said(self, key: str) -> object:
-        """What the mission gives for the key of a gain, or its fixed default; None for one that follows from the vehicle."""
-        return attrgetter(key)(self)
-
     def gains(self, model: Model, folder: Path | None = None) -> Undecided:
         """The gains as declared, what is left out following from the vehicle.
 
         folder: where files are looked up that a key names; None for gains whose weights are not wanted. Raises UserError.
         """
-        values = {key: self.said(key) for key in self.controller.by_key()}
+        values = {key: attrgetter(key)(self) for key in self.controller.by_key()}
         return self.controller.undecided(model, values, self.table.learning(folder) if self.table else None)
 
     def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
         """The law and its gains. folder: where files are looked up that a key names. Raises UserError."""
         model = vehicle.model()
         law, gains = self.controller.for_vehicle(model), self.gains(model, folder).decided()
-        left_out = {key: name for key, (name, _) in self.controller.by_key().items() if self.said(key) is None}
+        left_out = {key: name for key, (name, _) in self.controller.by_key().items() if attrgetter(key)(self) is None}
         check_followed({key: flatten(attrgetter(name)(gains)) for key, name in left_out.items()})
         try:
             return BuiltController(law, law.prepare(gains, model))
@@ -118,6 +104,20 @@ class ControllerSection(Section):
         if self.controller.conditions is Controller.conditions:  # none: the vehicle's model costs more than the rest
             return list(self._notes)
         return [*self._notes, *(one.warning() for one in self.conditions(vehicle.model()) if not one.holds)]
+
+
+class SectionWithFile(ControllerSection):
+    """The section of a law whose gains may stand in a file of an autopilot's parameters."""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_file(cls, value: object, check: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        if not isinstance(value, Mapping):
+            return check(value)
+        table, notes = completed(cls.controller, value, (info.context or {}).get("folder", Path()))
+        section = check(table)
+        section._notes = notes
+        return section
 
 
 def check_followed(gains: Mapping[str, Iterable[Number]]) -> None:
@@ -185,7 +185,8 @@ def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]
         else:
             fields[key] = field
     fields = {key: table_field(one, f"{name}{key}") if isinstance(one, dict) else one for key, one in fields.items()}
-    made: Any = create_model(name, __base__=ControllerSection, __module__=__name__, __doc__=law.__doc__, **fields)
+    base = SectionWithFile if law.parameter_file else ControllerSection
+    made: Any = create_model(name, __base__=base, __module__=__name__, __doc__=law.__doc__, **fields)
     made.controller, made.own = law, bool(kind)
     found: type[ControllerSection] = made
     return found

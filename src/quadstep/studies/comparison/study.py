@@ -1,6 +1,7 @@
 """A study read and laid out: every vehicle, path, scenario and controller that belong together are one cell."""
 
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple, cast
 
@@ -147,7 +148,7 @@ class Study(NamedTuple):
         its makers know it, whatever a scenario makes of it. Raises UserError.
         """
         mission = self.nominal(vehicle, controller)
-        left = {key: value for key, value in filled_in(mission).items() if mission.controller.said(key) is None}
+        left = {key: value for key, value in filled_in(mission).items() if attrgetter(key)(mission.controller) is None}
         found = {**controller, **{key: list(one) if isinstance(one, tuple) else one for key, one in left.items()}}
         nets = mission.controller.table
         return (

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
+from operator import attrgetter
 from pathlib import Path
 
 from quadstep.engines.fly import fly_all
@@ -74,7 +75,7 @@ def answer(
     law, here = law_of(asked), Path.cwd()
     content = question(asked, law, here)
     mission = check_mission(content, asked.file, here)
-    before = {f"controller.{name}": float(str(mission.controller.said(name))) for name in asked.changes}
+    before = {f"controller.{name}": float(str(attrgetter(name)(mission.controller))) for name in asked.changes}
     after = {key: asked.changes[key.removeprefix("controller.")] for key in before}
     for key, value in before.items():
         if after[key] == value:
