@@ -185,7 +185,7 @@ def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]
         else:
             fields[key] = field
     fields = {key: table_field(one, f"{name}{key}") if isinstance(one, dict) else one for key, one in fields.items()}
-    base = SectionWithFile if law.parameter_file else ControllerSection
+    base: type[ControllerSection] = SectionWithFile if law.parameter_file else ControllerSection
     made: Any = create_model(name, __base__=base, __module__=__name__, __doc__=law.__doc__, **fields)
     made.controller, made.own = law, bool(kind)
     found: type[ControllerSection] = made
