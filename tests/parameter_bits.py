@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.control.registry import controllers
+from quadstep.control.registry import STOCK, controllers
 from quadstep.interfaces.controller import Measured
 from quadstep.mission.airframe import LAYOUTS
 from quadstep.mission.check import check
@@ -23,6 +23,9 @@ from quadstep.studies.tuning.ground import read_request
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CONTROLLERS = tuple(controllers(Measured))
+
+PLACED = ("raptor", *STOCK)
+"""Laws that ask how rotors lie and spin."""
 STEP = {"type": "step", "end": [1.0, 0.0, 2.0], "duration": 3.0}
 FLIGHTS = np.arange(40)
 
@@ -92,7 +95,7 @@ def missions(folder):
     yield "recorded", {"path": recording(folder)}, folder
     yield "waypoints", {"path": waypoints()}, folder
     for name in preset_names():
-        for kind in (one for one in CONTROLLERS if one != "raptor"):  # its rotors must lie and spin as those it was trained on
+        for kind in (one for one in CONTROLLERS if one not in PLACED or (one in STOCK and name == "crazyflie")):
             yield f"{name}, {kind}", {"vehicle": {"preset": name}, "path": STEP, "controller": {"type": kind}}, folder
     for name in LAYOUTS:
         vehicle = {"preset": "x500", "layout": name, "arm": 0.27}
