@@ -107,6 +107,9 @@ def test_a_log_that_carries_no_advice_is_refused_with_the_reason(tmp_path):
         log.write_bytes(in_ardupilots_log(excitation, command, period, {}))
         with pytest.raises(UserError, match=said):
             excited(log, None)
+    (tmp_path / "noise.bin").write_bytes(random.bytes(20_000))
+    with pytest.raises(UserError, match=r"SIDD.Targ is not in the log \(the file is damaged in \d+ places?\)"):
+        excited(tmp_path / "noise.bin", None)
     with pytest.raises(UserError, match="--columns"):
         excited(tmp_path / "a.ulg", None)
     with pytest.raises(UserError, match="log of topics"):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.logs import ardupilot
-from quadstep.identify.logs.flight import Floats
+from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Columns, Series
 from quadstep.identify.response import Response, response
@@ -39,6 +39,7 @@ Identification", 2nd edition, 2012).
 class Excited(NamedTuple):
     """An excitation in flight. axis: which command it was added to; source: the columns. measured: what the loop answered.
     excitation, command (n,): samples a `period` [s] apart. parameters: of the autopilot, by name, where the log has them.
+    damaged: places of the log that could not be read.
     """
 
     axis: str
@@ -48,6 +49,7 @@ class Excited(NamedTuple):
     command: Floats
     period: float
     parameters: Mapping[str, float]
+    damaged: int = 0
 
     @property
     def noise(self) -> float:
@@ -66,11 +68,14 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     if columns is None and path.suffix.lower() != ".bin":
         raise UserError(f"{path}: which columns hold an excitation and the command that it was added to? give --columns X,Y")
     wanted = [EXCITATION, *COMMANDS.values()] if columns is None else list(columns)
-    found = read_topics(path, wanted).columns
+    found, damaged = read_topics(path, wanted)
     given, *commands = wanted
     if given not in found or len(found[given].time) < 2:
         fly = "; fly the mode System Identification with SID_AXIS 10 (roll), 11 (pitch) or 12 (yaw)" if columns is None else ""
-        raise UserError(f"{path}: {given} is not in the log: without an excitation its margins cannot be measured{fly}")
+        broken = f" ({damage(damaged)})" if damaged else ""
+        raise UserError(
+            f"{path}: {given} is not in the log{broken}: without an excitation its margins cannot be measured{fly}"
+        )
     commands = [one for one in commands if one in found and len(found[one].time) > 1]
     if not commands:
         raise UserError(f"{path}: {' and '.join(wanted[1:])}: the commands are not in the log")
@@ -79,7 +84,7 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     best = max(range(len(measured)), key=lambda i: float(np.median(measured[i].coherence)))
     axis = {name: axis for axis, name in COMMANDS.items()}.get(commands[best], commands[best])
     parameters = ardupilot.parameters(path) if path.suffix.lower() == ".bin" else {}
-    one = Excited(axis, (given, commands[best]), measured[best], *several[best], parameters)
+    one = Excited(axis, (given, commands[best]), measured[best], *several[best], parameters, damaged)
     refuse(path, one)
     return one
 

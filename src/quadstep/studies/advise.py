@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.identify.excited import AXES, Excited, excited
+from quadstep.identify.logs.flight import damage
 from quadstep.identify.response import Crossing, Response, crossovers, determined, gain_margins, margin
 from quadstep.io import files
 from quadstep.io.errors import UserError
@@ -186,6 +187,7 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
         figures=[Figure(f"{FIGURES}/bode", "The open loop at the controller's command", label="Open loop")],
         tables=tables,
         more=more,
+        warnings=[f"{damage(flight.damaged)}; what could not be read is left out"] if flight.damaged else [],
     )  # fmt: skip
 
 

@@ -6,6 +6,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.report.units import counted
+
 Floats: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
 
@@ -105,3 +107,8 @@ class FlightRecord:
         breaks = np.where(~self.follows, index, 0)
         result: NDArray[np.int64] = index - np.maximum.accumulate(breaks)
         return result
+
+
+def damage(places: int) -> str:
+    """How much of a log is damaged, in words."""
+    return f"the file is damaged in {counted(places, 'place')}"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.logs.flight import Flags, FlightRecord, Floats
+from quadstep.identify.logs.flight import Flags, FlightRecord, Floats, damage
 from quadstep.identify.logs.read import rates_of
 from quadstep.identify.logs.signals import lag, slopes, smooth
 from quadstep.io.errors import UserError
@@ -95,8 +95,7 @@ def flaws(flight: FlightRecord) -> list[Finding]:
     """Gaps, duplicate rows, lost commands, missing numbers, crashes."""
     found = []
     if flight.damaged:
-        places = "1 place" if flight.damaged == 1 else f"{flight.damaged} places"
-        found.append(Finding(False, f"the file is damaged in {places}; what could not be read is left out", True))
+        found.append(Finding(False, f"{damage(flight.damaged)}; what could not be read is left out", True))
     steps = np.diff(flight.time)
     twice = int((steps < 1e-9).sum())
     gaps = steps[steps > 1.5 * flight.period]
