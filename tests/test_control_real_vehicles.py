@@ -99,6 +99,13 @@ def test_it_damps_a_rate_about_any_axis(kind, axis):
     assert list(command.torque)[axis] < 0.0
 
 
+@pytest.mark.parametrize("kind", ["rotation-backstepping", "hedged-backstepping"])
+def test_the_gyroscopic_moment_is_fed_forward(kind):
+    rates, inertia = vector(2.0, -1.0, 0.7), mission(kind).plan().parameters.airframe.inertia
+    there, back = (asked(kind, begin=IDENTITY, rates=sign * rates)[0].torque for sign in (1.0, -1.0))
+    assert np.allclose(list(0.5 * (there + back)), list(cross(rates, inertia * rates)), rtol=1e-9)
+
+
 @EVERY
 def test_it_pushes_harder_below_the_path_and_while_sinking(kind):
     weight, samples = 2.644 * 9.81, 90 if kind in EXTENDED else 1
