@@ -1,5 +1,6 @@
 """`quadstep advise`."""
 
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -37,8 +38,6 @@ def advise(
 
     Exit code 2: the log has no excitation, or its excitation does not tell the margins; the reason is said.
     """
-    import time
-
     started = time.perf_counter()
     from quadstep.studies.advise import advise as advised
 

@@ -4,7 +4,7 @@ import contextlib
 import difflib
 import re
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -91,8 +91,12 @@ def describe(model: type[BaseModel], problem: Any) -> str:
 def unknown(key: str, allowed: Iterable[str]) -> str:
     """What is said of a key that is none of these: all of them, and the one that was probably meant."""
     names = sorted(allowed)
-    near = difflib.get_close_matches(key, names, 1)
-    return f"unknown key; allowed here: {', '.join(names)}" + "".join(f"; did you mean {name}?" for name in near)
+    return f"unknown key; allowed here: {', '.join(names)}{meant(key, names)}"
+
+
+def meant(name: str, names: Sequence[str]) -> str:
+    """The end of a refusal: which of the names was probably meant; nothing where none is like it."""
+    return "".join(f"; did you mean {near}?" for near in difflib.get_close_matches(name, names, 1))
 
 
 def walk(

@@ -1,6 +1,5 @@
 """A file of an autopilot's parameters as part of a mission's table [controller]."""
 
-import difflib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -8,6 +7,7 @@ from typing import NamedTuple
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import Parameters, read_parameters
+from quadstep.mission.check import meant
 
 KEY = "parameters"
 """Names the file. It goes when the mission is read: what the file says is then in the mission."""
@@ -41,8 +41,7 @@ def refuse_unknown(law: type[Controller], found: Parameters, name: str) -> None:
     groups = {key.rpartition(".")[0] for key in keys if "." in key}
     for one in found.values:
         if one not in keys and one not in law.unmodelled and one.rpartition(".")[0] in groups:
-            meant = "".join(f"; did you mean {near}?" for near in difflib.get_close_matches(one, keys, 1))
-            raise ValueError(f"{KEY}: {name}: {one} is no parameter of {law.source}{meant}")
+            raise ValueError(f"{KEY}: {name}: {one} is no parameter of {law.source}{meant(one, list(keys))}")
 
 
 def notes(law: type[Controller], found: Parameters, name: str) -> list[str]:

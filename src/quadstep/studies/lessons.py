@@ -79,12 +79,12 @@ def checked(asked: list[Task], file: Path) -> list[Checked]:
     """Tasks held against the mission of a file, which flies once, if it is the mission of one of them. Raises UserError."""
     mission = read_mission(file)
     content = plain(mission.model_dump())
-    wrong = [differing(one, mission, content) for one in asked]
-    if all(wrong):
-        return [Checked(one, cases, True) for one, cases in zip(asked, wrong, strict=True)]
+    strange = [differing(one, mission, content) for one in asked]
+    if all(strange):
+        return [Checked(one, cases, True) for one, cases in zip(asked, strange, strict=True)]
     measured = flown(mission, any(one.grade for one in asked))
     return [
-        Checked(one, cases or judged(one, content, measured), bool(cases)) for one, cases in zip(asked, wrong, strict=True)
+        Checked(one, cases or judged(one, content, measured), bool(cases)) for one, cases in zip(asked, strange, strict=True)
     ]
 
 
@@ -101,10 +101,10 @@ def differing(task: Task, mission: Mission, content: object) -> tuple[Case, ...]
     for key, wanted in task.same.items():
         value = at(content, key)
         if value != wanted:
-            found.append(Case(key, wrong_if(True, key, shown(wanted), shown(value))))
+            found.append(Case(key, wrong(key, shown(wanted), shown(value))))
     if task.own and not mission.controller.own:
         law = shown(mission.controller.type)
-        found.append(Case("controller.type", wrong_if(True, "controller.type", "a law of your own, FILE.py:NAME", law)))
+        found.append(Case("controller.type", wrong("controller.type", "a law of your own, FILE.py:NAME", law)))
     return tuple(found)
 
 
@@ -115,25 +115,22 @@ def judged(task: Task, content: object, measured: Measured) -> tuple[Case, ...]:
         value = at(content, name)
         entries = value if isinstance(value, list) else [value]
         if all(isinstance(one, int | float) for one in entries):
-            value = max(entries)
-            cases.append(Case(f"{name} at most {most:g}", wrong_if(value > most, name, f"at most {most:g}", f"{value:g}")))
+            largest, limit = max(entries), f"at most {most:g}"
+            cases.append(Case(f"{name} {limit}", wrong(name, limit, f"{largest:g}") if largest > most else None))
         else:
-            (limit,) = with_full_names([Requirement(name, most)], measured.numbers)
-            cases.append(judge(limit, measured.numbers, measured.lost).case)
+            (required,) = with_full_names([Requirement(name, most)], measured.numbers)
+            cases.append(judge(required, measured.numbers, measured.lost).case)
     if task.grade and measured.grade:
-        poor = measured.grade.word not in (SOUND, task.grade)
-        cases.append(
-            Case(
-                f"the loop is {task.grade}",
-                wrong_if(poor, "the loop", task.grade, f"{measured.grade.word}: {measured.grade.why}"),
-            )
-        )
+        found = measured.grade
+        poor = found.word not in (SOUND, task.grade)
+        failure = wrong("the loop", task.grade, f"{found.word}: {found.why}") if poor else None
+        cases.append(Case(f"the loop is {task.grade}", failure))
     return tuple(cases)
 
 
-def wrong_if(wrong: bool, what: str, wanted: str, found: object) -> str | None:
-    """What is not as it should be, in words."""
-    return f"{what} should be {wanted}, but is {found}" if wrong else None
+def wrong(what: str, wanted: str, found: str) -> str:
+    """What is not as it should be."""
+    return f"{what} should be {wanted}, but is {found}"
 
 
 def at(content: object, key: str) -> object:

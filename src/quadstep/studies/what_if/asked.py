@@ -1,6 +1,5 @@
 """What is asked: which parameters change, of which law, on which vehicle, in which wind."""
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,7 +11,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
 from quadstep.linear.grade import Grade
-from quadstep.mission.check import shorten
+from quadstep.mission.check import meant, shorten
 from quadstep.report import units
 from quadstep.studies.tuning.judge import Flown
 
@@ -91,10 +90,7 @@ def law_of(asked: Asked) -> type[Controller]:
     known = [key for law in laws for key in law.by_key()]
     for name in asked.changes:
         if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
-            raise UserError(
-                f"{name} is no parameter of {', '.join(STOCK)}" + "".join(f"; did you mean {one}?" for one in near)
-            )
+            raise UserError(f"{name} is no parameter of {', '.join(STOCK)}{meant(name, known)}")
     fitting = [law for law in laws if all(name in law.by_key() for name in asked.changes)]
     if not fitting:
         raise UserError(f"{units.listed(list(asked.changes))} are not parameters of one law")
