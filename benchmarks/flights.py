@@ -19,8 +19,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
-from quadstep.vehicle.paper.lagrange import derivative
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State, derivative
 from quadstep.vehicle.plants.lagrange import Lagrange
 
 CASE_1_AT_250_HZ: dict[str, Any] = {

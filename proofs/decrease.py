@@ -27,10 +27,7 @@ from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smalle
 from quadstep.program.terms import variable
 from quadstep.proofs.theory.lyapunov import STANDARD, ErrorMotion, closed_loop, lyapunov_rate, sum_squares
 from quadstep.proofs.theory.samples import LoopBatch
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.lagrange import Vehicle, coriolis_torque
-from quadstep.vehicle.paper.rotors import Rotors
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import Rotors, State, Vehicle, coriolis_torque, thrust_direction
 
 SERIES = 1e-17
 """What T1_near leaves of the gap of both directions, entry by entry."""

@@ -6,7 +6,7 @@ from quadstep.control.inversion import invert_force
 from quadstep.control.projection import project
 from quadstep.numbers import Vector, sin
 from quadstep.program.terms import variable
-from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper import thrust_direction
 
 TILT, WANTED = vector_of("a", 2), vector_of("w", 2)
 ERROR = WANTED - TILT

@@ -4,7 +4,7 @@ from proofs.statement import Statement, above, at_most, differs, equal, matrix_o
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, sin, solve_symmetric, total
 from quadstep.program.terms import variable
-from quadstep.vehicle.paper.lagrange import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
+from quadstep.vehicle.paper import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
 
 ATTITUDE = Vector((variable("psi"), variable("theta"), variable("phi")))
 RATES, R, Y = vector_of("w"), vector_of("r"), vector_of("y")

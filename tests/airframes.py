@@ -5,14 +5,11 @@ import numpy as np
 from quadstep.engines.integrator import runge_kutta_4
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import rotation_matrix
-from quadstep.vehicle.airframe.aerodynamics import Drag
-from quadstep.vehicle.airframe.battery import Battery
 from quadstep.vehicle.airframe.events import Events, efficiencies, mass_properties
 from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
-from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.motion import AirframeState, renormalised
 from quadstep.vehicle.airframe.plant import Airframe, derivative
-from quadstep.vehicle.airframe.rigid_body import renormalised
-from quadstep.vehicle.airframe.rotor import Rotor
+from quadstep.vehicle.airframe.rotor import Battery, Drag, Rotor
 from tests.flights import array, column
 
 ARM = 0.15

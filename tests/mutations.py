@@ -36,11 +36,10 @@ LAWS = {
     "control.projection": ("project", "project_weights", "shrink"),
     "control.networks": ("basis", "output", "weight_rate"),
     "control.inversion": ("invert_force",),
-    "vehicle.paper.lagrange": (
+    "vehicle.paper": (
         "effective_inertia", "effective_inertia_partials", "coriolis", "coriolis_torque", "acceleration",
-        "angular_acceleration",
+        "angular_acceleration", "thrust_direction",
     ),
-    "vehicle.paper.kinematics": ("thrust_direction",),
 }  # fmt: skip
 """Functions of the laws and of the plant."""
 

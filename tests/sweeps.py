@@ -8,8 +8,7 @@ from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, places
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.numbers import flatten, vector
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.vehicle.paper.rotors import Rotors
+from quadstep.vehicle.paper import Disturbance, Rotors
 from quadstep.world.guidance.spline import through_waypoints
 from tests.flights import CASE_1, parameters, same, state, vehicle
 

@@ -8,7 +8,7 @@ import pytest
 from scipy import signal
 
 from quadstep.numbers import Vector, flatten, rebuild
-from quadstep.world.air.dryden import DRAWS, Dryden, gamma_tails, gusts, scales, start_turbulence, turbulence_step
+from quadstep.world.air import DRAWS, Dryden, gamma_tails, gusts, scales, start_turbulence, turbulence_step
 from tests.flights import array, column, through_lanes
 
 FIELD = Dryden(wind_20=15.0, height=20.0, airspeed=10.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import flatten, rebuild, vector
-from quadstep.world.air.wind import DRAWS, Dryden, Turbulence, Wind, start_turbulence, wind_at
+from quadstep.world.air import DRAWS, Dryden, Turbulence, Wind, start_turbulence, wind_at
 from tests.flights import array, column, through_lanes
 
 NONE = vector(0.0, 0.0, 0.0)

@@ -7,11 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from quadstep.numbers import Vector, flatten, rebuild, vector
-from quadstep.vehicle.airframe.aerodynamics import Drag
-from quadstep.vehicle.airframe.battery import Battery
 from quadstep.vehicle.airframe.events import Events, Payload, RotorFault
 from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
 from quadstep.vehicle.airframe.plant import specific_force, voltage
+from quadstep.vehicle.airframe.rotor import Battery, Drag
 from tests.airframes import (
     ALL,
     NONE,

@@ -9,12 +9,8 @@ from quadstep.engines.integrator import runge_kutta_4
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, cos, matrix, sin, vector
 from quadstep.numbers.rotations import rotation_matrix
-from quadstep.vehicle.airframe.motion import Motion
-from quadstep.vehicle.airframe.rigid_body import MassProperties, motion_rate, renormalised
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.vehicle.paper.kinematics import euler_rate_matrix
-from quadstep.vehicle.paper.lagrange import Vehicle, derivative
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.airframe.motion import MassProperties, Motion, motion_rate, renormalised
+from quadstep.vehicle.paper import Disturbance, State, Vehicle, derivative, euler_rate_matrix
 from tests.airframes import NOTHING, at, attitude_matrix, momenta
 from tests.flights import array, column
 from tests.rotations import papers_rotation

@@ -16,7 +16,7 @@ from quadstep.numbers import Vector
 from quadstep.proofs.article.build import FLIGHTS, article, body, missions, tools
 from quadstep.proofs.article.insight import SHOWN, ball, printed_roll
 from quadstep.proofs.certify.certificate import error_radius
-from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper import thrust_direction
 from tests.browsers import browsers, playwright  # noqa: F401 (fixtures)
 from tests.frontend import FRONTEND
 from tests.golden import FILE as GOLDEN

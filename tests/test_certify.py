@@ -24,8 +24,7 @@ from quadstep.proofs.certify.ideal_weights import fit_all, residual_bound, targe
 from quadstep.proofs.certify.lyapunov import matrices
 from quadstep.proofs.certify.record import record
 from quadstep.proofs.certify.verdict import kind, verdict
-from quadstep.vehicle.paper.disturbance import disturb
-from quadstep.vehicle.paper.lagrange import acceleration, derivative
+from quadstep.vehicle.paper import acceleration, derivative, disturb
 from quadstep.world.guidance.minimum_jerk import MinimumJerk
 from tests.certificates import LINE, plan
 

@@ -9,7 +9,7 @@ from quadstep.control.inversion import invert_force
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import matrix, vector
-from quadstep.vehicle.paper.lagrange import acceleration, angular_acceleration, coriolis, effective_inertia
+from quadstep.vehicle.paper import acceleration, angular_acceleration, coriolis, effective_inertia
 from tests.flights import array, column, gains, random_state, same, state, vehicle
 
 LAW = Backstepping()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import Vector, vector
-from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper import thrust_direction
 from tests.flights import array, column, through_lanes
 
 PI = math.pi

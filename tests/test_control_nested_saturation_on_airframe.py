@@ -11,7 +11,7 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
-from quadstep.vehicle.paper.lagrange import angular_acceleration
+from quadstep.vehicle.paper import angular_acceleration
 from tests.flights import array, column, nested_gains, random_state, same, vehicle
 from tests.followed import EIGHT, FAST, HERE, followed
 from tests.rigid import linearised

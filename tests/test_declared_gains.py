@@ -33,7 +33,7 @@ from quadstep.page.sliders import sliders
 from quadstep.studies.tuning.gains import gain as gain_of
 from quadstep.studies.tuning.gains import tunable
 from quadstep.studies.tuning.theorem import with_gains
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 from quadstep.vehicle.plants.planar import PlanarState
 from tests.pages import needs_node, run_node, value_of
 

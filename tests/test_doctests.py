@@ -15,9 +15,9 @@ MODULES = (
     "quadstep", "quadstep.studies.flights.interface", "quadstep.io.errors", "quadstep.mission.schema", "quadstep.mission.read",
     "quadstep.engines.engine", "quadstep.metrics.of_log",
     "quadstep.numbers.functions", "quadstep.numbers.vectors", "quadstep.numbers.structure", "quadstep.interfaces.reference",
-    "quadstep.world.guidance.minimum_jerk", "quadstep.world.guidance.orbit", "quadstep.world.guidance.step",
+    "quadstep.world.guidance.minimum_jerk", "quadstep.world.guidance.orbit", "quadstep.world.guidance.setpoints",
     "quadstep.world.guidance.piecewise",
-    "quadstep.world.guidance.spline", "quadstep.world.guidance.declared", "quadstep.world.air.declared",
+    "quadstep.world.guidance.spline", "quadstep.world.guidance.declared", "quadstep.world.air",
     "quadstep.numbers.scan", "quadstep.interfaces.metric", "quadstep.own", "quadstep.numbers.elementary", *FRONTS,
 )  # fmt: skip
 

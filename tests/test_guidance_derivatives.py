@@ -7,8 +7,8 @@ from quadstep.numbers import vector
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend_bend
 from quadstep.world.guidance.orbit import Orbit, OrbitParameters, ramp_bend
 from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.guidance.setpoints import Step, StepParameters
 from quadstep.world.guidance.spline import near_recording, through_waypoints
-from quadstep.world.guidance.step import Step, StepParameters
 from tests.flights import array, through_lanes
 
 RNG = np.random.default_rng(77)

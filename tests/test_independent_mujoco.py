@@ -12,8 +12,7 @@ import pytest
 from quadstep.engines.integrator import runge_kutta_4
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import rotation_matrix
-from quadstep.vehicle.airframe.motion import Motion
-from quadstep.vehicle.airframe.rigid_body import MassProperties, motion_rate, renormalised
+from quadstep.vehicle.airframe.motion import MassProperties, Motion, motion_rate, renormalised
 from tests.flights import array, column
 from tests.needs import package
 

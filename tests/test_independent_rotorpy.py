@@ -16,9 +16,8 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, Vector
 from quadstep.vehicle.airframe.events import Events, mass_properties
 from quadstep.vehicle.airframe.geometry import Effects, Geometry
-from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.motion import AirframeState, renormalised
 from quadstep.vehicle.airframe.plant import derivative
-from quadstep.vehicle.airframe.rigid_body import renormalised
 from tests.flights import column
 from tests.needs import package
 

@@ -17,8 +17,7 @@ from quadstep.proofs.theory import flow as flow_module
 from quadstep.proofs.theory.edge import default_region
 from quadstep.proofs.theory.flow import Flow, LoopInstant, draw
 from quadstep.proofs.theory.region import R1
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
+from quadstep.vehicle.paper import coriolis, effective_inertia, thrust_direction
 
 UNKNOWN = 0.005
 H = 1e-6

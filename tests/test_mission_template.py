@@ -13,7 +13,7 @@ from quadstep.interfaces.controller import Measured
 from quadstep.mission.read import check_mission
 from quadstep.mission.template import template, write_template
 from quadstep.numbers import Table, flatten
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 
 COMMENTED = re.compile(r"^# ([A-Za-z][\w.]*) = (.*)$")
 TEMPLATE = template()

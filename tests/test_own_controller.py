@@ -21,7 +21,7 @@ from quadstep.mission.derived import section_of
 from quadstep.page.controllers import in_common
 from quadstep.page.missions import flown_mission, missions_page
 from quadstep.report.panels import flight_jobs
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 
 ROOT = Path(__file__).parent.parent
 MISSION = """

@@ -198,7 +198,7 @@ rising = 3.0
 
 STEADY = """
 from typing import NamedTuple
-from quadstep.world.air.declared import DeclaredWind
+from quadstep.world.air import DeclaredWind
 from quadstep.interfaces.gain import gain
 from quadstep.numbers import Vector, vector
 
@@ -262,7 +262,7 @@ def test_the_numbers_of_a_wind_have_sliders(folder):
 @pytest.mark.parametrize("case", WRONG_WINDS)
 def test_wrong_winds_are_one_line(folder, case):
     table, said = WRONG_WINDS[case]
-    code = "from quadstep.world.air.declared import DeclaredWind as W\nclass Fails(W):\n    def wind(self, air, p, time):\n"
+    code = "from quadstep.world.air import DeclaredWind as W\nclass Fails(W):\n    def wind(self, air, p, time):\n"
     numbers = "\nfrom typing import NamedTuple\nclass N(NamedTuple): pass\nFails.Numbers = N\n"
     (folder / "own.py").write_text(f"{code}        return speed{numbers}")
     mission = THERMAL.partition("[wind]")[0] + f"[wind]\n{table}\n"

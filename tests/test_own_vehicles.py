@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from quadstep.interfaces.gain import gain
 from quadstep.numbers import Vector, sin, vector
-from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance
+from quadstep.vehicle.paper import DeclaredDisturbance
 
 
 class Numbers(NamedTuple):

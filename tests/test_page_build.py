@@ -24,7 +24,7 @@ from quadstep.studies.paper.cases import NEURONS, case_1
 from quadstep.studies.paper.claims import answer, check_claims
 from quadstep.studies.paper.page import TURN_NEURONS, paper_page
 from quadstep.studies.paper.study import fly_study, plan_study
-from quadstep.vehicle.paper.rotors import rotor_map
+from quadstep.vehicle.paper import rotor_map
 from tests.missions import EXAMPLES, MISSIONS, RECORDED
 from tests.pages import FLIGHTS, STAND_IN, data_of, flown
 

@@ -35,13 +35,8 @@ from quadstep.numbers.rotations import (
     rotation_matrix,
     yaw_pitch_roll,
 )
-from quadstep.vehicle.airframe.motion import Motion
-from quadstep.vehicle.airframe.rigid_body import MassProperties, motion_rate
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.vehicle.paper.kinematics import euler_rate_matrix, thrust_direction
-from quadstep.vehicle.paper.lagrange import Vehicle, derivative
-from quadstep.vehicle.paper.rotors import Rotors
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.airframe.motion import MassProperties, Motion, motion_rate
+from quadstep.vehicle.paper import Disturbance, Rotors, State, Vehicle, derivative, euler_rate_matrix, thrust_direction
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
 from tests.flights import array, column, same, through_lanes
 

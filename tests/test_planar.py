@@ -16,10 +16,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, flatten, vector
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.vehicle.paper.lagrange import Vehicle, derivative
-from quadstep.vehicle.paper.rotors import Rotors
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import Disturbance, Rotors, State, Vehicle, derivative
 from quadstep.vehicle.plants.declared import PlantParameters
 from quadstep.vehicle.plants.planar import Planar, PlanarCommand, PlanarLimits, PlanarNumbers, PlanarState, thrust_direction
 from tests.commands import quadstep

@@ -39,7 +39,7 @@ from quadstep.numbers.elementary import limited
 from quadstep.numbers.kinds import FLOATS
 from quadstep.program.terms import Term, coq, decimal, gappa, generalised, term, variable, variables
 from quadstep.proofs.theory.region import decay
-from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
+from quadstep.vehicle.paper import coriolis, effective_inertia
 from tests.mutations import exchanged, source
 
 
@@ -235,7 +235,7 @@ COMPLETED, LAW, NETS = "control.completed_backstepping", "control.backstepping",
         (LAW, "+ estimate + feedback", "+ feedback", {"T9", "T11"}),
         (LAW, "integral_2=memory.integral_2 + period * r2", "integral_2=memory.integral_2 + 0.5 * period * r2", {"T9", "T11"}),
         ("control.inversion", "atan2(-f_x, b)", "atan2(f_x, b)", {"T17", "T9", "T11"}),
-        ("vehicle.paper.lagrange", "torque - coriolis_torque", "torque + coriolis_torque", {"T9", "T11"}),
+        ("vehicle.paper", "torque - coriolis_torque", "torque + coriolis_torque", {"T9", "T11"}),
     ],
 )  # fmt: skip
 def test_what_is_stated_of_a_wrong_law_is_false(place, was, now, fails):

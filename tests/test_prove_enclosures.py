@@ -11,7 +11,7 @@ from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, UndefinedError
 from quadstep.numbers.functions import sinc
 from quadstep.proofs.prove.box import seeded
 from quadstep.proofs.prove.sampled import Sampled
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 from tests.enclosures import outside, spread, states
 
 CENTRES = np.array([[0.3, -1.2, 2.5, 40.0], [0.7, 0.9, 1e-3, 3.0]])

@@ -170,7 +170,7 @@ from quadstep.interfaces.controller import Command, Controller
 from quadstep.interfaces.gain import believed, gain, given
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import Number, minimum, vector
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 
 
 class Gains(NamedTuple):

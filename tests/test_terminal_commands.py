@@ -89,7 +89,7 @@ SAID = {
     "vehicles": "research-2.6kg",
     "vehicle": "rotor.torque_coefficient",
     "certify": "Verdict: ",
-    "verify": "vehicle.paper.rotors:rotor_map",
+    "verify": "vehicle.paper:rotor_map",
     "page": "Page: out/mission.html",
     "explain": "Article: out/article.html",
     "check": "a solved: Fly well",

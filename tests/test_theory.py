@@ -22,8 +22,7 @@ from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
 from quadstep.proofs.theory.lyapunov import closed_loop, lyapunov_rate
 from quadstep.proofs.theory.samples import LoopBatch, draw_sample, sample_at
 from quadstep.studies.paper.cases import stress
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State, thrust_direction
 from tests.theorem_again import other_kappa_terms, other_learning_terms
 
 SAMPLES = 5_000

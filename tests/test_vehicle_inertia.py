@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadstep.interfaces.model import Kinematics
-from quadstep.vehicle.paper.lagrange import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
+from quadstep.vehicle.paper import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
 from tests.flights import array, column
 
 UNEQUAL = np.array([5.0, 8.0, 12.0])

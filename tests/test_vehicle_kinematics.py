@@ -5,7 +5,7 @@ import pytest
 
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import vector
-from quadstep.vehicle.paper.kinematics import euler_rate_matrix, euler_rate_partials, thrust_direction
+from quadstep.vehicle.paper import euler_rate_matrix, euler_rate_partials, thrust_direction
 from tests.flights import array, column
 from tests.rotations import axis, papers_rotation, rotation
 

@@ -6,10 +6,7 @@ import pytest
 from quadstep.engines.integrator import along, runge_kutta_4
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import vector
-from quadstep.vehicle.paper.disturbance import Disturbance, disturb
-from quadstep.vehicle.paper.kinematics import euler_rate_matrix
-from quadstep.vehicle.paper.lagrange import acceleration, derivative, energy
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import Disturbance, State, acceleration, derivative, disturb, energy, euler_rate_matrix
 from tests.flights import array, random_state, same, state, vehicle
 from tests.rotations import papers_rotation, rotation
 

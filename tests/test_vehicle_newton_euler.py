@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 from quadstep.interfaces.model import Kinematics
-from quadstep.vehicle.paper.lagrange import angular_acceleration, coriolis, coriolis_torque, effective_inertia
+from quadstep.vehicle.paper import angular_acceleration, coriolis, coriolis_torque, effective_inertia
 from tests.flights import array, column, vehicle
 from tests.rotations import about_x, about_y
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quadstep.numbers import vector
-from quadstep.vehicle.paper.rotors import Rotors, allocate, limit, mix, rotor_map
+from quadstep.vehicle.paper import Rotors, allocate, limit, mix, rotor_map
 from tests.flights import array, column
 from tests.rotations import axis, papers_rotation
 

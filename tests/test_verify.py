@@ -146,7 +146,7 @@ def test_json_has_every_row_with_its_checks(monkeypatch, capsys, tmp_path):
     content = json.loads(target.read_text(encoding="utf-8"))
     assert content["passed"] is True
     (row,) = content["rows"]
-    assert (row["number"], row["verdict"], row["where"]) == ("5", "as printed", "quadstep.vehicle.paper.rotors:rotor_map")
+    assert (row["number"], row["verdict"], row["where"]) == ("5", "as printed", "quadstep.vehicle.paper:rotor_map")
     assert all(set(check) == {"what", "expected", "found", "holds"} for check in row["checks"])
     assert [path.name for path in tmp_path.iterdir()] == ["rows.json"]
 
@@ -206,7 +206,7 @@ def test_without_sympy_one_line_says_how_to_install_it(monkeypatch, capsys):
 
 
 def failing_row(gather):
-    return EquationRow("5", "what", "printed", "quadstep.vehicle.paper.rotors:mix", EquationVerdict.AS_PRINTED, "", gather)
+    return EquationRow("5", "what", "printed", "quadstep.vehicle.paper:mix", EquationVerdict.AS_PRINTED, "", gather)
 
 
 def test_a_failing_row_is_marked_and_the_exit_code_is_1(monkeypatch, capsys):

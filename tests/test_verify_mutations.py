@@ -15,7 +15,7 @@ from tests import mutations
 from tests.equivalents import EQUIVALENT
 from tests.mutations import REVIEWED, caught_by, exchanged, functions, source
 
-LAGRANGE, KINEMATICS, ROTORS = "vehicle.paper.lagrange", "vehicle.paper.kinematics", "vehicle.paper.rotors"
+LAGRANGE, KINEMATICS, ROTORS = "vehicle.paper", "vehicle.paper", "vehicle.paper"
 LAW, NETS, FILTER = "control.backstepping", "control.networks", "control.command_filter"
 INVERSION, NESTED, JERK = "control.inversion", "control.nested_saturation", "world.guidance.minimum_jerk"
 LINEAR, FUNCTIONS, LOG = "numbers.vectors", "numbers.elementary", "vehicle.plants.columns"
@@ -45,9 +45,9 @@ MUTANTS = [
     (LAGRANGE, "0.5 * (moving + turning)", "0.5 * (moving - turning)", "2"),
     (LINEAR, "m13 * m23 - m12 * m33", "m13 * m23 + m12 * m33", "3"),
     (LINEAR, "m12 * m13 - m11 * m23", "m12 * m13 - m11 * m22", "3"),
-    ("vehicle.paper.disturbance", "x_dot * phi_dot", "x_dot * psi_dot", "67"),
-    ("vehicle.paper.disturbance", "products + disturbance.force", "products - disturbance.force", "67"),
-    ("vehicle.paper.disturbance", "products + disturbance.torque", "products - disturbance.torque", "67"),
+    ("vehicle.paper", "x_dot * phi_dot", "x_dot * psi_dot", "67"),
+    ("vehicle.paper", "products + disturbance.force", "products - disturbance.force", "67"),
+    ("vehicle.paper", "products + disturbance.torque", "products - disturbance.torque", "67"),
     (ROTORS, "(l, 0.0, -l, 0.0)", "(l, 0.0, l, 0.0)", "5"),
     (ROTORS, "(0.0, -l, 0.0, l)", "(0.0, l, 0.0, -l)", "rotor signs"),
     (ROTORS, "(c, -c, c, -c)", "(-c, c, -c, c)", "rotor signs"),

@@ -64,11 +64,11 @@ from quadstep.sensing.declared import DeclaredEstimator as Estimator
 from quadstep.sensing.declared import DeclaredSensor as Sensor
 from quadstep.sensing.sensors import Navigation, Sensors
 from quadstep.vehicle.airframe.motion import Motion
-from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance as Disturbance
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import DeclaredDisturbance as Disturbance
+from quadstep.vehicle.paper import State
 from quadstep.vehicle.plants.declared import DeclaredPlant as Plant
 from quadstep.vehicle.plants.declared import PlantParameters
-from quadstep.world.air.declared import DeclaredWind as Wind
+from quadstep.world.air import DeclaredWind as Wind
 from quadstep.world.guidance.declared import DeclaredPath as Path
 
 __all__ = [

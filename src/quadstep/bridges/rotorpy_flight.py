@@ -20,7 +20,7 @@ from quadstep.sensing.suite import Suite
 from quadstep.vehicle.airframe.events import Events
 from quadstep.vehicle.airframe.motion import AirframeState
 from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor, Spun
-from quadstep.world.air.wind import MovingAir, start_turbulence, wind_at
+from quadstep.world.air import MovingAir, start_turbulence, wind_at
 
 STILL = start_turbulence()
 

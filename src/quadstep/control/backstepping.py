@@ -13,7 +13,7 @@ from quadstep.interfaces.learning import Net, net, nets_start, weights
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, largest, maximum, smallest, sqrt, vector, where
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 
 FORCE_INPUTS = 12
 """chi_1 = (xi, r1, eta, eta_dot), after Eq. 22."""

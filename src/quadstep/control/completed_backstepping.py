@@ -31,8 +31,7 @@ from quadstep.interfaces.model import Kinematics, Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, cos, sin, vector, where
 from quadstep.numbers.functions import sinc
-from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State, coriolis, effective_inertia
 
 
 class CompletedGains(NamedTuple):

@@ -16,8 +16,7 @@ from quadstep.interfaces.gain import believed, gain, given
 from quadstep.interfaces.model import Kinematics, Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, cos, vector
-from quadstep.vehicle.paper.lagrange import coriolis_torque, effective_inertia
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State, coriolis_torque, effective_inertia
 
 PAIR = ("rate", "offset")
 

@@ -17,7 +17,7 @@ from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, largest, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 
 STEEPEST = 0.02
 """Least cos(theta) divided by: within 1.1 degrees of straight up the rates are those at 1.1 degrees."""

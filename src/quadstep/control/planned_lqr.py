@@ -16,7 +16,7 @@ from quadstep.interfaces.controller import Command, Measured
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, atan2, cos, sin, vector
 from quadstep.numbers.rotations import heading
-from quadstep.world.guidance.quintic import Point, Quintic, along, quintic
+from quadstep.world.guidance.minimum_jerk import Point, Quintic, along, quintic
 
 HORIZON = 1.0
 """How far ahead a plan meets the path [s]."""

@@ -5,7 +5,7 @@ from importlib import import_module
 from quadstep.control.rate_loop import following_rates
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.interfaces.gain import cached_by_class
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 from quadstep.vehicle.plants.planar import PlanarState
 
 BUILT_IN: dict[type, dict[str, str]] = {

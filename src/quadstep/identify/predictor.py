@@ -18,10 +18,9 @@ from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maxi
 from quadstep.numbers.functions import number, word
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
 from quadstep.vehicle.airframe.geometry import Effects, Geometry
-from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.motion import AirframeState, MassProperties, renormalised
 from quadstep.vehicle.airframe.observer import Observer
 from quadstep.vehicle.airframe.plant import Airframe, derivative
-from quadstep.vehicle.airframe.rigid_body import MassProperties, renormalised
 
 STILL = vector(0.0, 0.0, 0.0)
 STANDING = 1e-3

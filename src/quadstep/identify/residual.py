@@ -18,7 +18,7 @@ from quadstep.identify.problem import PredictionBatch
 from quadstep.identify.starts import laid_out, starts_at, usable, voltage_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Vector, matrix
-from quadstep.vehicle.airframe.residual import INPUTS, Residual
+from quadstep.vehicle.airframe.plant import INPUTS, Residual
 
 HIDDEN = 12
 STRIDE = 5

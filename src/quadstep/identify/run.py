@@ -15,7 +15,7 @@ from quadstep.identify.vehicle_file import identified_vehicle, in_proportion
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection, ResidualSection
 from quadstep.report.units import counted, percent
-from quadstep.vehicle.airframe.residual import Residual
+from quadstep.vehicle.airframe.plant import Residual
 
 AHEAD = 10
 """Samples ahead of which the first sentence and the figures of a report speak."""

@@ -8,7 +8,7 @@ from quadstep.numbers import Number, Structure
 from quadstep.numbers.dual import Seeds, slopes_of
 from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.vehicle.airframe.motion import Motion
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 from quadstep.vehicle.plants.lagrange import Lagrange
 from quadstep.vehicle.plants.multirotor import Multirotor
 

@@ -8,8 +8,7 @@ from quadstep.io.user_code.installed import WINDS
 from quadstep.mission.fields import Duration, NonNegative, Positive, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
-from quadstep.world.air.declared import DeclaredWind
-from quadstep.world.air.wind import Dryden, MovingAir, Wind
+from quadstep.world.air import DeclaredWind, Dryden, MovingAir, Wind
 
 KNOT = 1852.0 / 3600.0
 

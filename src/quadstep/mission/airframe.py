@@ -24,16 +24,13 @@ from quadstep.mission.fields import (
 )
 from quadstep.mission.presets import completed
 from quadstep.numbers import Number, Vector, cos, matrix, maximum, sin, total
-from quadstep.vehicle.airframe.aerodynamics import Drag
 from quadstep.vehicle.airframe.agility import LATE, agility
 from quadstep.vehicle.airframe.allocation import Allocation, allocation, mixing, rank
-from quadstep.vehicle.airframe.battery import Battery
-from quadstep.vehicle.airframe.contact import contact
 from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
+from quadstep.vehicle.airframe.motion import contact
 from quadstep.vehicle.airframe.observer import Observer
-from quadstep.vehicle.airframe.plant import NO_DRAG, Airframe, hover_drag
-from quadstep.vehicle.airframe.residual import INPUTS, OUTPUTS, Residual
-from quadstep.vehicle.airframe.rotor import Rotor
+from quadstep.vehicle.airframe.plant import INPUTS, NO_DRAG, OUTPUTS, Airframe, Residual, hover_drag
+from quadstep.vehicle.airframe.rotor import Battery, Drag, Rotor
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -225,7 +222,7 @@ def as_nested(value: object) -> object:
 
 
 class ResidualSection(Section):
-    """Weights of a small network for accelerations that the laws do not explain (`quadstep.vehicle.airframe.residual`).
+    """Weights of a small network for accelerations that the laws do not explain (`quadstep.vehicle.airframe.plant`).
 
     Shapes: (hidden, 7), (hidden), (6, hidden), (6).
     """

@@ -8,8 +8,7 @@ from quadstep.io.user_code.installed import DISTURBANCES
 from quadstep.mission.fields import Finite, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance
+from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance
 
 
 class DisturbanceSection(Section):

@@ -26,7 +26,7 @@ from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
 
 USUAL_CONTROLLER = section_of(Backstepping)(type="backstepping")

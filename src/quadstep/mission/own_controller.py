@@ -26,7 +26,7 @@ from quadstep.io.user_code.places import Place
 from quadstep.mission.autopilots import AUTOPILOTS, piloted_section
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_table import or_own, unknown_type
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""

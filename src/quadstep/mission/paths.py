@@ -20,8 +20,8 @@ from quadstep.world.guidance.declared import DeclaredPath
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.world.guidance.orbit import Orbit, OrbitParameters
 from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.guidance.setpoints import Step, StepParameters
 from quadstep.world.guidance.spline import LEAST_SPAN, near_recording, through_waypoints
-from quadstep.world.guidance.step import Step, StepParameters
 
 
 class BuiltPath(NamedTuple):

@@ -23,7 +23,7 @@ from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.mission.vehicles import VehicleSection
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 
 TEMPLATE = """\
 # A quadstep mission on the paper's plant, with the paper's controller. Fly it: quadstep fly THIS_FILE

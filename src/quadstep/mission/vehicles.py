@@ -8,8 +8,7 @@ from pydantic import BeforeValidator, model_validator
 from quadstep.interfaces.model import MARGIN, Kinematics, Model
 from quadstep.mission.fields import NonNegative, Positive, PositiveDiagonal, Quantity, Section, as_tuple
 from quadstep.numbers import Vector, total
-from quadstep.vehicle.paper.lagrange import Vehicle
-from quadstep.vehicle.paper.rotors import Rotors
+from quadstep.vehicle.paper import Rotors, Vehicle
 
 
 class RotorsSection(Section):

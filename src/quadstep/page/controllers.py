@@ -19,7 +19,7 @@ from quadstep.page.identity import identity
 from quadstep.page.laws import Laws, widened
 from quadstep.page.model import Controller
 from quadstep.page.sliders import sliders
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 
 GHOSTS = {
     State: ("backstepping", "completed-backstepping", "nested-saturation"),

@@ -15,8 +15,8 @@ from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
 from quadstep.vehicle.airframe.events import Events
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.world.air.wind import Wind
+from quadstep.vehicle.paper import Disturbance
+from quadstep.world.air import Wind
 
 if TYPE_CHECKING:
     from quadstep.mission.multirotor import MultirotorMission

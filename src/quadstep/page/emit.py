@@ -16,7 +16,7 @@ from quadstep.page.writing import Output, Writer
 from quadstep.program.assignments import Record
 from quadstep.program.recorded import RECORDED
 from quadstep.program.script import ScriptRecord
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State
 from quadstep.vehicle.plants.lagrange import Lagrange, Parameters
 
 

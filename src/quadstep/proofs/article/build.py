@@ -21,7 +21,7 @@ from quadstep.program.assignments import Record
 from quadstep.proofs.article.insight import PERIOD, SHOWN, ball, insight_row, printed_roll
 from quadstep.report.mathml import typeset
 from quadstep.report.symbols import rich
-from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper import thrust_direction
 
 TITLE = "Backstepping a quadrotor, explained"
 HERE = "quadstep.proofs.article"

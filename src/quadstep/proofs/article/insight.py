@@ -23,9 +23,7 @@ from quadstep.interfaces.controller import Command
 from quadstep.numbers import Number, Vector, atan2, where
 from quadstep.page.emit import net_row
 from quadstep.proofs.certify.certificate import error_radius
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State, coriolis, effective_inertia, thrust_direction
 from quadstep.vehicle.plants.lagrange import Lagrange, Parameters
 
 PERIOD = 0.002

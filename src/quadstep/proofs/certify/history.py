@@ -18,8 +18,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector
 from quadstep.proofs.certify.arrays import Array, as_rows, as_vector, dot
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State, thrust_direction
 
 YAW_STEP = 1e-4
 """Half of the time [s] over which psi_d_dd is differenced from the path's psi_d_dot."""

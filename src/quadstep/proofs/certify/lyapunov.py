@@ -10,7 +10,7 @@ from quadstep.numbers import Number
 from quadstep.proofs.certify.arrays import Array, apply, as_rows, as_stack, as_vector, dot
 from quadstep.proofs.certify.history import History
 from quadstep.proofs.certify.ideal_weights import IdealWeights
-from quadstep.vehicle.paper.lagrange import (
+from quadstep.vehicle.paper import (
     acceleration,
     angular_acceleration,
     coriolis,

@@ -16,7 +16,7 @@ from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.proofs.prove.unknown import Unknown
-from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper import Disturbance
 from quadstep.vehicle.plants.lagrange import Parameters
 from quadstep.vehicle.plants.multirotor import Multirotor
 

@@ -33,7 +33,7 @@ from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.proofs.prove.verdict import TubeRecord, Verdict, VerdictKind, down, millimetres, under, up
 from quadstep.report.terminal.bars import bar
-from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper import Disturbance
 from quadstep.vehicle.plants.lagrange import Parameters
 
 PUSH = 2.3e-4

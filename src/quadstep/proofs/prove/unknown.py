@@ -11,7 +11,7 @@ from quadstep.engines.loop import Numbers
 from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.enclosure import Array, Enclosure
-from quadstep.vehicle.paper.disturbance import Disturbance
+from quadstep.vehicle.paper import Disturbance
 from quadstep.vehicle.plants.lagrange import Parameters
 
 PUSHES, CONSTANTS = 6, 4

@@ -20,8 +20,7 @@ from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.proofs.theory.edge import mission, setting_of
 from quadstep.proofs.theory.region import NORMS, SIZE, Region, decay
-from quadstep.vehicle.paper.lagrange import Vehicle, acceleration, angular_acceleration, effective_inertia
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State, Vehicle, acceleration, angular_acceleration, effective_inertia
 
 STEP = 1e-6
 """Step of the finite difference for L_dot [s]."""

@@ -12,8 +12,7 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Number, Vector, absolute, largest, smallest, total
 from quadstep.proofs.theory.lyapunov import inner, lyapunov_rate, sum_squares
 from quadstep.proofs.theory.samples import PERIOD, LoopBatch
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia, effective_inertia_partials
+from quadstep.vehicle.paper import coriolis, effective_inertia, effective_inertia_partials, thrust_direction
 
 
 class Sides(NamedTuple):

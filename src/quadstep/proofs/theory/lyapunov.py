@@ -17,13 +17,13 @@ from quadstep.control.networks import output
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Number, Vector, exp, largest, smallest, sqrt, total
 from quadstep.proofs.theory.samples import LoopBatch
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.lagrange import (
+from quadstep.vehicle.paper import (
     acceleration,
     angular_acceleration,
     coriolis,
     effective_inertia,
     effective_inertia_partials,
+    thrust_direction,
 )
 
 STANDARD = Kinematics.STANDARD

@@ -15,10 +15,7 @@ from quadstep.control.completed_backstepping import CompletedGains, CompletedMem
 from quadstep.interfaces.learning import Net
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.lagrange import Vehicle
-from quadstep.vehicle.paper.rotors import Rotors
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import Rotors, State, Vehicle, thrust_direction
 
 NEURONS = 3
 """Enough for the inequalities, which hold for any number."""

@@ -39,7 +39,7 @@ from quadstep.proofs.verify.closed_loop import (
 from quadstep.proofs.verify.plant import TORQUE, inertia_matrix
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, RATES
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.lagrange import coriolis, effective_inertia
+from quadstep.vehicle.paper import coriolis, effective_inertia
 
 ROWS: list[EquationRow] = []
 ERRORS, TORQUE_LAW = "control.backstepping:attitude_errors", "control.backstepping:wanted_torque"

@@ -21,9 +21,7 @@ from quadstep.numbers import Matrix, Vector
 from quadstep.proofs.verify.algebra import Expression, array, flow_of, symbol, symbols
 from quadstep.proofs.verify.plant import MASS, THRUST, TORQUE, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.vehicle.paper.lagrange import derivative
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import Disturbance, State, derivative
 
 NEURONS = 2
 STATE = State(symbols("xi"), symbols("xi_dot"), ATTITUDE, RATES)

@@ -24,7 +24,7 @@ from quadstep.proofs.verify.position_loop import (
 )
 from quadstep.proofs.verify.rigid_body import ATTITUDE
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper import thrust_direction
 
 ROWS: list[EquationRow] = []
 
@@ -81,7 +81,7 @@ def equation_26() -> Evidence:
 
 
 @row(ROWS, "delta", "the coupling that Eqs 20, 26, 56 leave out", "none: F_d = F_d_hat is assumed",
-     "vehicle.paper.kinematics:thrust_direction", EquationVerdict.CORRECTED,
+     "vehicle.paper:thrust_direction", EquationVerdict.CORRECTED,
      "delta = F_d(u_d, theta, phi) - F_d_hat, |delta| <= u_d |e2|; L_dot gains -r1^T delta, which nothing "
      "cancels")  # fmt: skip
 def delta() -> Evidence:

@@ -8,10 +8,7 @@ from quadstep.proofs.verify.algebra import Expression, array, listed, near, same
 from quadstep.proofs.verify.plant import GRAVITY, MASS, PLACE, THRUST, TORQUE, UNEQUAL, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, RATES, known, rate_map, yaw_innermost, zyx
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.disturbance import Disturbance, disturb
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.lagrange import acceleration, derivative, effective_inertia
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import Disturbance, State, acceleration, derivative, disturb, effective_inertia, thrust_direction
 from quadstep.world.guidance.minimum_jerk import blend
 
 ROWS: list[EquationRow] = []
@@ -32,7 +29,7 @@ def printed_direction(attitude: Vector = ATTITUDE) -> Expression:
     "1",
     "position subsystem",
     "m xi_dd + (0, 0, m g) = F_d",
-    "vehicle.paper.lagrange:acceleration",
+    "vehicle.paper:acceleration",
     EquationVerdict.AS_PRINTED,
 )
 def equation_1() -> Evidence:
@@ -41,7 +38,7 @@ def equation_1() -> Evidence:
 
 
 @row(ROWS, "7", "position subsystem, summary", "m xi_dd = u (-s_th, c_th s_ph, c_th c_ph) + (0, 0, -m g)",
-     "vehicle.paper.kinematics:thrust_direction", EquationVerdict.AS_PRINTED, "see thrust direction")  # fmt: skip
+     "vehicle.paper:thrust_direction", EquationVerdict.AS_PRINTED, "see thrust direction")  # fmt: skip
 def equation_7() -> Evidence:
     shipped = array(acceleration(body(), ATTITUDE, THRUST, NOTHING))
     return Evidence([
@@ -51,7 +48,7 @@ def equation_7() -> Evidence:
 
 
 @row(ROWS, "thrust direction", "direction of the thrust and order of the angles", "(-s_th, c_th s_ph, c_th c_ph)",
-     "vehicle.paper.kinematics:thrust_direction", EquationVerdict.AS_PRINTED,
+     "vehicle.paper:thrust_direction", EquationVerdict.AS_PRINTED,
      "kept, but it is R e3 for R = Rx(-phi) Ry(-theta) Rz(-psi), not for T_eta's Rz Ry Rx: one rigid body only while "
      "the inertias are equal")  # fmt: skip
 def direction() -> Evidence:
@@ -79,7 +76,7 @@ def direction() -> Evidence:
 
 
 @row(ROWS, "9", "position subsystem with disturbance", "m x_dd = -u s_th + A_x; m y_dd = u c_th s_ph + A_y; "
-     "m z_dd = u c_th c_ph - m g + A_z", "vehicle.paper.lagrange:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
+     "m z_dd = u c_th c_ph - m g + A_z", "vehicle.paper:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_9() -> Evidence:
     force = symbols("A_xyz")
     rate = derivative(body(), Disturbance(0.0, force, NOTHING), Kinematics.STANDARD, STATE, THRUST, TORQUE)
@@ -90,7 +87,7 @@ def equation_9() -> Evidence:
 
 
 @row(ROWS, "67", "disturbance of the simulation", "A_xyz = A_eta = 3x2 array (x_dot phi_dot; y_dot theta_dot; z_dot psi_dot)",
-     "vehicle.paper.disturbance:disturb", EquationVerdict.CORRECTED,
+     "vehicle.paper:disturb", EquationVerdict.CORRECTED,
      "a 3x2 array is not a force; the product of each row is meant, since sums contradict tau_psi = 0 in Case 1")  # fmt: skip
 def equation_67() -> Evidence:
     scale, force, moment = symbol("scale"), symbols("F"), symbols("M")

@@ -15,17 +15,17 @@ from quadstep.interfaces.learning import Net, random_input_weights
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, total
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.vehicle.paper.kinematics import thrust_direction
-from quadstep.vehicle.paper.lagrange import (
+from quadstep.vehicle.paper import (
+    Disturbance,
+    Rotors,
+    State,
     Vehicle,
     coriolis,
     derivative,
     effective_inertia,
     effective_inertia_partials,
+    thrust_direction,
 )
-from quadstep.vehicle.paper.rotors import Rotors
-from quadstep.vehicle.paper.state import State
 
 Batch = NDArray[np.float64]
 COUNT, NEURONS, PERIOD = 4000, 4, 1e-3

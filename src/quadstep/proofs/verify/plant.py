@@ -31,9 +31,10 @@ from quadstep.proofs.verify.rigid_body import (
     zyx,
 )
 from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.disturbance import Disturbance
-from quadstep.vehicle.paper.kinematics import euler_rate_matrix, euler_rate_partials
-from quadstep.vehicle.paper.lagrange import (
+from quadstep.vehicle.paper import (
+    Disturbance,
+    Rotors,
+    State,
     Vehicle,
     angular_acceleration,
     coriolis,
@@ -42,9 +43,9 @@ from quadstep.vehicle.paper.lagrange import (
     effective_inertia,
     effective_inertia_partials,
     energy,
+    euler_rate_matrix,
+    euler_rate_partials,
 )
-from quadstep.vehicle.paper.rotors import Rotors
-from quadstep.vehicle.paper.state import State
 
 ROWS: list[EquationRow] = []
 STANDARD, PRINTED = Kinematics.STANDARD, Kinematics.PRINTED
@@ -81,7 +82,7 @@ def solves_lagrange(kinematics: Kinematics, bias: Expression) -> Check:
 
 
 @row(ROWS, "2", "rotation subsystem, Lagrange's equations", "J eta_dd + d/dt{J} eta_dot - 1/2 d/deta(eta_dot J eta_dot) = tau",
-     "vehicle.paper.lagrange:coriolis_torque", EquationVerdict.AS_PRINTED,
+     "vehicle.paper:coriolis_torque", EquationVerdict.AS_PRINTED,
      "with the transpose on the first eta_dot, which the text at hand lacks")  # fmt: skip
 def equation_2() -> Evidence:
     checks = [same("C eta_dot from the kinetic energy of R = Rz Ry Rx, unequal inertias",
@@ -103,7 +104,7 @@ def equation_2() -> Evidence:
 
 
 @row(ROWS, "3", "rotation subsystem with C", "J eta_dd + C(eta, eta_dot) eta_dot = tau",
-     "vehicle.paper.lagrange:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
+     "vehicle.paper:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_3() -> Evidence:
     checks = []
     for kinematics in Kinematics:
@@ -114,7 +115,7 @@ def equation_3() -> Evidence:
     return Evidence(checks)
 
 
-@row(ROWS, "4", "effective inertia", "J = T_eta^T Sigma T_eta", "vehicle.paper.lagrange:effective_inertia",
+@row(ROWS, "4", "effective inertia", "J = T_eta^T Sigma T_eta", "vehicle.paper:effective_inertia",
     EquationVerdict.AS_PRINTED,
      "with T_eta as in its own row")  # fmt: skip
 def equation_4() -> Evidence:
@@ -131,7 +132,7 @@ def equation_4() -> Evidence:
 
 
 @row(ROWS, "T_eta", "body rates from Euler rates", "rows (-s_th, 0, 1), (c_th s_psi, c_psi, 0), (c_th c_psi, -s_psi, 0)",
-     "vehicle.paper.kinematics:euler_rate_matrix", EquationVerdict.CORRECTED,
+     "vehicle.paper:euler_rate_matrix", EquationVerdict.CORRECTED,
      "either rows 2 and 3 need roll in place of yaw, or the columns mean (phi, theta, psi) and the rows z, y, x: then it is "
      "-T_eta of the thrust's own order; as printed, for (psi, theta, phi), Lagrange and Newton-Euler disagree unless the "
      "inertias are equal")  # fmt: skip
@@ -170,7 +171,7 @@ def number_at(expression: Expression, inertia: tuple[float, ...], torque: tuple[
 
 
 @row(ROWS, "6", "the matrix C", "C = J_dot - 1/2 d/deta(eta_dot^T J) = 2 T^T Sigma T_dot - ...; J_dot - 2C skew",
-     "vehicle.paper.lagrange:coriolis", EquationVerdict.CORRECTED,
+     "vehicle.paper:coriolis", EquationVerdict.CORRECTED,
      "J_dot - 2C is not skew for this C, but is for Christoffel's; J_dot = T_dot^T Sigma T + T^T Sigma T_dot")  # fmt: skip
 def equation_6() -> Evidence:
     checks, found = [], {}
@@ -206,7 +207,7 @@ def equation_6() -> Evidence:
 
 
 @row(ROWS, "8", "rotation subsystem, summary", "J eta_dd = -C(eta, eta_dot) eta_dot + tau",
-     "vehicle.paper.lagrange:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
+     "vehicle.paper:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_8() -> Evidence:
     return Evidence([
         same("J eta_dd + C eta_dot is the torque by Newton-Euler, unequal inertias", newton_euler(STANDARD), euler_torque()),
@@ -215,7 +216,7 @@ def equation_8() -> Evidence:
 
 
 @row(ROWS, "10", "rotation subsystem with disturbance", "J eta_dd = tau - C(eta, eta_dot) eta_dot + A_eta",
-     "vehicle.paper.lagrange:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
+     "vehicle.paper:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_10() -> Evidence:
     state = State(symbols("xi"), symbols("xi_dot"), ATTITUDE, RATES)
     moment = symbols("A_eta")
@@ -229,7 +230,7 @@ def equation_10() -> Evidence:
 
 @row(ROWS, "66", "effective inertia written out", "rows (Sx s_th^2 + Sy c_th^2 s_psi^2 + Sz c_th^2 c_psi^2, "
      "(Sy-Sz) c_th s_psi c_psi, -Sx s_th), ((Sy-Sz) c_th c_psi s_psi, Sy c_psi^2 + Sz s_psi^2, 0), (-Sx s_th, 0, Sx)",
-     "vehicle.paper.lagrange:effective_inertia", EquationVerdict.CORRECTED,
+     "vehicle.paper:effective_inertia", EquationVerdict.CORRECTED,
      "roll for yaw as in T_eta; otherwise as printed")  # fmt: skip
 def equation_66() -> Evidence:
     s, c = sympy.sin(ATTITUDE[1]), sympy.cos(ATTITUDE[1])

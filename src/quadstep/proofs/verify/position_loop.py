@@ -26,8 +26,7 @@ from quadstep.proofs.verify.forces import printed_direction
 from quadstep.proofs.verify.plant import MASS, THRUST
 from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.disturbance import disturb
-from quadstep.vehicle.paper.kinematics import thrust_direction
+from quadstep.vehicle.paper import disturb, thrust_direction
 
 ROWS: list[EquationRow] = []
 LAW = "control.backstepping:position_loop"

@@ -8,9 +8,7 @@ from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify.algebra import holds, listed, near
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.lagrange import Vehicle, acceleration, angular_acceleration
-from quadstep.vehicle.paper.rotors import Rotors
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import Rotors, State, Vehicle, acceleration, angular_acceleration
 
 ROWS: list[EquationRow] = []
 WIDE, NARROW = vector(8e6, 4e6, 2e6, 1e6), vector(2.0, 1.0, 0.2, 0.1)

@@ -14,7 +14,7 @@ from quadstep.proofs.verify.closed_loop import GAINS, MEMORY, REFERENCE, STATE
 from quadstep.proofs.verify.plant import MASS, THRUST, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.lagrange import acceleration, effective_inertia
+from quadstep.vehicle.paper import acceleration, effective_inertia
 
 ROWS: list[EquationRow] = []
 FORCE_LAW, NET = "control.backstepping:wanted_force", "control.backstepping:torque_basis"
@@ -73,7 +73,7 @@ def asked_in_errors() -> Expression:
 
 @row(ROWS, "conclusion", "Section 7 on the force dynamics", "'completely independent of the rotational dynamics "
      "except through the aerodynamic state dependent "
-     "disturbances'", "vehicle.paper.lagrange:acceleration", EquationVerdict.CORRECTED,
+     "disturbances'", "vehicle.paper:acceleration", EquationVerdict.CORRECTED,
      "the attitude sets the thrust's direction (Eqs 1, 7): without any aerodynamics theta and phi still move the vehicle "
      "sideways")  # fmt: skip
 def conclusion() -> Evidence:

@@ -10,9 +10,7 @@ from quadstep.proofs.verify.algebra import array, holds, listed, near, same, sym
 from quadstep.proofs.verify.plant import PLACE, THRUST, TORQUE, along_rates, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, PHI, PSI, RATES, THETA, body_rates, known, yaw_innermost, zyx
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.kinematics import euler_rate_matrix
-from quadstep.vehicle.paper.lagrange import angular_acceleration
-from quadstep.vehicle.paper.rotors import Rotors, allocate, limit, mix, rotor_map
+from quadstep.vehicle.paper import Rotors, allocate, angular_acceleration, euler_rate_matrix, limit, mix, rotor_map
 
 ROWS: list[EquationRow] = []
 ARM, MOMENT = symbol("l"), symbol("c")
@@ -21,7 +19,7 @@ THRUSTS = symbols("f", 4)
 
 
 @row(ROWS, "5", "rotor map", "(u, tau_phi, tau_theta, tau_psi) = M f, M rows (1, 1, 1, 1), (l, 0, -l, 0), (0, -l, 0, l), "
-     "(c, -c, c, -c)", "vehicle.paper.rotors:rotor_map", EquationVerdict.AS_PRINTED, "see rotor signs, and tau")  # fmt: skip
+     "(c, -c, c, -c)", "vehicle.paper:rotor_map", EquationVerdict.AS_PRINTED, "see rotor signs, and tau")  # fmt: skip
 def equation_5() -> Evidence:
     printed = sympy.Matrix([[1, 1, 1, 1], [ARM, 0, -ARM, 0], [0, -ARM, 0, ARM], [MOMENT, -MOMENT, MOMENT, -MOMENT]])
     shipped = array(rotor_map(ROTORS))
@@ -42,7 +40,7 @@ def equation_5() -> Evidence:
 
 
 @row(ROWS, "rotor signs", "positions and spin of the rotors of Eq. 5", "front and rear turn counter-clockwise; pitch by "
-     "front and rear, roll by the lateral ones", "vehicle.paper.rotors:mix", EquationVerdict.DEFINITION,
+     "front and rear, roll by the lateral ones", "vehicle.paper:mix", EquationVerdict.DEFINITION,
      "Eq. 5 with the angles of Eq. 7 puts rotors 1, 2, 3, 4 at -y, -x, +y, +x; then front and rear (4, 2) turn clockwise, "
      "contrary to the text")  # fmt: skip
 def rotor_signs() -> Evidence:
@@ -62,7 +60,7 @@ def rotor_signs() -> Evidence:
 
 
 @row(ROWS, "tau", "meaning of tau", "used as the rotors' torque (Eq. 5) and as the generalised torque (Eq. 3)",
-     "vehicle.paper.kinematics:euler_rate_matrix", EquationVerdict.AS_PRINTED,
+     "vehicle.paper:euler_rate_matrix", EquationVerdict.AS_PRINTED,
      "kept: tau is generalised; virtual work gives tau_eta = T_eta^T tau_body, the same only at theta = phi = 0")  # fmt: skip
 def meaning_of_tau() -> Evidence:
     omega = body_rates(zyx())

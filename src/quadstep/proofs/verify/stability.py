@@ -15,7 +15,7 @@ from quadstep.proofs.verify.closed_loop import E1, E1_DOT, GAINS, LAMBDA_1, MEMO
 from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, batch, moments
 from quadstep.proofs.verify.plant import MASS, body, inertia_matrix
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
-from quadstep.vehicle.paper.lagrange import effective_inertia
+from quadstep.vehicle.paper import effective_inertia
 from quadstep.vehicle.plants.columns import COLUMNS
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Made, Parameters
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
@@ -94,7 +94,7 @@ def shape() -> Evidence:
 
 
 @row(ROWS, "gain conditions", "hypothesis of Theorem 5.1", "K_r1 - m Lambda_1 > 0, K_r2 - J_M Lambda_2 > 0, u and tau by "
-     "'48 and 48'", "vehicle.paper.lagrange:effective_inertia", EquationVerdict.CORRECTED,
+     "'48 and 48'", "vehicle.paper:effective_inertia", EquationVerdict.CORRECTED,
      "K_r2 > J_M max(Lambda_2) I unless Lambda_2 is scalar: J Lambda_2 is not symmetric; u and tau are given by 48 and "
      "35")  # fmt: skip
 def gain_conditions() -> Evidence:

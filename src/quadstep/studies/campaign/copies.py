@@ -7,7 +7,7 @@ from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
-from quadstep.world.air.declared import DeclaredWind
+from quadstep.world.air import DeclaredWind
 
 
 def copies(campaign: Campaign) -> bool:

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from quadstep.numbers import Matrix, Number, Vector, matrix, total, vector, where
+from quadstep.vehicle.airframe.motion import MassProperties
 from quadstep.vehicle.airframe.plant import Airframe
-from quadstep.vehicle.airframe.rigid_body import MassProperties
 
 
 class Payload(NamedTuple):

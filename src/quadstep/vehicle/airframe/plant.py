@@ -1,18 +1,55 @@
-"""The real vehicle: rotors, air, battery and rigid body put together."""
+"""The real vehicle: rotors, air, battery and rigid body put together, and a small network that adds accelerations which
+flights show and the laws do not explain.
+"""
 
 from typing import NamedTuple
 
-from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers import Matrix, Number, Vector, sigmoid, total, vector
 from quadstep.numbers.rotations import cross, rotation_matrix
-from quadstep.vehicle.airframe.aerodynamics import Drag, ground_effect, hub_drag, parasitic_drag
 from quadstep.vehicle.airframe.allocation import Allocation, allocate
-from quadstep.vehicle.airframe.battery import Battery, electrical_power, terminal_voltage
-from quadstep.vehicle.airframe.contact import Contact, ground_loads
 from quadstep.vehicle.airframe.geometry import Effects, Geometry
-from quadstep.vehicle.airframe.motion import AirframeState
-from quadstep.vehicle.airframe.residual import Residual, accelerations
-from quadstep.vehicle.airframe.rigid_body import MassProperties, motion_rate
-from quadstep.vehicle.airframe.rotor import Rotor, Turning, rotor_loads, speed_rate
+from quadstep.vehicle.airframe.motion import AirframeState, Contact, MassProperties, ground_loads, motion_rate
+from quadstep.vehicle.airframe.rotor import (
+    Battery,
+    Drag,
+    Rotor,
+    Turning,
+    electrical_power,
+    ground_effect,
+    hub_drag,
+    parasitic_drag,
+    rotor_loads,
+    speed_rate,
+    terminal_voltage,
+)
+
+INPUTS, OUTPUTS = 7, 6
+"""Velocity through the air and rates in body axes, mean rotor speed; angular acceleration and acceleration in body axes."""
+
+
+class Residual(NamedTuple):
+    """One hidden layer: outputs @ sigmoid(inputs @ x + biases) + offsets, x in SI units.
+
+    inputs: (hidden, 7). biases: (hidden). outputs: (6, hidden). offsets: (6). The first three outputs are an angular
+    acceleration [rad/s^2], the others an acceleration [m/s^2].
+    """
+
+    inputs: Matrix
+    biases: Vector
+    outputs: Matrix
+    offsets: Vector
+
+
+def accelerations(net: Residual, air: Vector, rates: Vector, speeds: Vector) -> tuple[Vector, Vector]:
+    """Angular acceleration [rad/s^2] and acceleration [m/s^2], body axes.
+
+    air: velocity of the body through the air [m/s], rates [rad/s], both in body axes. speeds: of the rotors [rad/s].
+    """
+    mean: Number = total(speeds) * (1.0 / len(speeds))
+    before = net.inputs @ Vector((*air, *rates, mean)) + net.biases
+    found = net.outputs @ Vector(sigmoid(one) for one in before) + net.offsets
+    return Vector(found[i] for i in range(3)), Vector(found[i] for i in range(3, 6))
+
 
 NOTHING = vector(0.0, 0.0, 0.0)
 

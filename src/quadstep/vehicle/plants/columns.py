@@ -8,9 +8,7 @@ from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.vehicle.airframe.geometry import Effects
 from quadstep.vehicle.airframe.motion import AirframeState
 from quadstep.vehicle.airframe.plant import Airframe, voltage
-from quadstep.vehicle.paper.lagrange import Vehicle, effective_inertia
-from quadstep.vehicle.paper.rotors import allocate
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import State, Vehicle, allocate, effective_inertia
 
 COLUMNS: dict[str, str] = {
     "t": "s",

@@ -10,11 +10,7 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.plant import Drawn, Rotor
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, where
-from quadstep.vehicle.paper.disturbance import Disturbance, disturb
-from quadstep.vehicle.paper.lagrange import Vehicle, derivative
-from quadstep.vehicle.paper.own_disturbance import DeclaredDisturbance
-from quadstep.vehicle.paper.rotors import limit
-from quadstep.vehicle.paper.state import State
+from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, State, Vehicle, derivative, disturb, limit
 from quadstep.vehicle.plants.columns import COLUMNS, log_row
 from quadstep.vehicle.plants.in_space import InSpace, fastest
 

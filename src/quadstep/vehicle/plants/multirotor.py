@@ -15,9 +15,8 @@ from quadstep.numbers.noise import Key
 from quadstep.vehicle.airframe.allocation import Allocation, allocate, clamped, mix, speeds_of, thrusts_of
 from quadstep.vehicle.airframe.events import Events, efficiencies, mass_properties
 from quadstep.vehicle.airframe.geometry import Effects, Geometry
-from quadstep.vehicle.airframe.motion import AirframeState, Motion
+from quadstep.vehicle.airframe.motion import AirframeState, Motion, renormalised
 from quadstep.vehicle.airframe.plant import Airframe, derivative, specific_force
-from quadstep.vehicle.airframe.rigid_body import renormalised
 from quadstep.vehicle.plants.columns import airframe_columns, airframe_row
 from quadstep.vehicle.plants.in_space import InSpace, fastest
 

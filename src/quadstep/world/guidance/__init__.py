@@ -15,8 +15,8 @@ from quadstep.world.guidance.declared import DeclaredPath
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.world.guidance.orbit import Orbit, OrbitParameters
 from quadstep.world.guidance.piecewise import Piecewise, PiecewiseParameters, piecewise_parameters
+from quadstep.world.guidance.setpoints import Step, StepParameters
 from quadstep.world.guidance.spline import near_recording, through_waypoints
-from quadstep.world.guidance.step import Step, StepParameters
 
 __all__ = [
     "DeclaredPath",

@@ -1,1 +1,0 @@
-"""The air: wind that is constant, swings, gusts or is turbulent."""
