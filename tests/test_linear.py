@@ -375,7 +375,7 @@ def test_a_modal_sum_is_the_response_that_equations_are_solved_for(found):
         loop = found(law).rest.period
         ready, omega = opened(loop), frequencies(loop)[::20]
         assert ready.modal is not None
-        assert transfer(ready, omega) == pytest.approx(transfer(ready._replace(modal=None), omega), rel=1e-8, abs=1e-9)
+        assert transfer(ready, omega) == pytest.approx(transfer(replace(ready, modal=None), omega), rel=1e-8, abs=1e-9)
 
 
 def test_a_rest_is_reached_by_flying_where_newton_runs_into_a_limit():

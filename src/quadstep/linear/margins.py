@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.linear.delay import delay_margin
 from quadstep.linear.states import Array
-from quadstep.linear.transfer import Complex, Opened, heard_at, loci_near
+from quadstep.linear.transfer import FEW, Complex, Opened, heard_at, loci, loci_near
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
 
 FAINT = 1e-3
@@ -102,29 +103,43 @@ def followed(grid: Complex) -> Complex:
     return branches
 
 
-def crossings(one: Opened, omega: Array, branches: Complex, of: Callable[[complex], float]) -> Iterator[tuple[float, complex]]:
-    """Frequencies [rad/s] at which a branch g crosses of(g) = 0, and g there."""
-    signs = np.sign(np.vectorize(of, otypes=[float])(branches))
+def crossings(
+    one: Opened, omega: Array, branches: Complex, of: Callable[[Complex], NDArray[np.floating]]
+) -> Iterator[tuple[float, complex]]:
+    """Frequencies [rad/s] at which a branch g crosses of(g) = 0, and g there: all refined at once by regula falsi, which
+    halves the value at an end that stays twice (Illinois).
+    """
+    signs = np.sign(of(branches))
     heard = np.maximum(np.abs(branches[:-1]), np.abs(branches[1:])) > FAINT
-    for i, branch in zip(*np.nonzero((signs[:-1] * signs[1:] < 0.0) & heard), strict=True):
-        low, high = (float(omega[i]), branches[i, branch]), (float(omega[i + 1]), branches[i + 1, branch])
-        weights = [1.0, 1.0]  # regula falsi, which halves the value at an end that stays twice (Illinois)
-        below: bool | None = None
-        for _ in range(REFINED):
-            value, other = weights[0] * of(low[1]), weights[1] * of(high[1])
-            share = value / (value - other)
-            at, guess = (a + share * (b - a) for a, b in zip(low, high, strict=True))
-            found = loci_near(one, np.array([at]), complex(guess))[0]
-            g = found[int(np.argmin(np.abs(found - guess)))]
-            if abs(of(g)) < 1e-9:
-                break
-            again, below = below, of(g) * of(low[1]) > 0.0
-            if below:
-                low, weights = (at, g), [1.0, 0.5 * weights[1] if again else 1.0]
-            else:
-                high, weights = (at, g), [1.0 if again is None or again else 0.5 * weights[0], 1.0]
-        if abs(of(g)) < 1e-4:  # else two branches were mistaken for one
-            yield at, complex(g)
+    places = np.nonzero((signs[:-1] * signs[1:] < 0.0) & heard)
+    ats = np.array([omega[places[0]], omega[places[0] + 1]])
+    ends = np.array([branches[places], branches[places[0] + 1, places[1]]])
+    weights, stayed = np.ones(ats.shape), np.full(len(ats[0]), -1)
+    at, g, left = ats[0].copy(), ends[0].copy(), np.arange(len(ats[0]))
+    for _ in range(REFINED):
+        low, high = weights[:, left] * of(ends[:, left])
+        share = low / (low - high)
+        at[left], guesses = (pair[0, left] + share * (pair[1] - pair[0])[left] for pair in (ats, ends))
+        g[left] = nearest(one, at[left], guesses)
+        left = left[np.abs(of(g[left])) >= 1e-9]
+        if not len(left):
+            break
+        moved = np.where(of(g[left]) * of(ends[0, left]) > 0.0, 0, 1)
+        stays = 1 - moved
+        ats[moved, left], ends[moved, left], weights[moved, left] = at[left], g[left], 1.0
+        weights[stays, left] = np.where(stayed[left] == stays, 0.5 * weights[stays, left], 1.0)
+        stayed[left] = stays
+    for i in np.flatnonzero(np.abs(of(g)) < 1e-4):  # at the others two branches were mistaken for one
+        yield float(at[i]), complex(g[i])
+
+
+def nearest(one: Opened, at: Array, guesses: Complex) -> Complex:
+    """The loci of a single channel nearest to guesses, each at its own frequency [rad/s]."""
+    if len(one.due) > FEW:
+        return np.array([loci_near(one, at[i : i + 1], complex(guess))[0, 0] for i, guess in enumerate(guesses)])
+    found = loci(one, at)[:, 0]
+    closest: Complex = found[np.arange(len(at)), np.abs(found - guesses[:, None]).argmin(axis=1)]
+    return closest
 
 
 def least(one: Opened, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:

@@ -8,6 +8,8 @@ in Nyquist's criterion, and nothing in the loop is approximated.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -48,18 +50,29 @@ class Modal(NamedTuple):
     rest: Array
 
 
-class Opened(NamedTuple):
+class Through(NamedTuple):
+    """What T is made of at any frequency, from some inputs. b, d: as `Opened` has them, from these. by_mode, where the modes
+    are known: how they show in the commands, how they follow from the inputs, and terms of the series in 1 / z from the first
+    on, shape (terms, channels, samples, inputs).
+    """
+
+    b: Complex
+    d: Complex
+    by_mode: tuple[Complex, Complex, Complex] | None = None
+
+
+@dataclass(frozen=True)
+class Opened:
     """The channels, each to be opened. a: map of a period of the closed loop, shape (n, n). b: from what is added to a command
-    during each tick, shape (channels, n, ticks); c: to the command at each sample of the law, shape (channels, samples, n); d:
-    straight through, shape (channels, samples, ticks). held: b and d from what is added to each sample of the law, which is
-    held. due: ticks at which the law samples. step: of the integrator [s]. modal: of a, where that is exact enough.
+    during each tick, shape (channels, n, ticks); c: to the command at each sample of the law, shape (channels, samples, n);
+    d: straight through, shape (channels, samples, ticks). due: ticks at which the law samples. step: of the integrator [s].
+    modal: of a, where that is exact enough.
     """
 
     a: Array
     b: Array
     c: Array
     d: Array
-    held: tuple[Array, Array]
     due: tuple[int, ...]
     step: float
     modal: Modal | None
@@ -82,8 +95,26 @@ class Opened(NamedTuple):
     def only(self, channel: int) -> "Opened":
         """The same with a single channel."""
         own = slice(channel, channel + 1)
-        held_b, held_d = self.held
-        return self._replace(b=self.b[own], c=self.c[own], d=self.d[own], held=(held_b[own], held_d[own]))
+        return replace(self, b=self.b[own], c=self.c[own], d=self.d[own])
+
+    @cached_property
+    def held(self) -> Through:
+        """From what is added to each sample of the law, which is held until the next."""
+        return self.through(self.hold)
+
+    def through(self, onto: Array | Complex) -> Through:
+        """From inputs of which the ticks of a period follow so, shape (ticks, inputs)."""
+        b, d = complex_(self.b @ onto), complex_(self.d @ onto)
+        if self.modal is None:
+            return Through(b, d)
+        fading, left_over = [], self.modal.rest @ b
+        for _ in range(TERMS):
+            fading.append(self.c @ left_over)
+            if np.abs(fading[-1]).max() < 1e-16 * np.abs(d).max(initial=1.0):
+                break
+            left_over = self.a @ left_over
+        felt, driven = self.c @ self.modal.right, self.modal.left @ b
+        return Through(b, d, (complex_(felt), complex_(driven), complex_(np.array(fading))))
 
 
 def hold(due: Sequence[int], ticks: int) -> Array:
@@ -111,8 +142,7 @@ def opened(loop: Reduced) -> Opened:
         whole, added = tick.step @ whole, np.tensordot(tick.step, added, 1)
         added[:, k] -= tick.acting
     c, d = np.array(rows).transpose(1, 0, 2), np.array(through).transpose(1, 0, 2)
-    b, held = added.transpose(2, 0, 1), hold(due, ticks)
-    return Opened(whole, b, c, d, (b @ held, d @ held), tuple(due), period.step, modal(whole))
+    return Opened(whole, added.transpose(2, 0, 1), c, d, tuple(due), period.step, modal(whole))
 
 
 def modal(a: Array) -> Modal | None:
@@ -181,28 +211,15 @@ def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> 
 
     onto: how the ticks of a period follow from its inputs, shape (ticks, inputs); default: from the held samples of the law.
     """
-    channels, samples, _ = one.d.shape
-    b, d = one.held if onto is None else (one.b @ onto, one.d @ onto)
-    inputs, unit = b.shape[2], np.eye(len(one.a))
-    columns = b.transpose(1, 0, 2).reshape(len(one.a), channels * inputs)
-    made: Complex = np.empty((len(omega), channels, samples, inputs), dtype=complex)
+    b, d, by_mode = one.held if onto is None else one.through(onto)
     points = np.exp(1j * np.asarray(omega) * one.length)
-    if one.modal is None:
-        for i, point in enumerate(points):
-            moved = np.linalg.solve(point * unit - one.a, columns).reshape(-1, channels, inputs).transpose(1, 0, 2)
-            made[i] = one.c @ moved + d
-        return made
-    made[:] = d
-    felt, driven = one.c @ one.modal.right, one.modal.left @ b
-    made += np.einsum("csm,fm,cmi->fcsi", felt, 1.0 / (points[:, None] - one.modal.factors), driven, optimize=True)
-    left_over = one.modal.rest @ b
-    for k in range(TERMS):
-        part = one.c @ left_over
-        made += points[:, None, None, None] ** -(k + 1.0) * part
-        if np.abs(part).max() < 1e-16 * np.abs(d).max(initial=1.0):
-            break
-        left_over = one.a @ left_over
-    return made
+    if one.modal is None or by_mode is None:
+        unit = np.eye(len(one.a))
+        return complex_(np.array([one.c @ np.linalg.solve(point * unit - one.a, b) + d for point in points]))
+    felt, driven, fading = by_mode
+    weights = 1.0 / (points[:, None] - one.modal.factors)
+    powers = points[:, None] ** -np.arange(1.0, len(fading) + 1.0)
+    return complex_((felt * weights[:, None, None, :]) @ driven + np.tensordot(powers, fading, 1) + d)
 
 
 def loci(one: Opened, omega: Array) -> Complex:

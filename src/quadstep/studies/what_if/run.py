@@ -64,6 +64,7 @@ def in_gusts(content: Content, asked: Asked, before: Mapping[str, float]) -> Con
             "gains": {key: {"low": low, "high": high, "scale": "linear"} for key, (low, high) in ends.items()},
             "vary": {"wind.mean.0": drawn, "wind.mean.1": drawn} if wind > 0.0 else {},
             "unseen": asked.flights,
+            "precision": "f32",  # as the autopilots compute
         },
     }
 
