@@ -1,25 +1,26 @@
 """How many changes of a law its tests catch: `python -m tests.mutants MODULE TEST [EVERY]`, as in
 
-    python -m tests.mutants quadstep.control.loop_shaping tests/test_control_h_infinity.py
+    python -m tests.mutants control.loop_shaping tests/test_control_h_infinity.py
 
 In each mutant one place of a function is changed: a sign, a term, a factor, an order of arguments, a bound left out, an index.
 It counts as caught where the tests fail; those that survive are printed. EVERY: try only one in so many.
 """
 
 import ast
-import importlib.util
+import contextlib
+import io
+import math
 import os
 import signal
 import sys
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 
 import pytest
-import scipy.signal  # noqa: F401 (here, where it is loaded once, and not by the tests of every mutant)
 
 from quadstep.report.terminal.screen import say
 from tests import durations
 from tests.changes import Change, changes, changes_of
+from tests.mutations import exchanged, source
 
 MOST_SECONDS = 120
 """Of a processor's time, after which the tests of a mutant count as failed."""
@@ -43,67 +44,76 @@ def mutants(source: str) -> list[Change]:
     return [change for function in functions for change in changes_of(function, changed)]
 
 
-class CheapestFirst:
-    """Plugin: of a file's tests those named like the module come first and slow ones last, so that most mutants fail early."""
+class Mutated:
+    """Plugin: tests are collected once, and run in a process of its own for each mutant, to the first that fails. Those named
+    like the module come first and slow ones last, so that most mutants fail early.
+    """
 
-    def __init__(self, name: str) -> None:
-        self.name = name.rpartition(".")[2].replace("_", "-")
+    def __init__(self, name: str, trees: Sequence[ast.Module], enough: float) -> None:
+        self.name, self.trees, self.enough = name, trees, enough
+        self.caught: list[bool] = []
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        seconds = durations.recorded()
-        items.sort(key=lambda item: (seconds.get(durations.function(item.nodeid), 0.0), self.name not in item.nodeid))
+        seconds, law = durations.recorded(), self.name.rpartition(".")[2].replace("_", "-")
+        items.sort(key=lambda item: (seconds.get(durations.function(item.nodeid), 0.0), law not in item.nodeid))
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        assert session.items and not session.testsfailed, "no tests"
+        for tree in self.trees:
+            if sum(self.caught) < self.enough:
+                self.caught.append(fails(session, self.name, tree))
+        return True
 
 
-def source(name: str) -> str:
-    """Of a module, which is not loaded: tests that load it after it was changed see nothing of what it was."""
-    spec = importlib.util.find_spec(name)
-    return Path(str(spec and spec.origin)).read_text(encoding="utf-8")
-
-
-def caught(name: str, tree: ast.Module, *tests: str) -> bool:
-    """Whether the tests fail where the module is this, in a process of its own. tests: as pytest takes them."""
+def fails(session: pytest.Session, name: str, tree: ast.Module) -> bool:
+    """Whether one of the collected tests fails where the module is this."""
     child = os.fork()
     if child == 0:
         signal.setitimer(signal.ITIMER_PROF, MOST_SECONDS)
-        quiet = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(quiet, 1)
-        os.dup2(quiet, 2)
         code = 1
         try:
-            module = importlib.import_module(name)
-            exec(compile(tree, module.__file__ or "", "exec"), module.__dict__)
-            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests], [CheapestFirst(name)]))
+            with exchanged(name, tree):
+                for item, following in zip(session.items, [*session.items[1:], None], strict=True):
+                    item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+                    if session.testsfailed:
+                        break
+                else:
+                    code = 0
         finally:
             os._exit(code)
-    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    assert code not in (pytest.ExitCode.NO_TESTS_COLLECTED, pytest.ExitCode.USAGE_ERROR), f"no tests: {tests}"
-    return code != 0
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) != 0
 
 
-def outcomes(name: str, chosen: slice, *tests: str) -> Iterator[tuple[Change, bool]]:
-    """These mutants of a module, each with whether it is caught."""
+def caught(name: str, trees: Sequence[ast.Module], *tests: str, enough: float = math.inf) -> list[bool]:
+    """Whether the tests fail where a module of the package is each of these, until enough are caught. tests: as pytest takes
+    them.
+    """
+    plugin = Mutated(name, trees, enough)
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        pytest.main(["-p", "no:cacheprovider", *tests], [plugin])
+    assert plugin.caught, said.getvalue()
+    return plugin.caught
+
+
+def survivors(name: str, chosen: slice, *tests: str, enough: float = math.inf) -> list[str]:
+    """Those of these mutants of a module that are not caught before enough are."""
     text = source(name)
-    for change in mutants(text)[chosen]:
-        yield change, caught(name, change.tree(text), *tests)
-
-
-def survivors(name: str, chosen: slice, *tests: str) -> list[str]:
-    """Those of these mutants that are not caught."""
-    return [f"{one.function}: {one.was} -> {one.now}" for one, seen in outcomes(name, chosen, *tests) if not seen]
+    tried = mutants(text)[chosen]
+    seen = caught(name, [change.tree(text) for change in tried], *tests, enough=enough)
+    return [f"{one.function}: {one.was} -> {one.now}" for one, found in zip(tried, seen, strict=False) if not found]
 
 
 def main(name: str, test: str, every: int = 1) -> None:
     """Count them."""
-    assert not caught(name, ast.parse(source(name)), test), "the tests fail anyway"
-    tried, survived = 0, 0
-    for change, seen in outcomes(name, slice(None, None, every), test):
-        tried += 1
-        if not seen:
-            survived += 1
-            say(f"survived: {change.function}: {change.was} -> {change.now}")
-        sys.stdout.flush()
-    say(f"{tried - survived} of {tried} caught")
+    text = source(name)
+    assert caught(name, [ast.parse(text)], test) == [False], "the tests fail anyway"
+    chosen = slice(None, None, every)
+    survived = survivors(name, chosen, test)
+    for one in survived:
+        say(f"survived: {one}")
+    tried = len(mutants(text)[chosen])
+    say(f"{tried - len(survived)} of {tried} caught")
 
 
 if __name__ == "__main__":

@@ -123,7 +123,7 @@ def functions(module: types.ModuleType, name: str) -> dict[str, types.FunctionTy
             found[key] = value
         elif isinstance(value, type) and value.__module__ == name:
             for inner, member in vars(value).items():
-                function = member.fget if isinstance(member, property) else member
+                function = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
                 if isinstance(function, types.FunctionType):
                     found[f"{key}.{inner}"] = function
     return found
