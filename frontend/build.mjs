@@ -8,6 +8,7 @@ import { build } from "esbuild";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const assets = join(here, "..", "src", "quadstep", "page", "assets");
+const fonts = join(here, "..", "src", "quadstep", "report", "fonts");
 
 async function bundle(entry, options) {
   const result = await build({
@@ -48,14 +49,12 @@ const pages = {
   "article.html": await page("article.template.html", "src/article/main.ts", "src/article/article.css", [...PLACES, "<!--ARTICLE-->"]),
 };
 
+const three = join(here, "node_modules", "three");
+const { version, license } = JSON.parse(readFileSync(join(three, "package.json"), "utf8"));
 const licences = [
-  ["three", "three.js", "LICENSE"],
-  ["@fontsource-variable/inter", "Inter (typeface)", "LICENSE"],
-].map(([name, title, file]) => {
-  const folder = join(here, "node_modules", name);
-  const { version, license } = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
-  return `${title} ${version} (${license}), from the package ${name}\n\n${readFileSync(join(folder, file), "utf8").trim()}\n`;
-});
+  `three.js ${version} (${license}), from the package three\n\n${readFileSync(join(three, "LICENSE"), "utf8").trim()}\n`,
+  readFileSync(join(fonts, "LICENSES.txt"), "utf8"),
+];
 
 const out = process.argv[2] ?? assets;
 for (const [name, text] of Object.entries(pages)) {

@@ -11,6 +11,7 @@ from tests.frontend import FRONTEND, build_tools
 from tests.needs import BUILD_TOOLS, NPM, needs, without
 
 ROOT = Path(__file__).parent.parent
+FONTS = Path("src/quadstep/report/fonts")
 ASSETS = ROOT / "src" / "quadstep" / "page" / "assets"
 
 
@@ -19,6 +20,7 @@ def sources(tmp_path_factory):
     """A copy of the sources with their build tools: those installed beside them where they are the pinned ones."""
     folder = tmp_path_factory.mktemp("build") / "frontend"
     shutil.copytree(FRONTEND, folder, ignore=shutil.ignore_patterns("node_modules"))
+    shutil.copytree(ROOT / FONTS, folder.parent / FONTS)
     if build_tools():
         (folder / "node_modules").symlink_to(FRONTEND / "node_modules")
         return folder

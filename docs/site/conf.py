@@ -7,6 +7,7 @@ from docutils import nodes
 
 import quadstep
 from quadstep.report.mathml import displayed, mathml
+from quadstep.report.typeface import FONTS
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -28,14 +29,14 @@ suppress_warnings = ["misc.highlighting_failure"]  # a frame of a law with dots 
 here = Path(__file__).parent
 html_theme = "furo"
 html_title = "quadstep"
-html_static_path = [str(here / "static")]
+html_static_path = [str(here / "static"), str(FONTS)]
 html_extra_path: list[str] = []
 html_css_files = ["theme.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
 
-BOTH = {"font-stack": '"Inter Variable", Inter, system-ui, -apple-system, "Segoe UI", sans-serif'}
+BOTH = {"font-stack": 'Inter, system-ui, -apple-system, "Segoe UI", sans-serif'}
 html_theme_options = {
     "light_css_variables": {
         **BOTH,

@@ -77,7 +77,7 @@ export class NetFoot {
     const count = (net.width - 6) / 4;
     const row = indexAt(net.times, this.time) * net.width;
     const step = Math.min((width - LEFT - 10) / net.neurons, 40);
-    pen.font = '11px "Inter Variable", system-ui, sans-serif';
+    pen.font = '11px Inter, system-ui, sans-serif';
     pen.textBaseline = "middle";
     pen.textAlign = "right";
     pen.fillStyle = colours.muted;

@@ -31,4 +31,4 @@ export interface Surface {
   clipped(box: Box, draw: () => void): void;
 }
 
-export const FONT = '"Inter Variable", system-ui, -apple-system, "Segoe UI", sans-serif';
+export const FONT = 'Inter, system-ui, -apple-system, "Segoe UI", sans-serif';

@@ -10,13 +10,20 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
+from matplotlib.font_manager import FontProperties, fontManager
 
 from quadstep.report.fitting import fit, wrapped
 from quadstep.report.sheet import Sheet
+from quadstep.report.typeface import FOR_FIGURES, TEXT
+
+fontManager.addfont(FOR_FIGURES)
 
 STYLE: dict[str, object] = {
-    "font.family": "sans-serif",
+    "font.family": [TEXT, "DejaVu Sans"],  # the second for signs that the first lacks
+    "mathtext.fontset": "custom",
+    "mathtext.rm": TEXT,
+    "mathtext.default": "regular",
+    "mathtext.fallback": "stixsans",
     "font.size": 9,
     "axes.grid": True,
     "grid.color": "0.88",

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 from quadstep.io.version import __version__
 from quadstep.report.symbols import rich, unbroken
+from quadstep.report.typeface import faces
 
 LOGO = (
     '<svg class="logo" viewBox="0 0 24 24" aria-hidden="true"><path d="M8.8 8.8l6.4 6.4M15.2 8.8l-6.4 6.4"/><circle cx="6" '
@@ -190,7 +191,7 @@ def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "
     head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>{more}'
     above = f'<div class="top">{LOGO}<span>{escape(f"quadstep · {kind}" if kind else "quadstep")}</span></div>'
     return (
-        f'<!doctype html>\n<html lang="en"><head>{head}<style>{style()}</style></head>\n'
+        f'<!doctype html>\n<html lang="en"><head>{head}<style>{faces(body)}{style()}</style></head>\n'
         f"<body>{above}<h1>{escape(title)}</h1>\n{contents}<main>\n{body}\n</main>\n"
         f'<footer class="colophon">quadstep {__version__}</footer></body></html>\n'
     )
