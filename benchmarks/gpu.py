@@ -10,8 +10,7 @@ from benchmarks.gpu_count import DOUBLES, H200, ISSUED, KINDS, Bound, Chip, boun
 from benchmarks.many_flights import HIGH, LOW, VARYING, plan
 from quadstep.engines.cuda import CLOCK, LOCAL_BYTES, PROCESSORS, REGISTERS, THREADS_A_PROCESSOR, NoDeviceError
 from quadstep.engines.gpu_sweep import REGISTERS as MOST_REGISTERS
-from quadstep.engines.gpu_sweep import THREADS, GpuSweep
-from quadstep.engines.ptx import assembly, program
+from quadstep.engines.gpu_sweep import THREADS, GpuSweep, assembly, program
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, places
 from quadstep.numbers import Number

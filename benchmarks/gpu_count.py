@@ -7,7 +7,7 @@ in the paper's loop), and no processor issues one in every cycle.
 import re
 from typing import NamedTuple
 
-from quadstep.engines.ptx import NEWEST, assembly
+from quadstep.engines.gpu_sweep import NEWEST, assembly
 from quadstep.engines.scored import Scored
 from quadstep.interfaces.closed_loop import Ticks
 

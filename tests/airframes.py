@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quadstep.engines.integrator import runge_kutta_4
+from quadstep.engines.loop import runge_kutta_4
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import rotation_matrix
 from quadstep.vehicle.airframe.events import Events, efficiencies, mass_properties

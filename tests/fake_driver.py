@@ -7,7 +7,7 @@ import threading
 import numpy as np
 from llvmlite import binding as llvm
 
-from quadstep.engines import gpu_driver, ptx
+from quadstep.engines import cuda, gpu_sweep
 
 GIVEN = ("count", "last", "step", "every", "varying", "tables", "results")
 DRAWN = ("first", "count", "last", "step", "every", "tables", "results")
@@ -21,8 +21,8 @@ ERRORS = {2: b"out of memory", 100: b"no CUDA-capable device is detected", 201: 
 def installed(monkeypatch, **given):
     """The stand-in in place of the driver; "PTX" is then what LLVM would make it from."""
     driver = FakeDriver(**given)
-    monkeypatch.setattr(gpu_driver, "library", lambda: driver)
-    monkeypatch.setattr(ptx, "assembly", lambda text, architecture: text)
+    monkeypatch.setattr(cuda, "library", lambda: driver)
+    monkeypatch.setattr(gpu_sweep, "assembly", lambda text, architecture: text)
     return driver
 
 
@@ -68,7 +68,7 @@ class FakeDriver:
         self.devices, self.memory, self.slow, self.fail = devices, memory, slow, fail or {}
         self.calls, self.problems, self.launches, self.held, self.modules, self.events = {}, [], [], {}, {}, {}
         self.current, self.time, self.options = threading.local(), 0.0, {}
-        for name, kinds in gpu_driver.FUNCTIONS.items():
+        for name, kinds in cuda.FUNCTIONS.items():
             setattr(self, name, ctypes.CFUNCTYPE(ctypes.c_int, *kinds)(self.guarded(name)))
 
     def guarded(self, name):
@@ -136,7 +136,7 @@ class FakeDriver:
     def do_cuMemAlloc_v2(self, address, size):
         assert self.stack
         if size > self.free:
-            return gpu_driver.OUT_OF_MEMORY
+            return cuda.OUT_OF_MEMORY
         block = ctypes.create_string_buffer(size)
         address[0] = ctypes.addressof(block)
         self.held[address[0]] = block

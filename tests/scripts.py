@@ -6,8 +6,8 @@ import numpy as np
 
 from quadstep.page.emit import library
 from quadstep.page.writing import Output, Writer
+from quadstep.program.assignments import ScriptRecord
 from quadstep.program.operations import constant_text
-from quadstep.program.script import ScriptRecord
 from tests.pages import run_node
 
 

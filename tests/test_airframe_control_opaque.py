@@ -7,7 +7,7 @@ from quadstep.control.opaque import Opaque, OpaqueGains, flying, friendly
 from quadstep.interfaces.controller import NOT_SAID, Measured
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
-from quadstep.numbers.registered import FUNCTIONS
+from quadstep.numbers.opaque import FUNCTIONS
 from quadstep.numbers.rotations import from_yaw_pitch_roll
 
 ATTITUDE = from_yaw_pitch_roll(vector(0.4, -0.2, 0.1))

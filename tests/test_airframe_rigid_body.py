@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from quadstep.engines.integrator import runge_kutta_4
+from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, cos, matrix, sin, vector
 from quadstep.numbers.rotations import rotation_matrix

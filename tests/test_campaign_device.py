@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.gpu_assembler import assembled
-from quadstep.engines.ptx import ptx
+from quadstep.engines.gpu_sweep import ptx
 from quadstep.io.errors import UserError
 from quadstep.studies.campaign.device import DeviceFlyer, device_flyer, generate, generated_batch
 from quadstep.studies.campaign.flown import Flyer

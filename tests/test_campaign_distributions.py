@@ -11,7 +11,7 @@ import scipy.stats
 from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated
-from quadstep.numbers.normal import inverse_normal, probability
+from quadstep.numbers.noise import inverse_normal, probability
 from quadstep.studies.campaign.schema import CampaignFile
 from tests.campaigns import distribution, of
 from tests.flights import through_lanes

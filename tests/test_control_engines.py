@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from quadstep.engines.eager import fly_arrays, fly_floats
-from quadstep.engines.gpu_sweep import GpuSweep
+from quadstep.engines.gpu_sweep import GpuSweep, ptx
 from quadstep.engines.lanes import fly_lanes
-from quadstep.engines.ptx import ptx
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, places
 from quadstep.mission.read import check_mission

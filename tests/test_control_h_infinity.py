@@ -14,8 +14,7 @@ from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import flatten, vector
-from quadstep.numbers.riccati import riccati
-from quadstep.numbers.solve import inverse
+from quadstep.numbers.solve import inverse, riccati
 
 MODEL = load_preset("research-2.6kg").model()
 FREQUENCIES = np.geomspace(1e-3, 1e3, 4000)

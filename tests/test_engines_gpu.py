@@ -5,7 +5,7 @@ import gc
 import numpy as np
 import pytest
 
-from quadstep.engines import gpu_driver
+from quadstep.engines import cuda
 from quadstep.engines.cuda import CudaError, Device, NoDeviceError, OutOfDeviceMemoryError
 from quadstep.engines.gpu_sweep import REGISTERS, GpuSweep
 from quadstep.engines.sweep import Sweep, places
@@ -197,7 +197,7 @@ def test_ctrl_c_between_launches_frees_everything(monkeypatch):
 
 def test_what_the_driver_cannot_compile_is_one_line(monkeypatch):
     installed(monkeypatch)
-    monkeypatch.setattr("quadstep.engines.ptx.assembly", lambda text, architecture: "nonsense")
+    monkeypatch.setattr("quadstep.engines.gpu_sweep.assembly", lambda text, architecture: "nonsense")
     with pytest.raises(CudaError, match=r"JIT compilation failed \(218\) ptxas fatal line 1$"):
         gpu(BRIEF)
 
@@ -218,11 +218,11 @@ def test_no_device_is_one_line(given, said, monkeypatch):
 
 @pytest.mark.parametrize(("name", "said"), [("libthere-is-none.so", "not found"), ("libm.so.6", "too old: it has no cuInit")])
 def test_no_driver_is_one_line(name, said, monkeypatch):
-    gpu_driver.library.cache_clear()
-    monkeypatch.setattr(gpu_driver, "LIBRARY", name)
+    cuda.library.cache_clear()
+    monkeypatch.setattr(cuda, "LIBRARY", name)
     with pytest.raises(NoDeviceError, match=said):
         Device()
-    gpu_driver.library.cache_clear()
+    cuda.library.cache_clear()
 
 
 def test_a_device_too_old_is_one_line(monkeypatch):

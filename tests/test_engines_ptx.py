@@ -13,9 +13,8 @@ from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
 from quadstep.engines import kernel
 from quadstep.engines.cuda import NoDeviceError
-from quadstep.engines.gpu_sweep import REGISTERS, GpuSweep
+from quadstep.engines.gpu_sweep import REGISTERS, GpuSweep, program, ptx
 from quadstep.engines.loop import Loop
-from quadstep.engines.ptx import program, ptx
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep
 from quadstep.io.errors import UserError

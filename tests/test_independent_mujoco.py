@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from quadstep.engines.integrator import runge_kutta_4
+from quadstep.engines.loop import runge_kutta_4
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import rotation_matrix
 from quadstep.vehicle.airframe.motion import MassProperties, Motion, motion_rate, renormalised

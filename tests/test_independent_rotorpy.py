@@ -10,7 +10,7 @@ import pytest
 from quadstep.bridges.quad_params import from_quad_params, to_quad_params
 from quadstep.bridges.rotorpy_flight import airframe_state, multirotor
 from quadstep.engines.fly import FlightPlan, fly
-from quadstep.engines.integrator import runge_kutta_4
+from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.closed_loop import Task, Ticks
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, Vector

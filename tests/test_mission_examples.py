@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep import UserError, fly, read_mission
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.read import plan_mission
 from quadstep.studies.paper.cases import main_cases, stress

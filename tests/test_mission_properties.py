@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from quadstep import UserError
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.mission.read import check_mission
 from tests.missions import accepted_or_refused, garbage, places, replaced
 

@@ -6,7 +6,7 @@ import pytest
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.interfaces.learning import random_input_weights
 from quadstep.interfaces.model import Kinematics

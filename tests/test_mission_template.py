@@ -7,7 +7,7 @@ import pytest
 
 from quadstep import UserError, fly, read_mission
 from quadstep.control.registry import controllers
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.mission.read import check_mission

@@ -5,7 +5,7 @@ import pytest
 
 from quadstep.numbers import Table, Vector, exp, sin, vector, where
 from quadstep.numbers.functions import number, word
-from quadstep.numbers.repeated import repeated
+from quadstep.numbers.scan import repeated
 from quadstep.numbers.vectors import matrix
 from tests.flights import through_lanes
 

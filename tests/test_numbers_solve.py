@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import Vector
+from quadstep.numbers.functions import evenly_spaced
 from quadstep.numbers.solve import cholesky, factored, least_norm_inverse, rank, solve_definite, solve_square
-from quadstep.numbers.spaced import evenly_spaced
 
 RNG = np.random.default_rng(20)
 EPSILON = np.finfo(float).eps

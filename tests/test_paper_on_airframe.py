@@ -18,8 +18,7 @@ from quadstep.control.paper_on_airframe import (
 )
 from quadstep.engines.eager import fly_floats
 from quadstep.engines.fly import fly
-from quadstep.engines.integrator import runge_kutta_4
-from quadstep.engines.loop import Loop
+from quadstep.engines.loop import Loop, runge_kutta_4
 from quadstep.interfaces.controller import Command, Measured
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference

@@ -11,7 +11,7 @@ import pytest
 
 from quadstep import Engine, Flight, Mission, UserError, flight_metrics, fly, fly_all, read_mission
 from quadstep.engines import fly as engines
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.studies.flights.fly import fly_mission

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from quadstep.io.errors import InterruptedRun
-from quadstep.numbers.normal import probability
+from quadstep.numbers.noise import probability
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.rare import run
 from quadstep.studies.rare.flights import Flights

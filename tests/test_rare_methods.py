@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.numbers.normal import probability
+from quadstep.numbers.noise import probability
 from quadstep.studies.campaign.rare import Method
 from quadstep.studies.rare.cross_entropy import cross_entropy
 from quadstep.studies.rare.done import Done

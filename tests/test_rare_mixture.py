@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from quadstep.numbers.normal import probability
+from quadstep.numbers.noise import probability
 from quadstep.studies.rare.cross_entropy import DEFENSIVE, LAST, SLOW, Drawing, Sample, cross_entropy, highest, steered
 from quadstep.studies.rare.mixture import Mixture, effective, fitted, fitted_with, log_standard, standard, together
 from quadstep.studies.rare.points import Random

@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 from quadstep import read_mission
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.mission.read import plan_mission
 from quadstep.studies.tuning import run
 from quadstep.studies.tuning.ground import Ground

@@ -22,8 +22,7 @@ from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, sqrt, vector
-from quadstep.numbers.riccati import riccati
-from quadstep.numbers.solve import cholesky
+from quadstep.numbers.solve import cholesky, riccati
 
 PARTS = ("integral", "position", "velocity", "acceleration", "jerk")
 STATES, PUSHED = len(PARTS), 2

@@ -18,9 +18,8 @@ from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, vector
-from quadstep.numbers.riccati import dot, product, riccati, transposed
 from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll
-from quadstep.numbers.solve import inverse
+from quadstep.numbers.solve import dot, inverse, product, riccati, transposed
 
 ITERATIONS = 200
 """Of the power method."""

@@ -15,8 +15,8 @@ from quadstep.interfaces.gain import cached_by_class
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, minimum, vector
-from quadstep.numbers.repeated import repeated
 from quadstep.numbers.rotations import from_rotation_vector, multiply, rotate
+from quadstep.numbers.scan import repeated
 
 NEEDS = "specific_force", "age"
 """What the predictor measures, beside what the controller does."""

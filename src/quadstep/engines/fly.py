@@ -1,16 +1,18 @@
-"""The engines by name: one way to fly a plan, or many."""
+"""The engines by name: one way to fly a plan, or many; what identifies flights, and what ended one."""
 
+import hashlib
+import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
-from quadstep.engines.eager import fly_floats
+from quadstep.engines.eager import always, fly_floats
 from quadstep.engines.engine import FLIGHTS, Engine, loaded
 from quadstep.engines.loop import Loop, Numbers
-from quadstep.interfaces.closed_loop import Advance, Ticks
+from quadstep.interfaces.closed_loop import Advance, Outcome, Ticks
 from quadstep.interfaces.controller import Controller
-from quadstep.interfaces.log import FlightLog
+from quadstep.interfaces.log import LIMITS, REASONS, FlightLog
 from quadstep.io.errors import UserError
 from quadstep.numbers import Table, flatten, in_matrix, leaf_names
 
@@ -94,3 +96,33 @@ def on_lanes(plans: Sequence[FlightPlan]) -> Flown:
         return [logs[i] for i in range(len(plans))]
 
     return fly
+
+
+def reason(plan: FlightPlan, log: FlightLog) -> str:
+    """Why a flight ended early: the limit that it passed, or the law's output that was not finite first."""
+    text = REASONS[log.outcome]
+    if limit := LIMITS.get(log.outcome):
+        values = dict(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
+        return limit.text.format(f"{limit.factor * values[limit.name]:.4g}") if limit.name in values else text
+    if log.outcome is not Outcome.NOT_FINITE or plan.loop.controller.one_at_a_time:
+        return text
+    loop, numbers = plan.loop, plan.parameters
+    if not all(map(math.isfinite, flatten(log.final.state))):
+        return text
+    every = dict(zip((task.name for task in loop.tasks), plan.ticks.every, strict=True))["law"]
+    given = loop.told(log.final, numbers), loop.wanted(log.ended, numbers), numbers.gains, log.ended
+    command, _ = always(loop.controller.law)(log.final.memory, *given, every * plan.ticks.step)
+    for leaf, name in zip(flatten(command), leaf_names(command), strict=True):
+        if not (math.isfinite(leaf) or name.startswith("desired_attitude")):  # only logged, and NaN of a law without one
+            return f"{text}: the law's {name} was {leaf:g}"
+    return text
+
+
+def fingerprint(plans: list[FlightPlan]) -> str:
+    """A digest of everything that decides the flights: laws, every number, clock and start."""
+    digest = hashlib.sha256()
+    for plan in plans:
+        leaves = flatten((plan.parameters, plan.start, plan.ticks))
+        numbers = [leaf.values if isinstance(leaf, Table) else leaf for leaf in leaves]
+        digest.update(f"{plan.loop!r} {numbers!r}\n".encode())
+    return digest.hexdigest()[:16]

@@ -1,20 +1,103 @@
-"""Very many flights on a graphics processor, one thread a flight."""
+"""Very many flights on a graphics processor, one thread a flight: PTX, the assembly language of NVIDIA's, generated
+by LLVM without CUDA.
+"""
 
 import ctypes
 import math
 from collections.abc import Sequence
 from contextlib import ExitStack
+from functools import lru_cache
 
 import numpy as np
+from llvmlite import binding as llvm
 from numpy.typing import ArrayLike, NDArray
 
-from quadstep.engines.cuda import PROCESSORS, Device, Kernel, Memory, Module, OutOfDeviceMemoryError
+from quadstep.engines import kernel
+from quadstep.engines.cuda import PROCESSORS, Device, Kernel, Memory, Module, NoDeviceError, OutOfDeviceMemoryError
 from quadstep.engines.loop import Numbers
-from quadstep.engines.ptx import ptx
 from quadstep.engines.scored import Scored
 from quadstep.engines.sweep import Batch, Swept
-from quadstep.engines.sweep_trace import Generate
+from quadstep.engines.sweep_trace import Generate, SweepTrace
 from quadstep.interfaces.closed_loop import Advance, Ticks
+from quadstep.io.errors import UserError
+from quadstep.program.emitter import SYMBOL
+
+TRIPLE = "nvptx64-nvidia-cuda"
+NEWEST = 90
+"""PTX of this architecture (times ten) runs on it and all later ones."""
+
+OLDEST = 70
+FEATURES = "+ptx78"
+
+OPTIONS = ("-nvptx-prec-divf32=2", "-nvptx-prec-sqrtf32=1")
+"""Quotients and roots rounded as in IEEE 754, in f32 too: the same bits as on the lanes of any processor."""
+
+SCHEDULER = "-pre-RA-sched=default"
+"""This machine's own code uses another setting, and the option is global in LLVM; here that would cost registers."""
+
+
+@lru_cache(maxsize=1)
+def prepare() -> llvm.Target:
+    """LLVM ready to write PTX. Raises ValueError if it was built without."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    try:
+        target = llvm.Target.from_triple(TRIPLE)
+    except RuntimeError as error:
+        raise ValueError("this LLVM cannot write PTX") from error
+    for option in OPTIONS:
+        llvm.set_option("", option)
+    return target
+
+
+def ptx(
+    loop: Scored,
+    start: tuple[object, ...],
+    parameters: Numbers,
+    varying: frozenset[int],
+    double: bool = False,
+    architecture: int = NEWEST,
+    generate: Generate | None = None,
+) -> str:
+    """PTX of a kernel `sweep`, see `SweepTrace`. architecture: compute capability times ten, 90 for 9.0."""
+    if architecture < OLDEST:
+        raise NoDeviceError(f"compute capability {architecture / 10}: {OLDEST / 10} or later is needed")
+    return assembly(program(loop, start, parameters, varying, double, generate), architecture)
+
+
+def program(
+    loop: Scored,
+    start: tuple[object, ...],
+    parameters: Numbers,
+    varying: frozenset[int],
+    double: bool = False,
+    generate: Generate | None = None,
+) -> str:
+    """The kernel as LLVM text, not yet optimised."""
+    trace = SweepTrace(loop, start, parameters, varying, double, 1, gpu=True, generate=generate)
+    if SYMBOL in trace.module.globals:
+        raise UserError("a controller that calls Python cannot fly on a graphics processor")
+    trace.function.calling_convention = "ptx_kernel"
+    trace.module.triple = TRIPLE
+    return str(trace.module)
+
+
+def assembly(text: str, architecture: int = NEWEST) -> str:
+    """PTX of a program, optimised."""
+    machine = prepare().create_target_machine(cpu=f"sm_{min(architecture, NEWEST)}", features=FEATURES, opt=3)
+    module = llvm.parse_assembly(text)
+    module.verify()
+    tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+    tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
+    passes = llvm.create_pass_builder(machine, tuning)
+    passes.getModulePassManager().run(module, passes)
+    llvm.set_option("", SCHEDULER)
+    try:
+        written: str = machine.emit_assembly(module)
+    finally:
+        kernel.host.cache_clear()  # it sets its own option again
+    return written
+
 
 SECONDS = 0.5
 """Target duration of a launch [s]; no launch can be shorter than one flight."""

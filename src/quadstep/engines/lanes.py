@@ -7,8 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.engines.kernel import Kernel, Kernels, compile_module, host_width
-from quadstep.engines.trace import Trace
+from quadstep.engines.kernel import Kernel, Kernels, Trace, compile_module, host_width
 from quadstep.interfaces.closed_loop import Advance, ClosedLoop, Ticks
 from quadstep.interfaces.log import FlightLog, finished
 from quadstep.numbers import Table, flatten, in_matrix, rebuild

@@ -4,23 +4,45 @@ Each of them runs at its own rate; the tasks of a tick are in the order in which
 does not have (air, sensing) are None in the loop and () in the cycle.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple, Protocol, cast
+from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
-from quadstep.engines.integrator import runge_kutta_4
 from quadstep.interfaces.closed_loop import Clock, Task
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.plant import Air, Plant
 from quadstep.interfaces.reference import PathLaw, Reference
 from quadstep.numbers import Number, Structure, Vector, flatten, matrix, rebuild, scan, vector
 from quadstep.numbers.noise import Key
-from quadstep.numbers.repeated import repeated
+from quadstep.numbers.scan import repeated
 from quadstep.numbers.structure import replaced
 from quadstep.sensing.delay import filled, passed
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite, SuiteMemory
+
+S = TypeVar("S", bound=tuple[Any, ...])
+
+
+def along(state: S, step: Number, rate: S) -> S:
+    """state + step * rate, part by part."""
+    return alike(state, [part + step * change for part, change in zip(state, rate, strict=True)])
+
+
+def runge_kutta_4(rate: Callable[[S], S], state: S, step: Number) -> S:
+    """The state one step [s] later by the classical fourth-order Runge-Kutta method; a state is a `NamedTuple`."""
+    k1 = rate(state)
+    k2 = rate(along(state, 0.5 * step, k1))
+    k3 = rate(along(state, 0.5 * step, k2))
+    k4 = rate(along(state, step, k3))
+    mean = alike(state, [a + 2.0 * (b + c) + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)])
+    return along(state, step / 6.0, mean)
+
+
+def alike(state: S, parts: list[Any]) -> S:
+    """A structure of the same type with other parts."""
+    return type(state)(*parts)
+
 
 STILL = vector(0.0, 0.0, 0.0)
 

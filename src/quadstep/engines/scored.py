@@ -4,15 +4,18 @@
 It flies on every engine.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.engines.eager import always
 from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
+from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.metric import Metric, Summed, added, started
 from quadstep.interfaces.plant import Plant
 from quadstep.metrics.reductions import Sums
@@ -20,6 +23,18 @@ from quadstep.metrics.registry import LARGEST as FARTHEST
 from quadstep.metrics.registry import RMSE as MEAN_DISTANCE
 from quadstep.metrics.registry import SCORED, score_names_of, with_unit
 from quadstep.numbers import Number, Vector, flatten, rebuild, where
+
+
+def of_log(metrics: Sequence[Metric], log: FlightLog, columns: Mapping[str, str], begin: float) -> dict[str, float | None]:
+    """The metrics of a log from `begin` [s] on, None where it is not finite. columns: all that its plant has."""
+    summed, silent = started(metrics), dict.fromkeys(columns, float("nan"))
+    rows = log.rows[log.column("t") >= begin] if metrics else log.rows[:0]
+    add = always(lambda before, row: added(metrics, before, {**silent, **dict(zip(log.columns, row, strict=True))}))
+    for row in rows.tolist():
+        summed = add(summed, tuple(row))
+    values = [float(one.value) if len(rows) and math.isfinite(one.value) else None for one in summed]
+    return {one.full_name: value for one, value in zip(metrics, values, strict=True)}
+
 
 RMSE, LARGEST = with_unit(MEAN_DISTANCE, "m"), with_unit(FARTHEST, "m")
 """The metrics that every plant has, the first two of its scores."""

@@ -21,7 +21,7 @@ from quadstep.engines.scored import Score, Scored, metrics
 from quadstep.engines.sweep_trace import OUTCOME, SweepTrace
 from quadstep.interfaces.closed_loop import Advance, Ticks
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
-from quadstep.program.llvm_opaque import SYMBOL
+from quadstep.program.emitter import SYMBOL
 
 KERNELS = Kernels()
 

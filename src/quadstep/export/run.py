@@ -5,8 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.engines.fingerprint import fingerprint
-from quadstep.engines.fly import FlightPlan
+from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.export.arm import state_size
 from quadstep.export.c.interface import Exported
 from quadstep.export.c.subject import exported

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.engines.integrator import runge_kutta_4
+from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.closed_loop import Clock, Task
 from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maximum, total, vector, where
 from quadstep.numbers.functions import number, word

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from quadstep.control.opaque import Opaque
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.io import code_cache
 from quadstep.io.results.code import code_digest
 from quadstep.linear.analysis import limits, of_even_rotors, of_loop, worst_of

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__

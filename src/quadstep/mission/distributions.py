@@ -11,9 +11,9 @@ from pydantic import BeforeValidator, Field, model_validator
 from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple
 from quadstep.mission.keys import dotted
 from quadstep.numbers import Number, exp, log, maximum, minimum, total
-from quadstep.numbers.normal import inverse_normal, probability
+from quadstep.numbers.functions import evenly_spaced
+from quadstep.numbers.noise import inverse_normal, probability
 from quadstep.numbers.solve import cholesky
-from quadstep.numbers.spaced import evenly_spaced
 
 MOST_OPTIONS = 100_000
 """Most options of a choice or a grid."""

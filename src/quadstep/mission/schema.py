@@ -16,8 +16,7 @@ from pydantic import ValidationInfo, model_validator
 
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Loop
-from quadstep.engines.own_metrics import of_log
-from quadstep.engines.scored import bare, score_names
+from quadstep.engines.scored import bare, of_log, score_names
 from quadstep.engines.trial import NotFiniteError, try_metrics, try_out, try_plant
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.interfaces.controller import Controller

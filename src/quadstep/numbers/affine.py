@@ -16,8 +16,7 @@ from typing import NamedTuple, TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.numbers.caller import place
-from quadstep.numbers.operation import Kind
+from quadstep.numbers.operation import Kind, place
 from quadstep.numbers.truth import Choice, Truth
 
 Array: TypeAlias = NDArray[np.float64]

@@ -18,10 +18,9 @@ from typing import TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.numbers.caller import place
 from quadstep.numbers.functions import power
 from quadstep.numbers.kinds import FLOATS, Number
-from quadstep.numbers.operation import Kind, Operation, Rule
+from quadstep.numbers.operation import Kind, Operation, Rule, place
 
 Slopes: TypeAlias = NDArray[np.float64]
 

@@ -31,9 +31,8 @@ from quadstep.numbers.affine import (
     without_fresh_error,
     zeros_like,
 )
-from quadstep.numbers.caller import place
 from quadstep.numbers.kinds import ARRAYS, Number, functions_of
-from quadstep.numbers.operation import Kind, declare
+from quadstep.numbers.operation import Kind, declare, place
 from quadstep.numbers.polynomials import (
     ARCTANGENT,
     COSINE,

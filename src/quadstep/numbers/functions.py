@@ -10,6 +10,15 @@ from quadstep.numbers.elementary import exp, log, sin
 from quadstep.numbers.kinds import Condition, Number, Word, functions_of
 
 
+def evenly_spaced(low: float, high: float, count: int) -> list[float]:
+    """`count` numbers from low to high, both included exactly; only low if count is 1."""
+    step = (high - low) / max(count - 1, 1)
+    numbers = [low + i * step for i in range(count)]
+    if count > 1:
+        numbers[-1] = high
+    return numbers
+
+
 def sqrt(x: Number) -> Number:
     """Square root; NaN below zero.
 

@@ -4,10 +4,23 @@
 JavaScript are generated from its steps, and analyses follow its rules.
 """
 
+import sys
 from collections.abc import Callable
 from fractions import Fraction
 from inspect import signature
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+HERE = str(Path(__file__).parent)
+
+
+def place() -> str:
+    """File and line of the code that uses a number now."""
+    frame = sys._getframe(1)
+    while frame.f_back and frame.f_code.co_filename.startswith(HERE):
+        frame = frame.f_back
+    return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}"
+
 
 Rule: TypeAlias = Callable[..., object]
 """A function that a declaration states; the type checker reads steps and tangents as over floats, as it does a law."""

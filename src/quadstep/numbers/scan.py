@@ -12,6 +12,8 @@ from quadstep.numbers.kinds import functions_of
 from quadstep.numbers.structure import flatten
 from quadstep.numbers.vectors import Matrix, Vector
 
+S = TypeVar("S")
+
 C = TypeVar("C")
 
 T = TypeVar("T", Matrix, Vector)
@@ -128,3 +130,18 @@ def shaped(like: Rows[T], parts: Iterator[V]) -> Rows[V]:
         return next(parts)
     inner = [shaped(part, parts) for part in like]
     return cast("Rows[V]", like._make(inner) if hasattr(like, "_make") else tuple(inner))
+
+
+def repeated(law: Callable[[S], R]) -> Callable[[S], R]:
+    """The same law. Compiled to vectors, it becomes a separate function that each call calls.
+
+    Shorter code stays in the processor's cache. Values that the law captures must be the same in every call.
+    """
+    memory: dict[str, object] = {}
+
+    def run(structure: S) -> R:
+        call = getattr(functions_of(*flatten(structure)), "call", None)
+        result: R = law(structure) if call is None else call(memory, law, structure)
+        return result
+
+    return run

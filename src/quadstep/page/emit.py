@@ -13,9 +13,8 @@ from quadstep.interfaces.log import SAID
 from quadstep.numbers import Number, Table, flatten, leaf_names, rebuild, where
 from quadstep.numbers.operation import OPERATIONS, Operation
 from quadstep.page.writing import Output, Writer
-from quadstep.program.assignments import Record
+from quadstep.program.assignments import Record, ScriptRecord
 from quadstep.program.recorded import RECORDED
-from quadstep.program.script import ScriptRecord
 from quadstep.vehicle.paper import State
 from quadstep.vehicle.plants.lagrange import Lagrange, Parameters
 

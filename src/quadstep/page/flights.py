@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.engines.cause import reason
-from quadstep.engines.fly import FlightPlan
+from quadstep.engines.fly import FlightPlan, reason
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.log import LIMITS as LIMITS_PASSED
 from quadstep.interfaces.log import REASONS, FlightLog

@@ -8,9 +8,8 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quadstep.program.assignments import CONSTANT, INPUT, Record
+from quadstep.program.assignments import ARRAY, CONSTANT, INPUT, ITEM, LOOP, STATEMENTS, Loop, Record
 from quadstep.program.operations import CONDITIONS, constant_text, in_javascript
-from quadstep.program.script import ARRAY, ITEM, LOOP, STATEMENTS, Loop
 
 DEEPEST = 40
 """Operations within each other before a local is made."""

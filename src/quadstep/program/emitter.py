@@ -1,15 +1,174 @@
-"""LLVM instructions with everything that a law may contain: loops, functions within, and calls of Python."""
+"""LLVM instructions with everything that a law may contain: loops, functions within, and calls of Python.
+
+Compiled code passes the inputs of an opaque function to Python on its stack and finds the outputs there. Run such code outside
+the main thread, as the engines do: Python delivers Ctrl-C to the main thread, where one that arrives while compiled code is
+just calling would be reported and lost.
+
+A scan is an LLVM loop around a step that is traced once. The carry and all rows are in memory, one vector per number. Loaded
+numbers are remembered with their place, so that a matrix that is already in memory is scanned where it is: the output of
+another scan, or a matrix of the flight's parameters.
+"""
 
 from __future__ import annotations
 
+import ctypes
+import math
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from functools import lru_cache
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from llvmlite import binding as llvm
+from llvmlite import ir
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.scan import C, Rows, Step
-from quadstep.numbers.vectors import Matrix
-from quadstep.program import llvm_opaque, llvm_scan, subroutine
-from quadstep.program.instructions import Instructions
+from quadstep.numbers.opaque import answer
+from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
+from quadstep.numbers.structure import flatten, rebuild
+from quadstep.numbers.vectors import Matrix, Vector
+from quadstep.program import subroutine
+from quadstep.program.instructions import Instructions, Stored
+from quadstep.program.recorded import Operand, RecordedNumber
+
+PLACE = ir.IntType(64)
+
+
+def scan(
+    emitter: Instructions, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool
+) -> tuple[C, Rows[Matrix]]:
+    """See `quadstep.numbers.scan`."""
+    builder = emitter.builder
+    given = flatten(carry)
+    sources = [(in_memory(emitter, one), len(one.rows[0])) for one in matrices(rows)]
+    slots = room(emitter, len(given))
+    store(emitter, given, slots, PLACE(0))
+    with builder.goto_entry_block():
+        counter = builder.alloca(PLACE)
+    builder.store(PLACE(count - 1 if backwards else 0), counter)
+    known = dict(emitter.known)
+    body, over = (builder.function.append_basic_block(name) for name in ("turn", "turned"))
+    builder.branch(body)
+    builder.position_at_end(body)  # values known before the loop are known in each turn
+
+    place = builder.load(counter)
+    now = rebuild(carry, iter(loaded(emitter, slots, len(given))))
+    taken = [row(emitter, source, place, columns) for source, columns in sources]
+    after, made = step(now, shaped(rows, iter(taken)))
+    same_shape(after, len(given))
+    kept = [(room(emitter, count * len(one)), len(one)) for one in matrices(made)]
+    for one, (memory, columns) in zip(matrices(made), kept, strict=True):
+        store(emitter, cast(list[Operand], list(one)), memory, builder.mul(place, PLACE(columns)))
+    store(emitter, flatten(after), slots, PLACE(0))
+    builder.store(builder.add(place, PLACE(-1 if backwards else 1)), counter)
+    builder.cbranch(builder.icmp_unsigned("==", place, PLACE(0 if backwards else count - 1)), over, body)
+
+    builder.position_at_end(over)
+    emitter.known = known
+    last = rebuild(carry, iter(loaded(emitter, slots, len(given))))
+    return last, shaped(made, iter([matrix(emitter, memory, count, columns) for memory, columns in kept]))
+
+
+def room(emitter: Instructions, size: int) -> ir.Value:
+    """Memory for this many numbers, allocated once for the whole function."""
+    with emitter.builder.goto_entry_block():
+        memory: ir.Value = emitter.builder.alloca(emitter.vector, size=max(size, 1))
+    return memory
+
+
+def store(emitter: Instructions, numbers: Sequence[Operand], memory: ir.Value, place: ir.Value) -> None:
+    """Write numbers consecutively, the first to this place."""
+    builder = emitter.builder
+    address = builder.gep(memory, [place])
+    for offset, number in enumerate(numbers):
+        builder.store(emitter.value(number), builder.gep(address, [PLACE(offset)]))
+
+
+def loaded(emitter: Instructions, memory: ir.Value, size: int) -> list[RecordedNumber]:
+    """All numbers of a piece of memory, each remembered with its place."""
+    lanes = []
+    for place in range(size):
+        value = emitter.builder.load(emitter.builder.gep(memory, [PLACE(place)]))
+        emitter.stored[id(value)] = Stored(memory, place)
+        lanes.append(RecordedNumber(emitter, value))
+    return lanes
+
+
+def matrix(emitter: Instructions, memory: ir.Value, count: int, columns: int) -> Matrix:
+    """A matrix that is in memory row by row."""
+    lanes = cast(list[Number], loaded(emitter, memory, count * columns))
+    return Matrix(Vector(lanes[place * columns : (place + 1) * columns]) for place in range(count))
+
+
+def row(emitter: Instructions, source: Stored, place: ir.Value, columns: int) -> Vector:
+    """The row of this place."""
+    builder = emitter.builder
+    address = builder.gep(source.memory, [builder.add(builder.mul(place, PLACE(columns)), PLACE(source.place))])
+    entries: list[RecordedNumber] = []
+    for column in range(columns):
+        value = builder.load(builder.gep(address, [PLACE(column)]))
+        entries.append(RecordedNumber(emitter, emitter.spread(value) if source.scalar else value))
+    return Vector(cast(list[Number], entries))
+
+
+def in_memory(emitter: Instructions, rows: Matrix) -> Stored:
+    """The memory that holds a matrix row by row: its origin, else a copy."""
+    entries = flatten(rows)
+    places = [emitter.stored.get(id(emitter.value(number))) for number in entries]
+    first = places[0]
+    if first is not None and all(one == first._replace(place=first.place + i) for i, one in enumerate(places)):
+        return first
+    memory = room(emitter, len(entries))
+    store(emitter, entries, memory, PLACE(0))
+    return Stored(memory, 0)
+
+
+SYMBOL = "quadstep_call"
+COUNT = ir.IntType(64)
+BYTES = ir.IntType(8).as_pointer()
+
+
+def dispatch(source: int, target: int, inputs: int, outputs: int, width: int, size: int) -> None:
+    """Call a function for each of `width` lanes of numbers of `size` bytes.
+
+    source: the address of a vector of handles and of `inputs` vectors after it. target: of `outputs` vectors, to be filled.
+    """
+    cell, kind = (ctypes.c_double, np.float64) if size == 8 else (ctypes.c_float, np.float32)
+    given: Any = (cell * ((1 + inputs) * width)).from_address(source)
+    lanes = np.frombuffer(given, kind).reshape(1 + inputs, width).T.astype(np.float64, order="C")
+    taken = (cell * (outputs * width)).from_address(target)
+    for lane in range(width):
+        taken[lane::width] = answer(float(lanes[lane, 0]), lanes[lane, 1:], outputs)
+
+
+DISPATCH = ctypes.CFUNCTYPE(None, *[ctypes.c_size_t] * 2, *[ctypes.c_int64] * 4)(dispatch)
+
+
+@lru_cache(maxsize=1)
+def link() -> None:
+    """Let compiled code find `dispatch`. Needed once in each process that loads such code; tracing it does so."""
+    llvm.add_symbol(SYMBOL, ctypes.cast(DISPATCH, ctypes.c_void_p).value)
+
+
+def emit(emitter: Instructions, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
+    """Instructions that call the function. They name it only by its handle, so that compiled code can be kept between runs."""
+    given: list[Operand] = [handle, *inputs]
+    link()
+    builder = emitter.builder
+    with builder.goto_entry_block():  # on the stack once, not once per turn of the loop
+        source, target = (builder.alloca(emitter.vector, size=size) for size in (len(given), outputs))
+    for place, number in enumerate(given):
+        builder.store(emitter.value(number), builder.gep(source, [COUNT(place)]))
+    places = [builder.gep(target, [COUNT(place)]) for place in range(outputs)]
+    for place in places:
+        builder.store(emitter.constant(math.nan), place)  # stays if the call is aborted
+    function = builder.module.globals.get(SYMBOL)
+    if function is None:
+        kind = ir.FunctionType(ir.VoidType(), [BYTES] * 2 + [COUNT] * 4)
+        function = ir.Function(builder.module, kind, SYMBOL)
+    sizes = [len(inputs), outputs, emitter.width, 8 if emitter.precise else 4]
+    builder.call(function, [builder.bitcast(source, BYTES), builder.bitcast(target, BYTES), *map(COUNT, sizes)])
+    return [RecordedNumber(emitter, builder.load(place)) for place in places]  # type: ignore[misc]
+
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -19,10 +178,10 @@ class Emitter(Instructions):
     """Where lanes put their instructions."""
 
     def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
-        return llvm_scan.scan(self, step, carry, rows, count, backwards)
+        return scan(self, step, carry, rows, count, backwards)
 
     def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
         return subroutine.call(self, memory, law, structure)
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
-        return llvm_opaque.emit(self, handle, inputs, outputs)
+        return emit(self, handle, inputs, outputs)

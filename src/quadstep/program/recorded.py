@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, NoReturn, TypeAlias, TypeVar, cast
+from typing import Any, ClassVar, NoReturn, Self, TypeAlias, TypeVar, cast
 
 from quadstep.numbers.functions import entry
 from quadstep.numbers.kinds import Number
@@ -17,7 +17,40 @@ from quadstep.numbers.operation import Kind, Operation, Rule
 from quadstep.numbers.scan import C, Rows, Step, turn_by_turn
 from quadstep.numbers.structure import flatten
 from quadstep.numbers.vectors import Matrix
-from quadstep.program.python_operators import CHOOSE, PythonOperators
+
+CHOOSE = "a law chooses with `where`, `maximum` and `minimum`, never with `if`, `and`, `or`, `max` or `min`"
+
+INSTEAD = (
+    "has no value while its law is recorded: take sin, cos, exp, log, sqrt, atan2, absolute, minimum and maximum "
+    "from quadstep.numbers, not float(), int(), round(), math or numpy"
+)
+
+
+class PythonOperators:
+    """Mixin for the kinds of number from which code is generated."""
+
+    __slots__ = ()
+
+    def __pos__(self) -> Self:
+        return self
+
+    def __pow__(self, power: object) -> NoReturn:
+        # Python's own power of a float is a library's, in its last bit not always the product.
+        raise TypeError("a law cannot use powers: write x * x, sqrt(x), or exp(p * log(x))")
+
+    def __float__(self) -> NoReturn:
+        raise TypeError(f"a {type(self).__name__} {INSTEAD}")
+
+    __int__ = __index__ = __round__ = __trunc__ = __floor__ = __ceil__ = __float__
+
+    def __mod__(self, other: object) -> NoReturn:
+        raise TypeError("a law cannot use remainders: % and // are discontinuous, and its numbers have no such operation")
+
+    __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = __rdivmod__ = __mod__
+
+    # What numpy.sin(x) and the like call on an object that is no array.
+    sin = cos = tan = exp = log = sqrt = fabs = tanh = arcsin = arccos = arctan = sinh = cosh = __float__
+
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -49,7 +82,7 @@ class Recording(ABC):
         return turn_by_turn(step, carry, rows, count, backwards)
 
     def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
-        """See `quadstep.numbers.repeated`; written again each time, unless a record can hold functions."""
+        """See `quadstep.numbers.scan`; written again each time, unless a record can hold functions."""
         return law(structure)
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
@@ -265,7 +298,7 @@ class RecordedFunctions(Kind):
         return record_of(flatten((carry, rows))).scan(step, carry, rows, count, backwards)
 
     def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
-        """See `quadstep.numbers.repeated`."""
+        """See `quadstep.numbers.scan`."""
         return record_of(flatten(structure)).call(memory, law, structure)
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:

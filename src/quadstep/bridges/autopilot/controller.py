@@ -25,8 +25,7 @@ from quadstep.mission.autopilots import FIRST_WAIT, PilotedSection
 from quadstep.mission.derived import BuiltController, Modelled
 from quadstep.mission.fields import Quantity
 from quadstep.numbers import Number, Vector
-from quadstep.numbers.opaque import call
-from quadstep.numbers.registered import raise_pending, register
+from quadstep.numbers.opaque import call, raise_pending, register
 from quadstep.vehicle.plants.multirotor import Multirotor
 
 

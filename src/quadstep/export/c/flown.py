@@ -28,8 +28,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, flatten, leaf_names, rebuild
-from quadstep.numbers.opaque import call
-from quadstep.numbers.registered import raise_pending, register, release
+from quadstep.numbers.opaque import call, raise_pending, register, release
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -19,8 +19,7 @@ from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Structure, Table, Vector, flatten, rebuild
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised
 from quadstep.numbers.structure import replaced
-from quadstep.program.python_code import compiled
-from quadstep.program.scalar_bits import REAL
+from quadstep.program.python_code import REAL, compiled
 
 TEXTS = Path(__file__).parent / "texts"
 

@@ -14,9 +14,8 @@ from typing import NoReturn, TypeAlias, TypeVar, cast, overload
 
 import numpy as np
 
-from quadstep.numbers.caller import place
 from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Choice, Enclosure, Plain, Truth, UndefinedError, ball, inverse
-from quadstep.numbers.operation import Kind, Operation, Rule
+from quadstep.numbers.operation import Kind, Operation, Rule, place
 
 Operand: TypeAlias = "Jet | Plain"
 

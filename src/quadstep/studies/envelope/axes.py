@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 from quadstep.io.errors import UserError
 from quadstep.mission.fields import MOST
-from quadstep.numbers.spaced import evenly_spaced
+from quadstep.numbers.functions import evenly_spaced
 from quadstep.studies.campaign.schema import NOT_FLOWN
 
 Value: TypeAlias = float | int | bool | str

@@ -13,10 +13,8 @@ from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.hedged_backstepping import HedgedBacksteppingMemory
 from quadstep.control.rotation_backstepping import RotationMemory
-from quadstep.engines.cause import reason
 from quadstep.engines.engine import Engine
-from quadstep.engines.fingerprint import fingerprint
-from quadstep.engines.fly import FlightPlan, fly
+from quadstep.engines.fly import FlightPlan, fingerprint, fly, reason
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from quadstep.engines import fly as engines
 from quadstep.engines.engine import FLIGHTS, Engine, engine_for
-from quadstep.engines.fingerprint import fingerprint
-from quadstep.engines.fly import FlightPlan
+from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError

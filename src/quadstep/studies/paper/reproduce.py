@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import cast
 
 from quadstep.engines.engine import Engine
-from quadstep.engines.fingerprint import fingerprint
+from quadstep.engines.fly import fingerprint
 from quadstep.io.version import __version__
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.report import page, units

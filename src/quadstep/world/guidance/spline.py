@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers import Number, total
+from quadstep.numbers.functions import evenly_spaced
 from quadstep.numbers.solve import solve_definite
-from quadstep.numbers.spaced import evenly_spaced
 from quadstep.world.guidance.piecewise import PiecewiseParameters, piecewise_parameters
 
 Array = NDArray[np.float64]
