@@ -10,6 +10,7 @@ from quadstep.linear.grade import FRAGILE, UNSTABLE
 from quadstep.studies.what_if.asked import Asked, changes_of
 from quadstep.studies.what_if.run import answer
 from tests.commands import quadstep
+from tests.needs import CHROMIUM, needs, package
 
 LAW = "crazyflie-pid"
 
@@ -90,3 +91,23 @@ def test_the_command_says_it_and_prints_json(tmp_path):
     assert done.code == 0
     assert json.loads(done.out)["law"] == LAW
     assert quadstep("what-if", LAW, "pid_rate.yaw_kp=60", "--vehicle", "crazyflie", "--flights", "1").code == 2
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory):
+    return tmp_path_factory.mktemp("page") / "out" / "page.html"
+
+
+@needs(CHROMIUM)
+def test_the_page_counts_the_failures_of_the_report_where_the_slider_is(open_page, page_file):
+    package("playwright")
+    change = Asked(LAW, {"pid_rate.roll_kp": 3.0, "pid_rate.pitch_kp": 3.0}, "crazyflie", 5.0, 48, within=0.12)
+    failed = answer(change, page_file.parent, paged=True).record["failed"]
+    counts = [round(48 * failed[side]["value"]) for side in ("before", "after")]
+    assert 0 < counts[0] < counts[1]
+    page = open_page()
+    for link, count in zip(("before", "after"), counts, strict=True):
+        page.get_by_role("link", name=link).click()
+        said = f"document.querySelector('#rate-words').innerText.startsWith('{count} of 48')"
+        page.wait_for_function(f"() => quadstep.rate()?.done && {said}")
+    assert page.locator("#controls .group input[type=range]").first.get_attribute("aria-label").startswith("pid_rate.roll_kp")

@@ -40,6 +40,7 @@ def what_if(
     flights: Annotated[int, typer.Option(help="Flights in gusts, before and after.")] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of wind and noise.")] = 1,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<file's name>-what-if.")] = None,
+    page: Annotated[bool, typer.Option("--page", help="Also page.html, where what changes is a slider.")] = False,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
     junit: JunitOption = None,
@@ -68,5 +69,5 @@ def what_if(
         asked = Asked(parameters, changes_of(changes, parameters), vehicle, wind, flights, seed, within)
         folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", sheet(figures, width, style)
         with bar("flying", "flights", 2 * flights) as shown:
-            evidence = answer(asked, folder, overwrite, shown, drawn_on)
+            evidence = answer(asked, folder, overwrite, shown, drawn_on, page)
     finish(evidence, "what-if", folder, as_json, junit, started)

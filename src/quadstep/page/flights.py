@@ -37,6 +37,7 @@ class ShownFlight(NamedTuple):
     folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand. called: what its
     controller is called, if not by its kind. rivals: controllers to be offered beside it, by what they are called; the
     package's if there are none. cell: its place where its group is a table. rate: of many flights like it.
+    moved: gains that the page is about, by key, and what they may become.
     """
 
     id: str
@@ -55,6 +56,7 @@ class ShownFlight(NamedTuple):
     rivals: Mapping[str, ControllerSection] = {}
     cell: Cell | None = None
     rate: Rate | None = None
+    moved: Mapping[str, float] = {}
 
 
 def outcomes() -> list[dict[str, object]]:
@@ -142,8 +144,17 @@ def fliers(flown: ShownFlight, plan: FlightPlan, laws: Laws) -> Live:
     check_length(plan.ticks)
     if flown.mission is not None:
         found = controllers(flown.mission, plan, flown.folder, laws, flown.called, flown.rivals)
+        found[0] = found[0]._replace(controls=foremost(found[0].controls, flown.moved))
         return Live(tuple(found), tuple(controls(flown.mission, plan)))
     return Live((lone_controller(plan, laws),), ())
+
+
+def foremost(controls: tuple[Control, ...], moved: Mapping[str, float]) -> tuple[Control, ...]:
+    """The sliders with those that are moved before all others, and as long as it takes. moved: by id, to where."""
+    reaching = [
+        one._replace(min=min(one.min, moved[one.id]), max=max(one.max, moved[one.id])) for one in controls if one.id in moved
+    ]
+    return (*reaching, *(one for one in controls if one.id not in moved))
 
 
 def check_length(ticks: Ticks) -> None:

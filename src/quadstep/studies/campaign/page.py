@@ -16,6 +16,7 @@ from quadstep.mission.read import plan_mission
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.numbers import Table, flatten
 from quadstep.page.build import build_page
+from quadstep.page.flights import ShownFlight
 from quadstep.page.missions import flown_mission
 from quadstep.page.model import Rate, numbers_text
 from quadstep.studies.campaign.draws import draw
@@ -32,12 +33,17 @@ COUNTED = bare((RMSE, LARGEST))
 def campaign_page(path: Path, engine: Engine = Engine.LANES, grading: Grading = ungraded) -> str:
     """The page of a campaign file. Raises UserError naming what of it a page cannot fly."""
     campaign = read_campaign(path)
-    found = rate(campaign, str(path))
+    return build_page(campaign.file.name or campaign.mission.name, "", [shown_campaign(campaign, str(path), engine, grading)])
+
+
+def shown_campaign(campaign: Campaign, source: str, engine: Engine = Engine.LANES, grading: Grading = ungraded) -> ShownFlight:
+    """Its mission as a flight of a page, with the failure rate of its flights. source: for errors. Raises UserError."""
+    found = rate(campaign, source)
     mission = campaign.mission
     plan = plan_mission(mission, campaign.folder / Path(campaign.source).name)
     log = fly(plan, engine)
     shown = flown_mission(mission, plan, log, campaign.folder, measured=mission.flight_metrics(log, grading))
-    return build_page(campaign.file.name or mission.name, "", [shown._replace(rate=found)])
+    return shown._replace(rate=found)
 
 
 def rate(campaign: Campaign, source: str) -> Rate:

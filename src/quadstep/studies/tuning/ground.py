@@ -77,6 +77,16 @@ class Asked(NamedTuple):
         """The present gains in the unit box."""
         return starting_point(self.gains)
 
+    def campaign(self, vary: Mapping[str, object], **settings: object) -> CampaignFile:
+        """Flights in which this varies. settings: of the campaign file."""
+        shared: dict[str, object] = {
+            "precision": self.section.precision,
+            "score_period": self.section.score_period,
+            "mission": str(self.path),
+            "correlated": self.section.correlated,
+        }
+        return check(CampaignFile, {**shared, "vary": dict(vary), **settings}, f"{self.path}: tune")
+
     def tuned(self, values: dict[str, float]) -> dict[str, object]:
         """The user's mission with these gains."""
         changed = {key: value for key, value in values.items() if value != self.present[key]}
@@ -125,21 +135,14 @@ class Ground:
     def __init__(self, wanted: Asked, seed: int, sweeper: Callable[..., Sweeper] = Sweep) -> None:
         section, source = wanted.section, str(wanted.path)
         self.asked = wanted
-        shared: dict[str, object] = {
-            "seed": seed,
-            "precision": section.precision,
-            "score_period": section.score_period,
-            "mission": source,
-            "correlated": section.correlated,
-        }
-        self.drawing = check(CampaignFile, {**shared, "vary": section.vary}, f"{source}: tune")
+        self.drawing = wanted.campaign(section.vary, seed=seed)
         ends = {
             leaf.key: {"type": "uniform", "low": min(pair), "high": max(pair)}
             for one in wanted.gains
             for leaf in one.leaves
             for pair in [(leaf.share * one.range.low, leaf.share * one.range.high)]
         }
-        flying = check(CampaignFile, {**shared, "vary": {**section.vary, **ends}}, f"{source}: tune")
+        flying = wanted.campaign({**section.vary, **ends}, seed=seed)
         content = with_numbers(wanted.content, wanted.mission, wanted.present)
         self.campaign: Campaign = campaign_of(flying, "", content, source, wanted.path.parent)
         self.flyer = Flyer(self.campaign, sweeper)

@@ -21,6 +21,7 @@ from quadstep.studies.comparison.schema import EFFORTS
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import Ground, asked_of
 from quadstep.studies.what_if.asked import STEP, Asked, Side, law_of
+from quadstep.studies.what_if.page import what_if_page
 from quadstep.studies.what_if.report import evidence, picture
 
 HEIGHT, BEGIN, DURATION = 3.0, 1.0, 8.0
@@ -70,9 +71,10 @@ def in_gusts(content: Content, asked: Asked, before: Mapping[str, float]) -> Con
 
 
 def answer(
-    asked: Asked, out: Path, overwrite: bool = False, progress: Progress = SILENT, sheet: Sheet | None = None
-) -> Evidence:
-    """Answer a question, and write the folder `out`. Raises UserError."""
+    asked: Asked, out: Path, overwrite: bool = False, progress: Progress = SILENT, sheet: Sheet | None = None,
+    paged: bool = False,
+) -> Evidence:  # fmt: skip
+    """Answer a question, and write the folder `out`. paged: with a page. Raises UserError."""
     law, here = law_of(asked), Path.cwd()
     content = question(asked, law, here)
     mission = check_mission(content, asked.file, here)
@@ -85,11 +87,15 @@ def answer(
     saved = {} if asked.file == law.name else read_parameters(here / asked.file, law.parameter_file).values
     identity = hashlib.sha256(json.dumps([asked, dict(saved), mission.model_dump(mode="json")]).encode()).hexdigest()[:16]
     with publishing(out, identity, overwrite) as draft:
-        ground = Ground(asked_of(Path(asked.file), "", in_gusts(content, asked, before), here), asked.seed)
+        gusts = asked_of(here / asked.file, "", in_gusts(content, asked, before), here)
+        ground = Ground(gusts, asked.seed)
         flown = ground.fly([before, after], 0, asked.flights, Count(progress, 2 * asked.flights).add)
         steps = fly_all([one.plan(warn=False) for one in missions])
         sides = tuple(Side(step, grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))
         picture(*steps).draw(draft, (sheet or Sheet()).shown())
         found = evidence(asked, law, mission, before, (sides[0], sides[1]))
         found.write(draft)
+        if paged:
+            text = what_if_page(gusts, asked.seed, law, asked.changes, found)
+            (draft / "page.html").write_text(text, encoding="utf-8")
     return found
