@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from quadstep import Mission
+from quadstep.export.c.branches import ScanRecord
 from quadstep.export.c.compiler import BITS, WARNINGS
 from quadstep.export.c.expressions import Naming
-from quadstep.export.c.functions import STEPS, functions
-from quadstep.export.c.scans import ScanRecord
+from quadstep.export.c.source import STEPS, functions
 from quadstep.export.c.structs import Output, Stored
 from quadstep.export.c.subject import exported
 from quadstep.export.c.writing import Writer

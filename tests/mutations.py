@@ -154,7 +154,7 @@ SAMPLES = 200
 @cache
 def near():
     """Closed loops near to the bound of each statement, and where the laws that are right take the region."""
-    from quadstep.proofs.theory.adverse import StatementRecord, search
+    from quadstep.proofs.theory.completion import StatementRecord, search
     from quadstep.proofs.theory.inequalities import STATEMENTS
 
     return {statement.number: search(statement, StatementRecord()) for statement in STATEMENTS}
@@ -171,7 +171,7 @@ def seen_by_rows() -> str:
 
 def seen_by_statements() -> str:
     """The first statement of docs/theory.md that some random closed loop breaks."""
-    from quadstep.proofs.theory.adverse import ROUND_OFF, StatementRecord
+    from quadstep.proofs.theory.completion import ROUND_OFF, StatementRecord
     from quadstep.proofs.theory.inequalities import STATEMENTS
     from quadstep.proofs.theory.samples import draw_sample
 
@@ -186,7 +186,7 @@ def seen_by_statements() -> str:
 
 def seen_by_bounds() -> str:
     """The first statement that is broken, or no longer tight, where it was nearest to its bound."""
-    from quadstep.proofs.theory.adverse import StatementMargin, StatementRecord
+    from quadstep.proofs.theory.completion import StatementMargin, StatementRecord
     from quadstep.proofs.theory.inequalities import STATEMENTS
     from quadstep.proofs.theory.samples import sample_at
 

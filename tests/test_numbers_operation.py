@@ -14,9 +14,9 @@ from quadstep.numbers.kinds import ARRAYS, FLOATS, functions_of
 from quadstep.numbers.operation import KINDS, OPERATIONS, declare
 from quadstep.program.python_code import compiled
 from quadstep.program.terms import coq, variable
-from quadstep.proofs.prove.influence import Influence
+from quadstep.proofs.prove.hover import ExactNumber
 from quadstep.proofs.prove.jet import jets
-from quadstep.proofs.prove.known import ExactNumber
+from quadstep.proofs.prove.sampled import Influence
 from tests.exports import COMPILERS, through_c
 from tests.flights import through_lanes
 from tests.needs import NODE, needs

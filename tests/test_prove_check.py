@@ -9,9 +9,8 @@ from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.proofs.prove import check, check_set
-from quadstep.proofs.prove.certificate import read_certificate
+from quadstep.proofs.prove.certificate import read_certificate, read_set
 from quadstep.proofs.prove.check_loop import CheckedLoop
-from quadstep.proofs.prove.set_certificate import read_set
 from tests.commands import quadstep
 from tests.planar_proofs import SET, TUBE, checked, proved
 

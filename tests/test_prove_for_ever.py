@@ -19,12 +19,12 @@ from quadstep.io import exit_codes
 from quadstep.mission.read import check_mission
 from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
+from quadstep.proofs.prove.certificate import read_set
 from quadstep.proofs.prove.check_loop import CheckedLoop
 from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped, starts_of
 from quadstep.proofs.prove.hold import Left, invariant_set
 from quadstep.proofs.prove.rest import holds, rest
 from quadstep.proofs.prove.sampled import Sampled
-from quadstep.proofs.prove.set_certificate import read_set
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 

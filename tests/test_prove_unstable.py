@@ -14,8 +14,7 @@ from quadstep.io import exit_codes
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Vector, maximum, minimum, sqrt, where
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.escape import escape, escaped, inner, narrow
-from quadstep.proofs.prove.hold import Left, invariant_set
+from quadstep.proofs.prove.hold import Left, escape, escaped, inner, invariant_set, narrow
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.proofs.prove.invariant import Growth, Set
 from quadstep.proofs.prove.jet import bounded, jets

@@ -23,8 +23,20 @@ from quadstep.proofs.theory.edge import (
     stretched,
 )
 from quadstep.proofs.theory.flow import Flow, draw, shares_of_lines
-from quadstep.proofs.theory.rationals import positive_definite, root_above, support
-from quadstep.proofs.theory.region import BENDING, RATE, SHAPE, SIZE, Region, bounds_of, certify_region, decay, upper_form
+from quadstep.proofs.theory.region import (
+    BENDING,
+    RATE,
+    SHAPE,
+    SIZE,
+    Region,
+    bounds_of,
+    certify_region,
+    decay,
+    positive_definite,
+    root_above,
+    support,
+    upper_form,
+)
 from quadstep.proofs.theory.words import region_rows
 from quadstep.studies.paper.cases import line
 from tests.theorem_again import LEVEL, OTHER, differing

@@ -111,9 +111,10 @@ SAID = {
 STUDIES = {
     "completion --samples 100": """
 from concurrent.futures import ThreadPoolExecutor
-from quadstep.proofs.theory import adverse, comparison, completion
+from quadstep.proofs.theory import comparison, completion
+from quadstep.proofs.theory import completion
 completion.check_statements = lambda samples: [
-    adverse.StatementMargin(s.number, s.says, 0.0, samples, {"term": 1.0}) for s in adverse.STATEMENTS
+    completion.StatementMargin(s.number, s.says, 0.0, samples, {"term": 1.0}) for s in completion.STATEMENTS
 ]
 completion.drawing_pool = lambda: ThreadPoolExecutor(1)
 completion.grid = lambda: []

@@ -8,14 +8,14 @@ import pytest
 from rich.cells import cell_len
 
 from quadstep.mission.vehicle_list import load_preset, parameters
-from quadstep.proofs.verify import report
+from quadstep.proofs.verify import registry
 from quadstep.proofs.verify.registry import all_rows
 from quadstep.report.terminal.screen import plain, say, say_whole
 from quadstep.report.terminal.tables import fitted, show_table
 
 VEHICLE = (("key", "value", "unit", "meaning", "source"), [tuple(row) for row in parameters(load_preset("x500"))])
 EQUATIONS = (
-    report.HEADER,
+    registry.HEADER,
     [(row.number, row.what, row.where.removeprefix("quadstep."), row.verdict.value, row.reason) for row in all_rows()],
 )
 ERRORS = (("", "RMSE", "largest", "final"), [("theta [mrad]", "54.14", "150.6", "116.5"), ("x [mm]", "1", "2", "3")])

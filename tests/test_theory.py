@@ -16,8 +16,8 @@ from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector, vector
-from quadstep.proofs.theory import adverse, comparison, lyapunov
-from quadstep.proofs.theory.adverse import FACTOR, StatementRecord, check_statements, search
+from quadstep.proofs.theory import comparison, completion, lyapunov
+from quadstep.proofs.theory.completion import FACTOR, StatementRecord, check_statements, search
 from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
 from quadstep.proofs.theory.lyapunov import closed_loop, lyapunov_rate
 from quadstep.proofs.theory.samples import LoopBatch, draw_sample, sample_at
@@ -30,17 +30,17 @@ BY_NUMBER = {statement.number: statement for statement in STATEMENTS}
 
 
 @cache
-def sought(number: str) -> tuple[adverse.StatementMargin, adverse.Cube]:
+def sought(number: str) -> tuple[completion.StatementMargin, completion.Cube]:
     """What a statement shows on random closed loops and where a search brings it; and where that ended."""
     statement, seen = BY_NUMBER[number], StatementRecord()
     seen.look(statement.sides(draw_sample(7, SAMPLES)))
     ended = search(statement, seen)
-    return adverse.StatementMargin(number, statement.says, seen.worst, SAMPLES, seen.reached), ended
+    return completion.StatementMargin(number, statement.says, seen.worst, SAMPLES, seen.reached), ended
 
 
 def broken(monkeypatch) -> set[str]:
     """On random closed loops alone."""
-    monkeypatch.setattr(adverse, "STEPS", 0)
+    monkeypatch.setattr(completion, "STEPS", 0)
     return {margin.number for margin in check_statements(2_000) if not margin.holds}
 
 
@@ -76,7 +76,7 @@ def test_a_statement_that_lacks_a_term_is_found_broken(number, shares):
 
 
 def test_a_bound_that_nothing_comes_near_to_does_not_bite(monkeypatch):
-    monkeypatch.setattr(adverse, "STEPS", 20)
+    monkeypatch.setattr(completion, "STEPS", 20)
 
     def sides(sample):
         x = sample.state.position[0]
@@ -84,7 +84,7 @@ def test_a_bound_that_nothing_comes_near_to_does_not_bite(monkeypatch):
 
     seen = StatementRecord()
     search(Statement("T0", "sin x <= 2", sides), seen)
-    margin = adverse.StatementMargin("T0", "", seen.worst, 1, seen.reached)
+    margin = completion.StatementMargin("T0", "", seen.worst, 1, seen.reached)
     assert margin.holds
     assert not margin.bites
     assert seen.reached["2"] == pytest.approx(0.5, abs=1e-3)
@@ -95,7 +95,7 @@ def test_a_statement_that_is_no_number_somewhere_does_not_hold():
     with np.errstate(invalid="ignore"):
         seen.look([Sides(np.array([0.0, 0.0]), {"root": np.sqrt(np.array([1.0, -1.0]))}, 1.0)])
     seen.look([Sides(np.array([0.0, 0.0]), {"root": np.array([1.0, 1.0])}, 1.0)])
-    assert not adverse.StatementMargin("T0", "", seen.worst, 2, seen.reached).holds
+    assert not completion.StatementMargin("T0", "", seen.worst, 2, seen.reached).holds
 
 
 def test_the_terms_of_learning_are_made_of_the_errors_of_the_weights_and_of_what_the_law_returns():
@@ -233,7 +233,7 @@ def test_a_broken_inequality_is_told_by_the_exit_code(monkeypatch, tmp_path, cap
     from quadstep.proofs.theory import completion
 
     wrong = Statement("T0", "one is zero", lambda s: [Sides(1.0, {"zero": 0.0 * s.state.position[0]}, 1.0, equal=True)])
-    monkeypatch.setattr(adverse, "STATEMENTS", (wrong,))
+    monkeypatch.setattr(completion, "STATEMENTS", (wrong,))
     monkeypatch.setattr(completion, "grid", lambda: [])
     monkeypatch.setattr(completion, "summarise", lambda *cells: comparison.ComparisonSummary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0))
     monkeypatch.setattr("quadstep.proofs.theory.completion.draw_map", draw_nothing)

@@ -14,8 +14,17 @@ from quadstep.commands import cli
 from quadstep.io.errors import UserError
 from quadstep.numbers import atan2, clip, sin, where
 from quadstep.proofs.verify.errata import FACTS, facts, page
-from quadstep.proofs.verify.registry import EQUATIONS, FOLLOWS, all_rows, chosen, verify
-from quadstep.proofs.verify.report import cells, closing, document, write_document
+from quadstep.proofs.verify.registry import (
+    EQUATIONS,
+    FOLLOWS,
+    all_rows,
+    cells,
+    chosen,
+    closing,
+    document,
+    verify,
+    write_document,
+)
 from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, judge
 
 PAGE = Path(__file__).parents[1] / "docs" / "errata.md"

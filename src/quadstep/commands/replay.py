@@ -57,7 +57,7 @@ def replay(
     asked for, tracking.csv and estimates.csv.
     """
     from quadstep.identify.logs.judge import judge
-    from quadstep.identify.replayed import ReplayRequest, replayed
+    from quadstep.identify.replay import ReplayRequest, replayed
     from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):

@@ -25,22 +25,24 @@ def verify(
     Exit code 0: all evidence holds. 1: the evidence of some row fails. 2: bad input.
     """
     with needed_by("`quadstep verify`"):
-        from quadstep.proofs.verify import registry, report
+        from quadstep.proofs.verify import registry
 
     if json:
-        report.check_target(json)
+        registry.check_target(json)
     rows, started = registry.chosen(only), time.perf_counter()
     with bar("verifying", "rows", len(rows)) as progress:
         results = registry.verify(rows, progress.to)
     seconds = time.perf_counter() - started
     if not only:
-        show_table("The paper against the code", *report.summary(results))
+        show_table("The paper against the code", *registry.summary(results))
     printed = [result for result in results if every or only or not result.passed]
     if printed:
-        show_table("" if only else "Every row" if every else "FAILED", report.HEADER, [report.cells(one) for one in printed])
-    say(report.closing(results, seconds) + ("" if every or only else "; --all prints every row"))
+        show_table(
+            "" if only else "Every row" if every else "FAILED", registry.HEADER, [registry.cells(one) for one in printed]
+        )
+    say(registry.closing(results, seconds) + ("" if every or only else "; --all prints every row"))
     if json:
-        report.write_document(json, results, seconds)
+        registry.write_document(json, results, seconds)
         say_whole(f"Wrote {json}")
     if not all(result.passed for result in results):
         raise typer.Exit(FAILED)

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from quadstep.export.c.compiler import compile_c
 from quadstep.export.c.interface import Exported, loops
+from quadstep.export.c.literals import filled
 from quadstep.export.c.structs import has_numbers
-from quadstep.export.c.templates import filled
 from quadstep.io.errors import ToolError, UserError
 from quadstep.numbers import flatten
 

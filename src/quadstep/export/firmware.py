@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import cast
 
 from quadstep.export.c.interface import Exported, loops, title
-from quadstep.export.c.literals import literal
+from quadstep.export.c.literals import filled, literal
 from quadstep.export.c.structs import as_array, fields_of
-from quadstep.export.c.templates import filled
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.vehicle.airframe.allocation import mixing

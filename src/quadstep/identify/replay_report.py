@@ -12,8 +12,8 @@ from quadstep.identify.beside_page import drawn_in, flight_picture
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Estimated
 from quadstep.identify.logs.flight import FlightRecord
+from quadstep.identify.replay import Predictions, Replayed, ReplayRequest
 from quadstep.identify.replay_picture import FACTOR, UNIT, draw_errors, estimate_picture
-from quadstep.identify.replayed import Predictions, Replayed, ReplayRequest
 from quadstep.identify.table import ErrorTable
 from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate

@@ -13,8 +13,8 @@ import numpy as np
 
 from quadstep.export.c.interface import Exported, head, loops
 from quadstep.export.c.law import begins, measured_part, only
+from quadstep.export.c.literals import filled
 from quadstep.export.c.structs import fields_of, has_numbers, number
-from quadstep.export.c.templates import filled
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Structure, Table, Vector, flatten, rebuild
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised

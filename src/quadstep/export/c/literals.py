@@ -1,10 +1,20 @@
-"""Literals of C99."""
+"""Literals of C99, and templates with words to be filled in."""
 
 import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from quadstep.io.errors import UserError
+
+
+def filled(path: Path, words: Mapping[str, str]) -> str:
+    """A template with each of these words replaced, where it stands alone or begins a name."""
+    text = path.read_text(encoding="utf-8")
+    known = "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
+    return re.sub(rf"\b(?:{known})", lambda found: words[found[0]], text)
 
 
 def literal(value: float, precise: bool) -> str:

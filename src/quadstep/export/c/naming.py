@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 from types import FrameType
 
+from quadstep.export.c.branches import ScanRecord
 from quadstep.export.c.expressions import Naming
-from quadstep.export.c.scans import ScanRecord
 from quadstep.io.errors import one_line
 from quadstep.numbers import Matrix, Vector
 from quadstep.program.assignments import CONSTANT, INPUT

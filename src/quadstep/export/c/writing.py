@@ -8,11 +8,9 @@ array are computed in place if nothing reads its old rows later.
 import re
 from collections import Counter
 
-from quadstep.export.c.branches import branches, pairs
-from quadstep.export.c.expressions import INDICES
+from quadstep.export.c.branches import FILLED, SCAN, branches, pairs
+from quadstep.export.c.expressions import INDICES, Line, Statements, braced, commented
 from quadstep.export.c.literals import bare, literal
-from quadstep.export.c.scans import FILLED, SCAN
-from quadstep.export.c.statements import Line, Statements, braced, commented
 from quadstep.export.c.structs import Output, Stored, has_numbers, members
 from quadstep.program.assignments import INPUT
 from quadstep.program.rows import LEFT, Body

@@ -1,4 +1,4 @@
-"""A data sheet: what is known of a vehicle before it has flown."""
+"""A data sheet: what is known of a vehicle before it has flown, and a campaign over what it leaves open."""
 
 from pathlib import Path
 from typing import Annotated, Literal

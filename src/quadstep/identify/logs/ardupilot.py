@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.identify.logs.packed import Packed, columns_of, layout_of, rows_of
-from quadstep.identify.logs.series import Topics, by_topic
+from quadstep.identify.logs.series import Packed, Topics, by_topic, columns_of, layout_of, rows_of
 from quadstep.io import files
 
 HEAD = b"\xa3\x95"

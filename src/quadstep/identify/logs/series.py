@@ -1,8 +1,16 @@
-"""Columns of logs with many topics: each has its own samples and is named topic.field."""
+"""Columns of logs with many topics: each has its own samples and is named topic.field.
 
-from collections.abc import Iterable, Mapping
+ULog and ArduPilot's .BIN pack messages one after the other, and declare their layout. Such a log is walked once. Where a
+header is not one, the walk goes on at the next message that is wanted, and the place counts as damaged: time grows with the
+size of the file, whatever is in it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.identify.logs.flight import Floats
 from quadstep.io.errors import UserError
@@ -42,3 +50,61 @@ def refuse_many(path: Path, rows: Mapping[str, int], fields: Mapping[str, list[s
     """Raises UserError where so many rows of each topic are more numbers than a log may have."""
     if sum(count * (1 + len(fields[topic])) for topic, count in rows.items()) > MOST_SAMPLES:
         raise UserError(f"{path}: more than {MOST_SAMPLES} numbers; cut the log")
+
+
+LARGEST = 65535
+"""Bytes of a message."""
+
+
+class Packed(NamedTuple):
+    """Messages of one topic. content: their bytes, one message after the other."""
+
+    layout: np.dtype[np.void]
+    content: bytearray
+
+
+def layout_of(fields: Sequence[tuple[str, str | np.dtype[np.void], int]]) -> np.dtype[np.void]:
+    """The layout of name, type and count of each field, without gaps. Raises ValueError for one that no message can have."""
+    if not fields or any(count > LARGEST for _, _, count in fields):
+        raise ValueError("no layout of a message")
+    found = np.dtype([(name, kind, (count,)) if count else (name, kind) for name, kind, count in fields])
+    if found.itemsize > LARGEST:
+        raise ValueError("no layout of a message")
+    return found
+
+
+def unpacked(rows: NDArray[np.void], field: str) -> Floats | None:
+    """The numbers of a field: Roll, q[0] or esc[1].rpm; None where there is no such field."""
+    found = rows
+    for part in field.split("."):
+        name, _, place = part.partition("[")
+        index = place.removesuffix("]")
+        if found.dtype.names is None or name not in found.dtype.names:
+            return None
+        found = cast(NDArray[np.void], found[name])
+        if place:
+            if found.ndim < 2 or not index.isdecimal() or int(index) >= found.shape[-1]:
+                return None
+            found = found[..., int(index)]
+    if found.ndim != 1 or found.dtype.kind not in "iufb":
+        return None
+    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
+        numbers: Floats = found.astype(np.float64)
+    return numbers
+
+
+def rows_of(packed: Packed) -> NDArray[np.void]:
+    """Messages as rows of an array."""
+    return np.frombuffer(packed.content, packed.layout)
+
+
+def columns_of(path: Path, rows: Mapping[str, tuple[Floats, NDArray[np.void]]], fields: Mapping[str, list[str]]) -> Columns:
+    """Columns of the fields of each topic, from its times [s] and its messages. Raises UserError for too many numbers."""
+    refuse_many(path, {topic: len(time) for topic, (time, _) in rows.items()}, fields)
+    found: Columns = {}
+    for topic, (time, messages) in rows.items():
+        for field in fields[topic]:
+            values = unpacked(messages, field)
+            if values is not None and len(time):
+                found[f"{topic}.{field}"] = Series(time, values)
+    return found

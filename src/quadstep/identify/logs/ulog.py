@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.logs.packed import Packed, columns_of, layout_of, rows_of
-from quadstep.identify.logs.series import Topics, by_topic
+from quadstep.identify.logs.series import Packed, Topics, by_topic, columns_of, layout_of, rows_of
 from quadstep.io import files
 from quadstep.io.errors import UserError
 

@@ -10,7 +10,6 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.proofs.certify.arrays import Array, Mask, lengths
-from quadstep.proofs.certify.conditions import ConditionMargins, conditions
 from quadstep.proofs.certify.history import History, recall
 from quadstep.proofs.certify.hypotheses import (
     FEWEST_SAMPLES,
@@ -21,7 +20,7 @@ from quadstep.proofs.certify.hypotheses import (
     too_little,
 )
 from quadstep.proofs.certify.ideal_weights import IdealWeights, ideal_weights, residual_bound, targets, weight_bound
-from quadstep.proofs.certify.lyapunov import Lyapunov, lyapunov, matrices
+from quadstep.proofs.certify.lyapunov import ConditionMargins, Lyapunov, conditions, lyapunov, matrices
 
 
 def error_radius(weight_bound: float, residual_bound: float, kappa: float, k_min: float) -> float | None:

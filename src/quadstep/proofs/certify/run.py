@@ -1,4 +1,4 @@
-"""`quadstep certify`: one mission from file to folder."""
+"""`quadstep certify`: one mission from file to folder, and the line that says how flight and theorem fit."""
 
 import json
 from pathlib import Path
@@ -13,8 +13,7 @@ from quadstep.io.version import __version__
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.arrays import Array, lengths
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
-from quadstep.proofs.certify.record import record, table
-from quadstep.proofs.certify.verdict import answer, kind
+from quadstep.proofs.certify.record import answer, kind, record, table
 from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel

@@ -1,4 +1,8 @@
-"""The certificate file: what was proved, and everything needed to check it: mission, unknowns, flight, boxes."""
+"""Certificate files: what was proved, and everything needed to check it.
+
+Of a tube: mission, unknowns, flight, boxes. Of a set that no flight leaves: mission, unknowns, rest, coordinates, radii,
+starts.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ from quadstep.io.version import __version__
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown, refuse_out_of_range
 
-FORMAT = "quadstep tube 3"
+FORMAT, SET_FORMAT = "quadstep tube 3", "quadstep set 2"
 LARGEST = 2**28
 """Most bytes of a flight."""
 
@@ -55,20 +59,31 @@ def seen_from(certificate: Path, mission: Path) -> str:
 
 def write_certificate(path: Path, found: Certificate) -> None:
     """Write the file. Raises UserError."""
-    content = {
-        "format": FORMAT,
+    write_file(
+        path,
+        FORMAT,
+        found,
+        {
+            "samples_per_block": found.block,
+            "position[m]": found.position.tolist(),
+            "spread": found.spread.tolist(),
+            "boxes": found.boxes.tolist(),
+            "flown": packed(found.flown),
+        },
+    )
+
+
+def write_file(path: Path, form: str, found: Certificate | SetCertificate, proved: Mapping[str, object]) -> None:
+    """Write a certificate of either form: its claim, then what proves it. Raises UserError."""
+    claim = {
+        "format": form,
         "quadstep": __version__,
         "mission": found.mission,
         "folder": found.folder,
         "unknown": written(found.unknown),
         "states": list(found.states),
-        "samples_per_block": found.block,
-        "position[m]": found.position.tolist(),
-        "spread": found.spread.tolist(),
-        "boxes": found.boxes.tolist(),
-        "flown": packed(found.flown),
     }
-    write_beside(path, json.dumps(content, indent=None) + "\n", parents=True)
+    write_beside(path, json.dumps({**claim, **proved}, indent=None) + "\n", parents=True)
 
 
 def packed(flown: Array) -> str:
@@ -140,3 +155,118 @@ def read_certificate(path: Path) -> Certificate:
     if not shapes or blocks < 1:
         raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
     return Certificate(mission, unknown, states, flown, size, spread, boxes, position, str(content.get("folder", "")))
+
+
+class SetCertificate(NamedTuple):
+    """mission: text of its file. states: names. rest: of these. live: which of them move; twins: which are always the same as
+    another; unit: the first number of a quaternion of length one (-1: none).
+
+    spread: the set is rest + spread z, |z_i| <= radii_i, columns i and i + 1 of `pairs` together. own: whether the starts are
+    the mission's own but for the position, `start` [m] to either side; else those of the rest. position: how far each axis may
+    be from its rest [m]. folder: the mission's, seen from the certificate's.
+    """
+
+    mission: str
+    unknown: Unknown
+    states: tuple[str, ...]
+    rest: Array
+    live: tuple[int, ...]
+    twins: dict[int, int]
+    unit: int
+    spread: Array
+    pairs: tuple[int, ...]
+    radii: Array
+    own: bool
+    start: float
+    position: Array
+    folder: str = ""
+
+
+def write_set(path: Path, found: SetCertificate) -> None:
+    """Write the file. Raises UserError."""
+    names = found.states
+    write_file(
+        path,
+        SET_FORMAT,
+        found,
+        {
+            "rest": found.rest.tolist(),
+            "live": [names[place] for place in found.live],
+            "twins": {names[place]: names[other] for place, other in found.twins.items()},
+            "unit": names[found.unit] if found.unit >= 0 else "",
+            "spread": found.spread.tolist(),
+            "pairs": list(found.pairs),
+            "radii": found.radii.tolist(),
+            "own_start": found.own,
+            "start[m]": found.start,
+            "position[m]": found.position.tolist(),
+        },
+    )
+
+
+def is_set(path: Path) -> bool:
+    """Whether a file claims to be such a certificate. Raises UserError."""
+    content = read_json(path)
+    return isinstance(content, dict) and content.get("format") == SET_FORMAT
+
+
+def read_set(path: Path) -> SetCertificate:
+    """The content of the file. Raises UserError."""
+    content = read_json(path)
+    try:
+        states = tuple(str(name) for name in content["states"])
+        found = SetCertificate(
+            mission=str(content["mission"]),
+            unknown=read_unknown(content["unknown"]),
+            states=states,
+            rest=table(content["rest"], -LARGE, 0.0),
+            live=tuple(states.index(name) for name in content["live"]),
+            twins={states.index(name): states.index(other) for name, other in content["twins"].items()},
+            unit=states.index("attitude.0") if content["unit"] == "attitude.0" else -1,
+            spread=table(content["spread"], -LARGE),
+            pairs=tuple(int(one) for one in content["pairs"]),
+            radii=table(content["radii"], SMALL),
+            own={True: True, False: False}[content["own_start"]],
+            start=float(table(content["start[m]"], 0.0)),
+            position=table(content["position[m]"], 0.0),
+            folder=str(content.get("folder", "")),
+        )
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError, UserError) as error:
+        raise unlike(path, error) from None
+    count, moving = len(states), len(found.live)
+    paired = [place for one in found.pairs for place in (one, one + 1)]
+    shapes = found.rest.shape == (count,) and found.spread.shape == (moving, moving) and found.radii.shape == (moving,)
+    sound = len(set(paired)) == len(paired) and all(0 <= one < moving for one in paired) and found.position.ndim == 1
+    apart = len({*found.live, *found.twins}) == moving + len(found.twins) and set(found.twins.values()) <= set(found.live)
+    if found.unit >= 0:
+        turn = [f"attitude.{i}" for i in range(4)]
+        apart = apart and list(states[found.unit : found.unit + 4]) == turn and found.unit not in {*found.live, *found.twins}
+    if not (shapes and sound and apart and moving):
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
+    return found
+
+
+FORMATS = tuple(one.rstrip("0123456789") for one in (FORMAT, SET_FORMAT))
+
+
+def check_target(path: Path) -> None:
+    """Refuses a folder, a place that cannot be written, and an existing file that is not a certificate. Raises UserError."""
+    try:
+        if path.is_dir():
+            raise UserError(f"{path}: is a folder; --out needs a file")
+        parent = next(one for one in path.absolute().parents if one.exists())
+        if not parent.is_dir():
+            raise UserError(f"{path}: cannot be written: {parent} is not a folder")
+        if path.exists() and not is_certificate(path):
+            raise UserError(f"{path}: exists and is not a certificate of `quadstep prove`; choose another --out")
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def is_certificate(path: Path) -> bool:
+    """Whether a file claims to be one."""
+    try:
+        content = read_json(path)
+    except UserError:
+        return False
+    return isinstance(content, dict) and str(content.get("format")).startswith(FORMATS)

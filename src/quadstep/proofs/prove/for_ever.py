@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from quadstep.proofs.prove.certificate import seen_from
+from quadstep.proofs.prove.certificate import SetCertificate, seen_from, write_set
 from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Hold, Left, described, each
 from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.set_certificate import SetCertificate, write_set
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.proofs.prove.verdict import Verdict, VerdictKind, down, millimetres, off, under, up
 

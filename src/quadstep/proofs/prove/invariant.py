@@ -20,9 +20,8 @@ import numpy as np
 from quadstep.engines.loop import Numbers
 from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import Operand, UndefinedError
-from quadstep.proofs.prove.box import image, seeded, widened
+from quadstep.proofs.prove.box import image, seeded, summed, widened
 from quadstep.proofs.prove.modes import ComplexArray, Modes
-from quadstep.proofs.prove.products import summed
 from quadstep.proofs.prove.rest import Rest, after, always
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.spectrum import UP, products

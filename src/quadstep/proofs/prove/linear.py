@@ -8,8 +8,7 @@ import numpy as np
 
 from quadstep.numbers import leaf_names
 from quadstep.numbers.enclosure import Enclosure, UndefinedError
-from quadstep.proofs.prove.box import Image, image, seeded
-from quadstep.proofs.prove.products import UP, BoundedMatrix, lost, powers
+from quadstep.proofs.prove.box import UP, BoundedMatrix, Image, image, lost, powers, seeded
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
 

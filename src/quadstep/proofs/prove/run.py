@@ -19,16 +19,15 @@ from quadstep.io.user_code.loading import only
 from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.certificate import Certificate, seen_from, write_certificate
+from quadstep.proofs.prove.box import UP
+from quadstep.proofs.prove.certificate import Certificate, is_set, seen_from, write_certificate
 from quadstep.proofs.prove.check import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_hover
 from quadstep.proofs.prove.hold import Left, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear import Coordinates, block, coordinates
-from quadstep.proofs.prove.products import UP
 from quadstep.proofs.prove.rest import holds
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.set_certificate import is_set
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.proofs.prove.verdict import TubeRecord, Verdict, VerdictKind, down, millimetres, under, up

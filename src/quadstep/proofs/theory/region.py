@@ -5,11 +5,56 @@ L_dot <= -s^T Q s + d . s wherever L <= level; a, b and a_c, b_c are the errors 
 the counter-rate's. Where Q - rate M - diag(tau) is positive definite, L_dot <= -2 rate L + sum d^2 / (4 tau).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from math import isqrt
+from typing import NamedTuple, TypeAlias
 
-from quadstep.proofs.theory.rationals import above, positive_definite, root_above, support
+Rational: TypeAlias = Fraction
+Row: TypeAlias = list[Fraction]
+
+GRID = 2**40
+"""Numbers are rounded to multiples of 1 over this, on the safe side, so that exact elimination stays quick."""
+
+
+def above(x: Fraction) -> Fraction:
+    """x rounded up."""
+    return Fraction(-(-x.numerator * GRID // x.denominator), GRID)
+
+
+def root_above(x: Fraction) -> Fraction:
+    """A number not below sqrt(x), x >= 0."""
+    scaled = above(x) * GRID * GRID
+    return Fraction(isqrt(int(scaled)) + 1, GRID)
+
+
+def positive_definite(matrix: Sequence[Sequence[Fraction]]) -> bool:
+    """Whether x^T M x > 0 for every x != 0, M symmetric: every pivot of the elimination is positive. Exact."""
+    rows = [list(row) for row in matrix]
+    for i, pivot in enumerate(rows):
+        if pivot[i] <= 0:
+            return False
+        for row in rows[i + 1 :]:
+            factor = row[i] / pivot[i]
+            for k in range(i, len(row)):
+                row[k] -= factor * pivot[k]
+    return True
+
+
+def support(matrix: Sequence[Sequence[Fraction]], direction: Sequence[Fraction]) -> Fraction:
+    """direction^T M^-1 direction, M positive definite: the square of the largest direction . x where x^T M x <= 1. Exact."""
+    size = len(direction)
+    rows = [[*matrix[i], direction[i]] for i in range(size)]
+    for i in range(size):
+        for j in range(i + 1, size):
+            factor = rows[j][i] / rows[i][i]
+            rows[j] = [x - factor * y for x, y in zip(rows[j], rows[i], strict=True)]
+    solution = [Fraction(0)] * size
+    for i in reversed(range(size)):
+        rest = sum((rows[i][j] * solution[j] for j in range(i + 1, size)), Fraction(0))
+        solution[i] = (rows[i][size] - rest) / rows[i][i]
+    return sum((a * b for a, b in zip(direction, solution, strict=True)), Fraction(0))
+
 
 NORMS = ("r1", "I1", "e1", "e2", "r2", "I2", "a", "b", "a_c", "b_c")
 R1, I1, E1, E2, R2, I2, A, B, AC, BC = range(len(NORMS))

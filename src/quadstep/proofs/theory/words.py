@@ -3,8 +3,7 @@
 from fractions import Fraction
 
 from quadstep.proofs.theory.edge import Edge
-from quadstep.proofs.theory.rationals import root_above
-from quadstep.proofs.theory.region import NORMS, Region
+from quadstep.proofs.theory.region import NORMS, Region, root_above
 
 MEANINGS = {
     "r1": ("|r1|", "m/s"), "I1": ("|int r1|", "m"), "e1": ("|e1|: position", "m"), "e2": ("|e2|: attitude", "rad"),
