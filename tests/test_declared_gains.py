@@ -340,6 +340,10 @@ def test_a_gains_slider_reaches_from_what_is_declared_or_a_decade_about_its_valu
     assert Gain(1.0, "", "").span(1.0, 2.0) == (0.1, 20.0, "log")
     assert Gain(0.0, "", "", zero=True).span(0.0, 0.0) == (0.0, 1.0, "linear")
     assert Gain(0.0, "", "", zero=True, high=2.0).span(0.0, 0.2) == (0.0, 2.0, "linear")
+    assert Gain(0.0, "", "", zero=True, high=2.0).span(0.0, 20.0) == (0.0, 200.0, "linear"), (
+        "as a vehicle's own default may be"
+    )
+    assert Gain(1.0, "", "", low=5.0).span(1.0, 2.0) == (0.1, 20.0, "log")
     assert Gain(1.0, "", "", scale="linear").span(1.0, 2.0) == (0.0, 20.0, "linear")
 
 

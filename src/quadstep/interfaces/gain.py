@@ -156,12 +156,14 @@ class Gain:
         return self.default if isinstance(self.default, tuple) else (self.default,) * len(self.parts)
 
     def span(self, least: float, most: float) -> tuple[float, float, str]:
-        """Low, high and scale of a slider or a search about present values from `least` to `most`."""
+        """Low, high and scale of a slider or a search about present values from `least` to `most`; a declared end that these
+        are beyond says nothing.
+        """
         scale = self.scale or ("linear" if self.zero or self.signed or least <= 0.0 else "log")
         reach = max(10.0 * (max(-least, most) if self.signed else most), 1.0 if scale == "linear" else 0.0)
         low = -reach if self.signed else 0.0 if scale == "linear" else least / 10.0
-        low, high = low if self.low is None else self.low, reach if self.high is None else self.high
-        return low, high, scale
+        low = low if self.low is None or self.low > least else self.low
+        return low, reach if self.high is None or self.high < most else self.high, scale
 
 
 @dataclass(frozen=True)
