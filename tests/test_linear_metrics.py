@@ -83,8 +83,9 @@ def test_candidates_are_given_their_own_margins(mission):
     (place,) = ground.asked.start
     values = ground.asked.numbers([place - 0.3])
     written = Mission.model_validate({**ground.asked.tuned(values), "tune": None})
-    assert ground.margins(values) == list(margin_metrics(written, ["phase_margin_roll"]).values())
-    assert ground.margins(values) != ground.margins(ground.asked.present)
+    names = ["phase_margin_roll"]
+    assert ground.margins(values, names) == margin_metrics(written, names) == ground.stability.margins(values)
+    assert ground.margins(values, names) != ground.margins(ground.asked.present, names)
     assert ground.asked.names["phase_margin_roll"] == "phase_margin_roll[rad]"
 
 

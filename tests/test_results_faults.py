@@ -25,6 +25,7 @@ from quadstep.studies.comparison.training import Journal, Place, read_lines
 from quadstep.studies.rare.done import Done
 from quadstep.studies.rare.kept import opened as open_estimate
 from quadstep.studies.tuning.judge import Judged
+from quadstep.studies.tuning.trial import Tried
 from tests.campaigns import MASS
 from tests.campaigns import campaign as made_campaign
 from tests.commands import files
@@ -160,7 +161,7 @@ def comparison(out):
             journal = Journal(Place(out, ".writing-kept/journals/a.jsonl"))
             for number in range(2):
                 if journal.taken([{"k": number}]) is None:
-                    journal.add(number, [{"k": number}], [Judged(1.0, {"x": 2.0}, 0, 0.0, 1.0)])
+                    journal.add(number, [{"k": number}], [Tried(Judged(1.0, {"x": 2.0}, 0, 0.0, 1.0))])
             parts.add("gains", "a", b"gains of a")
         parts.publish(draft, [("gains", "a")])
         (draft / "metrics.json").write_text("{}")

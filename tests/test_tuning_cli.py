@@ -9,7 +9,7 @@ from quadstep import read_mission
 from quadstep.engines.fly import fingerprint
 from quadstep.mission.read import plan_mission
 from quadstep.studies.tuning import run
-from quadstep.studies.tuning.ground import Ground
+from quadstep.studies.tuning.ground import UNSEEN, Ground
 from quadstep.studies.tuning.report import caution
 from tests.commands import quadstep
 from tests.missions import EXAMPLES
@@ -97,7 +97,7 @@ def test_gains_that_are_no_better_are_called_so(tmp_path, monkeypatch):
 
     def unlucky(self, candidates, first, count, progress=None):
         flown = original(self, candidates, first, count, progress)
-        if first:
+        if first == UNSEEN:
             flown[1].metrics[:] *= 50.0
         return flown
 
@@ -301,7 +301,7 @@ def test_a_budget_that_is_too_small(tmp_path, budget):
     done = tune(written(tmp_path, QUICK), tmp_path / "out", budget)
     assert done.refused
     assert "at least 19" in done.err
-    assert "1 flight each" in done.err
+    assert "16 for one generation of 16 candidates" in done.err
     assert tune(written(tmp_path, QUICK), tmp_path / "out", 19).code == 0
 
 

@@ -37,7 +37,7 @@ def slopes(values):
 def test_the_result_keeps_them_where_the_best_gains_would_not(tmp_path):
     weak = PAPER.replace("K_r1 = [3.0, 3.0, 3.0]", "K_r1 = [1.2, 1.2, 1.2]")
     free, kept = (mission(more, text=weak).replace("high = 3.2", "high = 1.5") for more in ("theorem = false", ""))
-    free = Search(ground(tmp_path, free), 800, 1, SILENT).run()
+    free = Search([ground(tmp_path, free)], 800, 1, SILENT).run()
     slope, gain = slopes(free.best.values)
     assert gain < slope, "this case must be one in which the conditions cost something"
     done = run.tune(written(tmp_path, kept), 800, tmp_path / "out")
@@ -58,14 +58,14 @@ def test_nothing_that_breaks_them_is_flown(tmp_path, monkeypatch):
         return original(self, candidates, *more, **named)
 
     monkeypatch.setattr(Ground, "fly", noted)
-    Search(ground(tmp_path, mission()), 150, 1, SILENT).run()
+    Search([ground(tmp_path, mission())], 150, 1, SILENT).run()
     assert len(flown) > 100
     assert all(gain > slope for slope, gain in map(slopes, flown))
 
 
 def test_they_hold_for_every_vehicle_that_is_flown(tmp_path):
     there = ground(tmp_path, mission(vary=MASS))
-    found = Search(there, 400, 1, SILENT).run()
+    found = Search([there], 400, 1, SILENT).run()
     heaviest = max(there.draws(0, 4).drawn["vehicle.mass"].values)
     assert heaviest > 1.0
     for one in found.history:
@@ -79,7 +79,7 @@ def test_they_hold_for_every_vehicle_that_is_flown(tmp_path):
 def test_present_gains_that_break_them_are_replaced_though_they_fly_better(tmp_path):
     text = PAPER.replace("K_r1 = [3.0, 3.0, 3.0]", "K_r1 = [1.0, 1.0, 1.0]\nLambda1 = [1.787, 1.787, 1.787]")
     text = mission(text=text).replace("high = 3.2", "high = 1.0")
-    found = Search(ground(tmp_path, text), 100, 1, SILENT).run()
+    found = Search([ground(tmp_path, text)], 100, 1, SILENT).run()
     assert found.present.moved == math.inf
     assert found.present.judged.cost < found.best.judged.cost
     slope, gain = slopes(found.best.values)

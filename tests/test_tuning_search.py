@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
+from quadstep.linear.metrics import margin_metrics
 from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
 from quadstep.report.terminal.progress import SILENT
@@ -14,7 +15,7 @@ from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
 from quadstep.studies.tuning.ground import UNSEEN, Ground, read_request
 from quadstep.studies.tuning.judge import Judge
-from quadstep.studies.tuning.search import Search, least_budget, population
+from quadstep.studies.tuning.search import Search, population
 from tests.commands import Listener
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, metrics, tuned, written
 
@@ -45,7 +46,7 @@ def test_one_gain_ends_up_where_a_fine_grid_has_its_optimum(tmp_path):
     there = ground(tmp_path, PAPER + LAMBDA.replace("[tune]\n", f"[tune]\n{FREE}"))
     least, point, judge = best_of_grid(there, 401)
     assert 0.05 < point[0] < 0.95
-    found = Search(there, 1200, 1, SILENT).run()
+    found = Search([there], 1200, 1, SILENT).run()
     assert found.best.point == pytest.approx(point, abs=0.01)
     assert judge.judge(there.fly([found.best.values], 0, 1)[0]).cost <= least + 1e-6
 
@@ -53,7 +54,7 @@ def test_one_gain_ends_up_where_a_fine_grid_has_its_optimum(tmp_path):
 def test_two_gains_are_better_than_the_best_of_a_grid(tmp_path):
     there = ground(tmp_path, PAPER + TWO)
     least, point, judge = best_of_grid(there, 41)
-    found = Search(there, 2500, 2, SILENT).run()
+    found = Search([there], 2500, 2, SILENT).run()
     assert judge.judge(there.fly([found.best.values], 0, 1)[0]).cost <= least + 1e-6
     assert math.dist(found.best.point, point) < 0.1
     runs = {one.run for one in found.history}
@@ -70,15 +71,15 @@ def test_the_search_is_told_the_cost_and_more_where_a_candidate_was_moved(tmp_pa
         return strategy
 
     monkeypatch.setattr(search, "started", watched)
-    found = Search(ground(tmp_path, PAPER + TWO.replace("theorem = false", "")), 100, 1, SILENT).run()
+    found = Search([ground(tmp_path, PAPER + TWO.replace("theorem = false", ""))], 100, 1, SILENT).run()
     assert found.present.judged.cost == 0.5, "costs are in units of the present objective"
-    assert told == [one.judged.cost * (1.0 + 10.0 * one.moved**2) for one in found.history[1:]]
+    assert told == [one.tried.cost * (1.0 + 10.0 * one.moved**2) for one in found.history[1:]]
     assert max(one.moved for one in found.history) > 0.01
 
 
 def test_restarts_double_the_population_while_ten_generations_fit(tmp_path):
     there = ground(tmp_path, PAPER + TWO)
-    found = Search(there, 2500, 2, SILENT).run()
+    found = Search([there], 2500, 2, SILENT).run()
     sizes = {}
     for one in found.history[1:]:
         sizes.setdefault(one.run, set()).add(sum(1 for other in found.history if other[:2] == one[:2]))
@@ -97,8 +98,7 @@ def test_the_budget_is_never_exceeded_and_no_generation_is_left(tmp_path, monkey
 
     monkeypatch.setattr(Ground, "fly", counted)
     path = written(tmp_path, PAPER + TWO)
-    least = least_budget(read_request(path))
-    assert least == 19
+    least = 19
     if budget < least:
         with pytest.raises(Exception, match="at least 19"):
             run.tune(path, budget, tmp_path / "out")
@@ -168,7 +168,7 @@ def test_no_flight_of_the_comparison_was_tuned_on(tmp_path, monkeypatch):
     monkeypatch.setattr(Ground, "fly", noted)
     run.tune(written(tmp_path, WINDY + SOFT), 200, tmp_path / "out")
     assert spans[-1] == (UNSEEN, UNSEEN + 32, 2)
-    assert {span[:2] for span in spans[:-1]} == {(0, 8)}
+    assert {span[:2] for span in spans[:-1]} == {(0, 4), (4, 8)}
     there = ground(tmp_path, WINDY + SOFT)
     seen, unseen = (there.fly([there.asked.present], first, 8)[0] for first in (0, UNSEEN))
     assert not set(seen.metrics[:, 0]) & set(unseen.metrics[:, 0])
@@ -197,3 +197,31 @@ def test_a_generation_fills_whole_blocks(gains, seeds):
     count = population(gains, seeds)
     assert count * seeds % search.BLOCK == 0
     assert count >= 4 + math.floor(3 * math.log(max(2, gains)))
+
+
+def test_what_is_found_is_never_worse_than_the_start_on_the_flights_tuned_on(tmp_path):
+    good = WINDY.replace("k_x = [3.0, 3.0, 3.0]\nk_v = [1.0, 1.0, 1.0]\n", "k_x = [20.0, 20.0, 20.0]\nk_v = [7.0, 7.0, 7.0]\n")
+    for seed in range(2):
+        there = ground(tmp_path, good + SOFT, seed)
+        found = Search([there], 8 + 16 * 4 + 3 * 4, seed, SILENT).run()
+        assert len(found.history) > 1
+        present, best = (Judge(there.asked.section, there.duration).judge(there.fly([one], 0, 8)[0]) for one in (
+            found.present.values, found.best.values
+        ))  # fmt: skip
+        assert best.cost <= present.cost
+        assert best.objective == pytest.approx(found.best.judged.objective)
+        assert found.best.tried.whole, "what has flown only a few flights is not believed"
+
+
+def test_the_margins_that_were_asked_for_hold_for_the_mission_that_is_written(tmp_path):
+    limits = "constraints = { phase_margin = 0.4, gain_margin_up = 7.0 }\n"
+    stiff = WINDY.replace("[3.0, 3.0, 3.0]", "[30.0, 30.0, 30.0]").replace("[1.0, 1.0, 1.0]", "[10.0, 10.0, 10.0]")
+    path = written(tmp_path, stiff + SOFT.replace("[tune]\n", f"[tune]\n{limits}"))
+    done = run.tune(path, 180, tmp_path / "out")
+    found = margin_metrics(read_mission(tmp_path / "out" / "tuned.toml"), ["phase_margin", "gain_margin_up"])
+    assert found["phase_margin"] >= 0.4
+    assert found["gain_margin_up"] >= 7.0
+    assert done.found.best.judged.parts["phase_margin"] == pytest.approx(found["phase_margin"])
+    assert done.found.best is not done.found.present, "whose margins are too small"
+    looked = [one for one in done.found.history if math.isfinite(one.judged.parts["phase_margin"])]
+    assert all(one.tried.whole for one in looked)

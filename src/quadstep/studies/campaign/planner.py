@@ -224,7 +224,8 @@ class Planner(Variants):
     def check(
         self, identity: object, fixed: dict[str, object], columns: Mapping[str, Values], flights: NDArray[np.int64]
     ) -> None:
-        """Refuse values that the mission refuses. Ranges are checked at their corners, one by one only where a corner fails.
+        """Refuse values that the mission refuses. Ranges are checked at their corners, value by value only where
+        a corner fails.
 
         What a mission requires of several keys is linear in them (an order, a sum), so the corners decide for all others.
         """
@@ -237,14 +238,17 @@ class Planner(Variants):
         known = self.checked.get(identity)
         if known is not None and (known[0] <= low).all() and (high <= known[1]).all():
             return
-        if known is not None:
-            low, high = np.minimum(known[0], low), np.maximum(known[1], high)
+        if known is None:  # as far as most flights go, so that it is done once
+            usual = [numbers(self.typical[name]) for name in columns]
+            known = np.array([one.min() for one in usual]), np.array([one.max() for one in usual])
+        low, high = np.minimum(known[0], low), np.maximum(known[1], high)
         try:
             for corner in corners(low, high):
                 self.plan({**fixed, **dict(zip(columns, corner, strict=True))})
         except UserError:
-            for i, flight in enumerate(flights):
-                self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flight))
+            _, places = np.unique(np.stack(list(columns.values()), axis=1), axis=0, return_index=True)
+            for i in np.sort(places):
+                self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flights[i]))
             return
         self.checked[identity] = (low, high)
 

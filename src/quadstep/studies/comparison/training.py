@@ -1,9 +1,7 @@
 """Gains found for one controller and vehicle, on the same flights and with the same budget as every other controller's.
 
 The objective is the mean, over the situations that are tuned on, of an aggregate of the flights' costs; its unit is the same
-for all controllers. Gains must leave margins of stability, where the loop can be linearised: that is looked at for candidates
-that would be the best so far, as it costs more than their flights. A generation that was flown is written into a journal,
-from which an interrupted search goes on.
+for all controllers. A generation that was flown is written into a journal, from which an interrupted search goes on.
 """
 
 import contextlib
@@ -11,6 +9,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
+from itertools import starmap
 from pathlib import Path
 from typing import NamedTuple, TypedDict, cast
 
@@ -35,8 +34,9 @@ from quadstep.studies.comparison.schema import Content, ControllerEntry
 from quadstep.studies.comparison.study import Situation, Study
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import Ground, asked_of
-from quadstep.studies.tuning.judge import Judge, Judged, squashed
+from quadstep.studies.tuning.judge import Flown, Judge, Judged, squashed
 from quadstep.studies.tuning.search import FEWEST_GENERATIONS, Search, population
+from quadstep.studies.tuning.trial import Stability, Tried, flights_of, tried_of
 
 
 class Task(NamedTuple):
@@ -156,11 +156,11 @@ def ranges(entry: ControllerEntry, mission: Mission) -> dict[str, Content]:
 
 
 class Line(TypedDict):
-    """A generation. judged: as `Judged`, in the order of `values`."""
+    """A generation. flights: of the search so far. tried: as `Tried`, in the order of `values`."""
 
     flights: int
     values: list[dict[str, float]]
-    judged: list[Judged]
+    tried: list[Tried]
 
 
 class Place(NamedTuple):
@@ -187,18 +187,17 @@ class Journal:
                 if folder.has(place.name):
                     folder.write(place.name, "".join(map(as_text, self.lines)).encode())
 
-    def taken(self, values: Sequence[dict[str, float]]) -> list[Judged] | None:
-        """The judgements of the next generation, if it is there and of these candidates."""
+    def taken(self, values: Sequence[dict[str, float]]) -> Line | None:
+        """The next generation, if it is there and of these candidates."""
         if self.next < len(self.lines) and self.lines[self.next]["values"] == list(values):
-            found = [Judged(*judged) for judged in self.lines[self.next]["judged"]]
             self.next += 1
-            return found
+            return self.lines[self.next - 1]
         return None
 
-    def add(self, flights: int, values: Sequence[dict[str, float]], judged: Sequence[Judged]) -> None:
+    def add(self, flights: int, values: Sequence[dict[str, float]], tried: Sequence[Tried]) -> None:
         """One more generation."""
         if self.place:
-            line: Line = {"flights": flights, "values": list(values), "judged": list(judged)}
+            line: Line = {"flights": flights, "values": list(values), "tried": list(tried)}
             with opened(self.place.folder) as folder:
                 folder.append(self.place.name, as_text(line).encode())
 
@@ -216,85 +215,57 @@ def read_lines(place: Place) -> list[Line]:
             return []
         found: list[Line] = []
         for content in folder.read(place.name, JOURNAL).decode(errors="replace").split("\n")[:-1]:
-            line: Line = {"flights": 0, "values": [], "judged": []}
+            line: Line = {"flights": 0, "values": [], "tried": []}
             with contextlib.suppress(ValueError, RecursionError):
                 line = json.loads(content.partition(" ")[2])
             if f"{content}\n" != as_text(line):
                 raise changed(place.path)
-            found.append(line)
+            found.append({**line, "tried": list(starmap(tried_of, line["tried"]))})
         return found
     return []
 
 
-class Stability:
-    """The margins that the gains of a task must leave. unconstrained: why the present gains have none to look at."""
-
-    def __init__(self, asked: Task) -> None:
-        self.asked = asked
-        self.mission = check_mission(asked.rest, asked.source, asked.folder)
-        self.unconstrained = ""
-
-    def begin(self, present: Mapping[str, float]) -> None:
-        """Look whether the loop can be linearised at all."""
-        if self.asked.margins:
-            try:
-                self.margins(present)
-            except UserError as error:
-                self.unconstrained = str(error).removeprefix(f"{self.asked.source}: ")
-
-    def margins(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The margins of these gains by name, in their units. Raises UserError where the loop cannot be linearised."""
-        if not self.asked.margins or self.unconstrained:
-            return {}
-        content = with_numbers(self.asked.rest, self.mission, dict(values))
-        mission = check_mission(content, self.asked.source, self.asked.folder)
-        return margin_metrics(without_estimator(mission), self.asked.margins)
-
-    def violation(self, values: Mapping[str, float]) -> float:
-        """By what share the limits are missed, summed; infinite for a loop that cannot be linearised with these gains."""
-        try:
-            margins = self.margins(values)
-        except UserError:
-            return math.inf
-        return sum(limit.excess(np.array([margins[name]])) for name, limit in self.asked.margins.items() if name in margins)
-
-
 class Training(Search):
-    """A search whose candidates fly in several situations, and must leave margins of stability."""
+    """A search whose candidates fly in several situations, and must leave margins of stability: of the loop at rest without
+    an estimator, unless that cannot be linearised. unconstrained: why it cannot.
+    """
 
     def __init__(self, grounds: Sequence[Ground], asked: Task, journal: Journal) -> None:
-        super().__init__(grounds[0], asked.budget, asked.seed, SILENT)
-        self.grounds, self.journal, self.stability = grounds, journal, Stability(asked)
-        first = self.asked
-        every = first.section.model_copy(update={"seeds": sum(one.asked.seeds for one in grounds)})
-        self.asked = first._replace(section=every, different=True)
-        self.stability.begin(first.present)
+        super().__init__(grounds, asked.budget, asked.seed, SILENT)
+        self.journal, self.unconstrained = journal, ""
+        self.judges = [Judge(one.asked.section, one.duration) for one in grounds]
+        self.stability = stability(asked)
+        if asked.margins:
+            try:
+                self.stability.margins(self.asked.present)
+            except UserError as error:
+                self.unconstrained = str(error).removeprefix(f"{asked.source}: ")
+                self.stability = self.stability._replace(limits={})
 
-    def judged(self, values: list[dict[str, float]]) -> list[Judged]:
-        """Candidates flown in every situation, and judged."""
-        found = self.journal.taken(values)
-        if found is None:
-            flown = [one.fly(values, 0, one.asked.seeds) for one in self.grounds]
-            judges = [Judge(one.asked.section, one.duration) for one in self.grounds]
-            each = [[judge.judge(one) for one in many] for judge, many in zip(judges, flown, strict=True)]
-            found = self.stable([over_all(list(one), judges) for one in zip(*each, strict=True)], values)
-            self.journal.add(self.flights + len(values) * self.asked.seeds, values, found)
-        self.flights += len(values) * self.asked.seeds
+    def tried(self, values: list[dict[str, float]]) -> list[Tried]:
+        """Candidates flown and judged, or taken from the journal."""
+        line = self.journal.taken(values)
+        if line is not None:
+            self.flights = line["flights"]
+            return line["tried"]
+        found = super().tried(values)
+        self.journal.add(self.flights, values, found)
         return found
 
-    def stable(self, judged: list[Judged], values: Sequence[Mapping[str, float]]) -> list[Judged]:
-        """Judgements that count missed margins as `Judge` counts missed constraints, of candidates that would be the best."""
-        found, least = list(judged), math.inf if self.best is None else self.best.judged.cost
-        for place in sorted(range(len(found)), key=lambda place: found[place].cost):
-            one = found[place]
-            if one.lost or one.cost >= least:
-                continue
-            missed = self.stability.violation(values[place])
-            if missed > 0.0:
-                cost = one.cost + squashed(missed) + (0.0 if one.violation > 0.0 else 1.0)
-                found[place] = one = one._replace(violation=one.violation + missed, cost=cost)
-            least = min(least, one.cost)
-        return found
+    def judged(self, flown: Sequence[Flown]) -> Judged:
+        """One candidate, over all situations."""
+        return over_all([judge.judge(one) for judge, one in zip(self.judges, flown, strict=True)], self.judges)
+
+
+def stability(asked: Task) -> Stability:
+    """The margins that the gains of a task must leave."""
+    mission = check_mission(asked.rest, asked.source, asked.folder)
+
+    def margins(values: Mapping[str, float]) -> Mapping[str, float]:
+        content = with_numbers(asked.rest, mission, dict(values))
+        return margin_metrics(without_estimator(check_mission(content, asked.source, asked.folder)), asked.margins)
+
+    return Stability(asked.margins, margins)
 
 
 def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
@@ -309,11 +280,15 @@ def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
     return Judged(objective, means, lost, violation, squashed(objective) + losses)
 
 
+def grounds(asked: Task) -> list[Ground]:
+    """Where the candidates of a task fly. Raises UserError."""
+    wanted = [asked_of(Path(asked.source), "", content, asked.folder) for content in asked.missions]
+    return [Ground(one, asked.seed, OneThread) for one in wanted]
+
+
 def train(asked: Task, journal: Place | None = None) -> Trained:
     """Tune a controller. journal: where it notes what was flown. Raises UserError."""
-    path = Path(asked.source)
-    grounds = [Ground(asked_of(path, "", content, asked.folder), asked.seed, OneThread) for content in asked.missions]
-    search = Training(grounds, asked, Journal(journal))
+    search = Training(grounds(asked), asked, Journal(journal))
     found = search.run()
     best, before = found.best.judged, found.present.judged
     return Trained(
@@ -323,12 +298,12 @@ def train(asked: Task, journal: Place | None = None) -> Trained:
         objective_before=before.objective,
         lost=best.lost,
         flights=search.flights,
-        seeds=search.asked.seeds,
+        seeds=search.each.every,
         tuned=len(search.asked.gains),
         seed=asked.seed,
         violation=best.violation if math.isfinite(best.violation) else 1.0,
-        margins=search.stability.margins(found.best.values) if math.isfinite(best.violation) else {},
-        unconstrained=search.stability.unconstrained,
+        margins={name: best.parts[name] for name in search.stability.limits if name in best.parts},
+        unconstrained=search.unconstrained,
     )
 
 
@@ -342,13 +317,13 @@ def check_task(asked: Task) -> int:
     except UserError as error:
         said = str(error).removeprefix(f"{asked.source}: ")
         raise UserError(f"{asked.source}: {asked.label} cannot be tuned: {said}") from None
-    seeds, gains = sum(one.seeds for one in wanted), len(wanted[0].gains)
-    count = population(gains, seeds)
-    least = seeds * (1 + FEWEST_GENERATIONS * count)
+    each, gains = flights_of(one.seeds for one in wanted), len(wanted[0].gains)
+    count = population(gains, each.first)
+    least = each.every + FEWEST_GENERATIONS * each.most(count)
     if asked.budget < least:
         raise UserError(
             f"{asked.source}: tuning.budget: {asked.budget} flights are too few for the {gains} gains of {asked.label}; "
-            f"at least {least} are needed: {FEWEST_GENERATIONS} generations of {count} candidates, "
-            f"{counted(seeds, 'flight')} each"
+            f"at least {least} are needed: {FEWEST_GENERATIONS} generations of {count} candidates, {each.first} to "
+            f"{counted(each.every, 'flight')} each"
         )
     return gains

@@ -30,6 +30,7 @@ from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of
 from quadstep.studies.tuning.gains import Gain, gains_of, numbers, present, starting_point, tunable, with_numbers
 from quadstep.studies.tuning.judge import Flown
 from quadstep.studies.tuning.theorem import Conditions
+from quadstep.studies.tuning.trial import Stability
 
 UNSEEN = 2**20
 """The first flight of those that no gain is tuned on."""
@@ -158,13 +159,15 @@ class Ground:
 
         Raises UserError where none can be flown.
         """
+        names = self.asked.names
+        if count == 0 or not candidates:
+            return [Flown(np.zeros(0, np.int8), np.zeros(0), np.zeros((0, len(names))), names) for _ in candidates]
         try:
             return self.flown(candidates, first, count, progress)
         except UserError:
             found = [self.flown_or_lost(one, first, count, progress) for one in candidates]
             if all(isinstance(one, UserError) for one in found):
                 raise
-        names = self.asked.names
         lost = Flown(np.full(count, Outcome.NOT_FINITE), np.zeros(count), np.full((count, len(names)), np.nan), names)
         return [lost if isinstance(one, UserError) else one for one in found]
 
@@ -188,21 +191,26 @@ class Ground:
             swept = self.flyer.swept(batch, progress)
             outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
             metrics[batch.members] = swept.metrics
-        margins = np.repeat([self.margins(one) for one in candidates], count, axis=0)
-        metrics = np.hstack([metrics, margins.reshape(len(metrics), -1)])
+        metrics = np.hstack([metrics, np.full((len(metrics), len(self.asked.section.margins)), np.nan)])
         parts = (outcome.reshape(every, count), ended.reshape(every, count), metrics.reshape(every, count, -1))
-        return [Flown(*one, self.asked.names) for one in zip(*parts, strict=True)]
+        found = [Flown(*one, self.asked.names) for one in zip(*parts, strict=True)]
+        costly = [name for name in self.asked.section.objective if name in MARGINS]
+        return [one.with_values(self.margins(values, costly)) for one, values in zip(found, candidates, strict=True)]
 
-    def margins(self, candidate: Numbers) -> list[float]:
-        """Of the mission with these gains, those that are asked for. Raises UserError where it cannot be linearised."""
-        names = self.asked.section.margins
+    def margins(self, candidate: Numbers, names: Sequence[str]) -> dict[str, float]:
+        """Of the mission with these gains. Raises UserError where it cannot be linearised."""
         if not names:
-            return []
-        mission = self.flyer.planner.mission(candidate)
+            return {}
         try:
-            return list(margin_metrics(mission, names).values())
+            return margin_metrics(self.flyer.planner.mission(candidate), names)
         except UserError as error:
             raise UserError(f"{self.asked.path}: tune: {names[0]}: {error}") from None
+
+    @property
+    def stability(self) -> Stability:
+        """The margins that the gains must leave."""
+        limits = {name: one for name, one in self.asked.section.constraints.items() if name in MARGINS}
+        return Stability(limits, lambda values: self.margins(values, list(limits)))
 
     def conditions(self) -> Conditions | None:
         """The conditions on the gains, for the mission and each draw of vehicle and controller; None if not requested."""

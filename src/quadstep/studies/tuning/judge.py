@@ -40,6 +40,19 @@ class Flown(NamedTuple):
         column: Floats = self.metrics[:, list(self.names).index(name)]
         return column
 
+    def with_values(self, values: Mapping[str, float]) -> "Flown":
+        """With what is the same for all flights, by its name without unit."""
+        metrics = self.metrics.copy()
+        for name, value in values.items():
+            metrics[:, list(self.names).index(name)] = value
+        return self._replace(metrics=metrics)
+
+
+def joined(first: Flown, more: Flown) -> Flown:
+    """Flights of the same candidate."""
+    outcome, ended = np.concatenate([first.outcome, more.outcome]), np.concatenate([first.ended, more.ended])
+    return Flown(outcome, ended, np.concatenate([first.metrics, more.metrics]), first.names)
+
 
 class Judged(NamedTuple):
     """objective: NaN where no flight completed. parts: aggregates of metrics. lost: flights. violation: see `Judge`."""
@@ -89,9 +102,9 @@ class Judge(NamedTuple):
         return list(dict.fromkeys(["position_rmse", "largest_error", *self.section.objective, *self.section.constraints]))
 
     def violation(self, flown: Flown) -> float:
-        """By what share the constraints are missed, summed."""
+        """By what share the constraints are missed, summed; those of margins are no flight's (`trial.Stability`)."""
         total = 0.0
-        for name, limit in self.section.constraints.items():
+        for name, limit in self.section.of_flights.items():
             values = flown.metric(name)[flown.completed]
             if len(values):
                 total += limit.excess(values)

@@ -79,6 +79,6 @@ def leaders(found: Found) -> list[Candidate]:
     """Each candidate that was the best so far."""
     best: list[Candidate] = []
     for one in found.history:
-        if math.isfinite(one.moved) and (not best or one.judged.cost < best[-1].judged.cost):
+        if one.leads(best[-1] if best else None):
             best.append(one)
     return best

@@ -69,7 +69,7 @@ def tune(
     check_budget(wanted, budget)
     with publishing(folder, identity(wanted, budget, seed), overwrite) as out:
         ground = Ground(wanted, seed)
-        found = Search(ground, budget - 2 * wanted.unseen, seed, progress).run()
+        found = Search([ground], budget - 2 * wanted.unseen, seed, progress).run()
         compared = on_unseen(ground, found, progress)
         ground.flyer.say_slow()
         content = wanted.tuned(found.best.values)
@@ -104,7 +104,10 @@ def on_unseen(ground: Ground, found: Found, progress: Progress) -> Compared:
         shown_flights(progress, flights, found.best.judged.objective)
 
     both = [found.present.values, found.best.values]
-    present, tuned = ground.fly(both, UNSEEN, ground.asked.unseen, advance)
+    present, tuned = (
+        flown.with_values(ground.margins(values, ground.asked.section.margins))
+        for flown, values in zip(ground.fly(both, UNSEEN, ground.asked.unseen, advance), both, strict=True)
+    )
     return compare(found.judge, present, tuned, changed=both[0] != both[1])
 
 
@@ -158,12 +161,13 @@ def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
     """One row per candidate."""
     keys, parts, names = list(wanted.present), list(history[0].judged.parts), wanted.names
     header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
-    header += ["lost", "violation", "cost", "feasible", "conditions", "moved"]
+    header += ["lost", "violation", "cost", "feasible", "conditions", "moved", "whole"]
     rows: list[list[object]] = [
         [
             one.run, one.generation, one.flights, *(one.values[key] for key in keys), one.judged.objective,
             *(one.judged.parts[name] for name in parts), one.judged.lost, one.judged.violation, one.judged.cost,
             one.judged.feasible, math.isfinite(one.moved), one.moved,
+            one.tried.whole is not None,
         ]
         for one in history
     ]  # fmt: skip

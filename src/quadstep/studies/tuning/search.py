@@ -1,8 +1,9 @@
-"""The search: CMA-ES (Hansen 2016, the library `cma`) in the unit box, restarted with twice the population (Auger 2005).
+"""The search: CMA-ES (Hansen 2016, the library `cma`) in the unit box, begun at the present gains with small steps.
 
-It asks for a generation, all of which is flown in one sweep, and is told the costs. Where it stops by itself it restarts
-from anywhere in the box, with a population that still fits ten times into what is left of the budget. It never flies more than
-the budget; what is left over is less than a generation.
+It asks for a generation, all of which is flown in one sweep (`trial`: few flights for most), and is told the costs. Where it
+stops by itself, or finds nothing better, it starts again from the best gains so far, with twice the population where ten such
+generations fit into what is left of the budget (Auger and Hansen 2005). It never flies more than the budget; what is left over
+is less than a generation.
 """
 
 import math
@@ -17,14 +18,18 @@ from quadstep.io.errors import UserError, cut
 from quadstep.report.terminal.progress import Progress
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
 from quadstep.studies.tuning.ground import Asked, Ground
-from quadstep.studies.tuning.judge import Judge, Judged
+from quadstep.studies.tuning.judge import Flown, Judge, Judged, joined
 from quadstep.studies.tuning.theorem import Conditions, distance
+from quadstep.studies.tuning.trial import FINALISTS, Tried, few, flights_of, looked_at
 
 BLOCK = 16
 """Flights that a generation is a multiple of, so that the vector registers of any machine are full."""
 
-SIGMA = 0.25
-"""Standard deviation of the first generation in the unit box."""
+SIGMA = 0.1
+"""Standard deviation of the first generation in the unit box: a factor of 1.6 where a range is two decades."""
+
+STALLED = 20
+"""Generations without better gains after which a search starts again from the best."""
 
 ALIKE = {"tolx": 1e-3, "tolfun": 1e-5}
 """Differences of candidates, in the unit box and in cost, below which a search stops: finer gains are of no use."""
@@ -46,12 +51,25 @@ class Candidate(NamedTuple):
     values: dict[str, float]
     point: list[float]
     moved: float
-    judged: Judged
+    tried: Tried
     flights: int
+
+    @property
+    def judged(self) -> Judged:
+        """On as many flights as it flew."""
+        return self.tried.judged
+
+    def leads(self, best: "Candidate | None") -> bool:
+        """Whether it is better than the best so far: it flew all flights, keeps the conditions, and costs less."""
+        if not (self.tried.whole and math.isfinite(self.moved)):
+            return False
+        return best is None or self.judged.cost < best.judged.cost
 
 
 class Found(NamedTuple):
-    """history: every candidate in order, the present gains first. best: of those that keep the conditions."""
+    """history: every candidate in order, the present gains first. best: of those that flew all flights and keep the
+    conditions, so at least as good as the present ones.
+    """
 
     history: list[Candidate]
     best: Candidate
@@ -68,39 +86,38 @@ def shown_flights(progress: Progress, flights: int, best: float) -> None:
     progress.to(flights, note=f"best {best:.4g}" if math.isfinite(best) else "")
 
 
-def population(gains: int, seeds: int) -> int:
-    """Candidates of a generation: cma's default, and more until their flights fill whole blocks."""
+def population(gains: int, flights: int) -> int:
+    """Candidates of a generation: cma's default, and more until the flights that they are tried on fill whole blocks."""
     count = 4 + math.floor(3 * math.log(max(2, gains)))
-    block = BLOCK // math.gcd(BLOCK, seeds)
+    block = BLOCK // math.gcd(BLOCK, flights)
     return -(-count // block) * block
-
-
-def least_budget(wanted: Asked) -> int:
-    """The fewest flights with which to search: the present gains, a generation and the comparison."""
-    return wanted.seeds * (1 + population(len(wanted.gains), wanted.seeds)) + 2 * wanted.unseen
 
 
 def check_budget(wanted: Asked, budget: int) -> None:
     """Refuse a budget that is too small or too large. Raises UserError."""
-    least, count = least_budget(wanted), population(len(wanted.gains), wanted.seeds)
+    flights = flights_of([wanted.seeds])
+    count = population(len(wanted.gains), flights.first)
+    least = flights.every + flights.most(count) + 2 * wanted.unseen
     if budget > MOST_FLIGHTS:
         raise UserError(f"--budget: should be from {least} to {MOST_FLIGHTS} flights, not {cut(str(budget), 60)}")
     if budget < least:
         raise UserError(
-            f"--budget: {budget} flights are too few; at least {least} are needed: the present gains and one generation of "
-            f"{count} candidates, {wanted.seeds} flight{'s' * (wanted.seeds > 1)} each (tune.seeds), and for the comparison "
+            f"--budget: {budget} flights are too few; at least {least} are needed: {flights.every} with the present gains "
+            f"(tune.seeds), {flights.most(count)} for one generation of {count} candidates, and for the comparison "
             f"2 x {wanted.unseen} (tune.unseen)"
         )
 
 
 class Search:
-    """One search. budget: flights it may use."""
+    """One search. grounds: one for each situation. budget: flights it may use."""
 
-    def __init__(self, ground: Ground, budget: int, seed: int, progress: Progress) -> None:
-        self.ground, self.budget, self.seed, self.progress = ground, budget, seed, progress
-        self.asked = ground.asked
+    def __init__(self, grounds: Sequence[Ground], budget: int, seed: int, progress: Progress) -> None:
+        ground = grounds[0]
+        self.grounds, self.budget, self.seed, self.progress = grounds, budget, seed, progress
+        self.asked, self.stability = ground.asked, ground.stability
         self.conditions: Conditions | None = ground.conditions()
         self.judge = Judge(self.asked.section, ground.duration)
+        self.each = flights_of(one.asked.seeds for one in grounds)
         self.flights = 0
         self.history: list[Candidate] = []
         self.best: Candidate | None = None
@@ -111,15 +128,13 @@ class Search:
         anchor = self.conditions.anchor(start, self.seed) if self.conditions else start
         broken = bool(self.conditions and self.conditions.broken(wanted.present))
         self.flown(0, 0, [wanted.present], [start], [math.inf if broken else 0.0])
-        base = population(len(wanted.gains), wanted.seeds)
-        restart, random = 0, np.random.default_rng([self.seed, 1])
-        while base * wanted.seeds <= self.left:
+        base, restart = population(len(wanted.gains), self.each.first), 0
+        while self.most(base) <= self.left:
             count = base * 2 ** min(restart, 20)
-            while count > base and count * wanted.seeds * FEWEST_GENERATIONS > self.left:
+            while count > base and self.most(count) * FEWEST_GENERATIONS > self.left:
                 count //= 2
-            begin = anchor if restart == 0 else random.random(len(start)).tolist()
             restart += 1
-            self.one_run(restart, begin, anchor, count)
+            self.one_run(restart, self.best.point if self.best else anchor, anchor, count)
         assert self.best is not None
         return Found(self.history, self.best, self.judge)
 
@@ -128,31 +143,40 @@ class Search:
         """Of the budget."""
         return self.budget - self.flights
 
+    def finalists(self, count: int) -> int:
+        """How many of a generation may fly all flights: all, so that their margins are seen, until one keeps them."""
+        return FINALISTS if self.best and self.best.tried.missed == 0.0 else count
+
+    def most(self, count: int) -> int:
+        """The most flights that a generation of so many takes."""
+        return self.each.most(count, self.finalists(count))
+
     def one_run(self, run: int, begin: list[float], anchor: list[float], count: int) -> None:
-        """One start of CMA-ES, until it stops or another generation would not fit."""
-        strategy, generation = started(begin, count, [self.seed, 2, run]), 0
+        """One start of CMA-ES, until it stops or finds nothing better, or another generation would not fit."""
+        strategy, generation, better = started(begin, count, [self.seed, 2, run]), 0, 0
         size = len(begin)
-        while not strategy.stop() and count * self.asked.seeds <= self.left:
+        while not strategy.stop() and generation - better < STALLED and self.most(count) <= self.left:
             generation += 1
-            asked = strategy.ask()
+            asked, before = strategy.ask(), self.best
             wanted = [[min(max(float(place), 0.0), 1.0) for place in point[:size]] for point in asked]
             points = [self.conditions.moved(point, anchor) if self.conditions else point for point in wanted]
             moved = [distance(point, wish) for point, wish in zip(points, wanted, strict=True)]
             flown = self.flown(run, generation, [self.asked.numbers(point) for point in points], points, moved)
-            strategy.tell(asked, [one.judged.cost * (1.0 + STRICTNESS * (one.moved * one.moved)) for one in flown])
+            better = better if self.best is before else generation
+            strategy.tell(asked, [one.tried.cost * (1.0 + STRICTNESS * (one.moved * one.moved)) for one in flown])
 
     def flown(
         self, run: int, generation: int, values: list[dict[str, float]], points: list[list[float]], moved: list[float]
     ) -> list[Candidate]:
         """Candidates flown and judged."""
-        judged = self.judged(values)
+        tried = self.tried(values)
         found = [
             Candidate(run, generation, numbers, point, far, one, self.flights)
-            for numbers, point, far, one in zip(values, points, moved, judged, strict=True)
+            for numbers, point, far, one in zip(values, points, moved, tried, strict=True)
         ]
         self.history += found
         for one in found:
-            if math.isfinite(one.moved) and (self.best is None or one.judged.cost < self.best.judged.cost):
+            if one.leads(self.best):
                 self.best = one
         self.show()
         return found
@@ -161,19 +185,49 @@ class Search:
         """Show how far it is."""
         shown_flights(self.progress, self.flights, math.nan if self.best is None else self.best.judged.objective)
 
-    def judged(self, values: list[dict[str, float]]) -> list[Judged]:
-        """Candidates flown and judged; the first of all is what the others are measured in."""
-        before = self.flights
-
-        def progress(more: int) -> None:
-            self.flights += more
-            self.show()
-
-        flown = self.ground.fly(values, 0, self.asked.seeds, progress)
+    def tried(self, values: list[dict[str, float]]) -> list[Tried]:
+        """Candidates flown and judged. The first of all flies everything, and is what the others are measured in."""
+        first = self.fly(values)
         if not self.history:
-            self.judge = self.judge.in_units_of(flown[0])
-        self.flights = before + len(values) * self.asked.seeds
-        return [self.judge.judge(flights) for flights in flown]
+            every = self.fly_on(first, values)
+            self.judge = self.judge.in_units_of(every[0][0])
+            return [self.stability.seen(Tried(self.judged(first[0]), self.judged(every[0])), values[0], must=True)]
+        found = [Tried(self.judged(one)) for one in first]
+        least = self.best.tried.cost if self.best else math.inf
+        would = sorted((i for i, one in enumerate(found) if one.cost < least), key=lambda i: found[i].cost)
+        finalists = would[: self.finalists(len(would))]
+        every = self.fly_on([first[i] for i in finalists], [values[i] for i in finalists])
+        for i, one in zip(finalists, every, strict=True):
+            found[i] = found[i]._replace(whole=self.judged(one))
+        return looked_at(found, would, values, self.stability, self.best.judged.cost if self.best else math.inf)
+
+    def fly(self, values: Sequence[dict[str, float]]) -> list[list[Flown]]:
+        """The first flights of candidates, in each situation."""
+        return self.counted(values, [(0, few(one.asked.seeds)) for one in self.grounds])
+
+    def fly_on(self, first: Sequence[list[Flown]], values: Sequence[dict[str, float]]) -> list[list[Flown]]:
+        """All flights of candidates whose first ones have been flown."""
+        more = self.counted(values, [(few(one.asked.seeds), one.asked.seeds) for one in self.grounds])
+        return [[joined(*parts) for parts in zip(*both, strict=True)] for both in zip(first, more, strict=True)]
+
+    def counted(self, values: Sequence[dict[str, float]], spans: Sequence[tuple[int, int]]) -> list[list[Flown]]:
+        """Candidates on flights from the first number of a span up to its second, in each situation."""
+        found: list[list[Flown]] = [[] for _ in values]
+        for ground, (first, past) in zip(self.grounds, spans, strict=True):
+            before = self.flights
+
+            def progress(more: int) -> None:
+                self.flights += more
+                self.show()
+
+            for one, flown in zip(found, ground.fly(values, first, past - first, progress), strict=True):
+                one.append(flown)
+            self.flights = before + len(values) * (past - first)
+        return found
+
+    def judged(self, flown: Sequence[Flown]) -> Judged:
+        """One candidate."""
+        return self.judge.judge(flown[0])
 
 
 class Evolution(Protocol):

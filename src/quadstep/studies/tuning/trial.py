@@ -1,0 +1,128 @@
+"""What is seen of a candidate, cheapest first: a few flights, of those that would be the best all of them, then their margins.
+
+So most candidates cost few flights, and a linearisation, which costs more than all flights of a candidate, is for those
+that would win (a race: Maron and Moore, 1994, "Hoeffding races").
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.io.errors import UserError
+from quadstep.mission.tune import Constraint
+from quadstep.studies.tuning.judge import Judged, squashed
+
+FEWEST = 4
+"""Flights that a candidate is tried on at least."""
+
+SHARE = 4
+"""One part in so many of its flights is what a candidate is tried on."""
+
+FINALISTS = 3
+"""Candidates of a generation that may fly all flights, once there is one that keeps its margins."""
+
+
+def few(seeds: int) -> int:
+    """Flights that a candidate is tried on, of all that one may fly."""
+    return min(seeds, max(FEWEST, seeds // SHARE))
+
+
+class Flights(NamedTuple):
+    """Of a candidate: those that it is tried on, and all that it may fly."""
+
+    first: int
+    every: int
+
+    def most(self, count: int, finalists: int = FINALISTS) -> int:
+        """What so many candidates of a generation take at most."""
+        return count * self.first + min(count, finalists) * (self.every - self.first)
+
+
+def flights_of(seeds: Iterable[int]) -> Flights:
+    """Of a candidate that flies so many in each of several situations."""
+    many = list(seeds)
+    return Flights(sum(map(few, many)), sum(many))
+
+
+class Tried(NamedTuple):
+    """A candidate. trial: on the first flights; whole: on all of them, of one that would have been the best. missed: by what
+    share it misses the limits of margins, summed; 0 where nobody looked, infinite for a loop that has none.
+    """
+
+    trial: Judged
+    whole: Judged | None = None
+    missed: float = 0.0
+
+    @property
+    def judged(self) -> Judged:
+        """On as many flights as it flew."""
+        return missing(self.whole or self.trial, self.missed)
+
+    @property
+    def cost(self) -> float:
+        """On the first flights, so that all candidates can be compared."""
+        return missing(self.trial, self.missed).cost
+
+
+def tried_of(trial: Sequence[object], whole: Sequence[object] | None, missed: float) -> Tried:
+    """From JSON."""
+    return Tried(Judged._make(trial), None if whole is None else Judged._make(whole), missed)
+
+
+def missing(judged: Judged, missed: float) -> Judged:
+    """A judgement that counts missed margins as `Judge` counts other missed constraints."""
+    if missed == 0.0:
+        return judged
+    cost = judged.cost + squashed(missed) + (0.0 if judged.violation > 0.0 else 1.0)
+    return judged._replace(violation=judged.violation + missed, cost=cost)
+
+
+class Stability(NamedTuple):
+    """Margins that gains must leave. limits: by name. margins: of gains by their names; raises UserError for a loop that
+    cannot be linearised.
+    """
+
+    limits: Mapping[str, Constraint]
+    margins: Callable[[Mapping[str, float]], Mapping[str, float]]
+
+    def missed(self, margins: Mapping[str, float]) -> float:
+        """By what share they miss the limits, summed."""
+        return sum(limit.excess(np.array([margins[name]])) for name, limit in self.limits.items())
+
+    def seen(self, one: Tried, values: Mapping[str, float], must: bool = False) -> Tried:
+        """A candidate with its margins, which do not matter where it loses flights. Raises UserError for a loop that must
+        have some and has none.
+        """
+        if not self.limits or (one.judged.lost and not must):
+            return one
+        try:
+            margins = self.margins(values)
+        except UserError:
+            if must:
+                raise
+            return one._replace(missed=math.inf)
+        whole = one.whole or one.trial
+        return one._replace(whole=whole._replace(parts={**whole.parts, **margins}), missed=self.missed(margins))
+
+
+def looked_at(
+    found: Sequence[Tried], would: Sequence[int], values: Sequence[Mapping[str, float]], stability: Stability, least: float
+) -> list[Tried]:
+    """A generation with the margins of those that would be the best on all flights, the cheapest first, until one keeps them.
+
+    would: places of those that would be the best on the first flights; where none that was looked at keeps its margins, the
+    others of them count as missing theirs by as much, so that the search turns back. least: what the best so far costs.
+    """
+    seen, missed = list(found), []
+    for place in sorted((i for i in would if found[i].whole), key=lambda i: found[i].judged.cost):
+        if found[place].judged.cost < least:
+            seen[place] = stability.seen(found[place], values[place])
+            least = min(least, seen[place].judged.cost)
+            missed.append(seen[place].missed)
+    if missed and min(missed) > 0.0:
+        for place in would:
+            if not seen[place].whole:
+                seen[place] = seen[place]._replace(missed=min(missed))
+    return seen
