@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; before NumPy is loaded
+os.environ.setdefault("QUADSTEP_OPTIMISE", "0")  # most tests fly little; tests/test_equal_bits.py: the bits are the same
 
 from quadstep.report.terminal import bars
 from tests import durations
@@ -24,6 +25,16 @@ bars.EVERY = math.inf  # on a busy machine a stage may take a minute, and would 
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     without_figures(monkeypatch)
+
+
+@pytest.fixture
+def optimised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The code of users: where code itself is the point."""
+    from quadstep.engines.kernel import Kernels
+
+    monkeypatch.setenv("QUADSTEP_OPTIMISE", "1")
+    for engine in ("lanes", "sweep"):
+        monkeypatch.setattr(f"quadstep.engines.{engine}.KERNELS", Kernels())
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

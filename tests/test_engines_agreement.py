@@ -22,6 +22,8 @@ from quadstep.world.guidance.piecewise import Piecewise
 from tests.flights import CASE_1, NESTED, gains, nested_gains, parameters, same, state, vehicle
 from tests.sweeps import TICKS, TILTED, UNEQUAL, WAYPOINTS
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 SHORT = Ticks(0.004, (1,), 5, 500)
 ORBIT = OrbitParameters(same(0.0), vector(1.0, 1.0, 0.1), same(0.7), vector(0.0, 1.57, 0.3), 0.2, 0.3, 1.0)
 

@@ -1,5 +1,6 @@
-"""The same flight gives the same bits on every processor that LLVM can write for, with NumPy and BLAS of another kind, and on
-ARM; so do functions on floats, arrays and in JavaScript. Whole flights of these are compared beside each engine.
+"""The same flight gives the same bits on every processor that LLVM can write for, optimised or not, with NumPy and BLAS of
+another kind, and on ARM; so do functions on floats, arrays and in JavaScript. Whole flights of these are compared beside each
+engine.
 """
 
 import importlib
@@ -37,9 +38,12 @@ OTHER_NUMPY = {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": " ".j
 MACHINES = {cpu: {"QUADSTEP_CPU": cpu} for cpu in kernel.WIDTHS} | {
     "other NumPy and BLAS": OTHER_NUMPY,
     "nehalem with other NumPy and BLAS": {"QUADSTEP_CPU": "nehalem", **OTHER_NUMPY},
+    "skylake-avx512, not optimised": {"QUADSTEP_CPU": "skylake-avx512", "QUADSTEP_OPTIMISE": "0"},
 }
-USUAL = ("skylake-avx512", "nehalem with other NumPy and BLAS")
-"""In an ordinary run: the narrowest vectors with none of the newer instructions, and the widest with all of them."""
+USUAL = ("nehalem with other NumPy and BLAS", "skylake-avx512, not optimised")
+"""In an ordinary run: the narrowest vectors with none of the newer instructions; and the widest with all of them, as most
+tests compile their code.
+"""
 
 X86 = kernel.host().features.find("+sse2") >= 0
 
@@ -52,7 +56,11 @@ def digests(tmp_path_factory):
     def run(**variables):
         command = [sys.executable, "-m", "tests.bits.flights"]
         answer = subprocess.run(
-            command, env={**os.environ, "QUADSTEP_CACHE": cache, **variables}, capture_output=True, text=True, check=False
+            command,
+            env={**os.environ, "QUADSTEP_OPTIMISE": "1", "QUADSTEP_CACHE": cache, **variables},
+            capture_output=True,
+            text=True,
+            check=False,
         )
         if answer.returncode == -signal.SIGILL:
             return None
@@ -80,13 +88,16 @@ def test_flights_campaigns_and_functions_are_the_same_bytes_on_another_processor
     assert other == native
 
 
-def test_a_processor_that_is_not_known_is_refused_in_one_line(monkeypatch):
+def test_what_is_not_known_of_a_processor_or_its_code_is_refused_in_one_line(monkeypatch):
     monkeypatch.setenv("QUADSTEP_CPU", "pentium")
     kernel.host.cache_clear()
     with pytest.raises(UserError, match=r"QUADSTEP_CPU: 'pentium' is not known; allowed: "):
         kernel.host()
     monkeypatch.delenv("QUADSTEP_CPU")
     kernel.host()
+    monkeypatch.setenv("QUADSTEP_OPTIMISE", "yes")
+    with pytest.raises(UserError, match=r"QUADSTEP_OPTIMISE: 'yes' is not known; allowed: 0, 1"):
+        kernel.optimised()
 
 
 @needs(QEMU, ARM_COMPILER)
