@@ -122,11 +122,17 @@ CRAZYFLIE_TREE = Need(
     lambda: bool(os.environ.get("QUADSTEP_CRAZYFLIE")),
     spared=True,
 )
+PX4_TREE = Need(
+    "a tree of PX4",
+    "name one: QUADSTEP_PX4=DIRECTORY (docs/firmware.md)",
+    lambda: bool(os.environ.get("QUADSTEP_PX4")),
+    spared=True,
+)
 
 NEEDS = (
     CHROMIUM, FIREFOX, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
     GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, FLIGHTS, C_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK, CMAKE,
-    SITE, BASH, ZSH, FISH, CRAZYFLIE_TREE,
+    SITE, BASH, ZSH, FISH, CRAZYFLIE_TREE, PX4_TREE,
 )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ ELSEWHERE = {
     "cascaded_pid": CLASSICS,
     "crazyflie_mellinger": CRAZYFLIE,
     "crazyflie_pid": CRAZYFLIE,
+    "px4_cascade": ("tests/test_control_px4.py",),
     "completed_backstepping": ("tests/test_theory.py",),
     "dynamic_linearisation": EXTENDED,
     "geometric": CLASSICS,

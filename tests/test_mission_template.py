@@ -135,7 +135,7 @@ def test_the_template_for_a_real_vehicle_flies_and_every_line_of_it_is_known(tmp
     text = keys.sub("", "\n".join(line for line in text.split("\n") if "# example: " not in line))
     everything = check_mission(tomllib.loads(text), "the template, uncommented")
     assert everything.controller.type == controller
-    assert everything.plan().ticks.step == 0.002
+    assert everything.plan().ticks.step == min(0.002, everything.simulation.control_period)
 
 
 @pytest.mark.parametrize("controller", controllers(Measured))

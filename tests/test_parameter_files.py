@@ -6,7 +6,7 @@ import pytest
 
 from quadstep import Mission
 from quadstep.io.errors import UserError
-from quadstep.io.parameter_files import CrazyflieYaml
+from quadstep.io.parameter_files import ArduPilotParm, CrazyflieYaml, QgcParams
 from quadstep.mission.read import check_mission
 from quadstep.studies.tuning.run import tune
 from tests.needs import package
@@ -132,3 +132,63 @@ def test_tuning_writes_the_parameters_that_it_changed_and_no_others(tmp_path):
     wrote = CrazyflieYaml.read((tmp_path / "out" / "tuned.yaml").read_text())
     assert wrote.values == {"posCtlPid.xKp": done.values["controller.posCtlPid.xKp"]} != {"posCtlPid.xKp": 2.0}
     assert wrote.defaults == {"posCtlPid.xKp": 2.0}
+
+
+QGC = """# Onboard parameters for Vehicle 1
+#
+# Vehicle-Id\tComponent-Id\tName\tValue\tType
+1\t1\tCA_AIRFRAME\t0\t6
+1\t1\tMC_AIRMODE\t1\t6
+1\t1\tMC_ROLLRATE_P\t0.140000000596046448\t9
+1\t1\tMPC_LAND_SPEED\t0.700000000000000000\t9
+"""
+
+
+def px4(folder, text, **keys):
+    (folder / "saved.params").write_text(text)
+    controller = {"type": "px4-cascade", "parameters": "saved.params", **keys}
+    return check_mission({"vehicle": {"preset": "x500"}, "path": HOVER, "controller": controller}, "m.toml", folder)
+
+
+def test_a_mission_flies_with_what_qgroundcontrol_saved(tmp_path):
+    read = px4(tmp_path, QGC)
+    rates = read.plan(warn=False).parameters.gains.rates
+    assert (rates.airmode, rates.pitch_p) == (1.0, 0.15)
+    assert rates.roll_p == pytest.approx(0.14)
+    assert px4(tmp_path, QGC, MC_ROLLRATE_P=0.2).plan(warn=False).parameters.gains.rates.roll_p == 0.2
+    assert read.controller.warnings(read.modelled) == ["saved.params: px4-cascade does without MPC_LAND_SPEED"]
+    many = QGC + "".join(f"1\t1\tNAV_{i}\t1\t9\n" for i in range(20))
+    said = px4(tmp_path, many).controller.warnings(read.modelled)
+    assert said == ["saved.params: px4-cascade does without MPC_LAND_SPEED, 20 of other modules"]
+
+
+WRONG_QGC = {
+    "of ArduPilot": ("ATC_RAT_RLL_P 0.1\n", "line 1 is not one of QGroundControl's files of parameters: 'ATC_RAT_RLL_P 0.1'"),
+    "another type": (QGC.replace("\t9\n", "\tfloat\n"), "line 6 is not one of QGroundControl's"),
+    "twice": (QGC + "1\t1\tMC_AIRMODE\t0\t6\n", "line 8: MC_AIRMODE is given twice"),
+    "no number": (QGC.replace("0.140000000596046448", "nan"), "line 6: MC_ROLLRATE_P should be a number, not 'nan'"),
+    "empty": ("# Stack: PX4 Pro\n", "is not one of QGroundControl's files of parameters: it has none"),
+    "a frame": (QGC.replace("CA_AIRFRAME\t0", "CA_AIRFRAME\t2"), "CA_AIRFRAME is 2, and px4-cascade flies only 0"),
+    "out of range": (QGC.replace("MC_ROLLRATE_P\t0", "MC_ROLLRATE_P\t-0"), "controller.MC_ROLLRATE_P: should be greater"),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG_QGC)
+def test_what_px4_does_not_fly_is_refused_in_one_line(tmp_path, wrong):
+    text, said = WRONG_QGC[wrong]
+    with pytest.raises(UserError) as error:
+        px4(tmp_path, text)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_autopilots_files_are_written_as_they_are_read():
+    values = {"MPC_XY_P": 0.95, "MC_AIRMODE": 1.0}
+    text = QgcParams.write(values, {})
+    assert text.splitlines()[1:] == ["1\t1\tMC_AIRMODE\t1\t6", "1\t1\tMPC_XY_P\t0.95\t9"]
+    assert QgcParams.read(text).values == values
+    assert ArduPilotParm.write({"B": 1.0, "A_1": 0.25}, {}) == "A_1 0.25\nB 1\n"
+    assert ArduPilotParm.read("#NOTE: x\nB,1\nA_1 \t 0.25 # mine\n").values == {"B": 1.0, "A_1": 0.25}
+    for text in ("B\n", "b 1\n", "B 1 2\n", "B x\n", "B 1\nB 1\n", ""):
+        with pytest.raises(UserError):
+            ArduPilotParm.read(text)

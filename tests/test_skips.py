@@ -58,6 +58,7 @@ def test_only_what_a_machine_may_well_lack_is_spared():
         "the NanoBench flights",
         "the CrazyPAD recordings",
         "a tree of the Crazyflie firmware",
+        "a tree of PX4",
         "Firefox",
         "version 12.2 of the compiler for Cortex-M, whose sizes docs/export.md gives",
     }

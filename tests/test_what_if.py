@@ -78,6 +78,20 @@ def test_two_files_differ_by_what_changes_between_them(tmp_path):
     assert found.warnings == [f"{names[1]}: crazyflie-pid does without pid_attitude.yawMaxDelta"]
 
 
+def test_the_file_says_whose_parameters_they_are(tmp_path):
+    texts = {"a.params": "1\t1\tMC_ROLL_P\t6\t9\n1\t1\tEKF2_EN\t1\t6\n", "b.params": "1\t1\tMC_YAW_P\t3\t9\n"}
+    files = [tmp_path / name for name in texts]
+    for file in files:
+        file.write_text(texts[file.name])
+    assert changes_of([str(files[1])], str(files[0])) == {"MC_ROLL_P": 6.5, "MC_YAW_P": 3.0}
+    found = answer(Asked(str(files[0]), {"MC_ROLLRATE_K": 0.1}, "x500", flights=2), tmp_path / "out").record
+    assert (found["law"], found["before"]) == ("px4-cascade", {"MC_ROLLRATE_K": 1.0})
+    with pytest.raises(UserError, match=r"mine.txt: should be a file of an autopilot's parameters \(.yaml, .params"):
+        answer(Asked("mine.txt", {"MC_ROLL_P": 1.0}, "x500"), None)
+    with pytest.raises(UserError, match=r"MC_ROLP_P is no parameter of px4-cascade; did you mean MC_ROLL_P\?"):
+        answer(Asked("px4-cascade", {"MC_ROLP_P": 1.0}, "x500"), None)
+
+
 def test_parameters_of_two_laws_and_one_twice_are_refused():
     with pytest.raises(UserError, match="are not parameters of one law"):
         answer(asked(pid_rate__roll_kp=1.0, ctrlMel__kp_z=1.0), None)

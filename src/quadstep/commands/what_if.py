@@ -19,14 +19,14 @@ ParametersArgument = Annotated[
     str,
     typer.Argument(
         metavar="FILE",
-        help="The autopilot's parameters, as it saves them; or crazyflie-pid or crazyflie-mellinger: its defaults.",
+        help="The autopilot's parameters, as it saves them; or a stock law, as px4-cascade: its defaults.",
         show_default=False,
     ),
 ]
 ChangesArgument = Annotated[
     list[str],
     typer.Argument(
-        metavar="NAME=VALUE...", help="What changes, as pid_rate.roll_kp=200; or another such file.", show_default=False
+        metavar="NAME=VALUE...", help="What changes, as MC_ROLLRATE_P=0.2; or another such file.", show_default=False
     ),
 ]
 

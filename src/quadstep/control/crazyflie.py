@@ -21,12 +21,6 @@ FULL = gain(
 """What a count means is the vehicle's, no parameter of the firmware."""
 
 
-def parameter(name: str, default: float, unit: str, meaning: str, *, zero: bool = True, tunable: bool = True) -> Number:
-    """Declares a gain that is one of the firmware's parameters, by its own name."""
-    declared: Number = gain(default, unit, meaning, symbol=name, key=name, zero=zero, tunable=tunable)
-    return declared
-
-
 def rotor_thrusts(
     counts: tuple[Number, Number, Number, Number], rotors: tuple[int, ...], mirrored: bool, full: Number
 ) -> Vector:

@@ -12,10 +12,12 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self
 
-from quadstep.control.crazyflie import COUNTS, FULL, parameter, rotor_thrusts
+from quadstep.control.crazyflie import COUNTS, FULL, rotor_thrusts
+from quadstep.control.low_pass import LowPass, low_pass, smoothed
 from quadstep.control.quarters import quarters
 from quadstep.interfaces.commands import RotorThrusts
 from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.gain import parameter
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, atan2, clip, cos, maximum, sin, vector, where
@@ -140,15 +142,6 @@ class LoopMemory(NamedTuple):
     delays: Vector
 
 
-class LowPass(NamedTuple):
-    """Butterworth filter of second order, by the bilinear transform. on: above 0.5, or it does nothing."""
-
-    on: Number
-    b: Number
-    a1: Number
-    a2: Number
-
-
 class CrazyfliePidMemory(NamedTuple):
     """A memory of each loop. tilt [deg]: roll and pitch that the outer ones command. thrust [counts]: that they command."""
 
@@ -166,15 +159,6 @@ class CrazyfliePidMemory(NamedTuple):
     yaw_rate: LoopMemory
     tilt: Vector
     thrust: Number
-
-
-def low_pass(on: Number, cut: Number, period: Number) -> LowPass:
-    """cut: its cut-off [Hz]."""
-    angle = math.pi * cut * period
-    tangent = sin(angle) / cos(angle)
-    square = tangent * tangent
-    over = 1.0 + math.sqrt(2.0) * tangent + square
-    return LowPass(on, square / over, 2.0 * (square - 1.0) / over, (1.0 - math.sqrt(2.0) * tangent + square) / over)
 
 
 def began(value: Number) -> LoopMemory:
@@ -197,13 +181,10 @@ def pid(
     error, change = wanted - measured, -(measured - memory.before)
     if turns:
         error, change = short_way(error), short_way(change)
-    slope = change / period
-    first, second = memory.delays
-    new = slope - first * filtered.a1 - second * filtered.a2
-    smooth = new * filtered.b + first * (2.0 * filtered.b) + second * filtered.b
+    slope, delays = smoothed(filtered, memory.delays, change / period)
     integral = clip(memory.integral + error * period, -most_integral, most_integral)
-    output = kp * error + kd * where(filtered.on > 0.5, smooth, slope) + ki * integral + kff * wanted
-    return output, LoopMemory(integral, measured, vector(new, first))
+    output = kp * error + kd * slope + ki * integral + kff * wanted
+    return output, LoopMemory(integral, measured, delays)
 
 
 def short_way(angle: Number) -> Number:

@@ -42,6 +42,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "planned-lqr": "planned_lqr.PlannedLqr",
         "crazyflie-pid": "crazyflie_pid.CrazyfliePid",
         "crazyflie-mellinger": "crazyflie_mellinger.CrazyflieMellinger",
+        "px4-cascade": "px4_cascade.Px4Cascade",
     },
     PlanarState: {
         "planar-pd": "planar_pd.PlanarPd",
@@ -50,7 +51,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
 }
 """Module and class by the name in missions, in the order in which users are told of them."""
 
-STOCK = ("crazyflie-pid", "crazyflie-mellinger")
+STOCK = ("crazyflie-pid", "crazyflie-mellinger", "px4-cascade")
 """Laws of autopilots, with an autopilot's default gains for its own vehicle: they do not follow from any other."""
 
 

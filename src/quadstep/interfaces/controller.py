@@ -129,7 +129,8 @@ class Controller(Generic[M, Y, G, U]):
     loops that are due run in this order, and `law` last. one_at_a_time: whether its flights are flown singly, each announced
     by `before_flight`, because something outside the program takes part. stock: whether its default gains are an autopilot's,
     for its own vehicle, and do not follow from the mission's. parameter_file: the format (`io/parameter_files.py`) in which
-    the autopilot keeps its parameters; unmodelled: those of the law's own groups that it does without.
+    the autopilot keeps its parameters; unmodelled: those of the law's own groups that it does without; supported: the values
+    with which it flies, of those that choose another frame or another law.
     """
 
     name: ClassVar[str] = ""
@@ -146,6 +147,7 @@ class Controller(Generic[M, Y, G, U]):
     stock: ClassVar[bool] = False
     parameter_file: ClassVar[str] = ""
     unmodelled: ClassVar[tuple[str, ...]] = ()
+    supported: ClassVar[Mapping[str, tuple[float, ...]]] = {}
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:  # noqa: ARG003 (others need it)

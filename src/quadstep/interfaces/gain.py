@@ -197,6 +197,21 @@ def gain(
     return Gain(default, unit, meaning, symbol, key, parts, zero, low, high, scale, tunable, group, signed)
 
 
+def parameter(
+    name: str,
+    default: float,
+    unit: str,
+    meaning: str,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    zero: bool = True,
+    tunable: bool = True,
+) -> Any:
+    """Declares a gain that is one of an autopilot's parameters, by its own name there. low, high: its range there."""
+    return gain(default, unit, meaning, symbol=name, key=name, zero=zero, low=low, high=high, tunable=tunable)
+
+
 def believed(what: str) -> Any:
     """Declares what the controller believes of the vehicle ("mass", "inertia"): a key, the vehicle's own if left out."""
     return Gain(

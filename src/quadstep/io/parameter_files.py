@@ -28,7 +28,8 @@ class Parameters(NamedTuple):
 class Format(Protocol):
     """How an autopilot's parameters are written."""
 
-    suffix: str
+    suffixes: tuple[str, ...]
+    """Of such files; the first is written."""
 
     @staticmethod
     def read(text: str) -> Parameters:
@@ -44,7 +45,7 @@ class Format(Protocol):
 class CrazyflieYaml:
     """What cfclient saves of the parameters stored in a Crazyflie, version 1: a small part of YAML, read without a library."""
 
-    suffix = ".yaml"
+    suffixes = (".yaml",)
     TOP = re.compile(r"(type|version|params):(?: (.*))?")
     NAME = re.compile(r" {2}([A-Za-z]\w*\.\w+):")
     ENTRY = re.compile(r" {4}(default_value|is_stored|stored_value): (.+)")
@@ -90,7 +91,64 @@ class CrazyflieYaml:
         return "\n".join([*lines, "type: persistent_param_state", "version: '1'", ""])
 
 
-FORMATS = Door("quadstep.parameter_files", {"crazyflie": "quadstep.io.parameter_files:CrazyflieYaml"})
+class QgcParams:
+    """What QGroundControl saves of PX4's parameters: vehicle, component, name, value and type, tabs between them."""
+
+    suffixes = (".params",)
+    WHOLE, REAL = "6", "9"
+    """MAVLink's types of an int32 and a float."""
+    INTEGERS = ("CA_AIRFRAME", "CA_ROTOR_COUNT", "MC_AIRMODE", "MPC_ACC_DECOUPLE", "MPC_USE_HTE", "PWM_MAIN_FUNC")
+    """Beginnings of the names of whole numbers, among those that are written here."""
+
+    @staticmethod
+    def read(text: str) -> Parameters:
+        """One vehicle's; defaults are not in it."""
+        values: dict[str, float] = {}
+        for number, line in uncommented(text):
+            fields = line.split("\t")
+            if len(fields) != 5 or fields[4] not in (QgcParams.WHOLE, QgcParams.REAL):
+                raise UserError(f"line {number} is not one of QGroundControl's files of parameters: {line.strip()!r:.60}")
+            once(values, fields[2], number_of(fields[3], f"line {number}: {fields[2]:.20}"), number)
+        return Parameters(some(values, "QGroundControl"))
+
+    @staticmethod
+    def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:  # noqa: ARG004 (files do not say them)
+        """In the order of their names, as of vehicle 1 and its autopilot."""
+        lines = ["# Vehicle-Id\tComponent-Id\tName\tValue\tType"]
+        for name in sorted(values):
+            kind = QgcParams.WHOLE if name.startswith(QgcParams.INTEGERS) else QgcParams.REAL
+            lines.append(f"1\t1\t{name}\t{values[name]:.9g}\t{kind}")
+        return "\n".join([*lines, ""])
+
+
+class ArduPilotParm:
+    """What ground stations save of ArduPilot's parameters: a name and a value a line, a comma or spaces between them."""
+
+    suffixes = (".parm", ".param")
+    LINE = re.compile(r"([A-Z][A-Z0-9_]*)(?:\s*,\s*|\s+)(\S+)")
+
+    @staticmethod
+    def read(text: str) -> Parameters:
+        """Defaults are not in it."""
+        values: dict[str, float] = {}
+        for number, line in uncommented(text):
+            found = ArduPilotParm.LINE.fullmatch(line.strip())
+            if not found:
+                raise UserError(f"line {number} is not one of ArduPilot's files of parameters: {line.strip()!r:.60}")
+            once(values, found[1], number_of(found[2], f"line {number}: {found[1]:.20}"), number)
+        return Parameters(some(values, "ArduPilot"))
+
+    @staticmethod
+    def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:  # noqa: ARG004 (files do not say them)
+        """In the order of their names."""
+        return "".join(f"{name} {values[name]:.9g}\n" for name in sorted(values))
+
+
+HERE = "quadstep.io.parameter_files:"
+FORMATS = Door(
+    "quadstep.parameter_files",
+    {"crazyflie": f"{HERE}CrazyflieYaml", "px4": f"{HERE}QgcParams", "ardupilot": f"{HERE}ArduPilotParm"},
+)
 
 
 def read_parameters(path: Path, form: str) -> Parameters:
@@ -108,6 +166,13 @@ def uncommented(text: str) -> Iterator[tuple[int, str]]:
         said = line.partition("#")[0].rstrip()
         if said:
             yield number, said
+
+
+def some(values: dict[str, float], whose: str) -> dict[str, float]:
+    """What a file says. Raises UserError for nothing."""
+    if not values:
+        raise UserError(f"is not one of {whose}'s files of parameters: it has none")
+    return values
 
 
 def once(found: dict[str, Said], key: str, value: Said, line: int) -> None:

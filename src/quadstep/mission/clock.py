@@ -12,6 +12,9 @@ from quadstep.mission.fields import Positive, Quantity, Section
 PERIODS = {"law": "control_period", "guide": "guidance_period"}
 """Keys that say how often a method of a controller runs, where a kind of mission has them."""
 
+STEP = 0.002
+"""Of the integrator, unless a controller has a loop that is faster [s]."""
+
 MOST_ROWS = 500_000
 MOST_STEPS = 200_000_000
 
@@ -20,7 +23,7 @@ class ClockSection(Section):
     """Clock of the flight; every `..._period` is a whole multiple of step."""
 
     duration: Annotated[Positive | None, Quantity("s", "duration of the flight; default: that of the path")] = None
-    step: Annotated[Positive, Quantity("s", "integrator step (RK4); every period is a multiple of it")] = 0.002
+    step: Annotated[Positive, Quantity("s", "integrator step (RK4); every period is a multiple of it")] = STEP
     log_period: Annotated[Positive, Quantity("s", "sampling period of the log")] = 0.01
     loop_periods: Annotated[
         dict[str, Positive], Quantity("s", "periods of a controller's further loops, by name; default: as declared")

@@ -21,7 +21,7 @@ from quadstep.interfaces.gain import Gain, Undecided, cached_by_class
 from quadstep.interfaces.learning import DeclaredNet
 from quadstep.interfaces.model import Model
 from quadstep.io.errors import UserError
-from quadstep.mission.clock import PERIODS
+from quadstep.mission.clock import PERIODS, STEP
 from quadstep.mission.fields import (
     MOST,
     Diagonal,
@@ -128,6 +128,11 @@ def check_followed(gains: Mapping[str, Iterable[Number]]) -> None:
                 raise UserError(f"controller.{key}: follows from the vehicle as {value:g}, and may be at most {MOST:.0f}")
 
 
+def usual_step(law: type[Controller]) -> float:
+    """The integrator's step where a mission says none [s]."""
+    return min(STEP, *law.rates.values())
+
+
 def with_usual_rates(simulation: object, law: type[Controller], keys: Container[str]) -> object:
     """The table [simulation] with the controller's own sample times where it says none. keys: that the table can have."""
     own: dict[str, object] = {}
@@ -140,6 +145,8 @@ def with_usual_rates(simulation: object, law: type[Controller], keys: Container[
             further[method] = period
     if not (own or further) or not isinstance(simulation, Mapping):
         return simulation
+    if "step" in keys and usual_step(law) < STEP:
+        own["step"] = usual_step(law)
     said = simulation.get("loop_periods", {})
     if further and isinstance(said, Mapping):
         simulation = {**simulation, "loop_periods": {**further, **said}}

@@ -10,10 +10,10 @@ from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import CONTROLLERS
 from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.user_code.places import place
-from quadstep.mission.clock import PERIODS, ClockSection
+from quadstep.mission.clock import PERIODS, STEP, ClockSection
 from quadstep.mission.controller_lines import controller_lines, number_lines
 from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind, is_plant
-from quadstep.mission.derived import section_of
+from quadstep.mission.derived import section_of, usual_step
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.numbers_section import NumbersSection
@@ -259,7 +259,9 @@ def at_its_rates(text: str, controller: type[Controller]) -> str:
         own = f"# {key} = {controller.rates.get(method, Controller.rates[method])!r}"
         width = max(len(line), len(own))
         text = text.replace(line.ljust(width), own.ljust(width))
-    return text
+    line = f"# step = {STEP!r}"
+    own = f"# step = {usual_step(controller)!r}"
+    return text.replace(line.ljust(len(own)), own)
 
 
 def loop_line(controller: type[Controller], mission: type[Mission]) -> str:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from quadstep.io.parameter_files import FORMATS
 from quadstep.vehicle.airframe.geometry import Geometry, Mount
 from quadstep.vehicle.plants.multirotor import AirframeParameters
 
@@ -21,9 +22,6 @@ FIRST_MOTOR = 33
 """`SERVOn_FUNCTION` of ArduPilot's motor 1."""
 
 PX4_FIRST_MOTOR = 101
-
-REAL, INTEGER = 9, 6
-"""Types of MAVLink's parameters."""
 
 
 class Matching(NamedTuple):
@@ -44,13 +42,8 @@ class Matching(NamedTuple):
         head = "# The vehicle of this mission: what must match. Written by quadstep.\n" + (
             f"# {self.note}\n" if self.note else ""
         )
-        if self.file.endswith(".parm"):
-            return head + "".join(f"{name} {value:g}\n" for name, value in self.parameters.items())
-        kinds = {name: INTEGER if name.startswith(INTEGERS) else REAL for name in self.parameters}
-        return head + "".join(f"1\t1\t{name}\t{value:g}\t{kinds[name]}\n" for name, value in self.parameters.items())
-
-
-INTEGERS = ("CA_AIRFRAME", "CA_ROTOR_COUNT", "PWM_MAIN_FUNC")
+        form = FORMATS.load("px4" if self.file == "px4.params" else "ardupilot")
+        return head + str(form.write(self.parameters, {}))
 
 
 def bearing(mount: Mount) -> float:

@@ -154,7 +154,7 @@ def write_parameters(out: Path, wanted: Asked, values: Mapping[str, float]) -> N
     defaults = {key: gain.fixed for key, (_, gain) in keys.items() if isinstance(gain.fixed, float)}
     changed = {key.removeprefix("controller."): one for key, one in values.items() if one != wanted.present[key]}
     text = form.write({key: one for key, one in changed.items() if key in defaults}, defaults)
-    (out / f"tuned{form.suffix}").write_text(text, encoding="utf-8")
+    (out / f"tuned{form.suffixes[0]}").write_text(text, encoding="utf-8")
 
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:

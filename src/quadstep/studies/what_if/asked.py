@@ -9,7 +9,7 @@ from quadstep.control.registry import STOCK, controller
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
-from quadstep.io.parameter_files import read_parameters
+from quadstep.io.parameter_files import FORMATS, read_parameters
 from quadstep.linear.grade import Grade
 from quadstep.mission.check import meant, shorten
 from quadstep.report import units
@@ -67,7 +67,7 @@ def changes_of(texts: Sequence[str], file: str) -> dict[str, float]:
 
 def differences(file: str, other: str) -> dict[str, float]:
     """What differs in another file of parameters, or in a law's defaults by its name. Raises UserError for nothing."""
-    laws = stock_laws()
+    laws = laws_of(file)
     usual = {key: gain.fixed for law in laws for key, (_, gain) in law.by_key().items() if isinstance(gain.fixed, float)}
     before, after = (
         {**usual, **(read_parameters(Path(one), laws[0].parameter_file).values if one not in STOCK else {})}
@@ -75,25 +75,39 @@ def differences(file: str, other: str) -> dict[str, float]:
     )
     found = {name: after[name] for name in usual if after[name] != before[name]}
     if not found:
-        raise UserError(f"{other}: no parameter of {', '.join(STOCK)} differs from {file}")
+        raise UserError(f"{other}: no parameter of {', '.join(law.name for law in laws)} differs from {file}")
     return found
 
 
-def stock_laws() -> list[type[Controller]]:
-    """All of them."""
-    return [law for name in STOCK if (law := controller(Measured, name))]
+def laws_of(file: str) -> list[type[Controller]]:
+    """The stock law of this name, with those of the same autopilot; or those whose parameters such a file has.
+
+    Raises UserError for another file.
+    """
+    laws = [law for name in STOCK if (law := controller(Measured, name))]
+    whose = [law.parameter_file for law in laws if file == law.name or Path(file).suffix in suffixes(law)]
+    if not whose:
+        known = ", ".join(dict.fromkeys(one for law in laws for one in suffixes(law)))
+        raise UserError(f"{file}: should be a file of an autopilot's parameters ({known}), or one of {', '.join(STOCK)}")
+    return [law for law in laws if law.parameter_file == whose[0]]
+
+
+def suffixes(law: type[Controller]) -> tuple[str, ...]:
+    """Of the files in which its autopilot's parameters are kept."""
+    found: tuple[str, ...] = FORMATS.load(law.parameter_file).suffixes
+    return found
 
 
 def law_of(asked: Asked) -> type[Controller]:
     """The stock law whose parameters change. Raises UserError where there is none."""
-    laws = stock_laws()
-    known = [key for law in laws for key in law.by_key()]
+    laws = laws_of(asked.file)
+    known, named = [key for law in laws for key in law.by_key()], ", ".join(law.name for law in laws)
     for name in asked.changes:
         if name not in known:
-            raise UserError(f"{name} is no parameter of {', '.join(STOCK)}{meant(name, known)}")
+            raise UserError(f"{name} is no parameter of {named}{meant(name, known)}")
     fitting = [law for law in laws if all(name in law.by_key() for name in asked.changes)]
     if not fitting:
         raise UserError(f"{units.listed(list(asked.changes))} are not parameters of one law")
-    if asked.file in STOCK and asked.file != fitting[0].name:
+    if asked.file in STOCK and asked.file not in (law.name for law in fitting):
         raise UserError(f"{asked.file} has no parameter {next(iter(asked.changes))}; it is one of {fitting[0].name}")
-    return fitting[0]
+    return next((law for law in fitting if law.name == asked.file), fitting[0])
