@@ -1,6 +1,7 @@
 """Margins measured in flight against those of the flown loop, the advice that follows, and logs that carry none."""
 
 import math
+import re
 from functools import cache
 from pathlib import Path
 
@@ -8,26 +9,26 @@ import numpy as np
 import pytest
 
 from quadstep.engines.fly import fly_all
-from quadstep.identify.excited import excited
+from quadstep.identify.excited import Excited, excited
 from quadstep.identify.response import Response, crossovers, margin, response
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import studied
 from quadstep.mission.read import check_mission
 from quadstep.report.sheet import sheet
-from quadstep.studies.advise import PARAMETERS, advise, advised, measured
+from quadstep.studies.advise import PARAMETERS, advise, advised, following, measured, sentence
 from tests.injected import injected, signals
 from tests.made_logs import excited as in_ardupilots_log
 from tests.random_sheets import HOVER
 
 GAINS = {"ATC_RAT_RLL_P": 0.2, "ATC_RAT_RLL_I": 0.3, "ATC_RAT_RLL_D": 0.01}
-WEAK, SOUND = 5.0, 1.0
+WEAK, SOUND = 3.0, 1.0
 
 
-def hover(factor: float, noise: float = 0.0):
-    """An x500 at rest whose rate loop has so many times gentle gains."""
-    rate = 9.0 * factor
+def hover(factor: float, noise: float = 0.0, outer: float = 1.0):
+    """An x500 at rest whose rate loop has so many times gentle gains, and its position loop too."""
+    rate = 15.0 * factor
     gains = {"rate": [rate, rate, 5.0], "rate_derivative": [0.0] * 3, "rate_integral": [0.5 * rate] * 2 + [1.0]}
-    gains |= {"attitude": [3.0, 3.0, 2.0], "position": 0.5, "velocity": 1.0, "velocity_integral": 0.1}
+    gains |= {"attitude": [5.0, 5.0, 2.0], "position": outer, "velocity": 4.0 * outer, "velocity_integral": 0.1}
     path = {**HOVER, "duration": 42.0}
     content = {"vehicle": {"preset": "x500"}, "path": path, "controller": {"type": "pid", **gains}}
     content["sensors"] = {"imu_period": 0.002, "imu_latency": 0.006, "gyro_noise": noise}
@@ -36,9 +37,9 @@ def hover(factor: float, noise: float = 0.0):
 
 
 @cache
-def flown(factor: float, noise: float = 0.0):
+def flown(factor: float, noise: float = 0.0, outer: float = 1.0):
     """Excitation, command [N m] and period [s] of a flight with a chirp on roll."""
-    plan = injected(hover(factor, noise), strength=1.0)
+    plan = injected(hover(factor, noise, outer), strength=1.0)
     return signals(plan, *fly_all([plan]))
 
 
@@ -53,7 +54,8 @@ def test_margins_measured_in_flight_are_those_of_the_loop(factor):
     found, model = measured(response(*flown(factor))), true(factor)
     assert found.phase.at.value == pytest.approx(model.phase_at, rel=0.01)
     assert found.phase.value.value == pytest.approx(model.phase, abs=math.radians(0.5))
-    assert found.decibels.value == pytest.approx(model.up, abs=0.1)
+    assert found.gain_up.value == pytest.approx(model.up, abs=0.1)
+    assert found.gain_down.value == pytest.approx(model.down, abs=0.1)
 
 
 def test_noise_widens_the_interval_which_holds():
@@ -69,10 +71,32 @@ def test_a_weak_loop_gets_a_factor_with_which_it_is_sound_and_a_sound_one_none()
     after = true(WEAK * advice.factor)
     assert true(WEAK).phase < math.radians(30.0) <= after.phase
     assert after.up > 6.0
+    assert after.down > 6.0
     assert advice.expected.phase.value.value == pytest.approx(after.phase, abs=math.radians(0.5))
-    assert (
-        advised(weak.scaled(1.05 * advice.factor), measured(weak.scaled(1.05 * advice.factor))) is not None
-    )  # no smaller than needed
+    assert not measured(weak.scaled(1.05 * advice.factor)).sound  # no smaller than needed
+
+
+def test_a_loop_is_not_sound_where_what_decides_was_not_excited(tmp_path):
+    d, u, period = flown(SOUND)
+    whole = response(d, u, period)
+    assert measured(whole).grade == "sound"
+    up, down = (one.at.value for one in (measured(whole).up, measured(whole).down))
+    for keep, said in (
+        (whole.omega < 0.8 * up, "upwards unknown above .* excite faster: its phase crosses -180° outside"),
+        (whole.omega > 1.3 * down, "downwards unknown below .* excite slower: its phase crosses -180° outside"),
+    ):
+        part = Response(*(one[keep] for one in whole))
+        assert (measured(part).grade, advised(part, measured(part))) == ("unknown", None)
+        flight = Excited("roll", ("SIDD.Targ", "RATE.ROut"), part, d, u, period, {})
+        text = " ".join([sentence(flight, measured(part)), *following(flight, measured(part), None)])
+        assert re.search(said, text), text
+        assert "No change is advised" in text
+
+
+def test_a_weak_loop_whose_gain_may_not_fall_gets_no_factor():
+    slow = response(*flown(WEAK, outer=0.25))
+    now = measured(slow)
+    assert (now.grade, now.down, advised(slow, now)) == ("fragile", None, None)
 
 
 def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
@@ -123,4 +147,4 @@ def test_crossings_of_a_known_loop():
     (one,) = crossovers(found)
     assert one.at.value == pytest.approx(10.0, rel=1e-4)
     assert one.value.value == pytest.approx(0.5 * math.pi - 0.5, abs=1e-4)
-    assert measured(found).gain.value.value == pytest.approx(math.pi, rel=1e-3)  # at pi / (2 delay), where |L| is 1 / pi
+    assert measured(found).up.value.value == pytest.approx(math.pi, rel=1e-3)  # at pi / (2 delay), where |L| is 1 / pi

@@ -28,6 +28,9 @@ WIDTH = 0.06
 FEWEST, MOST = 8, 60
 """Fewest and most lines of the spectrum on each side of a frequency."""
 
+CYCLES = 20
+"""Fewest cycles of a frequency in the record: of slower ones, what was going on at its ends drowns the response."""
+
 POINTS = 160
 """Frequencies at which the response is computed."""
 
@@ -103,7 +106,7 @@ def response(excitation: Floats, command: Floats, period: float) -> Response:
     count = len(excitation)
     d, u = (np.fft.rfft(one - one.mean()) for one in (excitation, command))
     first, last = band(d)
-    first, last = max(first, FEWEST + 1), min(last, len(d) - FEWEST - 1)
+    first, last = max(first, CYCLES), min(last, len(d) - FEWEST - 1)
     lines = np.unique(np.round(np.geomspace(first, max(last, first + 1), POINTS)).astype(int))
     rows = [local(d, u, int(line)) for line in lines]
     sensitivity, error, freedom, coherence = (np.array(column) for column in zip(*rows, strict=True))

@@ -158,6 +158,7 @@ def incomplete_beta(x: float, a: float, b: float) -> float:
     return front * fraction / a
 
 
+@cache
 def student_quantile(p: float, freedom: float) -> float:
     """x below which Student's t with so many degrees of freedom lies with probability p, 0.5 <= p < 1."""
     share = beta_quantile(2.0 * p - 1.0, 0.5, 0.5 * freedom)

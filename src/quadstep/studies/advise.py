@@ -21,7 +21,7 @@ from quadstep.linear.channels import Channel
 from quadstep.linear.margins import Margins
 from quadstep.linear.picture import Open, draw_bode
 from quadstep.linear.transfer import harmonic, opened
-from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
+from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import read_mission
 from quadstep.report.evidence import Evidence, Figure, Table
@@ -41,31 +41,53 @@ PARAMETERS = "advised.param"
 
 
 class Measured(NamedTuple):
-    """phase: the crossover with the smallest phase margin [rad], as `sized`; gain: where the gain may grow least, by which
-    factor; None where the excitation tells of none. open: crossovers whose phase margin it does not tell. highest: excited
-    frequency [rad/s].
+    """phase: the crossover with the smallest phase margin [rad], as `sized`, None if the excitation tells of none; up, down:
+    where the gain may grow and fall least, by which factor, None where the phase crosses -180 degrees at no excited frequency
+    and the gain margin is unknown. open: crossovers whose phase margin it does not tell. lowest, highest: excited [rad/s].
     """
 
     phase: Crossing | None
-    gain: Crossing | None
+    up: Crossing | None
+    down: Crossing | None
     open: tuple[Crossing, ...]
+    lowest: float
     highest: float
 
     @property
-    def decibels(self) -> Estimate | None:
+    def gain_up(self) -> Estimate | None:
         """How far the gain may grow [dB]."""
-        return None if self.gain is None else Estimate(*(20.0 * math.log10(one) for one in self.gain.value))
+        return self.up and decibels(self.up.value)
 
     @property
-    def doubtful(self) -> bool:
-        """Whether a crossover whose phase margin is not told may have less than a sound loop's."""
-        return any(sized(one.value).low < LEAST_PHASE for one in self.open)
+    def gain_down(self) -> Estimate | None:
+        """How far the gain may fall [dB], above 0."""
+        if self.down is None:
+            return None
+        value, low, high = decibels(self.down.value)
+        return Estimate(-value, -high, -low)
 
-    def sound(self, end: str) -> bool:
-        """Whether the margins at this end of their intervals, "low" or "high", are those of a sound loop."""
-        gain = self.decibels
-        enough = gain is None or getattr(gain, end) >= LEAST_GAIN
-        return enough and self.phase is not None and getattr(self.phase.value, end) >= LEAST_PHASE
+    @property
+    def shares(self) -> list[Estimate]:
+        """The margins that are known, in units of a sound loop's."""
+        gains = [(one, LEAST_GAIN) for one in (self.gain_up, self.gain_down) if one]
+        phases = [(self.phase.value, LEAST_PHASE)] if self.phase else []
+        return [Estimate(*(end / least for end in one)) for one, least in gains + phases]
+
+    @property
+    def fragile(self) -> bool:
+        """Whether a margin is below that of a sound loop with 95 % confidence."""
+        return any(one.high < 1.0 for one in self.shares)
+
+    @property
+    def sound(self) -> bool:
+        """Whether all margins are those of a sound loop with 95 % confidence; never where one of them is unknown."""
+        doubtful = any(sized(one.value).low < LEAST_PHASE for one in self.open)
+        return len(self.shares) == 3 and not doubtful and all(one.low >= 1.0 for one in self.shares)
+
+    @property
+    def grade(self) -> str:
+        """In a word."""
+        return SOUND if self.sound else "fragile" if self.fragile else "unknown"
 
 
 class Advice(NamedTuple):
@@ -77,11 +99,13 @@ class Advice(NamedTuple):
 
 def measured(found: Response) -> Measured:
     """The margins of a response."""
-    crossings = crossovers(found)
-    upward = [one for one in gain_margins(found) if one.value.value > 1.0]
-    gain, phase = min(upward, key=lambda one: one.value.value, default=None), margin(crossings)
+    crossings, turns = crossovers(found), gain_margins(found)
+    up = min((one for one in turns if one.value.value >= 1.0), key=lambda one: one.value.value, default=None)
+    down = max((one for one in turns if one.value.value < 1.0), key=lambda one: one.value.value, default=None)
+    phase = margin(crossings)
     left = tuple(one for one in crossings if not determined(one))
-    return Measured(phase and phase._replace(value=sized(phase.value)), gain, left, float(found.omega[-1]))
+    ends = float(found.omega[0]), float(found.omega[-1])
+    return Measured(phase and phase._replace(value=sized(phase.value)), up, down, left, *ends)
 
 
 def sized(one: Estimate) -> Estimate:
@@ -89,17 +113,18 @@ def sized(one: Estimate) -> Estimate:
     return one if one.value >= 0.0 else Estimate(-one.value, -one.high, -one.low)
 
 
+def decibels(factor: Estimate) -> Estimate:
+    """A factor in dB."""
+    return Estimate(*(20.0 * math.log10(max(one, 1e-300)) for one in factor))
+
+
 def advised(found: Response, now: Measured) -> Advice | None:
     """The largest factor with which the loop would be sound at the lower ends of its intervals; None where the loop may be
-    sound as it is, or where no factor makes it so.
+    sound as it is, or where no factor is known to make it so.
     """
-    if now.sound("high"):
-        return None
-    for factor in map(float, FACTORS):
-        expected = measured(found.scaled(factor))
-        if expected.sound("low"):
-            return Advice(factor, expected)
-    return None
+    tried = FACTORS if now.fragile else ()
+    expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
+    return next((Advice(*one) for one in expected if one[1].sound), None)
 
 
 def advise(
@@ -178,8 +203,9 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
         record={
             "name": path.stem, "version": __version__, "log": str(path), "axis": flight.axis, "columns": list(flight.source),
             "crossover[rad/s]": now.phase.at.as_json(), "phase_margin[rad]": now.phase.value.as_json(),
-            "gain_margin_up[dB]": now.decibels.as_json() if now.decibels else None,
-            "excited[rad/s]": [float(flight.measured.omega[0]), now.highest],
+            "gain_margin_up[dB]": now.gain_up and now.gain_up.as_json(),
+            "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(),
+            "grade": now.grade, "excited[rad/s]": [now.lowest, now.highest],
             "modelled": model and {"phase_margin[rad]": model.margins.phase, "crossover[rad/s]": model.margins.phase_at},
             "factor": advice and advice.factor, "changes": {name: new for name, (_, new) in changes.items()},
         },
@@ -205,7 +231,7 @@ def bypassed(flight: Excited) -> bool:
     return any(flight.parameters.get(f"{name[:-1]}FF", 0.0) != 0.0 for name in RATE_GAINS.get(flight.axis, ())[:1])
 
 
-HEADER = ("", "crossover [rad/s]", "phase margin [°]", "gain up [dB]")
+HEADER = ("", "crossover [rad/s]", "phase margin [°]", "gain up [dB]", "gain down [dB]")
 METHOD = (
     "The open loop at the controller's command, outer loops included, from an excitation that was added to it. The 95 % "
     "intervals come from what the excitation does not explain."
@@ -217,19 +243,20 @@ def margin_rows(now: Measured, model: Model | None, advice: Advice | None) -> li
     rows: list[tuple[str, ...]] = [("measured", *margin_cells(now))]
     if model:
         one = model.margins
-        up = f"{one.up:.1f}" if math.isfinite(one.up) else "none"
-        rows.append((f"model: {model.name}", f"{one.phase_at:.3g}", f"{math.degrees(one.phase):.1f}", up))
+        gains = [f"{gain:.1f}" if math.isfinite(gain) else "none" for gain in (one.up, one.down)]
+        rows.append((f"model: {model.name}", f"{one.phase_at:.3g}", f"{math.degrees(one.phase):.1f}", *gains))
     if advice:
         rows.append((f"expected, gains x {advice.factor:.2f}", *margin_cells(advice.expected)))
     return rows
 
 
-def margin_cells(one: Measured) -> tuple[str, str, str]:
+def margin_cells(one: Measured) -> tuple[str, ...]:
     """A row of `HEADER` without its name."""
     assert one.phase
-    phase, gain = Estimate(*map(math.degrees, one.phase.value)), one.decibels
-    cells = (spelled(one.phase.at, ".3g"), spelled(phase, ".1f"))
-    return *cells, spelled(gain, ".1f") if gain else f"none up to {one.highest:.3g} rad/s"
+    phase = Estimate(*map(math.degrees, one.phase.value))
+    sides = (one.gain_up, f"above {one.highest:.3g}"), (one.gain_down, f"below {one.lowest:.3g}")
+    gains = (spelled(gain, ".1f") if gain else f"unknown {where} rad/s" for gain, where in sides)
+    return spelled(one.phase.at, ".3g"), spelled(phase, ".1f"), *gains
 
 
 def spelled(one: Estimate, digits: str) -> str:
@@ -252,24 +279,33 @@ def sentence(flight: Excited, now: Measured) -> str:
     """What was measured."""
     assert now.phase
     phase, at = degrees(now.phase.value), hertz(now.phase.at)
-    gain = f"the gain may grow by {spelled(now.decibels, '.1f')} dB" if now.decibels else (
-        f"no gain up to {now.highest:.3g} rad/s makes it unstable"
-    )  # fmt: skip
-    return f"The loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); {gain}."
+    up, down = now.gain_up, now.gain_down
+    gains = (
+        f"up by {spelled(up, '.1f')} dB" if up else f"upwards unknown above {now.highest:.3g} rad/s",
+        f"down by {spelled(down, '.1f')} dB" if down else f"downwards unknown below {now.lowest:.3g} rad/s",
+    )
+    return (
+        f"The loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
+        f"its gain margin is {', '.join(gains)}."
+    )
 
 
 def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence[str]:
     """What follows from it."""
-    asked = f"{math.degrees(LEAST_PHASE):.0f}° and {LEAST_GAIN:g} dB"
-    if now.sound("low") and not now.doubtful:
-        return [f"A sound loop has {asked}, and so has this one: no change of its gains is advised."]
-    if now.sound("high"):
-        return [
-            f"Whether it has the {asked} of a sound loop, the intervals leave open: no change is advised; excite for longer."
-        ]
+    asked = f"{math.degrees(LEAST_PHASE):.0f}° and {LEAST_GAIN:g} dB both ways"
+    if now.sound:
+        where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
+        return [f"A sound loop has {asked}, and so has this one {where}: no change of its gains is advised."]
+    wider = [*([] if now.up else ["faster"]), *([] if now.down else ["slower"])]
+    untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
+    if not now.fragile:
+        why = f"the excitation does not tell: {untold}" if wider else "the intervals leave open: excite for longer"
+        return [f"Whether it has the {asked} of a sound loop, {why}. No change is advised."]
     less = f"A sound loop has {asked}, this one less"
     if advice is None:
-        return [f"{less}, and no common factor on its gains gives it that: none is advised."]
+        return [
+            f"{less}. No common factor on its gains is known to give it that: none is advised{f'; {untold}' * bool(wider)}."
+        ]
     if bypassed(flight):
         return [f"{less}. Its feed-forward passes the gains by, so that no factor on them is advised."]
     assert advice.expected.phase
