@@ -1,4 +1,4 @@
-"""Random data sheets of vehicles as they are built, and their hover under any law."""
+"""Random vehicles, from data sheets as they are built and from numbers alone, and their hover under any law."""
 
 import math
 from pathlib import Path
@@ -53,6 +53,49 @@ def random_sheet(random: np.random.Generator) -> Datasheet:
 def vehicle(sheet: Datasheet) -> dict[str, Any]:
     """The vehicle table of a mission."""
     return vehicle_of(sheet, estimate(sheet)).model_dump(mode="json", exclude_none=True)
+
+
+def random_vehicle(random: np.random.Generator) -> dict[str, Any]:
+    """A vehicle table of any numbers that a body and its rotors can have: a third of them without drag, the others with a
+    hundredth to ten times the drag that data sheets take as usual, at hover 0.3 1/s.
+    """
+    layout = str(random.choice(list(LAYOUTS)))
+    count = LAYOUTS[layout][0]
+    arm = 0.03 * 30.0 ** random.random()
+    mass = 8.0 * arm**1.5 * 4.0 ** (random.random() - 0.5)
+    level = mass * (arm * (0.3 + 0.5 * random.random())) ** 2
+    hover = 250.0 * 10.0 ** random.random()  # rad/s
+    k_f = mass * 9.81 / count / hover**2
+    k_m = k_f * arm * 10.0 ** (random.random() - 1.7)
+    rise = 0.008 * 20.0 ** random.random()
+    drag = mass * 0.3 / (count * hover) * 1e3 ** (random.random() - 2.0 / 3.0) if random.random() < 2.0 / 3.0 else 0.0
+    return {
+        "mass": mass,
+        "inertia": [level, level * (0.6 + 0.8 * random.random()), level * (1.0 + 0.5 * random.random())],
+        "layout": layout,
+        "arm": arm,
+        "rotor": {
+            "thrust_coefficient": k_f,
+            "torque_coefficient": k_m,
+            "inertia": k_m * hover * 0.4 * random.random() ** 2,
+            "rise_time": rise,
+            "fall_time": rise * (0.7 + 0.8 * random.random()),
+            "slowest": 0.1 * hover,
+            "fastest": hover * math.sqrt(1.5 + 3.5 * random.random()),
+            "radius": 0.4 * arm,
+        },
+        "drag": {"rotor": [drag, drag, drag * random.random()]},
+        "command": {"speed": 3.0 * hover, "delay": 0.015 * random.random()},
+    }
+
+
+def any_vehicle(random: np.random.Generator) -> dict[str, Any]:
+    """A vehicle from a data sheet, the same without drag, or one from numbers alone."""
+    kind = random.integers(3)
+    if kind == 0:
+        return random_vehicle(random)
+    table = vehicle(random_sheet(random))
+    return table if kind == 1 else {**table, "effects": {"drag": False}}
 
 
 def hover(table: dict[str, Any], law: str, **more: Any) -> Mission:

@@ -33,7 +33,7 @@ def test_near_the_path_it_is_linear_with_four_poles_at_the_vehicles_pace(preset,
     at = np.zeros(12)
     at[8] = yaw
     matrix = linearised(command, model.mass, list(model.inertia), at)
-    pace, a_z, a_psi = 4.9 * model.agility, list(gains.altitude), list(gains.yaw)
+    pace, a_z, a_psi = 4.63 * model.agility, list(gains.altitude), list(gains.yaw)
     assert gains.pace == pytest.approx(pace)
     level = np.poly1d([1.0, pace]) ** 4
     others = np.poly1d([1.0, *a_z]) * np.poly1d([1.0, *a_psi])
@@ -91,7 +91,7 @@ def test_a_steady_wind_leaves_an_error_for_nothing_is_integrated():
     tail = flight.column("t") > 7.0
     lean, off = flight.column("pitch")[tail].mean(), flight.column("x")[tail].mean()
     assert off > 0.02
-    assert off == pytest.approx(-6.0 * 9.81 * lean / 4.9**2, rel=0.02)  # 6 theta = pace^2 x / g, theta = -pitch
+    assert off == pytest.approx(-6.0 * 9.81 * lean / 4.63**2, rel=0.02)  # 6 theta = pace^2 x / g, theta = -pitch
 
 
 def test_the_conditions_of_11_are_asked_of_its_bounds():

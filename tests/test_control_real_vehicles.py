@@ -108,7 +108,7 @@ def test_the_gyroscopic_moment_is_fed_forward(kind):
 
 @EVERY
 def test_it_pushes_harder_below_the_path_and_while_sinking(kind):
-    weight, samples = 2.644 * 9.81, 90 if kind in EXTENDED else 1
+    weight, samples = 2.644 * 9.81, 100 if kind in EXTENDED else 1
     assert asked(kind, samples=samples, position=vector(0.0, 0.0, -0.2))[0].thrust > weight + 0.15
     if kind != "loop-shaping":  # it knows no velocity
         assert asked(kind, samples=samples, velocity=vector(0.0, 0.0, -0.3))[0].thrust > weight + 0.15

@@ -20,10 +20,12 @@ KEYS = {
     "A_2": (3.0, 3.5, 4.5),
     "A_3": 6.0,
     "A_4": 9.0,
+    "c_2": 1.7,
     "c_4": 12.0,
     "integral_bound": 50.0,
 }
-GAINS, WEIGHT = StateSpaceBackstepping.gains(MODEL, KEYS), GRAVITY**2 / 12.0
+GAINS = StateSpaceBackstepping.gains(MODEL, KEYS)
+WEIGHTS = 1.0, 1.0 / 1.7, 1.0 / 1.7**2, GRAVITY**2 / 12.0 / 1.7**2
 
 
 def reference(t):
@@ -59,8 +61,8 @@ def errors(t, y):
 
 
 def value(t, y):
-    e1, e2, e3, e4 = errors(t, y)
-    return 0.5 * (np.array(KEYS["A_0"]) @ y[18:21] ** 2 + e1 @ e1 + e2 @ e2 + e3 @ e3 + WEIGHT * e4 @ e4)
+    squares = [e @ e for e in errors(t, y)]
+    return 0.5 * (np.array(KEYS["A_0"]) @ y[18:21] ** 2 + np.dot(WEIGHTS, squares))
 
 
 @pytest.fixture
@@ -81,7 +83,8 @@ def test_the_lyapunov_function_falls_as_the_proof_says(state):
         v = [value(t, one) for t, one in zip(path.t, path.y.T, strict=True)]
         found = (-25 * v[0] + 48 * v[1] - 36 * v[2] + 16 * v[3] - 3 * v[4]) / (12 * h)
         e1, e2, e3, e4 = errors(0.0, y)
-        wanted = -(np.array(KEYS["A_1"]) @ e1**2 + np.array(KEYS["A_2"]) @ e2**2 + 6.0 * e3 @ e3 + 9.0 * WEIGHT * e4 @ e4)
+        falls = np.array(KEYS["A_1"]) @ e1**2, np.array(KEYS["A_2"]) @ e2**2, 6.0 * e3 @ e3, 9.0 * e4 @ e4
+        wanted = -np.dot(WEIGHTS, falls)
         assert found == pytest.approx(wanted, rel=2e-4, abs=2e-4)
 
 
@@ -92,7 +95,7 @@ def test_the_thrust_makes_the_wanted_climb_at_any_tilt(state):
         e1, e2 = array(found.e1), array(found.e2)
         e1_d = array(reference(0.0).velocity) - y[3:6]
         k = {key: np.array(one) for key, one in KEYS.items()}
-        a_1 = e1 + array(reference(0.0).acceleration) + k["A_1"] * e1_d + k["A_0"] * e1 + k["A_2"] * e2
+        a_1 = 1.7 * e1 + array(reference(0.0).acceleration) + k["A_1"] * e1_d + k["A_0"] * e1 + k["A_2"] * e2
         assert thrust.push * y[14] - GRAVITY == pytest.approx(a_1[2])
 
 

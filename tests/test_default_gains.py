@@ -11,7 +11,7 @@ from quadstep.interfaces.model import Model
 from quadstep.linear.grade import SOUND
 from quadstep.mission.vehicle_list import preset_names
 from quadstep.numbers import vector
-from tests.random_sheets import UNGRADED, hover, hover_grade, random_sheet, vehicle
+from tests.random_sheets import UNGRADED, any_vehicle, hover, hover_grade, random_sheet, vehicle
 
 LAWS = [law for law in names(Measured) if law not in (*UNGRADED, *STOCK)]
 SEVEN = {"name": "Seven inch", "mass": 0.95, "wheelbase": 0.3, "kv": 1300.0, "cells": 6, "propeller": {"inches": [7.0, 4.0]}}
@@ -22,6 +22,25 @@ def test_a_vehicle_from_a_random_data_sheet_hovers_with_margin(law):
     table = vehicle(random_sheet(np.random.default_rng(names(Measured).index(law))))
     found = hover_grade(table, law)
     assert found.word == SOUND, f"{law}: {found.why}"
+
+
+SLOW = {"preset": "research-2.6kg", "rotor": {"rise_time": 0.15, "fall_time": 0.15}}
+"""Lag alone, nearly: what a loop of given gains is slowed by the most."""
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_gains_need_no_help_of_the_air(law):
+    found = hover_grade({**SLOW, "effects": {"drag": False}}, law)
+    assert found.word == SOUND, f"{law}: {found.why}"
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("law", LAWS)
+def test_random_vehicles_hover_with_margin_with_drag_or_without(law):
+    random = np.random.default_rng(1)
+    for table in (any_vehicle(random) for _ in range(100)):
+        found = hover_grade(table, law)
+        assert found.word == SOUND, f"{law} on {table}: {found.why}"
 
 
 @pytest.mark.thorough
@@ -39,8 +58,9 @@ def test_every_preset_and_the_tutorials_vehicle_hover_with_margin(law):
     tables = [{"preset": preset} for preset in preset_names()]
     tables.append(vehicle(Datasheet.model_validate(SEVEN)))
     for table in tables:
-        found = hover_grade(table, law)
-        assert found.word == SOUND, f"{law} on {table.get('preset', 'seven inches')}: {found.why}"
+        for drag in (True, False):
+            found = hover_grade({**table, "effects": {"drag": drag}}, law)
+            assert found.word == SOUND, f"{law} on {table.get('preset', 'seven inches')}, drag {drag}: {found.why}"
 
 
 def pace(**changes):

@@ -38,10 +38,10 @@ class AdrcGains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its bandwidths, of the attitude about body x, y, z."""
 
     body: BelievedBody
-    bandwidth: Vector = gain(usual(2.75, 1), "1/s", "bandwidth of the position loop", symbol="w_c")
-    turn_bandwidth: Vector = gain(usual((10.2, 10.2, 10.0), 1, "body"), "1/s", "bandwidth of the attitude loop", symbol="w_cR")
+    bandwidth: Vector = gain(usual(2.57, 1), "1/s", "bandwidth of the position loop", symbol="w_c")
+    turn_bandwidth: Vector = gain(usual((9.15, 9.15, 10.0), 1, "body"), "1/s", "bandwidth of the attitude loop", symbol="w_cR")
     observer: Number = gain(usual(8.8, 1), "1/s", "bandwidth of the position observer", symbol="w_o")
-    turn_observer: Vector = gain(usual((11.4, 11.4, 11.4), 1, "body"), "1/s", "bandwidth of the rate observer", symbol="w_oR")
+    turn_observer: Vector = gain(usual((10.7, 10.7, 11.4), 1, "body"), "1/s", "bandwidth of the rate observer", symbol="w_oR")
     bound: Number = gain(15.0, "m/s^2", "largest estimated disturbance along an axis", tunable=False)
     turn_bound: Number = gain(150.0, "rad/s^2", "largest estimated disturbance about an axis", tunable=False)
 

@@ -27,14 +27,14 @@ class DynamicLinearisationGains(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    position: Vector = gain(usual(37.5, 4), "1/s^4", "gain of the position error", key="k_0")
-    velocity: Vector = gain(usual(208.0, 3), "1/s^3", "gain of the velocity error", key="k_1")
-    acceleration: Vector = gain(usual(72.0, 2), "1/s^2", "gain of the acceleration error", key="k_2")
-    jerk: Vector = gain(usual(11.1, 1), "1/s", "gain of the jerk error", key="k_3")
+    position: Vector = gain(usual(36.7, 4), "1/s^4", "gain of the position error", key="k_0")
+    velocity: Vector = gain(usual(196.0, 3), "1/s^3", "gain of the velocity error", key="k_1")
+    acceleration: Vector = gain(usual(78.0, 2), "1/s^2", "gain of the acceleration error", key="k_2")
+    jerk: Vector = gain(usual(11.9, 1), "1/s", "gain of the jerk error", key="k_3")
     observer: Vector = gain(
-        usual(1.16, 1), "m^0.5/s^1.5", "super-twisting observer: gain on the square root of its error", key="l_1"
+        usual(1.37, 1), "m^0.5/s^1.5", "super-twisting observer: gain on the square root of its error", key="l_1"
     )
-    drift: Vector = gain(usual(0.86, 2), "m/s^3", "super-twisting observer: gain on the sign of its error", key="l_2")
+    drift: Vector = gain(usual(0.73, 2), "m/s^3", "super-twisting observer: gain on the sign of its error", key="l_2")
     bound: Number = gain(8.0, "m/s^2", "largest estimated disturbance acceleration")
     heading: Number = gain(usual(30.0, 2, "yaw"), "1/s^2", "stiffness of the heading", key="k_psi")
     turning: Number = gain(usual(10.0, 1, "yaw"), "1/s", "damping of the heading", key="k_r")

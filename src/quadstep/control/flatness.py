@@ -47,8 +47,8 @@ class FlatnessGains(NamedTuple):
         lambda model: model.lift, "1/m", "thrust gained by moving across the air, over mass; default: the vehicle's",
         symbol="k_h", zero=True, tunable=False, group=BELIEF,
     )  # fmt: skip
-    stiffness: Vector = gain(usual(14.5, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
-    damping: Vector = gain(usual(6.7, 1), "1/s", "damping of position, over mass", key="k_v")
+    stiffness: Vector = gain(usual(14.35, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
+    damping: Vector = gain(usual(6.6, 1), "1/s", "damping of position, over mass", key="k_v")
     integral: Vector = gain(usual(5.8, 3), "1/s^3", "integral gain of position, over mass", key="k_i", zero=True)
     integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration from the integral", tunable=False)
     attitude: Vector = gain(usual((5.9, 5.9, 5.0), 1, "body"), "1/s", "P gain of attitude")

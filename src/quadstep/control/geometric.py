@@ -19,14 +19,14 @@ class GeometricGains(NamedTuple):
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
-    stiffness: Vector = gain(usual(20.0, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
-    damping: Vector = gain(usual(3.6, 1), "1/s", "damping of position, over mass", key="k_v")
-    integral: Vector = gain(usual(8.0, 3), "1/s^3", "integral gain of position, over mass", key="k_i", zero=True)
+    stiffness: Vector = gain(usual(18.2, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
+    damping: Vector = gain(usual(3.77, 1), "1/s", "damping of position, over mass", key="k_v")
+    integral: Vector = gain(usual(7.9, 3), "1/s^3", "integral gain of position, over mass", key="k_i", zero=True)
     turn_stiffness: Vector = gain(
-        usual((73.0, 73.0, 70.0), 2, "body"), "1/s^2", "stiffness of attitude, over inertia", key="k_R"
+        usual((66.8, 66.8, 70.0), 2, "body"), "1/s^2", "stiffness of attitude, over inertia", key="k_R"
     )
     turn_damping: Vector = gain(
-        usual((22.0, 22.0, 17.0), 1, "rate"), "1/s", "damping of attitude, over inertia", key="k_Omega"
+        usual((22.4, 22.4, 17.0), 1, "rate"), "1/s", "damping of attitude, over inertia", key="k_Omega"
     )
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
 

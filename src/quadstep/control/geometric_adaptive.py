@@ -80,9 +80,9 @@ class GeometricAdaptive(Controller):
     Gains = GeometricAdaptiveGains
     defaults: ClassVar[Mapping[str, object]] = {
         "pull.stiffness": usual(10.3, 2),
-        "pull.damping": usual(5.7, 1),
-        "turn.stiffness": usual((150.0, 150.0, 70.0), 2, "body"),
-        "turn.damping": usual((22.5, 22.5, 15.0), 1, "rate"),
+        "pull.damping": usual(5.68, 1),
+        "turn.stiffness": usual((142.5, 142.5, 70.0), 2, "body"),
+        "turn.damping": usual((23.4, 23.4, 15.0), 1, "rate"),
     }
 
     def start(self, measured: Measured, gains: GeometricAdaptiveGains) -> GeometricAdaptiveMemory:

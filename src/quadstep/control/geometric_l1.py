@@ -51,7 +51,7 @@ class GeometricL1Gains(NamedTuple):
     thrust_cutoff: Number = gain(usual(8.8, 1), "rad/s", "cut-off of the filter of what thrust compensates", zero=True)
     lean_cutoff: Number = gain(usual(4.4, 1), "rad/s", "cut-off of the filter of what tilting compensates", zero=True)
     turn_cutoff: Vector = gain(
-        usual((5.9, 5.9, 5.9), 1, "body"), "rad/s", "cut-off of both filters of what torque compensates", zero=True
+        usual((5.8, 5.8, 5.9), 1, "body"), "rad/s", "cut-off of both filters of what torque compensates", zero=True
     )
     bound: Number = gain(15.0, "m/s^2", "largest estimate along an axis", tunable=False)
     turn_bound: Number = gain(150.0, "rad/s^2", "largest estimate about an axis", tunable=False)
@@ -89,9 +89,9 @@ class GeometricL1(Controller):
     Gains = GeometricL1Gains
     defaults: ClassVar[Mapping[str, object]] = {
         "pull.stiffness": usual(13.0, 2),
-        "pull.damping": usual(5.15, 1),
-        "turn.stiffness": usual((147.0, 147.0, 70.0), 2, "body"),
-        "turn.damping": usual((22.0, 22.0, 15.0), 1, "rate"),
+        "pull.damping": usual(5.12, 1),
+        "turn.stiffness": usual((139.0, 139.0, 70.0), 2, "body"),
+        "turn.damping": usual((23.1, 23.1, 15.0), 1, "rate"),
     }
 
     def start(self, measured: Measured, gains: GeometricL1Gains) -> GeometricL1Memory:

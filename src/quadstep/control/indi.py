@@ -75,10 +75,10 @@ class Indi(Controller):
     Gains = IndiGains
     also_measures: ClassVar[tuple[str, ...]] = ("specific_force", "rotor_speeds")
     defaults: ClassVar[Mapping[str, object]] = {
-        "pull.stiffness": usual(16.0, 2),
-        "pull.damping": usual(6.9, 1),
-        "turn.stiffness": usual((147.0, 147.0, 70.0), 2, "body"),
-        "turn.damping": usual((24.5, 24.5, 15.0), 1, "rate"),
+        "pull.stiffness": usual(15.8, 2),
+        "pull.damping": usual(6.8, 1),
+        "turn.stiffness": usual((148.0, 148.0, 70.0), 2, "body"),
+        "turn.damping": usual((24.9, 24.9, 15.0), 1, "rate"),
     }
 
     def start(self, measured: Measured, gains: IndiGains) -> IndiMemory:

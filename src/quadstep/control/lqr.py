@@ -39,7 +39,7 @@ class LqrWeights(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     level: Vector = gain(
-        usual((7.0, 15.5, 0.6, 0.1, 0.12, 0.002), (10, 8, 6, 4, 2, 0)),
+        usual((6.6, 12.4, 0.4, 0.097, 0.18, 0.003), (10, 8, 6, 4, 2, 0)),
         "-",
         "weights of integral, position, velocity, tilt, tilt rate and angular acceleration",
         parts=LEVEL,

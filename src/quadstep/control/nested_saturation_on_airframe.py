@@ -23,7 +23,7 @@ class NestedSaturationOnAirframe(PaperOnAirframe):
         "altitude": usual((8.0, 24.0), (1, 2)),
         "yaw": usual((12.0, 50.0), (1, 2), "yaw"),
         "bounds": (6.0, 3.0, 1.5, 0.75),
-        "pace": usual(4.9),
+        "pace": usual(4.63),
     }
 
     law_on_angles: Controller = field(default_factory=lambda: NestedSaturation(Kinematics.RIGID, feed_forward=True))

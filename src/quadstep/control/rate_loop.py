@@ -19,7 +19,7 @@ class RateGains(NamedTuple):
     """Of the rate loop, about body x, y, z."""
 
     inertia: Vector = believed("inertia")
-    proportional: Vector = gain(usual((22.8, 22.8, 20.0), 1, "rate"), "1/s", "P gain of the rate loop", key="rate_p")
+    proportional: Vector = gain(usual((23.3, 23.3, 20.0), 1, "rate"), "1/s", "P gain of the rate loop", key="rate_p")
     integral: Vector = gain(usual((3.8, 3.8, 3.8), 2, "body"), "1/s^2", "I gain of the rate loop", key="rate_i", zero=True)
     bound: Number = gain(20.0, "rad/s^2", "largest angular acceleration from the rate loop's integral", key="rate_i_bound")
 

@@ -6,8 +6,9 @@ leaning, s the specific thrust and h the level part of the thrust's direction. W
     e1 = p_d - p,  e2 = v_1 - v,  e3 = a_1 - s h,  e4 = w_1 - w
 
 are the errors of what each step asks for, w = (p, q) the rates of roll and pitch, and V = 1/2 sum W_i |e_i|^2 falls at
-sum W_i A_i |e_i|^2. The weights are 1 but for W_4 = g^2 / c_4: the paper's, 1, would turn a lagging vehicle at g rad/s
-whatever its gains. The rate of w_1 is its difference along the motion that the model predicts from one sample to the next.
+sum W_i A_i |e_i|^2. The ratios of weights are W_1 / W_2 = W_2 / W_3 = c_2 and W_3 / W_4 = c_4 / g^2, W_1 = 1: with the
+paper's, 1, the errors would drive each other at 1 and at g rad/s, however slow the vehicle. The rate of w_1 is its difference
+along the motion that the model predicts from one sample to the next.
 """
 
 from dataclasses import dataclass
@@ -34,12 +35,13 @@ class StateSpaceGains(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    integral: Vector = gain(usual(8.0, 2), "1/s^2", "gain of the integral of the position error", key="A_0", zero=True)
-    position: Vector = gain(usual(3.0, 1), "1/s", "gain of e1, of position", key="A_1")
-    velocity: Vector = gain(usual(2.8, 1), "1/s", "gain of e2, of velocity", key="A_2")
-    lean: Number = gain(usual(4.8, 1), "1/s", "gain of e3, of the horizontal acceleration", key="A_3")
-    rate: Number = gain(usual(6.0, 1), "1/s", "gain of e4, of the roll and pitch rates", key="A_4")
-    coupling: Number = gain(usual(7.6, 2), "1/s^2", "weight of e3 against e4, times g^2; the paper's is 1", key="c_4")
+    integral: Vector = gain(usual(7.6, 2), "1/s^2", "gain of the integral of the position error", key="A_0", zero=True)
+    position: Vector = gain(usual(2.75, 1), "1/s", "gain of e1, of position", key="A_1")
+    velocity: Vector = gain(usual(2.57, 1), "1/s", "gain of e2, of velocity", key="A_2")
+    lean: Number = gain(usual(4.48, 1), "1/s", "gain of e3, of the horizontal acceleration", key="A_3")
+    rate: Number = gain(usual(5.65, 1), "1/s", "gain of e4, of the roll and pitch rates", key="A_4")
+    share: Number = gain(usual(1.0, 2), "1/s^2", "weight of e1 against e2, and of e2 against e3; the paper's is 1", key="c_2")
+    coupling: Number = gain(usual(7.5, 2), "1/s^2", "weight of e3 against e4, times g^2; the paper's is 1", key="c_4")
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
     heading: Number = gain(usual(30.0, 2, "yaw"), "1/s^2", "stiffness of the heading", key="k_psi")
     turning: Number = gain(usual(10.0, 1, "yaw"), "1/s", "damping of the heading", key="k_r")
@@ -68,11 +70,11 @@ class Steps(NamedTuple):
 
 
 def wanted_acceleration(gains: StateSpaceGains, integral: Vector, measured: Measured, reference: Reference) -> Vector:
-    """a_1 = e1 + v_1' + A_2 e2 [m/s^2], where v_1 = v_d + A_1 e1 + A_0 e0."""
+    """a_1 = c_2 e1 + v_1' + A_2 e2 [m/s^2], where v_1 = v_d + A_1 e1 + A_0 e0."""
     e1 = reference.position - measured.position
     e1_d = reference.velocity - measured.velocity
     e2 = e1_d + gains.position * e1 + gains.integral * integral
-    return e1 + reference.acceleration + gains.position * e1_d + gains.integral * e1 + gains.velocity * e2
+    return gains.share * e1 + reference.acceleration + gains.position * e1_d + gains.integral * e1 + gains.velocity * e2
 
 
 def acceleration_rate(gains: StateSpaceGains, measured: Measured, reference: Reference, made: Vector) -> Vector:
@@ -81,7 +83,7 @@ def acceleration_rate(gains: StateSpaceGains, measured: Measured, reference: Ref
     e1_d = reference.velocity - measured.velocity
     e1_dd = reference.acceleration - made
     e2_d = e1_dd + gains.position * e1_d + gains.integral * e1
-    return e1_d + reference.jerk + gains.position * e1_dd + gains.integral * e1_d + gains.velocity * e2_d
+    return gains.share * e1_d + reference.jerk + gains.position * e1_dd + gains.integral * e1_d + gains.velocity * e2_d
 
 
 def climb(gains: StateSpaceGains, measured: Measured, wanted: Number, change: Number, rotation: Matrix) -> Climb:
@@ -109,7 +111,7 @@ def steps(gains: StateSpaceGains, integral: Vector, measured: Measured, referenc
     e2 = reference.velocity - measured.velocity + gains.position * e1 + gains.integral * integral
     level = vector(lean[0], lean[1])
     e3 = vector(a_1[0], a_1[1]) - thrust.push * level
-    asked = vector(a_1_d[0], a_1_d[1]) + vector(e2[0], e2[1]) + gains.lean * e3 - thrust.rate * level
+    asked = vector(a_1_d[0], a_1_d[1]) + gains.share * vector(e2[0], e2[1]) + gains.lean * e3 - thrust.rate * level
     (x, y), over = asked, 1.0 / (thrust.push * maximum(rotation[2, 2], LEAST))
     w_1 = over * vector(rotation[1, 0] * x - rotation[0, 0] * y, rotation[1, 1] * x - rotation[0, 1] * y)
     return Steps(e1, e2, e3, w_1), thrust

@@ -25,12 +25,12 @@ class SuperTwistingGains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its gains in x, y, z; of the attitude about body x, y, z."""
 
     body: BelievedBody
-    slope: Vector = gain(usual(2.2, 1), "1/s", "decay rate of an error on the sliding surface", symbol="c")
-    reaching: Vector = gain(usual(3.0, 1), "m^(1/2)/s^(3/2)", "gain of the square root of s", symbol="k_1", key="k_1")
+    slope: Vector = gain(usual(2.15, 1), "1/s", "decay rate of an error on the sliding surface", symbol="c")
+    reaching: Vector = gain(usual(2.87, 1), "m^(1/2)/s^(3/2)", "gain of the square root of s", symbol="k_1", key="k_1")
     twisting: Vector = gain(usual(1.3, 2), "m/s^3", "rate of the integral part", symbol="k_2", key="k_2", zero=True)
     layer: Number = gain(0.35, "m/s", "boundary layer of s in which the sign is smoothed", low=0.005, high=5.0, scale="log")
     bound: Number = gain(15.0, "m/s^2", "bound on the integral part along an axis", tunable=False)
-    turn_slope: Vector = gain(usual((9.3, 9.3, 8.0), 1, "body"), "1/s", "slope of the attitude loop", symbol="c_R")
+    turn_slope: Vector = gain(usual((8.8, 8.8, 8.0), 1, "body"), "1/s", "slope of the attitude loop", symbol="c_R")
     turn_reaching: Vector = gain(
         usual((17.3, 17.3, 10.0), 1, "rate"), "rad^(1/2)/s^(3/2)", "k_1 of the attitude loop", key="h_1"
     )
