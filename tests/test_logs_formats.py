@@ -173,6 +173,12 @@ def test_damage_is_left_out_and_counted_and_nothing_of_it_reaches_the_terminal(t
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize(("suffix", "made"), [(".ulg", made_logs.ulog), (".bin", made_logs.ardupilot)])
+@pytest.mark.parametrize("missing", [1, 5])
+def test_a_log_cut_within_a_message_is_damaged(tmp_path, flight, motors, suffix, made, missing):
+    assert read_log(saved(tmp_path / f"a{suffix}", made(flight, motors)[:-missing])).damaged == 1
+
+
 def saved(path, content):
     path.write_bytes(content)
     return path

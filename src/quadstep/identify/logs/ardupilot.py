@@ -85,7 +85,8 @@ def walked(content: bytes, topics: list[str]) -> tuple[dict[str, Packed], dict[s
                         damaged += 1
         if not fine:
             end = next_message(content, at + 1, lengths)
-            damaged += end < len(content) or len(content) - at > TAIL
+            cut = HEAD.startswith(content[at : at + 2])  # the file ends within a message
+            damaged += end < len(content) or cut or len(content) - at > TAIL
         at = end
     return {name: found[number] for name, number in names.items()}, letters, damaged
 

@@ -48,8 +48,9 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
 def succeeded(summary: Summary) -> str:
     """How many flights did."""
     if summary.success.value == 1.0:
-        return f"All {summary.flights} flights succeeded{summary.meaning}"
-    return f"{units.percent(summary.success.value)} of {summary.flights} flights succeeded{summary.meaning}"
+        who = f"All {summary.flights} flights" if summary.flights > 1 else "The only flight"
+        return f"{who} succeeded{summary.meaning}"
+    return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded{summary.meaning}"
 
 
 def alone(spread: Spread) -> page.Fact:
