@@ -3,6 +3,7 @@
 import math
 import os
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -27,14 +28,16 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     without_figures(monkeypatch)
 
 
-@pytest.fixture
-def optimised(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The code of users: where code itself is the point."""
+@pytest.fixture(scope="module")
+def optimised() -> Iterator[None]:
+    """The code of users: where code itself is the point, or where flights take longer than to compile it."""
     from quadstep.engines.kernel import Kernels
 
-    monkeypatch.setenv("QUADSTEP_OPTIMISE", "1")
-    for engine in ("lanes", "sweep"):
-        monkeypatch.setattr(f"quadstep.engines.{engine}.KERNELS", Kernels())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("QUADSTEP_OPTIMISE", "1")
+        for engine in ("lanes", "sweep"):
+            patch.setattr(f"quadstep.engines.{engine}.KERNELS", Kernels())
+        yield
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

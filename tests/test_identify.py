@@ -33,6 +33,8 @@ from quadstep.vehicle.airframe.motion import AirframeState
 from tests.commands import quadstep
 from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, true_value, write
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 LEAVES = {
     "curve.speed": "command.speed",
     "curve.exponent": "command.exponent",
