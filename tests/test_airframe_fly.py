@@ -35,7 +35,7 @@ duration = 0.6
 [controller]
 """
 NETS = FLIGHT + 'type = "rotation-backstepping"\nnets.neurons = 4\n'
-PICTURES = {"position", "attitude", "inputs", "vehicle"}
+PICTURES = {"path", "position", "attitude", "inputs", "vehicle"}
 
 
 def without_airframe_figures(patch):

@@ -7,6 +7,7 @@ import pytest
 
 from quadstep.report import figures
 from quadstep.report.panel import Panel
+from quadstep.report.sheet import Sheet
 
 T = np.linspace(0.0, 40.0, 81)
 
@@ -15,7 +16,7 @@ def drawn(monkeypatch, panels, columns, log_time=False):
     """The axes of a figure, column by column, and whether each is the lowest of its column."""
     kept = []
     monkeypatch.setattr(figures, "write", lambda figure, *_: kept.append(figure))
-    figures.save(Path("none"), "A figure", T, [Panel("x", "m", {"x": np.sin(T)})] * panels, columns, log_time=log_time)
+    figures.save(Path("none"), T, [Panel("x", "m", {"x": np.sin(T)})] * panels, columns, Sheet(), log_time)
     kept[0].draw_without_rendering()
     return [axes for axes in kept[0].axes if axes.get_visible()]
 

@@ -196,7 +196,7 @@ def test_the_flight_of_a_plan_knows_no_mission(preset, names, tmp_path):
     assert flight.mission is None
     assert flight.metrics() == flight_metrics(flight)
     assert flight.warnings == ()
-    assert flight.figures() == ["position", "attitude", "inputs", names]
+    assert flight.figures() == ["path", "position", "attitude", "inputs", names]
     assert repr(flight).startswith("<Flight 'Flight': completed")
     with pytest.raises(UserError, match="only the flight of a mission can be saved"):
         flight.save(tmp_path)
@@ -235,7 +235,7 @@ def test_figures_are_those_of_quadstep_fly(flown, request, tmp_path):
 
 
 def test_an_unknown_figure_is_refused_by_name(paper):
-    with pytest.raises(UserError, match=r"^figure 'speed' is not known; allowed: position, attitude, inputs, learning$"):
+    with pytest.raises(UserError, match=r"^figure 'speed' is not known; allowed: path, position, attitude, inputs, learning$"):
         paper.plot("speed")
 
 

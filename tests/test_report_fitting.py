@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from quadstep.report.canvas import drawing, headline, new_figure
+from quadstep.report.canvas import drawing, new_figure
 from quadstep.report.figures import arranged
 from quadstep.report.fitting import beside, fit, wrapped
 from quadstep.report.panel import Panel
@@ -32,7 +32,7 @@ def test_nothing_stands_beyond_the_edge_of_a_narrow_figure(width):
     sheet, t = Sheet(("svg",), width), np.linspace(0.0, 1.0, 50)
     panels = [Panel("norm of the weights", "-", {"a": t}), Panel("filtered errors", "m/s, rad/s", {"b": 1e-3 * t - 4e-4})]
     with drawing(sheet):
-        figure = arranged("Case 1: three position commands at once: learning", t, panels, 1, sheet, False)
+        figure = arranged(t, panels, 1, sheet, False)
         fit(figure)
         inside(figure)
 
@@ -44,7 +44,6 @@ def test_a_figure_that_lays_itself_out_has_room_for_its_labels():
         figure = new_figure(sheet, 9.0, 3.0)
         axes = figure.subplots(1, 2)[0]
         axes.set_ylabel("share of all flights that are worse than this one")
-        headline(figure, sheet, (0.0, 0.0), "A title that is a good deal longer than its figure is wide")
         fit(figure)
         inside(figure)
 
@@ -55,7 +54,7 @@ def inside(figure):
     wide, high = figure.get_size_inches() * figure.dpi
     labels = [label for axes in figure.axes for label in (axes.xaxis.label, axes.yaxis.label)]
     texts = [one for one in (*labels, *figure.texts) if one.get_text()]
-    assert len(texts) > 1
+    assert texts
     for text in texts:
         box = text.get_window_extent()
         assert box.x0 >= -1.0, text

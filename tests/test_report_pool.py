@@ -176,7 +176,7 @@ def test_a_flight_tells_its_stages_and_how_far_each_is(mission, tmp_path, engine
     stages = list(dict.fromkeys(stage for stage, _, _ in told))
     first = ["compiling"] if engine is Engine.LANES else []
     assert stages == [*first, "flying", "writing tables", "writing the page", "drawing figures"]
-    assert [(done, of) for stage, done, of in told if stage == "drawing figures"] == [(i, 4) for i in range(5)]
+    assert [(done, of) for stage, done, of in told if stage == "drawing figures"] == [(i, 5) for i in range(6)]
     flying = [(done, of) for stage, done, of in told if stage == "flying"]
     assert flying == sorted(flying)
     assert len({of for _, of in flying}) == 1

@@ -15,7 +15,8 @@ from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.run import figure_of
 from quadstep.report.axes import peaked, powers, threshold
 from quadstep.report.drawing import FigureJob
-from quadstep.report.figures import draw, prefixed, thin
+from quadstep.report.figures import draw, prefixed
+from quadstep.report.fitting import thin
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.sheet import Sheet, sheet
 from quadstep.studies.paper.cases import case_1
@@ -38,13 +39,12 @@ def ticks(axes):
 
 def job(name="curve", columns=2):
     panels = [Panel("tau_phi", "N m", {"tau_phi": DECAY}), Panel("z", "m", {"z": np.sin(T), "z_d": np.cos(T)})]
-    return FigureJob(name, "$title$", T, [*panels, *panels], columns)
+    return FigureJob(name, "", T, [*panels, *panels], columns)
 
 
 def test_what_is_asked_for():
-    assert sheet() == Sheet(("png", "svg"), None, True, ())
+    assert sheet() == Sheet(("png", "svg"), None, ())
     assert sheet("pdf, PNG,pdf", 88.0, "paper").formats == ("pdf", "png")
-    assert not sheet(style="paper").titled
     assert dict(sheet(style="paper").settings)["font.size"] == 8
     assert sheet("pdf").with_svg().formats == ("pdf", "svg")
     assert [sheet(width=width).side_by_side(2) for width in (None, 88.0, 180.0)] == [2, 1, 2]
@@ -99,8 +99,6 @@ def test_every_format_is_as_wide_as_asked(tmp_path, width, style):
     assert float(svg.get("width").removesuffix("pt")) == pytest.approx(width / 25.4 * 72.0, abs=0.01)
     columns = int.from_bytes((tmp_path / "curve.png").read_bytes()[16:20], "big")
     assert columns == pytest.approx(width / 25.4 * 300.0, abs=1.0)
-    text = "".join(svg.itertext())
-    assert ("$title$" in text) == (style == "screen")
 
 
 def test_fonts_of_a_pdf_are_embedded_as_truetype_and_nothing_says_when(tmp_path):

@@ -14,7 +14,7 @@ from quadstep.linear.states import Array
 from quadstep.linear.step import Step
 from quadstep.linear.transfer import Complex
 from quadstep.report.axes import plain, powers
-from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
+from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 
 FAINTEST, LOUDEST = -60.0, 60.0
@@ -40,12 +40,12 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
 """Margins drawn over time or over draws."""
 
 
-def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
+def draw_bode(path: Path, shown: Open, sheet: Sheet) -> None:
     """Magnitude [dB] and phase [°] of L over frequency."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 5.6, 3.6)
         above, below = figure.subplots(2, 1, sharex=True)
-        margins(figure, sheet, 0.09, 0.09, 0.98, 0.92, 0.2, 0.08)
+        margins(figure, sheet, 0.09, 0.09, 0.98, 0.98, 0.2, 0.08)
         for i, channel in enumerate(shown.channels):
             size = 20.0 * np.log10(np.maximum(np.abs(shown.loop[:, i]), 1e-12))
             phase = np.degrees(np.unwrap(np.angle(shown.loop[:, i])))
@@ -64,16 +64,15 @@ def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
         for axes in (above, below):
             axes.yaxis.set_major_formatter(plain())
         above.legend(loc="upper right", ncols=2)
-        headline(figure, sheet, (0.09, 0.95), f"{name}: one loop opened at a time")
         write(figure, path, sheet)
 
 
-def draw_nyquist(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
+def draw_nyquist(path: Path, shown: Open, sheet: Sheet) -> None:
     """L in the complex plane around -1, with the unit circle, on which only the phase differs from -1."""
     with drawing(sheet):
         figure = new_figure(sheet, 6.4, 6.0, 3.4)
         axes = figure.subplots()
-        margins(figure, sheet, 0.11, 0.09, 0.97, 0.92)
+        margins(figure, sheet, 0.11, 0.09, 0.97, 0.98)
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.8)
         for i, channel in enumerate(shown.channels):
@@ -87,16 +86,15 @@ def draw_nyquist(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(plain())
         axes.legend(loc="upper right")
-        headline(figure, sheet, (0.11, 0.95), f"{name}: one loop opened at a time")
         write(figure, path, sheet)
 
 
-def draw_steps(path: Path, name: str, steps: Sequence[Step], sheet: Sheet) -> None:
+def draw_steps(path: Path, steps: Sequence[Step], sheet: Sheet) -> None:
     """Response of each stepped quantity to its step of the path."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 4.0, 2.8)
         axes = figure.subplots()
-        margins(figure, sheet, 0.08, 0.13, 0.98, 0.9)
+        margins(figure, sheet, 0.08, 0.13, 0.98, 0.97)
         for i, step in enumerate(steps):
             axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **LINES[i % len(LINES)])
         axes.axhline(1.0, color="0.5", linewidth=0.8)
@@ -106,16 +104,15 @@ def draw_steps(path: Path, name: str, steps: Sequence[Step], sheet: Sheet) -> No
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(plain())
         axes.legend(loc="lower right")
-        headline(figure, sheet, (0.08, 0.94), f"{name}: steps of the path, linear")
         write(figure, path, sheet)
 
 
-def draw_over(path: Path, name: str, label: str, at: Array, loops: Sequence[Analysis], sheet: Sheet) -> None:
+def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], sheet: Sheet) -> None:
     """Phase, delay and disk margins of each channel over time, or over the draws as points."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 6.4, 4.4)
         grid = figure.subplots(len(MEASURES), 1, sharex=True)
-        margins(figure, sheet, 0.09, 0.08, 0.98, 0.93, 0.2, 0.1)
+        margins(figure, sheet, 0.09, 0.08, 0.98, 0.98, 0.2, 0.1)
         for axes, (title, of) in zip(grid, MEASURES, strict=True):
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])
@@ -131,5 +128,4 @@ def draw_over(path: Path, name: str, label: str, at: Array, loops: Sequence[Anal
         grid[-1].set_xlabel(label)
         grid[-1].xaxis.set_major_formatter(plain())
         grid[0].legend(loc="upper right", ncols=4)
-        headline(figure, sheet, (0.09, 0.955), f"{name}: one loop opened at a time")
         write(figure, path, sheet)

@@ -81,7 +81,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: S
     )
     if not found.stable:
         return done
-    draw(out / FIGURES, mission.name, found, moves, sheet.with_svg())
+    draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
         facts=worst.facts([("", found)]),
@@ -94,12 +94,12 @@ def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: S
     )
 
 
-def draw(folder: Path, name: str, found: Analysis, moves: list[Step], sheet: Sheet) -> None:
+def draw(folder: Path, found: Analysis, moves: list[Step], sheet: Sheet) -> None:
     """The figures: frequencies up to half the rate of the law."""
     folder.mkdir()
     ready = opened(found.loop)
     omega = np.geomspace(max(LOWEST, SLOWEST_SHOWN), np.pi * len(ready.due) / ready.length, DRAWN)
     shown = Open(found.channels, omega, harmonic(ready, omega))
-    draw_bode(folder / "bode", name, shown, sheet)
-    draw_nyquist(folder / "nyquist", name, shown, sheet)
-    draw_steps(folder / "step", name, moves, sheet)
+    draw_bode(folder / "bode", shown, sheet)
+    draw_nyquist(folder / "nyquist", shown, sheet)
+    draw_steps(folder / "step", moves, sheet)

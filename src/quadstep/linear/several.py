@@ -84,7 +84,7 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> Evidence:
         pairs = zip(done.at, done.found, strict=True)
         drawn = [(at, one) for at, (_, one) in pairs if isinstance(one, Analysis) and one.stable]
         times, stable = np.array([at for at, _ in drawn]), [one for _, one in drawn]
-        draw_over(out / figures[0].name, done.name, label, times, stable, sheet.with_svg())
+        draw_over(out / figures[0].name, label, times, stable, sheet.with_svg())
     found = evidence(done, path, figures)
     write_json(out / "linear.json", found.record)
     found.write_report(out)

@@ -10,9 +10,9 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, fontManager
+from matplotlib.font_manager import fontManager
 
-from quadstep.report.fitting import fit, wrapped
+from quadstep.report.fitting import fit
 from quadstep.report.sheet import Sheet
 from quadstep.report.typeface import FOR_FIGURES, TEXT
 
@@ -21,7 +21,7 @@ fontManager.addfont(FOR_FIGURES)
 STYLE: dict[str, object] = {
     "font.family": [TEXT, "DejaVu Sans"],  # the second for signs that the first lacks
     "mathtext.fontset": "custom",
-    "mathtext.rm": TEXT,
+    **{f"mathtext.{kind}": TEXT for kind in ("rm", "it", "bf", "bfit", "sf", "tt", "cal")},
     "mathtext.default": "regular",
     "mathtext.fallback": "stixsans",
     "font.size": 9,
@@ -51,9 +51,8 @@ LINES: tuple[dict[str, Any], ...] = (
 """Told apart by dashes alone; colour only helps."""
 
 
-LONE_FACE, FACES = "font-family: 'DejaVu Sans'\"", "font-family: 'DejaVu Sans', Verdana, sans-serif\""
-"""Symbols in an SVG name one face only; where it is not installed, one of similar widths is used."""
-
+BAND = {**LINES[0], "color": "#efb4ae", "linestyle": "-", "linewidth": 3.6, "zorder": 1.9, "solid_capstyle": "butt"}
+"""What is asked for, below the line of what comes of it, which it would hide."""
 
 PACKED = 3
 """How hard a PNG is packed: three quarters of the usual time for 4 % more bytes."""
@@ -70,23 +69,14 @@ def drawing(sheet: Sheet, more: Mapping[str, object] | None = None) -> Iterator[
 def new_figure(sheet: Sheet, width: float, height: float, in_print: float | None = None) -> Figure:
     """A figure of this size [in], or as wide as the sheet and `in_print` tall, laid out by Matplotlib."""
     if sheet.width is None:
-        return Figure(figsize=(width, height))
-    return Figure(figsize=(sheet.inches(width), in_print or height), layout="constrained")
+        return Figure(figsize=(width, height), dpi=sheet.dpi)
+    return Figure(figsize=(sheet.inches(width), in_print or height), dpi=sheet.dpi, layout="constrained")
 
 
 def margins(figure: Figure, sheet: Sheet, *sides: float) -> None:
     """left, bottom, right, top, between columns, between rows: as `subplots_adjust` has them, of a figure of its own size."""
     if sheet.width is None:
         figure.subplots_adjust(*sides)
-
-
-def headline(figure: Figure, sheet: Sheet, place: tuple[float, float], text: str, size: float = 10.0) -> None:
-    """Above all panels; place: of a figure of its own size."""
-    if sheet.width is None:
-        figure.text(*place, text, fontsize=size)
-    else:
-        size = FontProperties(size="medium").get_size_in_points()
-        figure.suptitle(wrapped(text, 0.97 * figure.get_figwidth(), size), x=0.01, ha="left", fontsize=size)
 
 
 def write(figure: Figure, path: Path, sheet: Sheet) -> None:
@@ -103,7 +93,7 @@ def write(figure: Figure, path: Path, sheet: Sheet) -> None:
         elif ending == "svg":
             canvas, text = FigureCanvasSVG(figure), io.StringIO()
             canvas.print_svg(text, metadata={"Date": None, "Creator": None})
-            file.write_text(text.getvalue().replace(LONE_FACE, FACES), encoding="utf-8")
+            file.write_text(text.getvalue(), encoding="utf-8")
         else:
             from matplotlib.backends.backend_pdf import FigureCanvasPdf  # noqa: PLC0415 (a fourth of all that loads)
 

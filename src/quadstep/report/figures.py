@@ -10,18 +10,16 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from quadstep.report import flown
 from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
-from quadstep.report.canvas import LINES, drawing, write
-from quadstep.report.fitting import beside, wrapped
-from quadstep.report.panel import LOG, SIGNED_LOG, Panel
+from quadstep.report.canvas import BAND, LINES, drawing, write
+from quadstep.report.fitting import beside, thin
+from quadstep.report.panel import COMMANDED, LOG, SIGNED_LOG, Panel, Track
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label, prose
-from quadstep.report.units import handy, prefixed
+from quadstep.report.units import handy, of_angle, prefixed
 
 Numbers = NDArray[np.float64]
-
-BUCKETS = 400
-"""The fewest stretches of a line, each drawn by its lowest and highest point; more cannot be seen, no peak is lost."""
 
 LONGEST_LABEL = 26
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
@@ -29,30 +27,8 @@ LONGEST_LABEL = 26
 NAMES = 4
 """Most names of a legend beside one another."""
 
-TITLE = 10
-"""Size of a title [pt]."""
-
 LEFT, RIGHT, BETWEEN, LABEL = 0.85, 0.15, 1.0, 0.62
 """Room [in] left and right of the panels, between them, and from an axis to the middle of its label."""
-
-
-def thin(t: Numbers, values: Numbers, log: bool = False) -> tuple[Numbers, Numbers]:
-    """The line with fewer points: first, last, and the extremes of each bucket, in order. log: buckets grow like t does."""
-    last = len(values) - 1
-    size = len(values) // BUCKETS
-    if size < 3:
-        return t[: len(values)], values
-    if log:
-        starts = np.unique(np.geomspace(1, last, BUCKETS).astype(int)) - 1
-        pieces = list(zip(starts, [*starts[1:], last], strict=True))
-        found = [a + np.array([values[a:b].argmin(), values[a:b].argmax()]) for a, b in pieces]
-        kept = np.unique(np.concatenate([[0], *found, [last]]))
-        return t[kept], values[kept]
-    buckets = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
-    starts = size * np.arange(len(buckets))
-    kept = np.concatenate([[0], starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1), [last]])
-    kept = np.unique(np.minimum(kept, last))
-    return t[kept], values[kept]
 
 
 def steady(lines: dict[str, Numbers]) -> float | None:
@@ -74,9 +50,11 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
     largest = max((float(np.abs(values).max()) for values in lines.values() if len(values)), default=0.0)
     largest = max(largest, panel.reach)
-    unit, factor = (prefixed if panel.unit == "-" else handy)(panel.unit, largest)
+    suited = prefixed if panel.unit == "-" else of_angle if panel.unit in ("rad", "rad/s") else handy
+    unit, factor = suited(panel.unit, largest)
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
-        axes.plot(*thin(t, factor * values, log_time), label=label(key), **style)
+        look = BAND if len(lines) > 1 and (key.endswith("_d") or key == COMMANDED) else style
+        axes.plot(*thin(t, factor * values, log_time), label=label(key), **look)
     drawn = [factor * values for values in lines.values() if len(values)]
     if scale == LOG:
         logarithmic(axes, drawn)
@@ -113,43 +91,48 @@ def grid_alone(axes: Axes) -> None:
 
 def save(
     path: Path,
-    title: str,
     t: Numbers,
     panels: Sequence[Panel],
-    columns: int = 1,
-    sheet: Sheet | None = None,
+    columns: int,
+    sheet: Sheet,
     log_time: bool = False,
+    track: Track | None = None,
 ) -> None:
     """Write `path` in the sheet's formats: canvases print directly, as automatic layout would draw each four times."""
-    sheet = sheet or Sheet()
     with drawing(sheet):
-        write(arranged(title, t, panels, columns, sheet, log_time), path, sheet)
+        write(laid_out(t, panels, columns, sheet, log_time, track), path, sheet)
 
 
-def picture(title: str, t: Numbers, panels: Sequence[Panel], columns: int = 1, log_time: bool = False) -> Figure:
+def picture(
+    t: Numbers, panels: Sequence[Panel], columns: int = 1, log_time: bool = False, track: Track | None = None
+) -> Figure:
     """The same figure for who draws it with settings of their own: it keeps the looks that it has here."""
     sheet = Sheet()
     with drawing(sheet):
-        figure = arranged(title, t, panels, columns, sheet, log_time)
+        figure = laid_out(t, panels, columns, sheet, log_time, track)
         figure.draw_without_rendering()  # makes the ticks, which take their looks from the settings of that moment
     return figure
 
 
-def arranged(title: str, t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool) -> Figure:
+def laid_out(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool, track: Track | None) -> Figure:
+    """Panels, or a track."""
+    return flown.arranged(t, track, sheet) if track else arranged(t, panels, columns, sheet, log_time)
+
+
+def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool) -> Figure:
     """Panels over a shared time axis, filled column by column, with margins in inches."""
     columns = sheet.side_by_side(columns)
     rows = -(-len(panels) // columns)
     width = sheet.inches(3.2 + 3.6 * columns)
-    title = title if sheet.width is None else wrapped(title, width - 0.3, TITLE)
-    more = 0.17 * title.count("\n") * sheet.titled + 0.15 * max(legend_rows(panel, width) - 1 for panel in panels[::rows])
-    height = (0.8 if sheet.titled else 0.6) + (1.6 if sheet.width is None else 1.25) * rows + more
+    more = 0.15 * max(legend_rows(panel, width) - 1 for panel in panels[::rows])
+    height = 0.63 + (1.6 if sheet.width is None else 1.25) * rows + more
     figure = Figure(figsize=(width, height), dpi=sheet.dpi)
     tight = sheet.width is not None
-    left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.9, 1.0, 0.72) if sheet.titled else (0.75, 0.83, 0.6)
+    left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns
-    top = (0.55 if sheet.titled else 0.32) + more
+    top = 0.32 + more
     figure.subplots_adjust(
-        left / width, 0.45 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, 0.32 if not tight else 0.42
+        left / width, 0.48 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, 0.32 if not tight else 0.42
     )
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     for axes, panel in zip(grid.T.flat, panels, strict=False):
@@ -173,9 +156,4 @@ def arranged(title: str, t: Numbers, panels: Sequence[Panel], columns: int, shee
     for axes in shown:
         if axes not in lowest:
             grid_alone(axes)
-    if sheet.titled:
-        lines = title.count("\n")
-        figure.text(
-            0.15 / width, 1.0 - (0.22 + 0.17 * lines) / height, title, fontsize=TITLE, va="bottom" if lines else "baseline"
-        )
     return figure

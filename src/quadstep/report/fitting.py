@@ -1,4 +1,4 @@
-"""Titles and labels of figures of a given width, broken into lines where they are longer than what they name."""
+"""What fits: points of a line, and titles and labels of a figure of a given width, broken where they are longer than that."""
 
 import re
 from collections.abc import Sequence
@@ -8,6 +8,9 @@ from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
+from numpy.typing import NDArray
+
+Numbers = NDArray[np.float64]
 
 WORD = re.compile(r"[\d.]+ %\S*|\S*\[[^\]]*\]\S*|(?:\$[^$]*\$|\S)+")
 """What stays together: a share, a unit in its brackets, a symbol, a word."""
@@ -25,6 +28,29 @@ SIDES, MARK, SPACE = 1.05, 4.4, 1.2
 """What stands beside axes [in], above which a legend is; what a name in it needs besides, and what of this the last one does
 not need, in sizes of the font.
 """
+
+
+BUCKETS = 400
+"""The fewest stretches of a line, each drawn by its lowest and highest point; more cannot be seen, no peak is lost."""
+
+
+def thin(t: Numbers, values: Numbers, log: bool = False) -> tuple[Numbers, Numbers]:
+    """The line with fewer points: first, last, and the extremes of each bucket, in order. log: buckets grow like t does."""
+    last = len(values) - 1
+    size = len(values) // BUCKETS
+    if size < 3:
+        return t[: len(values)], values
+    if log:
+        starts = np.unique(np.geomspace(1, last, BUCKETS).astype(int)) - 1
+        pieces = list(zip(starts, [*starts[1:], last], strict=True))
+        found = [a + np.array([values[a:b].argmin(), values[a:b].argmax()]) for a, b in pieces]
+        kept = np.unique(np.concatenate([[0], *found, [last]]))
+        return t[kept], values[kept]
+    buckets = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
+    starts = size * np.arange(len(buckets))
+    kept = np.concatenate([[0], starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1), [last]])
+    kept = np.unique(np.minimum(kept, last))
+    return t[kept], values[kept]
 
 
 def wrapped(text: str, room: float, size: float) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 LOG, SIGNED_LOG = "log", "symlog"
+COMMANDED = "commanded"
 
 
 class Panel(NamedTuple):
@@ -20,3 +21,11 @@ class Panel(NamedTuple):
     lines: dict[str, NDArray[np.float64]]
     scale: str = ""
     reach: float = 0.0
+
+
+class Track(NamedTuple):
+    """A flight in space. distance [m]: from its path; wanted, flown: points [m], shape (samples, 3)."""
+
+    distance: NDArray[np.float64]
+    wanted: NDArray[np.float64]
+    flown: NDArray[np.float64]

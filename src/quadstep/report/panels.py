@@ -1,6 +1,7 @@
 """What the figures of a flight show, of any plant: panels from the columns that its log has."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +10,11 @@ from numpy.typing import NDArray
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.doors import Door
 from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns
+from quadstep.report.captions import of_attitude, of_inputs, of_others, of_path, of_position
 from quadstep.report.drawing import FigureJob
-from quadstep.report.panel import Panel
-from quadstep.report.units import listed
+from quadstep.report.panel import COMMANDED, Panel, Track
+
+SPACE = frozenset("xyz")
 
 LEARNING, VEHICLE = "lyapunov", "wind_x"
 """Columns of the paper's plant and of real vehicles, which name the figure of what is neither motion nor input."""
@@ -72,31 +75,31 @@ def input_panels(log: FlightLog, efforts: Mapping[str, str] | None = None) -> li
     for name in input_columns(log, efforts or {}):
         panel = against(log, name)
         if f"{name}_a" in log.columns:
-            panel = panel._replace(lines={"commanded": log.column(name), "within limits": log.column(f"{name}_a")})
+            panel = panel._replace(lines={COMMANDED: log.column(name), "within limits": log.column(f"{name}_a")})
         panels.append(panel)
     return panels
 
 
-def other_panels(log: FlightLog) -> tuple[str, list[Panel]]:
-    """Rotors, air, nets, errors of the law and battery, and a title that names them.
+def other_panels(log: FlightLog) -> list[Panel]:
+    """Rotors, air, nets, errors of the law and battery.
 
     Those that the log does not have are left out, and those that are zero throughout: a law without nets, still air, an ideal
     battery.
     """
     drawn = (
-        ("rotors", "rotor thrust", "N", {name: name for name in rotor_columns(log.columns)}),
-        ("wind", "wind", "m/s", {f"wind_{axis}": axis for axis in "xyz"}),
-        ("nets", "norm of weights", "-", {"norm_W1": "W1", "norm_W2": "W2"}),
-        ("errors", "filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"}),
-        ("errors", "L without weights", "J", {"lyapunov": "L"}),
-        ("battery", "battery", "V", {"voltage": "voltage"}),
+        ("rotor thrust", "N", {name: name for name in rotor_columns(log.columns)}),
+        ("wind", "m/s", {f"wind_{axis}": axis for axis in "xyz"}),
+        ("norm of weights", "-", {"norm_W1": "W1", "norm_W2": "W2"}),
+        ("filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"}),
+        ("L without weights", "J", {"lyapunov": "L"}),
+        ("battery", "V", {"voltage": "voltage"}),
     )
-    found: list[tuple[str, Panel]] = []
-    for what, label, unit, names in drawn:
+    found: list[Panel] = []
+    for label, unit, names in drawn:
         lines = {shown: log.column(name) for name, shown in names.items() if name in log.columns}
         if len(lines) == len(names) and any(values.any() for values in lines.values()):
-            found.append((what, Panel(label, unit, lines)))
-    return listed(list(dict.fromkeys(what for what, _ in found))), [panel for _, panel in found]
+            found.append(Panel(label, unit, lines))
+    return found
 
 
 def signal_panels(log: FlightLog, drawn: Sequence[Panel]) -> list[Panel]:
@@ -105,6 +108,18 @@ def signal_panels(log: FlightLog, drawn: Sequence[Panel]) -> list[Panel]:
     units = dict.fromkeys(unit for name, unit in log.columns.items() if name not in shown)
     rest = {unit: [name for name in log.columns if log.columns[name] == unit and name not in shown] for unit in units}
     return [Panel(", ".join(names), unit, {name: log.column(name) for name in names}) for unit, names in rest.items()]
+
+
+def path_job(log: FlightLog, name: str, caption: str) -> FigureJob:
+    """Of a log with at least two rows."""
+    distance = np.linalg.norm(position_errors(log), axis=1)
+    return FigureJob(name, caption, log.column("t"), [], track=Track(distance, in_space(log, "_d"), in_space(log)))
+
+
+def in_space(log: FlightLog, suffix: str = "") -> NDArray[np.float64]:
+    """x, y and z, shape (samples, 3); 0 along an axis that the plant does not have."""
+    columns = [log.column(f"{axis}{suffix}") if axis in log.columns else np.zeros(len(log.rows)) for axis in "xyz"]
+    return np.stack(columns, axis=1)
 
 
 FIGURES = Door("quadstep.figures", {"flight": "quadstep.report.panels:panel_jobs"})
@@ -116,22 +131,24 @@ def flight_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = N
     return [job for one in FIGURES.names for job in FIGURES.load(one)(log, name, efforts)]
 
 
-def panel_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = None) -> list[FigureJob]:
-    """The package's figures of a flight: position, attitude, inputs, and the rest. efforts: columns of the plant's inputs.
+def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = None) -> list[FigureJob]:
+    """The package's figures of a flight: its path in space, position, attitude, inputs, and the rest. efforts: columns of the
+    plant's inputs.
 
     The rest is called learning of the paper's plant, vehicle of a real one, and signals, all that is left, of any other.
     """
     position, attitude, inputs = position_panels(log), attitude_panels(log), input_panels(log, efforts)
     if LEARNING in log.columns or VEHICLE in log.columns:
         rest = "learning" if LEARNING in log.columns else "vehicle"
-        title, others = other_panels(log)
+        others = other_panels(log)
     else:
-        rest, title, others = "signals", "all other signals", signal_panels(log, [*position, *attitude, *inputs])
-    figures = (
-        ("position", "position", position),
-        ("attitude", "attitude", attitude),
-        ("inputs", "thrust and torques", inputs),
-        (rest, title, others),
-    )
+        rest, others = "signals", signal_panels(log, [*position, *attitude, *inputs])
     t = log.column("t")
-    return [FigureJob(file, f"{name}: {what}", t, panels, 2) for file, what, panels in figures if panels]
+    figures = (
+        ("position", position, partial(of_position, log)),
+        ("attitude", attitude, partial(of_attitude, log, attitude)),
+        ("inputs", inputs, partial(of_inputs, log, inputs)),
+        (rest, others, partial(of_others, others, t)),
+    )
+    path = [path_job(log, "path", of_path(log))] if len(SPACE & {*position_axes(log)}) > 1 else []
+    return [*path, *(FigureJob(file, said(), t, panels, 2) for file, panels, said in figures if panels)]

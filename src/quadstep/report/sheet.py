@@ -8,7 +8,7 @@ from typing import NamedTuple, cast
 from quadstep.io.errors import UserError
 
 FORMATS = ("png", "svg", "pdf")
-USUAL, ON_SCREEN = "png,svg", "png"
+USUAL, ON_SCREEN = "png,svg", "svg"
 """Of what is kept or made a report of, and of a single flight, which is to be there at once."""
 
 SCREEN, PAPER = "screen", "paper"
@@ -33,17 +33,14 @@ IN_PRINT = {
     "grid.linewidth": 0.4,
     "svg.fonttype": "path",
 }
-"""The style `paper`: a Times-like face that comes with Matplotlib, and no titles, which captions take the place of."""
+"""The style `paper`: a Times-like face that comes with Matplotlib."""
 
 
 class Sheet(NamedTuple):
-    """formats: of `FORMATS`. width [mm]: of each figure, as suits it if None. titled: whether it has a title. settings: of
-    Matplotlib, on top of the usual ones.
-    """
+    """formats: of `FORMATS`. width [mm]: of each figure, None: as suits it. settings: of Matplotlib, beside the usual ones."""
 
     formats: tuple[str, ...] = ("png", "svg")
     width: float | None = None
-    titled: bool = True
     settings: tuple[tuple[str, object], ...] = ()
 
     def inches(self, usual: float) -> float:
@@ -79,7 +76,7 @@ def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN)
     if style == SCREEN:
         return Sheet(formats, width)
     settings = IN_PRINT if style == PAPER else style_file(Path(style))
-    return Sheet(formats, width, titled=False, settings=tuple(settings.items()))
+    return Sheet(formats, width, tuple(settings.items()))
 
 
 def style_file(path: Path) -> dict[str, object]:

@@ -8,6 +8,9 @@ from quadstep.report.symbols import power_of_ten, prose
 DIGITS = 3
 """Of a number that comes without an interval."""
 
+SEEN = 1e-3
+"""An angle [rad]."""
+
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}
 
 
@@ -30,6 +33,11 @@ def handy(unit: str, largest: float) -> tuple[str, float]:
     if unit == "m" and 0.0 < largest < 1.0:
         return prefixed(unit, min(largest, 0.049))
     return prefixed(unit, largest)
+
+
+def of_angle(unit: str, largest: float) -> tuple[str, float]:
+    """Degrees for angles and their rates that one can see, fractions of a radian for those that one cannot."""
+    return (unit.replace("rad", "°"), math.degrees(1.0)) if largest > SEEN else handy(unit, largest)
 
 
 def number(value: float, digits: int = DIGITS, places: int | None = None) -> str:

@@ -187,7 +187,7 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
     loops = [flight.measured.opened, *([model.loop] if model else [])]
     channels = tuple(Channel(name, "") for name in ("measured", "modelled")[: len(loops)])
     shown = Open(channels, flight.measured.omega, np.stack(loops, axis=1))
-    draw_bode(out / FIGURES / "bode", f"{path.stem}, {flight.axis}", shown, sheet.with_svg())
+    draw_bode(out / FIGURES / "bode", shown, sheet.with_svg())
     answer = sentence(flight, now)
     more = [*following(flight, now, advice), *also(flight, now)]
     rows = margin_rows(now, model, advice)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
 from quadstep.report.axes import STEPS, plain, powers
-from quadstep.report.canvas import drawing, headline, margins, new_figure, write
+from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.fitting import wrapped
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
@@ -212,16 +212,16 @@ def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCR
     """Success rate and position RMSE over one key."""
     with drawing(sheet):
         crowded = len(found.labels) > 5 or any(len(label) > 10 for label in found.labels)
-        height = 4.0 if crowded else 2.7
+        height = 4.2 if crowded else 2.9
         columns = sheet.side_by_side(2, 3.0)
         figure = new_figure(sheet, 9.0, height, 0.8 * height * 2 / columns)
         axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
-        margins(figure, sheet, 0.075, (1.6 if crowded else 0.35) / height, 0.985, 1.0 - 0.52 / height, 0.2)
-        headline(figure, sheet, (0.01, 1.0 - 0.2 / height), key)
+        margins(figure, sheet, 0.075, (1.8 if crowded else 0.55) / height, 0.985, 1.0 - 0.3 / height, 0.2)
         success, errors = axes
         draw_success(success, found, shown.good)
         draw_errors(errors, found, shown.errors)
         for one in axes:
+            one.set_xlabel(key)
             if found.edges is None:
                 one.set_xticks(range(found.size), found.labels)
                 one.tick_params(axis="x", rotation=35 if crowded else 0)

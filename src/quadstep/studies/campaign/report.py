@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from quadstep.engines.fly import fly_all
+from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
@@ -17,6 +17,7 @@ from quadstep.io.results.record import FIGURES, REPORT
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.key_units import label
 from quadstep.report import page
+from quadstep.report.panels import path_job
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import report_text as text
 from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME
@@ -30,7 +31,6 @@ from quadstep.studies.campaign.pictures import (
     draw_ranking,
 )
 from quadstep.studies.campaign.replay import Replay, replay
-from quadstep.studies.campaign.replay_pictures import draw_flight, for_a_picture
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction, Parts, Result, first_order, strongest_interaction
 from quadstep.studies.campaign.store import Store
@@ -48,6 +48,9 @@ GLANCE = {
 
 FEWEST, FEWEST_EITHER = 40, 10
 """Fewest flights for a statement on what explains the error; fewest failures and successes, each, for one on failure."""
+
+MOST_ROWS = 20_000
+"""Most rows of a log that is made for a figure."""
 
 MOST_PICTURES = 12
 """Most keys that get a figure: those that explain most."""
@@ -216,7 +219,7 @@ def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path
         title = text.of_flight(worst)
         if log is not None and len(log.rows) > 1:
             name = f"flight-{worst.flight}"
-            draw_flight(folder / name, log, title, sheet)
+            path_job(log, name, title).draw(folder, sheet)
             body.append(page.figure(folder / f"{name}.svg", title))
         else:
             why = f"cannot be replayed: {said}" if log is None else "it ended before it could be drawn"
@@ -224,6 +227,12 @@ def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path
         differs = text.differing(worst, log, campaign) if log else ""
         body += [page.paragraph(differs)] * bool(differs)
     return body
+
+
+def for_a_picture(plan: FlightPlan) -> FlightPlan:
+    """The same flight with no more rows than the figure can show."""
+    every = max(plan.ticks.log, -(-plan.ticks.last // MOST_ROWS))
+    return plan._replace(ticks=plan.ticks._replace(log=every))
 
 
 def flown_again(campaign: Campaign, flights: list[int]) -> list[Again]:

@@ -71,8 +71,6 @@ def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
             axes.tick_params(labelbottom=True)
         for axes in grid[:, 0]:
             axes.set_ylabel(label(mission, asked.y.key))
-        if sheet.titled:
-            figure.suptitle(title(asked, mission.name), fontsize=10)
         if norm:
             draw_scale(figure, grid, norm, asked)
         handles = legend(asked, cells)
@@ -80,11 +78,6 @@ def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
             beside = max(1, min(len(handles), 4, int(width / 1.7)))
             figure.legend(handles=handles, loc="outside lower center", ncols=beside, handlelength=2.6, handleheight=1.6)
         write(figure, path, sheet)
-
-
-def title(asked: Request, name: str) -> str:
-    """Above the picture."""
-    return f"{name}, {asked.flights} flights per cell" if asked.flights > 1 else name
 
 
 def scale(cells: Cells) -> LogNorm | None:

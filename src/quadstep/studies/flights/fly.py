@@ -200,7 +200,7 @@ def write_results(
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))
-    captions = {f"figures/{job.name}": job.title.removeprefix(f"{mission.name}: ").capitalize() for job in jobs}
+    captions = {f"figures/{job.name}": job.caption for job in jobs}
     write_report(out / REPORT, mission, log, metrics, warnings, captions, why)
     return metrics, warnings
 

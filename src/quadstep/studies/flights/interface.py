@@ -106,7 +106,7 @@ class Flight(FlightLog):
 
         >>> flight = fly(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0}))
         >>> flight.figures()
-        ['position', 'attitude', 'inputs', 'learning']
+        ['path', 'position', 'attitude', 'inputs', 'learning']
         >>> flight.plot("attitude").savefig("attitude.pdf")  # doctest: +SKIP
         """
         jobs = {job.name: job for job in self._jobs()}

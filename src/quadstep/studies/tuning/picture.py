@@ -6,19 +6,19 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
+from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
 from quadstep.report.fitting import beside
 from quadstep.report.sheet import Sheet
 from quadstep.studies.tuning.ground import Asked
 from quadstep.studies.tuning.search import Candidate, Found
 
 
-def draw_search(path: Path, title: str, asked: Asked, found: Found, sheet: Sheet) -> None:
+def draw_search(path: Path, asked: Asked, found: Found, sheet: Sheet) -> None:
     """Write `path` in the sheet's formats."""
     with drawing(sheet):
         figure = new_figure(sheet, 7.4, 5.2, 4.2)
         top, bottom = figure.subplots(2, 1, sharex=True)
-        margins(figure, sheet, 0.11, 0.09, 0.97, 0.88, 0.2, 0.25)
+        margins(figure, sheet, 0.11, 0.09, 0.97, 0.93, 0.2, 0.25)
         draw_objective(top, found)
         draw_gains(bottom, asked, found)
         for axes, most in ((top, 3), (bottom, 4)):
@@ -28,8 +28,6 @@ def draw_search(path: Path, title: str, asked: Asked, found: Found, sheet: Sheet
                 axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
         bottom.set_xlabel("flights")
         figure.align_ylabels()
-        if sheet.titled:
-            headline(figure, sheet, (0.02, 0.955), title)
         write(figure, path, sheet)
 
 

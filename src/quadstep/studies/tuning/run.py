@@ -79,7 +79,7 @@ def tune(
         elsewhere = write_mission(out, wanted, content, first)
         write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
-        draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
+        draw_search(out / PICTURE, wanted, found, (sheet or Sheet()).shown())
         record = as_json(wanted, found, compared, budget, seed)
         shown = evidence(wanted, found, compared, PICTURE, record, first)._replace(grade=grade)
         shown.write(out)
