@@ -65,6 +65,9 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     assert of_all(lossy).startswith(
         f"law 0 has the best mean rank, though it loses 4.4 % of the flights of a situation; {words}"
     )
+    assert of_situation(lossy, situation, ranked).startswith(
+        "crazyflie, hover, calm: law 0, though it loses 4.4 % of its flights, has the smallest median"
+    )
     filtered = twice._replace(linear={key: one._replace(estimator=True) for key, one in twice.linear.items()})
     assert "its loop without the estimator is" in of_all(filtered)
     assert "at rest" not in of_situation(found, situation, ranked)  # on another vehicle

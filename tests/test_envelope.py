@@ -121,7 +121,7 @@ def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
     run = quadstep("envelope", write(tmp_path, LINE), *axes, "--out", tmp_path / "out")
     assert "Flyable (to the end, however large the error) of path.duration and vehicle.mass" in run.out.replace("\n", " ")
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "can be flown (to the end, however large the error), so the limit" in report
+    assert "can be flown (to the end, however large the error): the limit" in report
 
 
 def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ import tomlkit
 from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.mission.fields import plain
-from quadstep.studies.lessons import checked, tasks
+from quadstep.studies.lessons import Measured, Task, checked, judged, tasks
 from tests.commands import quadstep
 
 LESSONS = {path.name[:2]: path for path in sorted(Path("docs/lessons").glob("[01]*.toml"))}
@@ -97,6 +97,19 @@ def test_a_course_may_have_exercises_of_its_own(tmp_path):
     course = tmp_path / "course.toml"
     course.write_text('[[tasks]]\nname = "a"\nasks = "Fly well."\nmost = { position_rmse = 1.0 }\n')
     assert quadstep("check", "a", LESSONS["02"], "--course", course).code == 0
+
+
+def test_a_limit_may_be_of_a_gain_that_the_mission_leaves_out(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        '[vehicle]\npreset = "x500"\n[controller]\ntype = "pid"\n[simulation]\nduration = 0.1\n'
+        '[path]\ntype = "step"\nstart = [0, 0, 5]\nend = [0, 0, 5]\ntime = 0.0\nduration = 0.1\n'
+    )
+    for most, solved in ((1000.0, True), (1e-3, False)):
+        task = Task(name="a", asks="Be gentle.", most={"controller.rate": most})
+        mission = read_mission(file)
+        (_, limit) = judged(task, mission, plain(mission.model_dump()), Measured({}, None, None))
+        assert (limit.failure is None) == solved, limit
 
 
 @pytest.mark.parametrize(

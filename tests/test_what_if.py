@@ -1,6 +1,7 @@
 """`quadstep what-if`: the same winds before and after, what is worse is said so, and what makes no sense is refused."""
 
 import json
+import re
 
 import pytest
 
@@ -39,7 +40,10 @@ def test_a_parameter_without_effect_changes_no_flight_by_a_bit(tmp_path):
 
 
 def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
-    found = answer(asked(posCtlPid__xKp=1.0, posCtlPid__yKp=1.0), tmp_path / "out").record
+    found = answer(asked(posCtlPid__xKp=1.0, posCtlPid__yKp=1.0), tmp_path / "out")
+    assert re.search(r"\. The position RMSE of completed flights rises from [\d.]+\sm?m to [\d.]+\sm?m\. ", found.answer)
+    assert "Hovering in calm air, where alone it is graded, the loop is " in found.answer
+    found = found.record
     assert found["step"]["after"]["rise time [s]"] > 1.2 * found["step"]["before"]["rise time [s]"]
     assert found["metrics"]["position_rmse[m]"]["difference"]["low"] > 0.0
 

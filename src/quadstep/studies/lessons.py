@@ -3,6 +3,7 @@
 The package's own are those of the lessons, `lessons.toml`; a course may have a file of its own.
 """
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -21,6 +22,7 @@ from quadstep.mission.keys import parts
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
 from quadstep.studies.flights.interface import fly
+from quadstep.studies.tuning.gains import looked_up
 
 OWN = Path(__file__).parent / "lessons.toml"
 
@@ -84,7 +86,8 @@ def checked(asked: list[Task], file: Path) -> list[Checked]:
         return [Checked(one, cases, True) for one, cases in zip(asked, strange, strict=True)]
     measured = flown(mission, any(one.grade for one in asked))
     return [
-        Checked(one, cases or judged(one, content, measured), bool(cases)) for one, cases in zip(asked, strange, strict=True)
+        Checked(one, cases or judged(one, mission, content, measured), bool(cases))
+        for one, cases in zip(asked, strange, strict=True)
     ]
 
 
@@ -99,7 +102,7 @@ def differing(task: Task, mission: Mission, content: object) -> tuple[Case, ...]
     """Keys in which a mission is another than the task's."""
     found = []
     for key, wanted in task.same.items():
-        value = at(content, key)
+        value = at(mission, content, key)
         if value != wanted:
             found.append(Case(key, wrong(key, shown(wanted), shown(value))))
     if task.own and not mission.controller.own:
@@ -108,11 +111,11 @@ def differing(task: Task, mission: Mission, content: object) -> tuple[Case, ...]
     return tuple(found)
 
 
-def judged(task: Task, content: object, measured: Measured) -> tuple[Case, ...]:
+def judged(task: Task, mission: Mission, content: object, measured: Measured) -> tuple[Case, ...]:
     """A flight held against a task. Raises UserError for a limit of what neither the mission nor its flight has."""
     cases = [Case("completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
     for name, most in task.most.items():
-        value = at(content, name)
+        value = at(mission, content, name)
         entries = value if isinstance(value, list) else [value]
         if all(isinstance(one, int | float) for one in entries):
             largest, limit = max(entries), f"at most {most:g}"
@@ -133,9 +136,19 @@ def wrong(what: str, wanted: str, found: str) -> str:
     return f"{what} should be {wanted}, but is {found}"
 
 
-def at(content: object, key: str) -> object:
-    """The value of a dotted key; None where there is none."""
-    for part in parts(key):
+def at(mission: Mission, content: object, key: str) -> object:
+    """The value of a dotted key, also of a gain that the mission leaves out; None where there is none."""
+    first, *names = parts(key)
+    value = within(content, [first, *names])
+    if value is None and first == "controller" and names:
+        with suppress(UserError):
+            return plain(looked_up(mission, names, key))
+    return value
+
+
+def within(content: object, names: list[str]) -> object:
+    """What tables and lists have under these names; None where they do not."""
+    for part in names:
         if isinstance(content, dict):
             content = content.get(part)
         elif isinstance(content, list) and part.isdigit() and int(part) < len(content):

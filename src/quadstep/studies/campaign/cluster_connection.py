@@ -27,7 +27,6 @@ QUIET = {
 """Settings that Ray reads when it is imported."""
 
 OWN = {
-    "RAY_ADDRESS": "local",  # an address of nothing but blanks is none, but Ray would look for a cluster there
     "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0",  # Ray's switch for nodes at 127.0.0.1, on Linux too
     "RAY_AUTH_MODE": "token",
     "RAY_AUTH_TOKEN": secrets.token_hex(32),

@@ -124,7 +124,7 @@ def of_all(found: Comparison) -> str:
     text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
     if many > 1:
         most = max((one.lost for one in found.results if one.controller == first), key=lambda one: one.value)
-        loses = f", though it loses {end_percent(100.0 * most.value)} % of the flights of a situation" if most.value else ""
+        loses = though(most, "the flights of a situation")
         text = f"{first} has the best mean rank{loses}{with_grade(found, first)}. {text}"
     if pairs and found.seeds < fewest(len(pairs)):
         text += (
@@ -137,6 +137,11 @@ def of_all(found: Comparison) -> str:
             f"{kept or 'none'}."
         )
     return text
+
+
+def though(lost: Estimate, what: str) -> str:
+    """What a winner loses, to follow its name."""
+    return f", though it loses {end_percent(100.0 * lost.value)} % of {what}" if lost.value else ""
 
 
 def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -> str:
@@ -190,7 +195,9 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     if not math.isfinite(median.value):
         text = f"{where}: every controller loses at least half of its flights; tracking is not compared"
         return f"{text}. {losing(results)}".strip()
-    text = f"{where}: {best} has the smallest median {full.partition('[')[0].replace('_', ' ').replace('rmse', 'RMSE')}, "
+    words = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE")
+    loses = though(results[best].lost, "its flights")
+    text = f"{where}: {best}{loses}{',' * bool(loses)} has the smallest median {words}, "
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
         text += f"{value}; its {found.seeds} flights do not differ, so nothing is statistical"

@@ -157,9 +157,14 @@ def answer(found: Envelope) -> str:
     over = f"combination{'' if max(one.cells for one in found.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
     if all(one.flyable == one.cells for one in found.panels):
         whole = f"Every one of the {found.panels[0].cells} {over} can be flown{meaning(asked)}"
-        return f"{whole}, so the limit lies outside this map."
+        return f"{whole}{most_of(asked)}: the limit lies outside this map, or between its points."
     parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in found.panels]
-    return f"Of the {over}, {', '.join(parts)} can be flown{meaning(asked)}."
+    return f"Of the {over}, {', '.join(parts)} can be flown{meaning(asked)}{most_of(asked)}."
+
+
+def most_of(asked: Request) -> str:
+    """How many of a point's flights count for all, where there are several."""
+    return f", that is, at least {100 * FLYABLE:g} % of {asked.flights} flights succeed" if asked.flights > 1 else ""
 
 
 def meaning(asked: Request) -> str:

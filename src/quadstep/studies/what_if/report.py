@@ -23,6 +23,7 @@ from quadstep.studies.what_if.asked import STEP, Asked, Side
 PICTURE = "step"
 HEADER = ("", "before", "after", "after - before")
 SIDES = HEADER[1:3]
+AT_REST = "Of the loop that hovers in calm air. In wind or in motion it is another one, which is not graded here."
 Floats = NDArray[np.float64]
 
 
@@ -72,8 +73,8 @@ def evidence(
     gusts = f"{units.counted(asked.flights, 'flight')} in wind of up to {asked.wind:g} m/s from every side, with turbulence"
     answer = (
         f"With {words} {units.percent(*failed[1])} of {gusts}, leave their place by more than {asked.within:g} m; before, "
-        f"{units.percent(*failed[0])}. {compared(failed[2])} At rest the loop is {sides[1].grade.word}; before, "
-        f"{sides[0].grade.word}."
+        f"{units.percent(*failed[0])}. {compared(failed[2])} {tracking(rows[0])}Hovering in calm air, where alone it is "
+        f"graded, the loop is {sides[1].grade.word}; before, {sides[0].grade.word}."
     )
     tables = [
         Table("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
@@ -83,7 +84,7 @@ def evidence(
             f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
             shown="In gusts, 95 % intervals",
         ),
-        Table("At rest", "margins", HEADER[:3], margin_rows(sides), shown="Least margins at rest"),
+        Table("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST, shown="Least margins at rest"),
         Table("A step in calm air", "steps", HEADER, step_rows(*steps), shown=f"A step of {STEP:g} m in calm air"),
     ]  # fmt: skip
     record: dict[str, object] = {
@@ -110,7 +111,7 @@ def evidence(
         tables=tables,
         warnings=mission.controller.warnings(mission.modelled),
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
-        whose="the loop with the change",
+        whose="the hovering loop with the change",
     )
 
 
@@ -120,6 +121,15 @@ def compared(difference: Estimate) -> str:
     if low > 0.0 or high < 0.0:
         return f"{'More' if low > 0.0 else 'Fewer'} fail: {100.0 * difference.value:+.3g} points [{low:+.3g}, {high:+.3g}]."
     return f"A difference is not shown: {100.0 * difference.value:+.3g} points [{low:+.3g}, {high:+.3g}]."
+
+
+def tracking(error: Row) -> str:
+    """Whether flights that end well with both stray further or less, if that is shown; a sentence and a blank."""
+    if error.difference is None or not (error.difference.low > 0.0 or error.difference.high < 0.0):
+        return ""
+    (words, unit), flights = units.metric(error.name), (error.present, error.tuned)
+    before, after = (units.quantity(one.value, unit) for one in flights if one)
+    return f"The {words} of completed flights {'rises' if error.difference.low > 0.0 else 'falls'} from {before} to {after}. "
 
 
 def cells(name: str, gain: Gain, old: float, new: float) -> tuple[str, ...]:
