@@ -5,33 +5,21 @@ other.
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from quadstep.control.outer_loops import OuterGains, OuterMemory, asked_rates, begun, guided
 from quadstep.control.projection import project
-from quadstep.control.wanted_attitude import tilted_within, up_axis, wanted_attitude, within
+from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Command, Controller, Measured
-from quadstep.interfaces.gain import believed, gain, given, usual
+from quadstep.interfaces.gain import believed, gain, usual
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Number, Vector, clip, exp, vector
-from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll
+from quadstep.numbers import Number, Vector, exp, vector
+from quadstep.numbers.rotations import rotation_matrix, yaw_pitch_roll
 
 
 class CascadedPidGains(NamedTuple):
-    """Assumed vehicle parameters, and its gains in x, y, z; of attitude and rates about body x, y, z."""
+    """Those of the outer loops, and of body rates about body x, y, z."""
 
-    mass: Number = believed("mass")
+    outer: OuterGains
     inertia: Vector = believed("inertia")
-    gravity: Number = given(lambda model: model.gravity)
-    most_thrust: Number = given(lambda model: model.most_thrust)
-    position: Vector = gain(usual(2.77, 1), "1/s", "P gain of position")
-    most_speed: Number = gain(3.0, "m/s", "largest commanded speed towards the path")
-    axis_speed: Number = gain(
-        100.0, "m/s", "largest commanded speed towards the path along each axis", low=0.1, high=100.0, tunable=False
-    )
-    most_tilt: Number = gain(1.5, "rad", "largest commanded tilt", low=0.05, high=1.5, tunable=False)
-    velocity: Vector = gain(usual(5.35, 1), "1/s", "P gain of velocity")
-    velocity_integral: Vector = gain(usual(2.0, 2), "1/s^2", "I gain of velocity", zero=True)
-    integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration from the velocity integral")
-    attitude: Vector = gain(usual((6.8, 6.8, 6.2), 1, "body"), "1/s", "P gain of attitude")
-    most_rate: Number = gain(8.0, "rad/s", "largest commanded body rate")
     rate: Vector = gain(usual((21.9, 21.9, 20.0), 1, "rate"), "1/s", "P gain of body rates")
     rate_integral: Vector = gain(usual((3.8, 3.8, 3.8), 2, "body"), "1/s^2", "I gain of body rates", zero=True)
     rate_integral_bound: Number = gain(20.0, "rad/s^2", "largest angular acceleration from the rate integral")
@@ -40,16 +28,11 @@ class CascadedPidGains(NamedTuple):
 
 
 class CascadedPidMemory(NamedTuple):
-    """integral [m/s^2] and rate_integral [rad/s^2]: what the integral parts add. rates [rad/s]: filtered. force [N], wanted
-    (unit quaternion), velocity_error [m/s]: from the position loop.
-    """
+    """rate_integral [rad/s^2]: what the I part of body rates adds. rates [rad/s]: filtered."""
 
-    integral: Vector
+    outer: OuterMemory
     rate_integral: Vector
     rates: Vector
-    force: Vector
-    wanted: Vector
-    velocity_error: Vector
 
 
 @dataclass(frozen=True)
@@ -63,9 +46,7 @@ class CascadedPid(Controller):
 
     def start(self, measured: Measured, gains: CascadedPidGains) -> CascadedPidMemory:
         """Nothing integrated."""
-        zero = vector(0.0, 0.0, 0.0)
-        weight = vector(0.0, 0.0, gains.mass * gains.gravity)
-        return CascadedPidMemory(zero, zero, measured.rates, weight, measured.attitude, zero)
+        return CascadedPidMemory(begun(measured, gains.outer), vector(0.0, 0.0, 0.0), measured.rates)
 
     def guide(
         self,
@@ -76,24 +57,8 @@ class CascadedPid(Controller):
         t: Number,
         period: Number,
     ) -> CascadedPidMemory:
-        """Position P gives a velocity, velocity PI an acceleration, and that a force within the rotors' reach."""
-        back = gains.position * (reference.position - measured.position)
-        back_on_path = project(Vector(clip(one, -gains.axis_speed, gains.axis_speed) for one in back), gains.most_speed)
-        wanted_velocity = reference.velocity + back_on_path
-        error = wanted_velocity - measured.velocity
-        pull = reference.acceleration + gains.velocity * error + memory.integral
-        asked = gains.mass * (pull + vector(0.0, 0.0, gains.gravity))
-        force = tilted_within(within(asked, gains.most_thrust), gains.most_tilt)
-        lost = (force - asked) * (1.0 / gains.mass)  # anti-windup: what cannot be had is not integrated
-        integral = memory.integral + period * (gains.velocity_integral * error + 2.0 * lost)
-        zero = vector(0.0, 0.0, 0.0)
-        attitude = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
-        return memory._replace(
-            integral=project(integral, gains.integral_bound),
-            force=force,
-            wanted=quaternion_of(attitude),
-            velocity_error=error,
-        )
+        """The position and velocity loop."""
+        return memory._replace(outer=guided(memory.outer, measured, reference, gains.outer, period))
 
     def law(
         self,
@@ -105,18 +70,18 @@ class CascadedPid(Controller):
         period: Number,
     ) -> tuple[Command, CascadedPidMemory]:
         """Attitude P gives body rates, rate PID an angular acceleration."""
-        error = rotation_vector(multiply(conjugate(measured.attitude), memory.wanted))
-        rate_error = project(gains.attitude * error, gains.most_rate) - measured.rates
+        outer = memory.outer
+        rate_error = asked_rates(outer, measured, gains.outer) - measured.rates
         share = 1.0 - exp(-(gains.rate_filter * period))
         rates = memory.rates + share * (measured.rates - memory.rates)
         derivative = (rates - memory.rates) * (1.0 / period)
         angular = gains.rate * rate_error + memory.rate_integral - gains.rate_derivative * derivative
         rate_integral = project(memory.rate_integral + period * (gains.rate_integral * rate_error), gains.rate_integral_bound)
         command = Command(
-            thrust=memory.force @ up_axis(rotation_matrix(measured.attitude)),
+            thrust=outer.force @ up_axis(rotation_matrix(measured.attitude)),
             torque=gains.inertia * angular,
-            desired_attitude=yaw_pitch_roll(memory.wanted),
-            r1=memory.velocity_error,
+            desired_attitude=yaw_pitch_roll(outer.wanted),
+            r1=outer.velocity_error,
             r2=rate_error,
         )
-        return command, memory._replace(rate_integral=rate_integral, rates=rates)
+        return command, CascadedPidMemory(outer, rate_integral, rates)

@@ -147,7 +147,12 @@ class ArduPilotParm:
 HERE = "quadstep.io.parameter_files:"
 FORMATS = Door(
     "quadstep.parameter_files",
-    {"crazyflie": f"{HERE}CrazyflieYaml", "px4": f"{HERE}QgcParams", "ardupilot": f"{HERE}ArduPilotParm"},
+    {
+        "crazyflie": f"{HERE}CrazyflieYaml",
+        "px4": f"{HERE}QgcParams",
+        "ardupilot": f"{HERE}ArduPilotParm",
+        "betaflight": "quadstep.io.betaflight_diff:BetaflightDiff",
+    },
 )
 
 

@@ -1,0 +1,74 @@
+"""Betaflight's filters (release 4.5): chains of first-order low-passes, and biquads."""
+
+import math
+
+from quadstep.numbers import Number, Vector, absolute, cos, maximum, sin, vector, where
+
+SHARPER = {2: 1.553773974, 3: 1.961459177}
+"""What the cut-off of a chain of two or three is multiplied with, so that it damps by 3 dB there: 1 / sqrt(2^(1/n) - 1)."""
+
+BUTTERWORTH = 1.0 / math.sqrt(2.0)
+"""Quality of the low-pass biquad."""
+
+
+def share(hertz: Number, period: Number) -> Number:
+    """Of the way to its input that a first-order low-pass goes in a sample."""
+    omega = 2.0 * math.pi * hertz * period
+    return omega / (omega + 1.0)
+
+
+def twice(memory: Vector, value: Number, rate: Number, period: Number) -> tuple[Number, Vector]:
+    """Two first-order low-passes in a chain. rate: cut-off of each [rad/s]. memory: of both, shape (2,)."""
+    omega = rate * period
+    k = omega / (omega + 1.0)
+    first = memory[0] + k * (value - memory[0])
+    second = memory[1] + k * (first - memory[1])
+    return second, vector(first, second)
+
+
+def biquad(b: Vector, a: Vector, memory: Vector, value: Number) -> tuple[Number, Number, Number]:
+    """A sample of b0 y + b1 .. over 1 + a1 .., in the transposed direct form II: what comes out, and both memories."""
+    result = b[0] * value + memory[0]
+    return result, b[1] * value - a[0] * result + memory[1], b[2] * value - a[1] * result
+
+
+def low_pass(kind: Number, hertz: Number, memory: Vector, value: Number, period: Number) -> tuple[Number, Vector]:
+    """kind: PT1, BIQUAD, PT2 or PT3, as a number from 0. hertz: 0 for none; so is a biquad beyond half the rate. memory:
+    shape (3,).
+    """
+    of_two, of_three = share(hertz * SHARPER[2], period), share(hertz * SHARPER[3], period)
+    k = where(kind > 2.5, of_three, where(kind > 1.5, of_two, share(hertz, period)))
+    first = memory[0] + k * (value - memory[0])
+    second = memory[1] + k * (first - memory[1])
+    third = memory[2] + k * (second - memory[2])
+    omega = 2.0 * math.pi * hertz * period
+    sine, cosine = sin(omega), cos(omega)
+    alpha = sine / (2.0 * BUTTERWORTH)
+    over, whole = 1.0 + alpha, 1.0 - cosine
+    b, a = vector(whole * 0.5 / over, whole / over, whole * 0.5 / over), vector(-2.0 * cosine / over, (1.0 - alpha) / over)
+    result, x1, x2 = biquad(b, a, memory, value)
+    square = absolute(kind - 1.0) < 0.5
+    chained = where(kind > 2.5, third, where(kind > 1.5, second, first))
+    made = where(square, where(hertz * period < 0.5, result, value), chained)
+    kept = vector(where(square, x1, first), where(square, x2, second), third)
+    return where(hertz > 0.0, made, value), kept
+
+
+def notch(hertz: Number, lower: Number, memory: Vector, value: Number, period: Number) -> tuple[Number, Vector]:
+    """hertz: its centre, 0 for none; lower: where it damps by 3 dB, below the centre. memory: shape (2,)."""
+    centre, edge = where(hertz > 0.0, hertz, 1.0), where(lower > 0.0, lower, 0.5)
+    quality = centre * edge / maximum(centre * centre - edge * edge, 1e-6)
+    omega = 2.0 * math.pi * centre * period
+    cosine, alpha = cos(omega), sin(omega) / (2.0 * quality)
+    over = 1.0 + alpha
+    b, a = vector(1.0 / over, -2.0 * cosine / over, 1.0 / over), vector(-2.0 * cosine / over, (1.0 - alpha) / over)
+    result, x1, x2 = biquad(b, a, memory, value)
+    made = where(hertz > 0.0, where(lower > 0.0, where(centre * period < 0.5, result, value), value), value)
+    return made, vector(x1, x2)
+
+
+def cut_off(static: Number, least: Number, most: Number, expo: Number, throttle: Number) -> Number:
+    """A low-pass's cut-off [Hz], which goes with throttle, 0 to 1, unless its least is 0."""
+    curve = throttle * (1.0 - throttle) * (expo / 10.0) + throttle
+    straight = maximum(throttle * (1.0 - (throttle * throttle) / 3.0) * 1.5 * most, least)
+    return where(least > 0.0, where(expo > 0.0, (most - least) * curve + least, straight), static)
