@@ -7,7 +7,7 @@ import pytest
 from quadstep.io.betaflight_diff import CHOICES, BetaflightDiff
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
-from quadstep.studies.what_if.asked import Asked
+from quadstep.studies.what_if.asked import Asked, changes_of
 from quadstep.studies.what_if.run import answer
 
 DIFF = """# diff all
@@ -113,6 +113,17 @@ def test_a_text_that_cannot_be_used_is_refused_in_one_line(tmp_path, wrong):
     assert "\n" not in str(error.value)
 
 
+def test_two_texts_differ_by_what_changes_between_them(tmp_path):
+    files = [tmp_path / f"{one}.txt" for one in "01"]
+    for one in files:
+        one.write_text(DIFF.replace("{profile}", one.stem))
+    assert changes_of([str(files[1])], str(files[0])) == {"p_roll": 33.0, "dterm_lpf1_type": 0.0}
+    assert changes_of(["betaflight-rates"], str(files[1])) == {
+        "p_roll": 45.0, "gyro_lpf1_static_hz": 250.0, "dshot_idle_value": 550.0, "airmode": 1.0
+    }  # fmt: skip
+
+
+@pytest.mark.thorough
 def test_a_change_is_answered(tmp_path):
     asked = Asked("betaflight-rates", {"p_roll": 1.0, "p_pitch": 1.0, "d_roll": 0.0, "d_pitch": 0.0}, "crazyflie", 3.0, 4)
     found = answer(asked, tmp_path / "out").record

@@ -90,8 +90,8 @@ def test_the_file_says_whose_parameters_they_are(tmp_path):
     assert changes_of([str(files[1])], str(files[0])) == {"MC_ROLL_P": 6.5, "MC_YAW_P": 3.0}
     found = answer(Asked(str(files[0]), {"MC_ROLLRATE_K": 0.1}, "x500", flights=2), tmp_path / "out").record
     assert (found["law"], found["before"]) == ("px4-cascade", {"MC_ROLLRATE_K": 1.0})
-    with pytest.raises(UserError, match=r"mine.txt: should be a file of an autopilot's parameters \(.yaml, .params"):
-        answer(Asked("mine.txt", {"MC_ROLL_P": 1.0}, "x500"), None)
+    with pytest.raises(UserError, match=r"mine.csv: should be a file of an autopilot's parameters \(.yaml, .params"):
+        answer(Asked("mine.csv", {"MC_ROLL_P": 1.0}, "x500"), None)
     with pytest.raises(UserError, match=r"MC_ROLP_P is no parameter of px4-cascade; did you mean MC_ROLL_P\?"):
         answer(Asked("px4-cascade", {"MC_ROLP_P": 1.0}, "x500"), None)
 
