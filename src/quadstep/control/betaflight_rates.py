@@ -63,8 +63,9 @@ class BetaflightRatesGains(NamedTuple):
 
 
 class Axis(NamedTuple):
-    """Of one axis: gyro filters; D filters; gyro, filtered for D, before; the setpoint's low-pass and the setpoint before;
-    what activity does to D; yaw's P; and I.
+    """Of one axis. gyro2, notch, gyro1: states of the gyro's filters. d_notch, d1, d2: states of the D part's filters. before:
+    the gyro [deg/s] behind these. relax: low-pass of the setpoint [deg/s]. asked: the setpoint before [deg/s]. active, smooth:
+    states of what activity does to D. p: low-pass of yaw's P part. integral: the I part.
     """
 
     gyro2: Vector
@@ -83,8 +84,8 @@ class Axis(NamedTuple):
 
 
 class Mixed(NamedTuple):
-    """What the mixer leaves for the next sample. throttle: 0 to 1. range: of what axes ask of motors. gravity: anti-gravity's
-    filter, and boost: that of the throttle.
+    """What the mixer leaves for the next sample. throttle: from 0 to 1. range: of what axes ask of motors. gravity: states of
+    anti-gravity's filter. boost: low-pass of the throttle.
     """
 
     throttle: Number
