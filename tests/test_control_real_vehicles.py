@@ -183,7 +183,7 @@ def test_the_geometric_torque_feeds_forward_a_turn_seen_from_a_turning_body():
 
 def test_the_pid_does_not_integrate_what_it_cannot_have():
     def integral(gap, samples):
-        return asked("pid", samples=samples, position=vector(0.0, 0.0, -gap))[1].integral[2]
+        return asked("pid", samples=samples, position=vector(0.0, 0.0, -gap))[1].outer.integral[2]
 
     plan = mission("pid", controller={"most_speed": 100.0}).plan()
     law, gains = plan.loop.controller, plan.parameters.gains
@@ -191,8 +191,8 @@ def test_the_pid_does_not_integrate_what_it_cannot_have():
     memory = law.start(far, gains)
     for _ in range(200):
         memory = law.guide(memory, far, HERE, gains, 0.0, 0.01)
-    assert memory.force[2] == pytest.approx(0.95 * gains.most_thrust)
-    assert memory.integral[2] < 0.0  # pulled back, where 2 s of this error would have made it bounded at 15
+    assert memory.outer.force[2] == pytest.approx(0.95 * gains.outer.most_thrust)
+    assert memory.outer.integral[2] < 0.0  # pulled back, where 2 s of this error would have made it bounded at 15
     assert integral(0.05, 200) > integral(0.05, 50) > 0.0
 
 
@@ -201,8 +201,8 @@ def test_the_pid_keeps_to_the_largest_speed_along_an_axis_and_the_largest_tilt()
         plan = mission("pid", controller=keys).plan()
         law, gains = plan.loop.controller, plan.parameters.gains
         behind = Measured(vector(-0.8, 0.1, 0.0), ZERO, IDENTITY, ZERO, 26.0, ZERO)
-        memory = law.guide(law.start(behind, gains), behind, HERE, gains, 0.0, 0.01)
-        return memory.force, list(memory.velocity_error - HERE.velocity), list(gains.position)
+        outer = law.guide(law.start(behind, gains), behind, HERE, gains, 0.0, 0.01).outer
+        return outer.force, list(outer.velocity_error - HERE.velocity), list(gains.outer.position)
 
     force, speed, gain = force_and_speed(most_speed=100.0)
     assert speed[:2] == pytest.approx([0.8 * gain[0], -0.1 * gain[1]])
