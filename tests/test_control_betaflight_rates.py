@@ -125,3 +125,10 @@ def test_gains_do_not_follow_from_the_vehicle_and_six_rotors_are_refused():
     model = load_preset("crazyflie").model()
     with pytest.raises(UserError, match='"betaflight-rates": flies four rotors'):
         BetaflightRates.for_vehicle(model._replace(mixing=tuple(type(row)((*row, *row[:2])) for row in model.mixing)))
+
+
+def test_motors_without_a_range_are_refused():
+    path = {"type": "step", "end": [0.0, 0.0, 1.0], "time": 0.1, "duration": 0.5}
+    controller = {"type": "betaflight-rates", "motor_output_limit": 5.5}
+    with pytest.raises(UserError, match=r"motors have no range: dshot_idle_value is 5.5 %, motor_output_limit 5.5 %"):
+        Mission(vehicle={"preset": "x500"}, path=path, controller=controller).plan()

@@ -237,6 +237,13 @@ class BetaflightRates(Controller[BetaflightRatesMemory, Measured, BetaflightRate
         """With its rotors in the firmware's order."""
         return cls(*quarters(model, cls.name))
 
+    def prepare(self, gains: BetaflightRatesGains, model: Model) -> BetaflightRatesGains:
+        """The same. Raises ValueError for motors without a range."""
+        idle, most = gains.shared.idle / 100.0, gains.shared.output_limit
+        if not idle < most:
+            raise ValueError(f"motors have no range: dshot_idle_value is {idle:g} %, motor_output_limit {most:g} %")
+        return gains
+
     def start(self, measured: Measured, gains: BetaflightRatesGains) -> BetaflightRatesMemory:
         """As in a hover."""
         throttle = throttle_for(gains.shared, gains.outer.mass * gains.outer.gravity, gains.full_thrust)
