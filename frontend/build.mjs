@@ -8,7 +8,8 @@ import { build } from "esbuild";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const assets = join(here, "..", "src", "quadstep", "page", "assets");
-const fonts = join(here, "..", "src", "quadstep", "report", "fonts");
+const reports = join(here, "..", "src", "quadstep", "report");
+const fonts = join(reports, "fonts");
 
 async function bundle(entry, options) {
   const result = await build({
@@ -46,6 +47,7 @@ async function page(template, script, style, places) {
 const PLACES = ["<title>quadstep</title>", '<script id="quadstep-data" type="application/json">{}</script>', '<script id="quadstep-laws">0</script>'];
 const pages = {
   "page.html": await page("page.template.html", "src/main.ts", "src/style/page.css", PLACES),
+  "report.js": (await bundle("src/report/main.ts", { format: "iife" })).replaceAll("</script", "<\\/script"),
   "article.html": await page("article.template.html", "src/article/main.ts", "src/article/article.css", [...PLACES, "<!--ARTICLE-->"]),
 };
 
@@ -56,9 +58,8 @@ const licences = [
   readFileSync(join(fonts, "LICENSES.txt"), "utf8"),
 ];
 
-const out = process.argv[2] ?? assets;
 for (const [name, text] of Object.entries(pages)) {
-  writeFileSync(join(out, name), text);
+  writeFileSync(join(process.argv[2] ?? (name === "report.js" ? reports : assets), name), text);
   console.log(`${name}: ${(Buffer.byteLength(text) / 1e6).toFixed(2)} MB`);
 }
-writeFileSync(join(out, "LICENSES.txt"), `page.html and article.html hold parts of:\n\n${licences.join(`\n${"-".repeat(80)}\n\n`)}`);
+writeFileSync(join(process.argv[2] ?? assets, "LICENSES.txt"), `page.html and article.html hold parts of:\n\n${licences.join(`\n${"-".repeat(80)}\n\n`)}`);

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 
 from quadstep.report.fitting import fit
+from quadstep.report.readable import mark, told
 from quadstep.report.sheet import Sheet
 from quadstep.report.typeface import FOR_FIGURES, TEXT
 
@@ -91,9 +92,10 @@ def write(figure: Figure, path: Path, sheet: Sheet) -> None:
             canvas = FigureCanvasAgg(figure)
             canvas.print_png(file, metadata={"Software": None}, pil_kwargs={"compress_level": PACKED})
         elif ending == "svg":
+            mark(figure)
             canvas, text = FigureCanvasSVG(figure), io.StringIO()
             canvas.print_svg(text, metadata={"Date": None, "Creator": None})
-            file.write_text(text.getvalue(), encoding="utf-8")
+            file.write_text(told(text.getvalue(), figure), encoding="utf-8")
         else:
             from matplotlib.backends.backend_pdf import FigureCanvasPdf  # noqa: PLC0415 (a fourth of all that loads)
 

@@ -15,6 +15,7 @@ from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic
 from quadstep.report.canvas import BAND, LINES, drawing, write
 from quadstep.report.fitting import beside, thin
 from quadstep.report.panel import COMMANDED, LOG, SIGNED_LOG, Panel, Track
+from quadstep.report.readable import GRID
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label, prose
 from quadstep.report.units import handy, of_angle, prefixed
@@ -86,7 +87,7 @@ def grid_alone(axes: Axes) -> None:
     axes.xaxis.set_visible(False)
     if rcParams["axes.grid"]:
         color, width = rcParams["grid.color"], rcParams["grid.linewidth"]
-        axes.vlines(times, 0.0, 1.0, color, linewidth=width, transform=axes.get_xaxis_transform(), zorder=0.5)
+        axes.vlines(times, 0.0, 1.0, color, linewidth=width, transform=axes.get_xaxis_transform(), zorder=0.5, gid=GRID)
 
 
 def save(

@@ -65,6 +65,13 @@ def style() -> str:
     return files("quadstep.report").joinpath("report.css").read_text(encoding="utf-8")
 
 
+def script(body: str) -> str:
+    """What answers to the pointer, if a figure can."""
+    if "<svg data-axes" not in body:
+        return ""
+    return f'<script id="figures">{files("quadstep.report").joinpath("report.js").read_text(encoding="utf-8")}</script>'
+
+
 def heading(text: str, anchor: str, set_as: Callable[[str], str] = rich) -> str:
     """A section heading. set_as: `escape` for text in which nothing is a symbol."""
     return f'<h2 id="{escape(anchor)}">{set_as(text)}</h2>'
@@ -193,7 +200,7 @@ def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "
     return (
         f'<!doctype html>\n<html lang="en"><head>{head}<style>{faces(body)}{style()}</style></head>\n'
         f"<body>{above}<h1>{escape(title)}</h1>\n{contents}<main>\n{body}\n</main>\n"
-        f'<footer class="colophon">quadstep {__version__}</footer></body></html>\n'
+        f'<footer class="colophon">quadstep {__version__}</footer>{script(body)}</body></html>\n'
     )
 
 

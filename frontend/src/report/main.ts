@@ -1,0 +1,161 @@
+// Figures of reports answer: hover reads the values, dragging sideways shows a part, a double click or a button all again.
+
+import { number } from "../view/format";
+import { type Curve, Panel, type Told } from "./panel";
+import { share, valueAt } from "./scale";
+
+const SVG = "http://www.w3.org/2000/svg";
+const CLICK = 5; // points a click may wander
+const NEAR = 12; // points from a curve that is no function of x
+
+for (const svg of document.querySelectorAll<SVGSVGElement>("svg[data-axes]")) listen(svg);
+
+function listen(svg: SVGSVGElement): void {
+  const panels = (JSON.parse(svg.dataset.axes!) as Told[]).map((told) => new Panel(svg, told));
+  const holder = svg.closest<HTMLElement>(".drawn")!.parentElement!;
+  const said = made("div", "reading");
+  const all = made("button", "whole");
+  all.textContent = "Show all";
+  all.hidden = said.hidden = true;
+  holder.append(said, all);
+  const cross = document.createElementNS(SVG, "path");
+  cross.setAttribute("class", "cross");
+  const brush = document.createElementNS(SVG, "rect");
+  brush.setAttribute("class", "brush");
+  svg.append(cross, brush);
+  let from: { panel: Panel; x: number } | undefined;
+
+  const place = (event: PointerEvent): DOMPoint => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM()!.inverse());
+  const under = ({ x, y }: DOMPoint): Panel | undefined =>
+    panels.find(({ told: { box } }) => x >= box[0] && x <= box[0] + box[2] && y >= box[1] && y <= box[1] + box[3]);
+  const alike = (panel: Panel): Panel[] =>
+    panels.filter((one) => one.over && one.told.ours && one.told.x.low === panel.told.x.low && one.told.x.high === panel.told.x.high && one.told.across === panel.told.across);
+
+  const quiet = (): void => {
+    said.hidden = true;
+    cross.removeAttribute("d");
+    brush.removeAttribute("width");
+  };
+  const whole = (): void => {
+    for (const one of panels) one.reset();
+    all.hidden = true;
+    quiet();
+  };
+
+  svg.addEventListener("pointermove", (event) => {
+    const at = place(event);
+    const panel = from?.panel ?? under(at);
+    if (!panel || !panel.curves.length) return quiet();
+    read(panel, at, said, cross);
+    const box = holder.getBoundingClientRect();
+    const right = event.clientX - box.left > 0.6 * box.width;
+    said.style.left = right ? "" : `${event.clientX - box.left + 16}px`;
+    said.style.right = right ? `${box.right - event.clientX + 16}px` : "";
+    said.style.top = `${event.clientY - box.top + 12}px`;
+    if (!from) return;
+    const [left, top, width, height] = panel.told.box;
+    const to = Math.min(Math.max(at.x, left), left + width);
+    brush.setAttribute("x", String(Math.min(from.x, to)));
+    brush.setAttribute("y", String(top));
+    brush.setAttribute("height", String(height));
+    brush.setAttribute("width", String(Math.abs(to - from.x)));
+  });
+  svg.addEventListener("pointerdown", (event) => {
+    const at = place(event);
+    const panel = under(at);
+    if (event.pointerType !== "mouse" || event.button !== 0 || !panel || !panel.over || !panel.told.ours) return;
+    event.preventDefault(); // which would mark text
+    svg.setPointerCapture(event.pointerId);
+    from = { panel, x: at.x };
+  });
+  svg.addEventListener("pointerup", (event) => {
+    if (!from) return;
+    const { panel, x } = from;
+    const [left, , width] = panel.told.box;
+    const to = Math.min(Math.max(place(event).x, left), left + width);
+    from = undefined;
+    brush.removeAttribute("width");
+    if (Math.abs(to - x) < CLICK) return;
+    const [low, high] = [Math.min(x, to), Math.max(x, to)].map((one) => valueAt(panel.x, (one - left) / width)) as [number, number];
+    for (const one of alike(panel)) one.show(low, high);
+    all.hidden = false;
+    quiet();
+  });
+  svg.addEventListener("pointerleave", quiet);
+  svg.addEventListener("dblclick", whole);
+  all.addEventListener("click", whole);
+}
+
+/** Says what the curves are where the pointer is. */
+function read(panel: Panel, at: DOMPoint, said: HTMLElement, cross: SVGPathElement): void {
+  const [left, top, width, height] = panel.told.box;
+  const rows: [string, number][] = [];
+  if (panel.over) {
+    const x = valueAt(panel.x, Math.min(Math.max((at.x - left) / width, 0), 1));
+    rows.push([panel.told.across, x]);
+    const unit = /\s*\[[^\]]*\]$/.exec(panel.told.up)?.[0] ?? "";
+    for (const one of panel.curves) rows.push([one.name ? one.name + unit : panel.told.up, interpolated(one, x)]);
+    cross.setAttribute("d", `M${left + width * share(panel.x, x)} ${top}v${height}`);
+  } else {
+    const near = nearest(panel, at);
+    cross.removeAttribute("d");
+    if (!near) {
+      said.hidden = true;
+      return;
+    }
+    if (near.name) rows.push([near.name, Number.NaN]);
+    rows.push([panel.told.across, near.x], [panel.told.up, near.y]);
+    cross.setAttribute("d", `M${near.at[0] - 5} ${near.at[1]}h10M${near.at[0]} ${near.at[1] - 5}v10`);
+  }
+  said.replaceChildren(...rows.map(([name, value]) => row(name, value)));
+  said.hidden = false;
+}
+
+function interpolated(curve: Curve, x: number): number {
+  const { x: xs, y: ys } = curve;
+  if (x < xs[0]! || x > xs[xs.length - 1]!) return Number.NaN;
+  let [low, high] = [0, xs.length - 1];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (xs[middle]! <= x) low = middle;
+    else high = middle;
+  }
+  const step = xs[high]! - xs[low]!;
+  return step > 0 ? ys[low]! + ((x - xs[low]!) / step) * (ys[high]! - ys[low]!) : ys[low]!;
+}
+
+function nearest(panel: Panel, at: DOMPoint): { name: string; x: number; y: number; at: [number, number] } | undefined {
+  const [left, top, width, height] = panel.told.box;
+  let best = NEAR;
+  let found: ReturnType<typeof nearest>;
+  for (const one of panel.curves) {
+    one.x.forEach((x, i) => {
+      const here: [number, number] = [left + width * share(panel.x, x), top + height * (1 - share(panel.y, one.y[i]!))];
+      const off = Math.hypot(here[0] - at.x, here[1] - at.y);
+      if (off < best) [best, found] = [off, { name: one.name, x, y: one.y[i]!, at: here }];
+    });
+  }
+  return found;
+}
+
+/** A name, with what is below it, and its value. */
+function row(name: string, value: number): HTMLElement {
+  const line = made("div", "");
+  const unit = /\s*\[([^\]]*)\]$/.exec(name);
+  const words = made("span", "");
+  for (const [i, part] of (unit ? name.slice(0, unit.index) : name).split(/_\{([^}]*)\}/).entries()) {
+    const piece = document.createElement(i % 2 ? "sub" : "span");
+    piece.textContent = part;
+    words.append(piece);
+  }
+  const shown = made("b", "");
+  shown.textContent = Number.isNaN(value) ? "" : `${number(value, 3)}${unit ? `\u00a0${unit[1]}` : ""}`;
+  line.append(words, shown);
+  return line;
+}
+
+function made(tag: string, kind: string): HTMLElement {
+  const element = document.createElement(tag);
+  element.className = kind;
+  return element;
+}

@@ -1,0 +1,156 @@
+// One set of axes of a figure: its curves as points, read off the drawing, and the drawing of a part of them.
+
+import { labels, powerOfTen, ticks } from "../plots/ticks";
+import { type Axis, share, valueAt } from "./scale";
+
+/** What Python says of a set of axes. box: left, top, width, height. ours: whether all that is drawn can be drawn anew. */
+export interface Told {
+  readonly id: string;
+  readonly box: readonly [number, number, number, number];
+  readonly x: Axis;
+  readonly y: Axis;
+  readonly across: string;
+  readonly up: string;
+  readonly ours: boolean;
+  readonly curves: readonly { readonly id: string; readonly name: string }[];
+}
+
+export interface Curve {
+  readonly name: string;
+  readonly path: SVGPathElement;
+  readonly drawn: string;
+  readonly x: Float64Array; // values
+  readonly y: Float64Array;
+  readonly rising: boolean; // a function of x
+}
+
+const SVG = "http://www.w3.org/2000/svg";
+
+export class Panel {
+  readonly curves: readonly Curve[];
+  readonly group: Element;
+  x: Axis;
+  y: Axis;
+  private fresh: Element[] = [];
+
+  constructor(svg: SVGSVGElement, readonly told: Told) {
+    this.group = found(svg, told.id) ?? svg;
+    this.x = told.x;
+    this.y = told.y;
+    this.curves = told.curves.flatMap(({ id, name }) => {
+      const path = found(svg, id)?.querySelector("path");
+      return path ? [this.curve(path, name)] : [];
+    });
+  }
+
+  /** Whether its curves are functions of x, which can be read at one place and shown in part. */
+  get over(): boolean {
+    return this.curves.length > 0 && this.curves.every((one) => one.rising);
+  }
+
+  private curve(path: SVGPathElement, name: string): Curve {
+    const [left, top, width, height] = this.told.box;
+    const drawn = path.getAttribute("d") ?? "";
+    const places = [...drawn.matchAll(/[ML] (\S+) (\S+)/g)];
+    const x = Float64Array.from(places, (one) => valueAt(this.told.x, (Number(one[1]) - left) / width));
+    const y = Float64Array.from(places, (one) => valueAt(this.told.y, 1 - (Number(one[2]) - top) / height));
+    return { name, path, drawn, x, y, rising: x.length > 1 && x.every((value, i) => i === 0 || value >= x[i - 1]! - 1e-9 * Math.abs(value)) };
+  }
+
+  /** Show the part of x from low to high, and the values that are there. */
+  show(low: number, high: number): void {
+    this.x = { ...this.told.x, low, high };
+    this.y = this.told.y.kind === "linear" ? this.around(low, high) : this.told.y;
+    const [left, top, width, height] = this.told.box;
+    for (const one of this.curves) {
+      let text = "";
+      one.x.forEach((x, i) => {
+        text += `${i ? "L" : "M"}${(left + width * share(this.x, x)).toFixed(2)} ${(top + height * (1 - share(this.y, one.y[i]!))).toFixed(2)}`;
+      });
+      one.path.setAttribute("d", text);
+    }
+    this.scales();
+  }
+
+  /** Show all again, as it was drawn. */
+  reset(): void {
+    this.x = this.told.x;
+    this.y = this.told.y;
+    for (const one of this.curves) one.path.setAttribute("d", one.drawn);
+    for (const one of this.fresh) one.remove();
+    this.fresh = [];
+    for (const one of this.old()) one.removeAttribute("display");
+  }
+
+  private around(low: number, high: number): Axis {
+    let [least, most] = [Infinity, -Infinity];
+    for (const one of this.curves) {
+      one.x.forEach((x, i) => {
+        const inside = x >= low && x <= high;
+        if (!inside && !(one.x[i + 1]! >= low && x <= high) && !(one.x[i - 1]! <= high && x >= low)) return;
+        least = Math.min(least, one.y[i]!);
+        most = Math.max(most, one.y[i]!);
+      });
+    }
+    if (!(most > least)) return this.told.y;
+    const room = 0.06 * (most - least);
+    return { ...this.told.y, low: least - room, high: most + room };
+  }
+
+  /** Marks, numbers and grid of both axes. */
+  private scales(): void {
+    for (const one of this.fresh) one.remove();
+    const old = this.old();
+    for (const one of old) one.setAttribute("display", "none");
+    const numbered = old.some((one) => one.id.includes("xtick") && one.querySelector("text"));
+    const [left, top, width, height] = this.told.box;
+    const place = document.createElementNS(SVG, "g");
+    for (const [value, text] of marks(this.x, 6)) {
+      const x = left + width * share(this.x, value);
+      place.append(line(x, top, x, top + height));
+      if (numbered) place.append(word(x, top + height + 14, text, "middle"));
+    }
+    for (const [value, text] of this.y.kind === "linear" ? marks(this.y, 4) : []) {
+      const y = top + height * (1 - share(this.y, value));
+      place.append(line(left, y, left + width, y), word(left - 7, y + 3.2, text, "end"));
+    }
+    this.group.querySelector('g[id*="patch"]')!.after(place); // the ground of the axes, below all curves
+    this.fresh = [place];
+  }
+
+  private old(): Element[] {
+    const kept = this.told.y.kind === "linear" ? /(xtick|ytick|grid)/ : /(xtick|grid)/;
+    return [...this.group.querySelectorAll("g[id]")].filter((one) => kept.test(one.id.replace(/^.*-/, "")));
+  }
+}
+
+function marks(axis: Axis, count: number): [number, string][] {
+  if (axis.kind === "log" && axis.high / axis.low > 30) {
+    const found: [number, string][] = [];
+    for (let e = Math.ceil(Math.log10(axis.low)); 10 ** e <= axis.high; e++) found.push([10 ** e, powerOfTen(e)]);
+    return found;
+  }
+  const values = ticks(axis.low, axis.high, count).filter((one) => axis.kind !== "log" || one > 0);
+  return labels(values).map((text, i) => [values[i]!, text]);
+}
+
+function line(x1: number, y1: number, x2: number, y2: number): SVGElement {
+  const made = document.createElementNS(SVG, "path");
+  made.setAttribute("d", `M${x1} ${y1}L${x2} ${y2}`);
+  made.setAttribute("style", "fill: none; stroke: #e0e0e0; stroke-width: 0.5");
+  return made;
+}
+
+function word(x: number, y: number, text: string, anchor: string): SVGElement {
+  const made = document.createElementNS(SVG, "text");
+  made.setAttribute("x", String(x));
+  made.setAttribute("y", String(y));
+  made.setAttribute("style", `font-size: 9px; font-family: Inter, sans-serif; text-anchor: ${anchor}`);
+  made.textContent = text;
+  return made;
+}
+
+/** The part of a drawing with this id, which a report has put the figure's name before. */
+function found(svg: SVGSVGElement, id: string): Element | undefined {
+  return [...svg.querySelectorAll("g[id]")].find((one) => one.id === id || one.id.endsWith(`-${id}`));
+}
