@@ -98,16 +98,16 @@ def any_vehicle(random: np.random.Generator) -> dict[str, Any]:
     return table if kind == 1 else {**table, "effects": {"drag": False}}
 
 
-def hover(table: dict[str, Any], law: str, **more: Any) -> Mission:
-    """The vehicle at rest under a law with its default gains and no nets."""
+def hover(table: dict[str, Any], law: str, learning: bool = False, **more: Any) -> Mission:
+    """The vehicle at rest under a law with its default gains. learning: with its nets, if it has any, as missions fly it."""
     mission = check_mission({"vehicle": table, "path": HOVER, "controller": {"type": law}, **more}, "hover", Path())
     nets = mission.controller.table
-    if nets is None:
+    if nets is None or learning:
         return mission
     off = mission.controller.model_copy(update={"nets": nets.model_copy(update={"enabled": False})})
     return mission.model_copy(update={"controller": off})
 
 
-def hover_grade(table: dict[str, Any], law: str, **more: Any) -> Grade:
+def hover_grade(table: dict[str, Any], law: str, learning: bool = False, **more: Any) -> Grade:
     """How the loop at rest is graded."""
-    return grade(hover(table, law, **more))
+    return grade(hover(table, law, learning, **more))

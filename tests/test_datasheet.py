@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from quadstep.identify.datasheet.campaign import campaign_text
-from quadstep.identify.datasheet.estimate import estimate, vehicle_of
+from quadstep.identify.datasheet.estimate import estimate, rotor_inertia, vehicle_of
 from quadstep.identify.datasheet.sheet import Datasheet
 from tests.commands import quadstep
 from tests.sheets import SHEET
@@ -126,3 +126,28 @@ def test_every_inertia_that_its_campaign_draws_is_a_body_and_the_likeliest_is_wi
     assert all(one["low"] <= one["median"] <= one["high"] for one in drawn)
     for corner in product(*((one["low"], one["high"]) for one in drawn)):
         assert 2.0 * max(corner) <= sum(corner) * (1.0 + 1e-12)
+
+
+ROTORS = [  # diameter [m], mass of the motor [kg], J_r [kg m^2]
+    (0.047, 0.0, 3.5e-8),  # Crazyflie 2: crazyflow 0.4.0, prop_inertia, propeller alone
+    (0.254, 0.0, 2.65e-5),  # PX4's Gazebo model x500_base, propeller alone
+    (
+        0.254,
+        0.057,
+        2.573e-5,
+    ),  # Robbe Roxxy 2827-34 with EPP 10x4.5: J_M of hector_quadrotor (Meyer and others 2012), identified
+    (0.305, 0.057, 4.142e-5),  # the same motor with EPP 12x4.5
+    (0.3, 0.0, 6.0e-5),  # OS4, its motor behind a gear: Bouabdallah's thesis (EPFL 3727, 2007), J_r
+]
+"""Published inertias of propellers, with their motor's bell where a mass is given."""
+
+
+def test_the_estimate_of_a_rotors_inertia_is_as_sure_as_it_says():
+    off = []
+    for diameter, motor, published in ROTORS:
+        text = SHEET.replace("inches = [5.1, 4.3]", f"diameter = {diameter}").replace("0.033", f"{motor or 1e-9}")
+        sheet = made(text)
+        found = rotor_inertia(sheet, 4)
+        off.append(np.log(found.value / published) / found.spread)
+    assert np.abs(off).max() < 1.5
+    assert np.abs(np.mean(off)) < 2.0 / np.sqrt(len(off)), "no bias that these tell"

@@ -14,6 +14,7 @@ from quadstep.numbers import vector
 from tests.random_sheets import UNGRADED, any_vehicle, hover, hover_grade, random_sheet, vehicle
 
 LAWS = [law for law in names(Measured) if law not in (*UNGRADED, *STOCK)]
+LEARNING = [law for law in LAWS if hover({"preset": "x500"}, law).controller.table is not None]
 SEVEN = {"name": "Seven inch", "mass": 0.95, "wheelbase": 0.3, "kv": 1300.0, "cells": 6, "propeller": {"inches": [7.0, 4.0]}}
 
 
@@ -31,6 +32,13 @@ SLOW = {"preset": "research-2.6kg", "rotor": {"rise_time": 0.15, "fall_time": 0.
 @pytest.mark.parametrize("law", LAWS)
 def test_gains_need_no_help_of_the_air(law):
     found = hover_grade({**SLOW, "effects": {"drag": False}}, law)
+    assert found.word == SOUND, f"{law}: {found.why}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LEARNING)
+def test_gains_have_margin_while_nets_learn(law):
+    found = hover_grade({**SLOW, "effects": {"drag": False}}, law, learning=True)
     assert found.word == SOUND, f"{law}: {found.why}"
 
 

@@ -44,6 +44,14 @@ def test_the_limits_are_the_textbooks_and_twice_the_latency():
     assert limits(Mission(path=HOLD)).delay == 0.0
 
 
+def test_a_flight_says_that_its_law_finds_no_rest(recwarn):
+    pytest.importorskip("foundation_policy")
+    found = quick_grade(hover("raptor", "hummingbird", simulation={"control_period": 0.01, "guidance_period": 0.01}))
+    assert found["grade"] == NO_REST
+    assert "still changes by" in found["why"]
+    assert not recwarn.list
+
+
 def test_each_margin_is_held_against_its_limit(analysis):
     gain, phase, delay = (one.value for one in graded(analysis).measures)
     least = 20.0 * math.log10(min(min(one.gain_up, 1.0 / max(one.gain_down, 1e-9)) for one in analysis.margins))

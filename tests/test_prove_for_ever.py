@@ -340,7 +340,8 @@ def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(proved, mon
 
 @pytest.mark.thorough
 def test_a_law_with_a_flag_that_its_loop_has_begun_is_proved_and_checked(tmp_path):
-    text = HOVER.replace('"geometric"', '"hedged-backstepping"\nnets.enabled = false').replace("guidance_period = 0.002\n", "")
+    law = '"hedged-backstepping"\nnets.enabled = false\nLambda1 = 1.85\nK_r1 = 8.1'
+    text = HOVER.replace('"geometric"', law).replace("guidance_period = 0.002\n", "")
     run = quadstep("prove", write(tmp_path, text), "--out", tmp_path / "proof.json")
     assert (run.code, run.err) == (0, "")
     assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0

@@ -67,14 +67,14 @@ class HedgedBackstepping(Controller):
     source = "docs/theory.md; Johnson and Kannan 2005"
     Gains = HedgedBacksteppingGains
     defaults: ClassVar[Mapping[str, object]] = {
-        "law.slope_1": usual(1.85, 1),
-        "law.gain_1": usual(8.1, 1),
+        "law.slope_1": usual(1.72, 1),
+        "law.gain_1": usual(7.6, 1),
         "law.slope_2": usual((5.1, 5.1, 5.0), 1, "body"),
         "law.gain_2": usual((23.5, 23.5, 20.0), 1, "rate"),
         "law.coupling": usual((3.3, 3.3, 3.3), 2, "body"),
         "law.filter_frequency": usual((12.7, 12.7, 10.0), 1, "body"),
-        "law.force_net": net(1, FORCE_INPUTS, rate=usual(12.0, 2), damping=0.15),
-        "law.torque_net": net(2, TORQUE_INPUTS, rate=usual(17.0, 2), damping=0.3),
+        "law.force_net": net(1, FORCE_INPUTS, rate=usual(6.0, 2), damping=0.15),
+        "law.torque_net": net(2, TORQUE_INPUTS, rate=usual(4.0, 2), damping=0.3),
     }
 
     def start(self, measured: Measured, gains: HedgedBacksteppingGains) -> HedgedBacksteppingMemory:

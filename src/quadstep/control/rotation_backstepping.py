@@ -73,8 +73,8 @@ class RotationGains(NamedTuple):
         usual((31.0, 31.0, 31.0), 2, "body"), "1/s^2", "gain of the attitude error, over inertia (of the completion)", key="P"
     )
     filter_frequency: Vector = gain(usual((17.5, 17.5, 15.5), 1, "body"), "rad/s", "bandwidth of the attitude command filter")
-    force_net: Net = net(1, FORCE_INPUTS, rate=usual(2.9, 2), damping=0.06)
-    torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(16.0, 2), damping=0.06)
+    force_net: Net = net(1, FORCE_INPUTS, rate=usual(2.5, 2), damping=0.06)
+    torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(6.0, 2), damping=0.06)
     learning_start: Number = nets_start()
     weight_bounds: Vector = gain((30.0, 100.0), "-", "bounds on |W_1| and |W_2|", parts=("W1", "W2"), group=NETS)
     integral_bounds: Vector = gain((20.0, 5.0), "m, rad", "bounds on |int r1| and |int r2|", parts=("r1", "r2"))

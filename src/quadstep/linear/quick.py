@@ -12,10 +12,10 @@ from quadstep.engines.fly import fingerprint
 from quadstep.io import code_cache
 from quadstep.io.results.code import code_digest
 from quadstep.linear.analysis import limits, of_even_rotors, of_loop, worst_of
-from quadstep.linear.equilibrium import hovering, newton, warmed
-from quadstep.linear.grade import Grade, graded
+from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed
+from quadstep.linear.grade import Grade, graded, refused
 from quadstep.linear.nearby import bending
-from quadstep.linear.sampled import Loops, linearising
+from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
 from quadstep.mission.schema import Mission
 
@@ -25,7 +25,7 @@ MOST_STATES, MOST_TICKS = 120, 50
 
 def quick_grade(mission: Mission) -> Mapping[str, str]:
     """The "grade" and "why" of a mission's loop at rest where its path begins; empty where `quadstep linear` has to be asked:
-    the loop is large, bends at or near rest, has no equations, or its rest is not found at once.
+    the loop is large, bends at or near rest, or has no equations.
     """
     law = mission.controller.controller
     if issubclass(law, Opaque) or law.one_at_a_time:
@@ -50,14 +50,20 @@ def own_digest() -> str:
 
 
 def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
-    """The grade of loops of a mission without a flight; empty where it takes longer."""
+    """The grade of loops of a mission, flown only where no rest is found at its start; empty where it takes longer."""
     with linearising():
         analyses = []
         for one in loops:
             flown, first = warmed(one)
             if one.count > MOST_TICKS or len(states(flown)[0]) > MOST_STATES:
                 return {}
-            rest = newton(one, flown, first)
+            try:
+                rest = newton(one, flown, first)
+            except NoRestError:
+                try:
+                    rest = at_rest(one.plan)
+                except NoRestError as error:
+                    return {"grade": (none := refused(error)).word, "why": none.why}
             if rest.period.period.bends or bending(one, rest.flown, rest.first, rest.period):
                 return {}
             analyses.append(of_loop(rest.period, limits(mission)))

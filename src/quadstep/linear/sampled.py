@@ -41,9 +41,12 @@ class NoRestError(NotLinearError):
 
 @contextlib.contextmanager
 def linearising() -> Iterator[None]:
-    """A block in which failing arithmetic, or a law that rejects dual numbers, raises NotLinearError."""
+    """A block in which failing arithmetic, or a law that rejects dual numbers, raises NotLinearError; numbers that are no
+    longer finite are looked for, so NumPy need not warn of them.
+    """
     try:
-        yield
+        with np.errstate(all="ignore"):
+            yield
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         raise NotLinearError(f"its numbers cannot be computed: {error}") from None
     except TypeError as error:
