@@ -64,10 +64,11 @@ def flown(*usual, alone=False):
 
 @flown(("geometric", True), ("indi", True), alone=True)
 def test_lanes_and_arrays_fly_what_floats_fly_with_everything_on(controller, estimator):
-    one = everything(controller, estimator)
+    rows = 51 if estimator else 27  # past two events
+    one = everything(controller, estimator, simulation={"duration": 0.01 * (rows - 1)})
     floats = on_floats(one)
     assert floats.outcome is Outcome.COMPLETED
-    assert len(floats.rows) == 51
+    assert len(floats.rows) == rows
     lanes = on_lanes([one])[0]
     assert worst(lanes, floats, 0.0) == {}
     np.testing.assert_array_equal(flatten(lanes.final), [float(leaf) for leaf in flatten(floats.final)])  # NaN: not said

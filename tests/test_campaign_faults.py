@@ -39,7 +39,7 @@ from tests.campaigns import (
 from tests.needs import MOUNTS, without
 from tests.patience import PATIENCE
 
-LONG = SHORT.replace("duration = 0.4", "duration = 16.0")
+LONG = SHORT.replace("duration = 0.4", "duration = 8.0")
 VARY = MASS + '"start.position.2" = {type="uniform", low=-0.1, high=0.1}\n'
 HEAD = "chunk = 64\nflights = 1024\n"
 
