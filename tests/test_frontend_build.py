@@ -45,10 +45,8 @@ def test_page_is_what_its_sources_give(sources, tmp_path):
     assert done.returncode == 0, done.stderr
     for name in ("page.html", "article.html", "LICENSES.txt"):
         assert (tmp_path / name).read_bytes() == (ASSETS / name).read_bytes(), f"{name}: run `make frontend` and commit it"
-    script = FONTS.parent / "report.js"
-    assert (tmp_path / "report.js").read_bytes() == (ROOT / script).read_bytes(), (
-        f"{script}: run `make frontend` and commit it"
-    )
+    script = ROOT / FONTS.parent / "report.js"
+    assert (tmp_path / "report.js").read_bytes() == script.read_bytes(), "report.js: run `make frontend` and commit it"
 
 
 def test_lock_pins_every_package_and_names_no_host():
