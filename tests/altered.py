@@ -5,9 +5,9 @@ from dataclasses import replace
 from typing import Any
 
 from quadstep.interfaces.controller import Controller
-from quadstep.linear.channels import moved
 from quadstep.linear.equilibrium import Rest
 from quadstep.linear.sampled import Loops
+from quadstep.linear.states import moved
 from quadstep.numbers import flatten, rebuild
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadstep.engines.loop import Loop
-from quadstep.linear.channels import moved
+from quadstep.linear.states import moved
 from quadstep.mission.schema import Mission
 from quadstep.numbers import clip, exp, sin
-from quadstep.sensing.delay import passed
+from quadstep.sensing.sensors import passed
 
 SLOWEST, FASTEST, DURATION, FADE = 0.3, 25.0, 40.0, 2.0
 """Frequencies of the chirp [Hz], how long it takes, and how long it fades in and out [s]."""

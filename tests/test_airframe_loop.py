@@ -13,9 +13,8 @@ from quadstep.interfaces.controller import Command
 from quadstep.numbers import Vector, flatten, leaf_names, rebuild, vector
 from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.vehicle.airframe.allocation import allocate
-from quadstep.vehicle.airframe.events import efficiencies, mass_properties
 from quadstep.vehicle.airframe.motion import AirframeState
-from quadstep.vehicle.airframe.plant import derivative, voltage
+from quadstep.vehicle.airframe.plant import derivative, efficiencies, mass_properties, voltage
 from quadstep.vehicle.plants.multirotor import Spun
 from tests.airframe_loops import (
     CONTROLLERS,

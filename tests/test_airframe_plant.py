@@ -7,9 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from quadstep.numbers import Vector, flatten, rebuild, vector
-from quadstep.vehicle.airframe.events import Events, Payload, RotorFault
 from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
-from quadstep.vehicle.airframe.plant import specific_force, voltage
+from quadstep.vehicle.airframe.plant import Events, Payload, RotorFault, specific_force, voltage
 from quadstep.vehicle.airframe.rotor import Battery, Drag
 from tests.airframes import (
     ALL,
@@ -213,8 +212,7 @@ def structure(seed):
 
 def law(*leaves, effects=ALL):
     state, wanted, vehicle, events, wind, t = rebuild(structure(0), iter(leaves))
-    from quadstep.vehicle.airframe.events import efficiencies, mass_properties
-    from quadstep.vehicle.airframe.plant import derivative
+    from quadstep.vehicle.airframe.plant import derivative, efficiencies, mass_properties
 
     properties, share = mass_properties(vehicle, events, t), efficiencies(events, 4, t)
     return flatten(derivative(PLUS, vehicle, properties, share, state, wanted, wind, effects))

@@ -7,9 +7,8 @@ import threading
 
 import pytest
 
-from quadstep.bridges.autopilot.address import Address
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.link import Lost, SensorSample
+from quadstep.bridges.autopilot.link import Address, Lost, SensorSample
 from quadstep.bridges.autopilot.px4 import Px4
 from tests.autopilots import PULSES, free_port
 from tests.needs import package

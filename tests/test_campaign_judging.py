@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from quadstep.studies.campaign.copies import copies
+from quadstep.studies.campaign.evidence import copies
 from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import MASS, fly, manifest, written
 from tests.verdicts import checked, properties

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.io import exit_codes
+from quadstep.io import errors
 from quadstep.proofs.certify.record import TERMS
 from quadstep.report.drawing import FigureJob
 from tests.commands import LINE, quadstep, strict_json, write
@@ -47,7 +47,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
 
 def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undrawn):
     run = quadstep("certify", EXAMPLES / "theorem_fails.toml", "--out", tmp_path / "out")
-    assert (run.code, run.err) == (exit_codes.DIVERGED, "")
+    assert (run.code, run.err) == (errors.DIVERGED, "")
     found = strict_json(tmp_path / "out" / "certificate.json")
     conditions = found["conditions"]
     assert found["kind"] == "diverged"
@@ -84,7 +84,7 @@ def test_it_stays_out_of_the_way_of_a_flight(tmp_path, undrawn):
     other = write(tmp_path, LINE.replace("1.0, 0.5", "0.9, 0.5"), "other.toml")
     assert quadstep("certify", other, "--out", tmp_path / "out").refused
     assert quadstep("certify", other, "--out", tmp_path / "out", "--overwrite").code == 0
-    assert quadstep("fly", mission, "--out", tmp_path / "out").code == exit_codes.BAD_INPUT
+    assert quadstep("fly", mission, "--out", tmp_path / "out").code == errors.BAD_INPUT
 
 
 def test_the_folder_is_named_after_the_mission(tmp_path, undrawn, monkeypatch):

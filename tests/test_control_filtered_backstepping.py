@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude
 from quadstep.control.command_filter import Filtered
 from quadstep.control.filtered_backstepping import FilteredBackstepping, FilteredBacksteppingMemory
-from quadstep.control.local_basis import NODES, growth, hats, values
+from quadstep.control.networks import NODES, growth, hats, values
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector

@@ -5,8 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from quadstep.control.nested_saturation import NestedSaturation
-from quadstep.control.nested_saturation_on_airframe import NestedSaturationOnAirframe
+from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationOnAirframe
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset

@@ -8,7 +8,7 @@ import pytest
 from benchmarks import firmware
 from benchmarks.rare.__main__ import FLOWN, KNOWN, kept, read, row
 from quadstep.metrics.statistics import share
-from quadstep.studies.campaign.rare import Method
+from quadstep.studies.campaign.schema import Method
 from quadstep.studies.campaign.until import looks
 from tests.needs import CORTEX_M, CORTEX_M_12, needs
 

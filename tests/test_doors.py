@@ -11,7 +11,7 @@ from quadstep.identify.logs.read import read_topics
 from quadstep.io import doors
 from quadstep.io.user_code import loading
 from quadstep.io.user_code.blame import NAMED
-from quadstep.mission.autopilots import AUTOPILOTS
+from quadstep.mission.own_controller import AUTOPILOTS
 from quadstep.report.panels import flight_jobs
 from tests.commands import LINE, quadstep, write
 from tests.doors import DOORS
@@ -20,7 +20,7 @@ MODULE = '''
 from quadstep.bridges.autopilot.controller import PilotedLaw
 from quadstep.engines.fly import on_floats
 from quadstep.identify.logs.series import Series, Topics
-from quadstep.mission.autopilots import PilotedSection
+from quadstep.mission.own_controller import PilotedSection
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
 

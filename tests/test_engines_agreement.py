@@ -15,7 +15,7 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Table, exp, flatten, rebuild, vector, where
 from quadstep.vehicle.paper import Disturbance, derivative
-from quadstep.vehicle.plants.columns import COLUMNS
+from quadstep.vehicle.plants.in_space import COLUMNS
 from quadstep.vehicle.plants.lagrange import Lagrange
 from quadstep.world.guidance.orbit import Orbit, OrbitParameters
 from quadstep.world.guidance.piecewise import Piecewise

@@ -14,7 +14,7 @@ from quadstep.interfaces.controller import Command
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, flatten, vector
 from quadstep.vehicle.paper import Disturbance, Rotors
-from quadstep.vehicle.plants.columns import COLUMNS
+from quadstep.vehicle.plants.in_space import COLUMNS
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Made
 from tests.flights import CASE_1, NESTED, array, gains, nested_gains, parameters, random_state, same, state, vehicle
 

@@ -10,7 +10,7 @@ import pytest
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.judging.grade import RULES, FlightGrade, graded
+from quadstep.metrics.judging.verdict import RULES, FlightGrade, graded
 from quadstep.metrics.of_log import flight_metrics
 from quadstep.metrics.reductions import LateGrowth
 from quadstep.mission.read import read_mission

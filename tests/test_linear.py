@@ -14,7 +14,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.linear.analysis import of_loop, studied, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
-from quadstep.linear.record import record
+from quadstep.linear.run import record
 from quadstep.linear.states import states, with_states
 from quadstep.linear.tables import sentences
 from quadstep.linear.transfer import frequencies, opened, transfer

@@ -8,11 +8,10 @@ import pytest
 from quadstep import Mission
 from quadstep.linear import quick
 from quadstep.linear.analysis import limits, studied
-from quadstep.linear.cycle import flown_from_rest
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, grade, graded
 from quadstep.linear.margins import Limits
 from quadstep.linear.quick import quick_grade
-from quadstep.linear.record import record
+from quadstep.linear.run import flown_from_rest, record
 from quadstep.linear.tables import sentences
 from quadstep.mission.read import read_mission
 from quadstep.page.folder import results

@@ -8,7 +8,7 @@ import pytest
 from quadstep import Mission
 from quadstep.linear.analysis import studied
 from quadstep.linear.modes import Modes, scales
-from quadstep.linear.pose import Pose
+from quadstep.linear.states import Pose
 from quadstep.linear.tables import pole_rows
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}

@@ -13,7 +13,7 @@ from quadstep.mission.events import AnyEvent, build_events, check_events, event_
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.sensing import SensorsSection
 from quadstep.mission.vehicle_list import load_preset, parameters, read_vehicle
-from quadstep.vehicle.airframe.events import mass_properties
+from quadstep.vehicle.airframe.plant import mass_properties
 
 OWN = """\
 mass = 1.2

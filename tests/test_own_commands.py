@@ -8,8 +8,7 @@ import pytest
 from quadstep import Mission, UserError, fly
 from quadstep.control.rate_loop import RateGains, rate_loop
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.interfaces.commands import BodyRates
-from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.controller import BodyRates, Measured
 from quadstep.mission.template import template
 from quadstep.numbers import vector
 
@@ -17,7 +16,7 @@ HEAD = '''
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
+from quadstep.interfaces.controller import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.controller import Command, Controller
 from quadstep.interfaces.gain import believed, gain, given
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude

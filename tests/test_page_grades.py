@@ -3,7 +3,7 @@
 import pytest
 
 from quadstep.engines.fly import fly
-from quadstep.metrics.judging.grade import graded
+from quadstep.metrics.judging.verdict import graded
 from quadstep.mission.schema import Mission
 from quadstep.page.flights import SUMMED_UP
 from quadstep.page.missions import missions_page

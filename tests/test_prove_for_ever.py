@@ -15,7 +15,7 @@ from quadstep import Mission
 from quadstep import numbers as n
 from quadstep.control.registry import names
 from quadstep.interfaces.controller import Measured
-from quadstep.io import exit_codes
+from quadstep.io import errors
 from quadstep.mission.read import check_mission
 from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
@@ -131,7 +131,7 @@ def test_the_check_refuses_what_was_not_proved(tmp_path, proved, name):
     MUTATIONS[name](content)
     (tmp_path / "proof.json").write_text(json.dumps(content))
     run = quadstep("prove", "--check", tmp_path / "proof.json")
-    assert (run.code, run.err) == (exit_codes.FAILED, "")
+    assert (run.code, run.err) == (errors.FAILED, "")
     assert "not confirmed: " in run.out
     assert "proved" not in run.out
 

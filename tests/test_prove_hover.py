@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep import read_mission
-from quadstep.io import exit_codes
+from quadstep.io import errors
 from quadstep.mission.read import plan_mission
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.proofs.prove.sampled import Sampled
@@ -29,7 +29,7 @@ def loop_of(**controller):
 
 def test_the_example_is_disproved(tmp_path):
     run = quadstep("prove", FAILS)
-    assert (run.code, run.err) == (exit_codes.DIVERGED, "")
+    assert (run.code, run.err) == (errors.DIVERGED, "")
     for needed in (
         "disproved",
         "4 of the 82 eigenvalues",

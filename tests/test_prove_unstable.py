@@ -10,7 +10,7 @@ import pytest
 
 from quadstep import Mission
 from quadstep.engines.fly import fly
-from quadstep.io import exit_codes
+from quadstep.io import errors
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Vector, maximum, minimum, sqrt, where
 from quadstep.numbers.enclosure import UndefinedError
@@ -66,7 +66,7 @@ def found():
 def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = quadstep("prove", write(tmp_path, HOVER + "attitude = [60.0, 60.0, 20.0]\n"))
-    assert (run.code, run.err) == (exit_codes.DIVERGED, "")
+    assert (run.code, run.err) == (errors.DIVERGED, "")
     assert "disproved: hover is unstable." in run.out
     said = " ".join(run.out.split())
     assert "met at any sample from 0.01 s on, every flight gets out of a box about the rest within 0.53 s" in said
@@ -206,7 +206,7 @@ def test_a_law_with_a_limit_is_disproved_on_the_papers_plant(tmp_path):
     place = "start = [0.0, 0.0, 5.0]\nend = [0.0, 0.0, 5.0]\n"
     text = f'[path]\ntype = "step"\n{place}duration = 4.0\n[controller]\ntype = "limited.py:Limited"\nk_w = 0.01\n'
     run = quadstep("prove", write(tmp_path, text))
-    assert (run.code, run.err) == (exit_codes.DIVERGED, "")
+    assert (run.code, run.err) == (errors.DIVERGED, "")
     assert "6 of the 12 eigenvalues" in " ".join(run.out.split())
 
 

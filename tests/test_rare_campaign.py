@@ -11,9 +11,8 @@ from quadstep.io.errors import InterruptedRun
 from quadstep.numbers.noise import probability
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.rare import run
-from quadstep.studies.rare.flights import Flights
+from quadstep.studies.rare.flights import Flights, values
 from quadstep.studies.rare.points import FIRST, Points
-from quadstep.studies.rare.space import values
 from tests.campaigns import NOISY, of, refused
 from tests.commands import quadstep
 

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from quadstep.numbers.noise import probability
-from quadstep.studies.campaign.rare import Method
-from quadstep.studies.rare.cross_entropy import cross_entropy
+from quadstep.studies.campaign.schema import Method
+from quadstep.studies.rare.cross_entropy import LEAST, beyond, cross_entropy
 from quadstep.studies.rare.done import Done
 from quadstep.studies.rare.pieces import Kind
 from quadstep.studies.rare.points import FIRST, Points, Random
-from quadstep.studies.rare.replicate import LEAST, beyond
 from quadstep.studies.rare.subset import subset_simulation
 from quadstep.studies.rare.summary import Crude, Estimate, interval, summarise
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from quadstep.numbers.noise import probability
-from quadstep.studies.rare.cross_entropy import DEFENSIVE, LAST, SLOW, Drawing, Sample, cross_entropy, highest, steered
+from quadstep.studies.rare.cross_entropy import DEFENSIVE, LAST, LEAST, SLOW, Drawing, Sample, cross_entropy, highest, steered
 from quadstep.studies.rare.mixture import Mixture, effective, fitted, fitted_with, log_standard, standard, together
 from quadstep.studies.rare.points import Random
-from quadstep.studies.rare.replicate import LEAST
 
 LEANING = Mixture(
     np.array([0.3, 0.7]),

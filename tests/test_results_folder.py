@@ -12,8 +12,7 @@ import pytest
 from quadstep.io.errors import UserError
 from quadstep.io.files import JSON
 from quadstep.io.results.folder import RUNNING, names_in, opened, parts_of
-from quadstep.io.results.parts import parts_in
-from quadstep.io.results.sealed import sealed
+from quadstep.io.results.parts import parts_in, sealed
 from quadstep.report.publish import publishing, write_json
 from tests import campaigns
 from tests.commands import LINE, quadstep, without_figures, write

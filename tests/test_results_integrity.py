@@ -10,8 +10,7 @@ import pytest
 import quadstep
 from quadstep.io.errors import UserError
 from quadstep.io.results import code, parts
-from quadstep.io.results.parts import parts_in
-from quadstep.io.results.sealed import read_sealed, sealed
+from quadstep.io.results.parts import parts_in, read_sealed, sealed
 from quadstep.studies.campaign import cluster, manifest
 from quadstep.studies.campaign.store import opened
 from tests.campaigns import MASS, campaign, fly, refused, written

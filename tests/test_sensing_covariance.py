@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import Vector, matrix
-from quadstep.sensing.covariance import diagonal, entry, observed, sheared, widened
+from quadstep.sensing.estimator import diagonal, entry, observed, sheared, widened
 
 RNG = np.random.default_rng(11)
 COUNT = 15

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 
 from quadstep.numbers import flatten, vector
 from quadstep.numbers.rotations import IDENTITY
-from quadstep.sensing.delay import filled, passed, pushed
 from quadstep.sensing.estimator import ErrorState
-from quadstep.sensing.sensors import Sensors
+from quadstep.sensing.sensors import Sensors, filled, passed, pushed
 from quadstep.sensing.suite import Suite
 from quadstep.vehicle.airframe.motion import Motion
 from tests.sensing import GRAVITY, SENSORS, Swinging, stack, turn_between

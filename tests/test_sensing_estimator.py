@@ -6,8 +6,7 @@ import pytest
 from quadstep.numbers import Vector, flatten, matrix, rebuild
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.sensing import estimator
-from quadstep.sensing.covariance import diagonal
-from quadstep.sensing.estimator import ErrorState, Instant, Transition, carried, propagated, transition
+from quadstep.sensing.estimator import ErrorState, Instant, Transition, carried, diagonal, propagated, transition
 from quadstep.sensing.sensors import Navigation, fixed, navigation
 from quadstep.sensing.suite import Suite
 from tests.sensing import GRAVITY, NOTHING, SENSORS, Compiled, Swinging, covariance_matrix, errors_of, keys, stack

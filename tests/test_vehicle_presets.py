@@ -23,9 +23,8 @@ from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import IDENTITY, from_rotation_vector
 from quadstep.vehicle.airframe.allocation import allocate, columns
-from quadstep.vehicle.airframe.events import Events, efficiencies, mass_properties
 from quadstep.vehicle.airframe.motion import AirframeState
-from quadstep.vehicle.airframe.plant import derivative
+from quadstep.vehicle.airframe.plant import Events, derivative, efficiencies, mass_properties
 from quadstep.vehicle.airframe.rotor import electrical_power, terminal_voltage
 from quadstep.vehicle.paper import Rotors, mix
 from tests.needs import package

@@ -18,8 +18,7 @@ from benchmarks.rare.starts import Starts
 from quadstep.io.atomic import write_beside
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.studies.campaign.flown import SUCCESS, Flyer
-from quadstep.studies.campaign.rare import Method, RareSection
-from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.schema import Campaign, Method, RareSection, read_campaign
 from quadstep.studies.rare.flights import Flights
 from quadstep.studies.rare.pieces import fly_piece, pieces
 from quadstep.studies.rare.summary import summarise

@@ -5,11 +5,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.rare.cases.first_sample import UNIT, Corner, Edge, FirstSample, Radius, Side, Sum
-from quadstep.studies.campaign.columns import numbers
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.rare.flights import Event, Failure, Flights, Scale
+from quadstep.studies.campaign.variants import numbers
+from quadstep.studies.rare.flights import Event, Failure, Flights, Scale, values
 from quadstep.studies.rare.points import Evaluate, Floats, Points
-from quadstep.studies.rare.space import values
 
 METRICS: dict[str, FirstSample] = {one.name: one for one in (Sum(), Side(), Corner(), Radius(), Edge())}
 

@@ -4,7 +4,7 @@ import os
 import sys
 from importlib import import_module
 
-from quadstep.io.exit_codes import INTERRUPTED
+from quadstep.io.errors import INTERRUPTED
 
 
 def main() -> None:

@@ -16,8 +16,7 @@ from quadstep.control.projection import project
 from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.interfaces.closed_loop import Clock, Outcome, finite
-from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
-from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
 from quadstep.interfaces.metric import Metric
 from quadstep.interfaces.model import Model

@@ -10,8 +10,7 @@ from pathlib import Path
 from random import Random
 
 from quadstep.io.errors import UserError
-from quadstep.io.results.parts import parts_in
-from quadstep.io.results.sealed import SEAL, read_sealed, sealed
+from quadstep.io.results.parts import SEAL, parts_in, read_sealed, sealed
 from quadstep.report.publish import publishing
 from tests.challenge.search import Attempt, Search
 

@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from quadstep.engines.eager import fly_floats
-from quadstep.io.results.sealed import sealed
+from quadstep.io.results.parts import sealed
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.page.folder import results
 from quadstep.page.opened import open_result

@@ -126,7 +126,6 @@ class Adapter:
         return Measured(position, velocity, vector(w, i, j, k), rates, self.thrust, self.torque)
 
     def allocate(self) -> None:
-        """The answer to RotorPy."""
         command, allocation = self.command, self.parameters.allocation
         speeds, self.thrust, self.torque = self.loop.plant.actuate(self.parameters, command)
         said = math.isfinite(command.desired_attitude.norm())
@@ -207,10 +206,8 @@ def whole(period: float, step: float, name: str) -> int:
 
 
 def column(values: Numbers) -> Vector:
-    """An array as numbers."""
     return Vector(float(value) for value in values)
 
 
 def array(values: Numbers) -> NDArray[np.float64]:
-    """Numbers as an array."""
     return np.array(list(values), dtype=float)

@@ -17,8 +17,8 @@ from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 from quadstep.mission.airframe import BuiltAirframe
 from quadstep.sensing.suite import Suite
-from quadstep.vehicle.airframe.events import Events
 from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.plant import Events
 from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor, Spun
 from quadstep.world.air import MovingAir, start_turbulence, wind_at
 

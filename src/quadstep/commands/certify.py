@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
-from quadstep.io.exit_codes import DIVERGED
+from quadstep.io.errors import DIVERGED
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.screen import say, say_whole
 from quadstep.report.terminal.tables import show_table

@@ -8,7 +8,7 @@ import typer
 
 from quadstep.commands.deliver import check_junit, deliver
 from quadstep.commands.options import JsonOption, JunitOption
-from quadstep.io.exit_codes import UNMET
+from quadstep.io.errors import UNMET
 from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.report.terminal.screen import say
 

@@ -17,8 +17,7 @@ from quadstep.commands.completion import VARIABLE, answer_shell
 from quadstep.commands.given import plain, refuse_empty
 from quadstep.commands.version import version_lines
 from quadstep.io.doors import Door
-from quadstep.io.errors import InterruptedRun, UserError
-from quadstep.io.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_LOST
+from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
 from quadstep.io.user_code.blame import NAMED, blamed, print_whole, user_error
 from quadstep.io.user_code.loading import refuse
 from quadstep.report.terminal.screen import complain, say, width

@@ -7,8 +7,7 @@ import typer
 
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
 from quadstep.engines.engine import JOBS, Engine
-from quadstep.io.errors import UserError
-from quadstep.io.exit_codes import BAD_INPUT
+from quadstep.io.errors import BAD_INPUT, UserError
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
 from quadstep.report.terminal.bars import Bar, bar

@@ -130,7 +130,7 @@ def controller_of(given: str) -> dict[str, object]:
     from quadstep.interfaces.controller import Measured
     from quadstep.io.documents import read_toml
     from quadstep.io.user_code.installed import CONTROLLERS, own_place
-    from quadstep.mission.own_table import unknown_type
+    from quadstep.mission.own_thing import unknown_type
 
     if not given.endswith(".toml"):
         if given not in names(Measured) and own_place(given, CONTROLLERS) is None:

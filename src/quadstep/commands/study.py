@@ -8,7 +8,7 @@ import typer
 from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOption, check_seeds, run_study
 from quadstep.commands.options import OverwriteOption
 from quadstep.engines.engine import Engine
-from quadstep.io.exit_codes import FAILED
+from quadstep.io.errors import FAILED
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.screen import say, say_whole

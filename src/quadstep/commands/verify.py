@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.io.exit_codes import FAILED
+from quadstep.io.errors import FAILED
 from quadstep.io.extras import needed_by
 from quadstep.report.terminal.bars import bar
 from quadstep.report.terminal.screen import say, say_whole

@@ -19,8 +19,7 @@ from quadstep.control.crazyflie import FULL
 from quadstep.control.outer_loops import OuterGains, OuterMemory, asked_rates, begun, guided
 from quadstep.control.quarters import quarters
 from quadstep.control.wanted_attitude import up_axis
-from quadstep.interfaces.commands import RotorThrusts
-from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, clip, largest, maximum, minimum, smallest, sqrt, vector, where

@@ -15,8 +15,7 @@ from typing import ClassVar, NamedTuple, Self
 from quadstep.control.crazyflie import COUNTS, FULL, rotor_thrusts
 from quadstep.control.low_pass import LowPass, low_pass, smoothed
 from quadstep.control.quarters import quarters
-from quadstep.interfaces.commands import RotorThrusts
-from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude, led_acceleration, led_filter
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.local_basis import NODES, growth, hats, values
+from quadstep.control.networks import NODES, growth, hats, values
 from quadstep.control.projection import project_weights
 from quadstep.control.rotation_backstepping import AIRBORNE
 from quadstep.control.vectoring import attitude_for

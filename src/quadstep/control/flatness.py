@@ -15,8 +15,7 @@ from typing import NamedTuple
 from quadstep.control.projection import project
 from quadstep.control.vectoring import ZERO
 from quadstep.control.wanted_attitude import up_axis, within
-from quadstep.interfaces.commands import BodyRates
-from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.controller import BodyRates, Controller, Measured
 from quadstep.interfaces.gain import BELIEF, believed, gain, given, usual
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, cos, maximum, sin, vector, where

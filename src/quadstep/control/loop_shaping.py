@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 from quadstep.control.projection import project
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
-from quadstep.interfaces.commands import BodyRates
-from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.controller import BodyRates, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference

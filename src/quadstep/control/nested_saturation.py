@@ -6,13 +6,14 @@ hold the origin; here it is given the path's position and velocity errors, on th
 feed-forward. What is added for real vehicles is time: [11] places its poles at -1 rad/s.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import NamedTuple, Self
+from typing import ClassVar, NamedTuple, Self
 
+from quadstep.control.paper_on_airframe import PaperOnAirframe
 from quadstep.interfaces.controller import Command, Condition, Controller
-from quadstep.interfaces.gain import believed, gain, given
+from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Kinematics, Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, cos, vector
@@ -147,3 +148,21 @@ class NestedSaturation(Controller):
             Condition(f"b_{i + 1} >= 2 b_{i + 2}", outer, 2.0 * inner, "reference [11]", key="bounds")
             for i, (outer, inner) in enumerate(pairwise(gains.bounds))
         ]
+
+
+@dataclass(frozen=True)
+class NestedSaturationOnAirframe(PaperOnAirframe):
+    """Nested saturations of the pace of the vehicle, which hold its tilt within their third bound of the path's."""
+
+    name = "nested-saturation"
+    label = "nested saturations [11]"
+    source = "Castillo, Lozano, Dzul 2005"
+    Gains = NestedSaturationGains
+    defaults: ClassVar[Mapping[str, object]] = {
+        "altitude": usual((8.0, 24.0), (1, 2)),
+        "yaw": usual((12.0, 50.0), (1, 2), "yaw"),
+        "bounds": (6.0, 3.0, 1.5, 0.75),
+        "pace": usual(4.63),
+    }
+
+    law_on_angles: Controller = field(default_factory=lambda: NestedSaturation(Kinematics.RIGID, feed_forward=True))

@@ -25,8 +25,7 @@ from quadstep.control.px4_loops import (
     rate_loop,
 )
 from quadstep.control.px4_mixer import Mixer, command_of, missed_torques, mixed, mixer_of
-from quadstep.interfaces.commands import RotorSpeeds
-from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import BELIEF, gain, given, parameter
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, maximum, sqrt, vector, where

@@ -11,8 +11,7 @@ from importlib.resources import as_file, files
 from typing import Any, ClassVar, NamedTuple, Self
 
 from quadstep.control.quarters import quarters
-from quadstep.interfaces.commands import RotorSpeeds
-from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import gain, given
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference

@@ -6,8 +6,7 @@ from typing import ClassVar, NamedTuple, Self
 
 from quadstep.control.projection import project
 from quadstep.control.vectoring import torque_for
-from quadstep.interfaces.commands import BodyRates
-from quadstep.interfaces.controller import Command, Condition, Controller, Measured
+from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import believed, cached_by_class, gain, usual
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference

@@ -35,7 +35,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "mpc": "mpc.Mpc",
         "mppi": "mppi.Mppi",
         "raptor": "raptor.Raptor",
-        "nested-saturation": "nested_saturation_on_airframe.NestedSaturationOnAirframe",
+        "nested-saturation": "nested_saturation.NestedSaturationOnAirframe",
         "hedged-backstepping": "hedged_backstepping.HedgedBackstepping",
         "hedged-inversion": "hedged_inversion.HedgedInversion",
         "filtered-backstepping": "filtered_backstepping.FilteredBackstepping",

@@ -19,7 +19,6 @@ S = TypeVar("S")
 def fly_floats(
     loop: ClosedLoop, parameters: object, start: tuple[object, ...], ticks: Ticks, progress: Advance | None = None
 ) -> FlightLog:
-    """One flight on Python floats."""
     rows: list[tuple[float, ...]] = []
     runs, advance = [always(task.run) for task in loop.tasks], always(loop.advance)
     row = always(lambda *given: tuple(loop.row(*given)))
@@ -101,5 +100,4 @@ def keep(alive: NDArray[np.bool_], new: object, old: object) -> object:
 
 
 def pick(structure: object, index: int, count: int) -> list[float]:
-    """The leaves of one flight."""
     return [float(np.broadcast_to(leaf, count)[index]) for leaf in flatten(structure)]

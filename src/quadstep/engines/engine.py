@@ -29,7 +29,6 @@ class Engine(StrEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> "Engine | None":
-        """One of another distribution's."""
         if not any(value in door for door in FLOWN_BY.values()):
             return None
         one = str.__new__(cls, value)

@@ -44,7 +44,6 @@ class FlightPlan(NamedTuple):
 
 
 def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Advance | None = None) -> FlightLog:
-    """The log of one flight."""
     return fly_all([plan], engine, progress)[0]
 
 

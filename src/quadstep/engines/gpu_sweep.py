@@ -83,7 +83,6 @@ def program(
 
 
 def assembly(text: str, architecture: int = NEWEST) -> str:
-    """PTX of a program, optimised."""
     machine = prepare().create_target_machine(cpu=f"sm_{min(architecture, NEWEST)}", features=FEATURES, opt=3)
     module = llvm.parse_assembly(text)
     module.verify()

@@ -57,7 +57,6 @@ class Trace(Ticking):
         self.builder.ret_void()
 
     def address(self, buffer: str, place: ir.Value) -> ir.Value:
-        """One vector after the other."""
         return self.vector_at(buffer, self.builder.mul(place, INDEX(self.emitter.width)))
 
     def _loaded(self, buffer: str, count: int) -> list[ir.Value]:

@@ -17,8 +17,7 @@ from quadstep.numbers import Number, Structure, Vector, flatten, matrix, rebuild
 from quadstep.numbers.noise import Key
 from quadstep.numbers.scan import repeated
 from quadstep.numbers.structure import replaced
-from quadstep.sensing.delay import filled, passed
-from quadstep.sensing.sensors import Sensors
+from quadstep.sensing.sensors import Sensors, filled, passed
 from quadstep.sensing.suite import Suite, SuiteMemory
 
 S = TypeVar("S", bound=tuple[Any, ...])
@@ -108,7 +107,6 @@ class Loop:
 
     @property
     def columns(self) -> Mapping[str, str]:
-        """The plant's."""
         return self.plant.columns
 
     @property
@@ -136,7 +134,6 @@ class Loop:
         return Cycle(start, air, sensed, memory, command, held, filled(held, self.late))
 
     def stir(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
-        """The air one period later."""
         assert self.air
         return cycle._replace(air=self.air.stir(cycle.air, p, clock)), 0.0
 
@@ -159,7 +156,6 @@ class Loop:
         ), 0.0
 
     def told(self, cycle: Cycle, p: Numbers) -> Structure:
-        """What the controller measures now."""
         return self.measured(cycle.state, cycle.sensed, cycle.waiting[-1] if self.late else cycle.held, p)
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
@@ -238,7 +234,6 @@ class Loop:
         return self.plant.error(cycle.state, self.path.reference(time, p.path))
 
     def inputs(self, cycle: Cycle) -> Vector:
-        """The actuators' inputs."""
         return self.plant.inputs(cycle.held)
 
     def weight_norms(self, cycle: Cycle) -> Vector:

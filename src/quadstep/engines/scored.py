@@ -68,7 +68,6 @@ class Scored:
 
     @property
     def columns(self) -> Mapping[str, str]:
-        """The columns of the loop."""
         return self.loop.columns
 
     @property
@@ -77,22 +76,18 @@ class Scored:
         return (*(Task(task.name, within(task)) for task in self.loop.tasks), Task("score", self.score))
 
     def start(self, start: tuple[object, ...], parameters: Numbers) -> ScoredCycle:
-        """Nothing summed."""
         cycle = self.loop.start(start, parameters)
         now = {"error": Vector(()), "inputs": self.loop.inputs(cycle), "norms": self.loop.weight_norms(cycle)}
         sums = tuple(one.sums.start(now[one.quantity]) for one in SCORED)
         return ScoredCycle(cycle, Score(0.0, sums, started(self.own)))
 
     def advance(self, cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> ScoredCycle:
-        """The loop's."""
         return cycle._replace(flight=self.loop.advance(cycle.flight, parameters, clock))
 
     def row(self, cycle: ScoredCycle, parameters: Numbers, time: Number) -> list[Number]:
-        """The loop's."""
         return self.loop.row(cycle.flight, parameters, time)
 
     def score(self, cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> tuple[ScoredCycle, Number]:
-        """One more sample."""
         before = cycle.score
         now = {
             "error": self.loop.position_error(cycle.flight, parameters, clock.time),

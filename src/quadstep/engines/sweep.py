@@ -92,6 +92,10 @@ class Batch:
         self.constants = narrow(constants, self.number)
         self.tables = narrow([value for leaf in given if isinstance(leaf, Table) for value in leaf.values], self.number)
         self.every = np.array(ticks.every, dtype=np.int64)
+        self.compiled(start, parameters)
+
+    def compiled(self, start: tuple[object, ...], parameters: Numbers) -> None:
+        """Called when all else is known, by those that compile the loop."""
 
     def rows(self, values: ArrayLike) -> NDArray[np.float64]:
         """The values in the required shape and kind."""
@@ -117,18 +121,9 @@ class Batch:
 class Sweep(Batch):
     """A batch for the lanes of this machine."""
 
-    def __init__(
-        self,
-        loop: Scored,
-        ticks: Ticks,
-        start: tuple[object, ...],
-        parameters: Numbers,
-        varying: Sequence[int],
-        double: bool = False,
-    ) -> None:
-        super().__init__(loop, ticks, start, parameters, varying, double)
-        self.width = host_width(double)
-        self.kernel = prepare(loop, start, parameters, frozenset(self.varying), double, self.width)
+    def compiled(self, start: tuple[object, ...], parameters: Numbers) -> None:
+        self.width = host_width(self.double)
+        self.kernel = prepare(self.loop, start, parameters, frozenset(self.varying), self.double, self.width)
 
     def fly(self, values: ArrayLike, threads: int | None = None, progress: Advance | None = None) -> Swept:
         """Fly a flight for each row of values, shape (flights, len(varying)).
@@ -190,7 +185,6 @@ def prepare(
 
 
 def check(given: Sequence[object], varying: Sequence[int]) -> None:
-    """Refuse places that cannot vary."""
     wrong = [i for i in varying if not 0 <= i < len(given) or isinstance(given[i], Table)]
     if wrong or len(set(varying)) < len(varying):
         raise ValueError(f"places {sorted(varying)} of {len(given)}: each once, and no table")

@@ -155,7 +155,6 @@ class Ticking(ABC):
         self.code, self.ended = (self.variable(number) for number in outcome)
 
     def current(self) -> object:
-        """The cycle as lanes."""
         return rebuild(self.shape, (RecordedNumber(self.emitter, self.builder.load(slot)) for slot in self.cycle))
 
     def keep(self, before: object, after: object, living: RecordedCondition) -> None:
@@ -221,7 +220,6 @@ class Ticking(ABC):
         self.enter(name)
 
     def branch(self, condition: ir.Value, yes: str, no: str) -> None:
-        """Branch on one bit."""
         self.builder.cbranch(condition, self.block(yes), self.block(no))
 
     def when(self, condition: ir.Value, name: str, body: Callable[[], None]) -> None:

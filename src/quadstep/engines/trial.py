@@ -12,8 +12,7 @@ from quadstep.control.opaque import Opaque
 from quadstep.engines.eager import always
 from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Outcome, Ticks
-from quadstep.interfaces.commands import RotorSpeeds, RotorThrusts
-from quadstep.interfaces.controller import Command
+from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.metric import Metric, added, started
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.blame import blamed
@@ -71,7 +70,6 @@ def try_plant(name: str, loop: Loop, parameters: Numbers, start: tuple[Structure
 
 
 def check_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
-    """The same, without its name."""
     cycle, plant = loop.start(start, parameters), loop.plant
     check_numbers(cycle.state, "begin: the state")
     check_same(always(plant.actuate)(parameters, cycle.command), cycle.held, "actuate: what the actuators are told")

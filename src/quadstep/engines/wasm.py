@@ -29,7 +29,6 @@ ORDER = (1, 2, 3, 4, 5, 6, EXPORTS, 8, 9, DATA_COUNT, 10, 11)
 
 
 def width(double: bool) -> int:
-    """Flights in one vector."""
     return 2 if double else 4
 
 

@@ -79,7 +79,6 @@ def measured(exported: Exported, folder: Path, work: Path, processors: Sequence[
 
 
 def one(exported: Exported, build: Path, flags: list[str], board: str) -> OnArm:
-    """The measurements on one processor."""
     name = exported.name
     strict = ["-Wall", "-Wextra", "-Wconversion", "-Wfloat-equal", "-Wshadow", "-Wdouble-promotion"]
     told = compile_c(build, [*flags, *strict, "-fstack-usage", "-c", f"{name}.c", f"{name}_params.c"], [COMPILER])

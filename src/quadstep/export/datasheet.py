@@ -55,7 +55,6 @@ def ascii_of(text: str) -> str:
 
 
 def datasheet(exported: Exported, facts: Facts, measured: Measurements = NOTHING) -> str:
-    """The sheet, in Markdown."""
     parts = [
         f"# {exported.subject.controller.label or exported.name}: data sheet",
         origin(exported, facts),
@@ -77,13 +76,11 @@ def datasheet(exported: Exported, facts: Facts, measured: Measurements = NOTHING
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table of Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def origin(exported: Exported, facts: Facts) -> str:
-    """Where it is from."""
     kind = "f64 (double)" if exported.precise else "f32 (float)"
     rows = [
         ("law", f"`{exported.subject.controller.name or exported.name}`, {exported.subject.controller.source or 'the user'}"),
@@ -150,7 +147,6 @@ def closed_loop(apart: tuple[float, float]) -> str:
 
 
 def calls(exported: Exported) -> str:
-    """The order of calls."""
     name = exported.name
     given = f"&{name}_mission, &state, &measured, &reference, &clock"
     slower = "".join(f"    {name}_{loop}({given});     /* if due */\n" for loop in loops(exported))
@@ -167,7 +163,6 @@ def calls(exported: Exported) -> str:
 
 
 def guarantees() -> str:
-    """What the functions promise."""
     bits = "\n".join(f"- `{word}`: {said}" for word, said in STATUS)
     return (
         "The command is always defined. Status bits:\n\n"
@@ -178,7 +173,6 @@ def guarantees() -> str:
 
 
 def misra(found: dict[str, int] | None) -> str:
-    """The deviations."""
     if found is None:
         return "Not checked: export with --measure where cppcheck is installed."
     if not found:

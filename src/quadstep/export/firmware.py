@@ -56,14 +56,12 @@ def firmware_files(target: str, exported: Exported, files: dict[str, str]) -> di
 
 
 def geometry_of(exported: Exported) -> Geometry:
-    """Where its rotors are."""
     plant = exported.subject.plant
     assert isinstance(plant, Multirotor)
     return plant.geometry
 
 
 def common(exported: Exported) -> dict[str, str]:
-    """What every adapter says."""
     name = exported.name
     return {"TITLE": title(exported), "NAME": name, "CFLAGS_NAME": f"CFLAGS_{name}", "UPPER": name.upper()}
 

@@ -46,7 +46,6 @@ follows each to the end of its function: 4 min of the processor for `mpc` instea
 
 
 def missing() -> bool:
-    """Whether cppcheck is absent."""
     return shutil.which("cppcheck") is None
 
 

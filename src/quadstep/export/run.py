@@ -59,7 +59,6 @@ def digest(content: bytes) -> str:
 
 
 def facts_of(path: Path, plan: FlightPlan, name: str) -> Facts:
-    """Where an export is from."""
     leaves = flatten(plan.parameters.gains)
     gains = digest(repr([leaf.values if isinstance(leaf, Table) else leaf for leaf in leaves]).encode())
     return Facts(__version__, name, digest(read_bytes(path, TOML)), fingerprint([plan]), gains)
@@ -93,7 +92,6 @@ def export_mission(
 
 
 def summary(law: Exported, found: Measurements) -> list[str]:
-    """What the command says."""
     kind = "f64" if law.precise else "f32"
     lines = [f"{law.subject.controller.label or law.name} in C99, {kind}: {state_size(law)} bytes of RAM."]
     for processor, one in found.arm.items():

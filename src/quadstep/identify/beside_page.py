@@ -54,7 +54,6 @@ def flight_picture(one: Beside, place: int) -> tuple[FigureJob, str]:
 
 
 def drawn(job: FigureJob, caption: str) -> str:
-    """A figure, inline."""
     with TemporaryDirectory() as folder:
         return drawn_in(Path(folder), job, caption, SVG)
 

@@ -110,7 +110,6 @@ def filtered(flight: FlightRecord, part: slice, truth: dict[str, Floats]) -> dic
 
 
 def deviation(found: dict[str, Floats], truth: dict[str, Floats]) -> Deviation:
-    """An estimate minus the truth."""
     mine, theirs = matrices(found["attitude"]), matrices(truth["attitude"])
     up = np.einsum("ni,ni->n", mine[:, 2], theirs[:, 2])
     heading = [np.arctan2(one[:, 1, 0], one[:, 0, 0]) for one in (mine, theirs)]

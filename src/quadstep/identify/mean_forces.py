@@ -54,7 +54,6 @@ class Forced(NamedTuple):
         return found
 
     def moved(self, step: dict[str, float], levels: Floats, pressing: Floats) -> "Forced":
-        """After a step."""
         a, b = self.exponent + step.get("exponent", 0.0), self.voltage_exponent + step.get("voltage_exponent", 0.0)
         return Forced(
             self.levels + levels, min(max(a, 0.3), 2.0), min(max(b, 0.0), 3.0),

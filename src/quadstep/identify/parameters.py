@@ -147,7 +147,6 @@ def point_of(parameters: PredictorParameters, free: Sequence[Free]) -> Floats:
 
 
 def values_at(point: Floats, free: Sequence[Free]) -> list[float]:
-    """The numbers of a point."""
     return [
         float(min(max(np.exp(x) if one.logarithmic else x, one.low), one.high)) for one, x in zip(free, point, strict=True)
     ]

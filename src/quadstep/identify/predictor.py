@@ -146,7 +146,6 @@ class Predictor:
 
     @property
     def columns(self) -> Mapping[str, str]:
-        """No rows are written."""
         return {}
 
     @property
@@ -155,7 +154,6 @@ class Predictor:
         return (Task("row", self.row_taken),)
 
     def row(self, cycle: PredictionCycle, parameters: PredictorParameters, time: Number) -> list[Number]:
-        """No rows are written."""
         return []
 
     def start(self, start: tuple[()], p: PredictorParameters) -> PredictionCycle:
@@ -259,7 +257,6 @@ class Predictor:
         return state, unexplained
 
     def advance(self, cycle: PredictionCycle, p: PredictorParameters, clock: Clock) -> PredictionCycle:
-        """One sample of the laws."""
         airframe, unexplained, gains = p.airframe, cycle.unexplained, p.observer
         x, y, z = airframe.inertia
         inertia = matrix((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))

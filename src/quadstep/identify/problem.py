@@ -83,5 +83,4 @@ class PredictionProblem:
         return np.nan_to_num(found, nan=1e3, posinf=1e3, neginf=-1e3).clip(-1e3, 1e3)
 
     def at(self, point: Floats) -> PredictorParameters:
-        """The numbers of a point."""
         return placed(self.batch.parameters, self.batch.free, point)

@@ -111,7 +111,6 @@ def predictions_of(
 
 
 def as_json(content: dict[str, object]) -> str:
-    """The file of predictions."""
     return json.dumps(content, allow_nan=False) + "\n"
 
 
@@ -189,5 +188,4 @@ def thrust(flights: Sequence[FlightRecord], section: AirframeSection) -> str:
 
 
 def least_to_most(values: Sequence[float]) -> str:
-    """The range of some numbers."""
     return " to ".join(dict.fromkeys(f"{one:.3f}" for one in (min(values), max(values))))

@@ -133,7 +133,6 @@ def sections(
 
 
 def answer(found: Replayed) -> str:
-    """The result in a sentence."""
     compared = found.predictions[0].compared
     error, _, _ = compared.means(AHEAD, "position")
     ratio = compared.ratio(AHEAD, "position")
@@ -183,7 +182,6 @@ def drawn(ratio: Estimate) -> page.Span:
 
 
 def in_time(horizon: int, period: float) -> str:
-    """How far ahead that is."""
     return f"{horizon * period:.2g}\u00a0s"
 
 
@@ -208,7 +206,6 @@ def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:
 
 
 def estimate_table(found: Sequence[Estimated]) -> str:
-    """RMS errors of estimates."""
     rows = []
     for one in found:
         for who, position, velocity, tilt, yaw in estimators(one):

@@ -76,7 +76,6 @@ def facts(run: Identification) -> list[Fact]:
 
 
 def fitted(found: Identified) -> list[str]:
-    """The numbers."""
     rows = [
         (key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source)
         for key, one in found.fitted.items()
@@ -102,7 +101,6 @@ def compared(run: Identification) -> list[str]:
 
 
 def ratios(found: ErrorTable, horizon: int) -> tuple[str, ...]:
-    """A row of the table."""
     values = [found.ratio(horizon, group).value for group in GROUPS] + [found.ratio(horizon, "rates", "zero").value]
     return (str(horizon), *(f"{value:.2f}" for value in values))
 

@@ -63,7 +63,6 @@ class Response(NamedTuple):
 
     @property
     def opened(self) -> Complex:
-        """The open loop L."""
         found: Complex = 1.0 / self.sensitivity - 1.0
         return found
 

@@ -74,7 +74,6 @@ def prior_cost(point: Floats, prior: Prior | None, count: int) -> float:
 
 
 def scales(free: Sequence[Free]) -> Floats:
-    """The scale of each parameter."""
     return np.array([one.scale for one in free])
 
 

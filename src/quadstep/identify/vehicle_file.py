@@ -164,7 +164,6 @@ def note(units: dict[str, str], key: str) -> str:
 
 
 def literal(value: object) -> str:
-    """A value as TOML."""
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {literal(inside)}" for key, inside in value.items()) + " }"
     if isinstance(value, str):

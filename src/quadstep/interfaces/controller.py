@@ -122,7 +122,7 @@ class Controller(Generic[M, Y, G, U]):
     gains. defaults: defaults that differ from those declared, by field. measures: the type of the law's input, which also
     decides what the controller flies: a `Measured` of a real vehicle, or a `State` of the paper's plant. also_measures:
     further fields of `Measured` that it needs; other fields are neither measured nor computed. commands: the type that `law`
-    returns, one of those in `interfaces/commands.py` on a real vehicle. preview: times ahead [s] of the samples in
+    returns, one of those in `interfaces/controller.py` on a real vehicle. preview: times ahead [s] of the samples in
     `reference.ahead`.
 
     rates: default sample times [s] of `law` and of each slower loop, a method with the signature of `guide` and any name;
@@ -251,3 +251,28 @@ def declarations_of(controller: type[Controller]) -> Mapping[str, Declaration]:
 def keys_of(controller: type[Controller]) -> Mapping[str, tuple[str, Gain]]:
     """By key: field and declaration."""
     return {one.key: (name, one) for name, one in declarations_of(controller).items() if isinstance(one, Gain)}
+
+
+class BodyRates(NamedTuple):
+    """Collective thrust [N] and body rates [rad/s], which the rate loop of `control/rate_loop.py` turns into torques.
+
+    desired_attitude: as in `Command`.
+    """
+
+    thrust: Number
+    rates: Vector
+    desired_attitude: Vector = NOT_SAID
+
+
+class RotorThrusts(NamedTuple):
+    """The thrust of every rotor [N], in the order of the vehicle's rotors; each is clipped to its limits."""
+
+    thrusts: Vector
+    desired_attitude: Vector = NOT_SAID
+
+
+class RotorSpeeds(NamedTuple):
+    """The commanded speed of every rotor [rad/s], in the order of the vehicle's rotors; each is clipped to its limits."""
+
+    speeds: Vector
+    desired_attitude: Vector = NOT_SAID

@@ -3,13 +3,12 @@
 from typing import NamedTuple
 
 from quadstep.engines.fly import FlightPlan
-from quadstep.linear.channels import Channel
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, Limits, Margins, margins
-from quadstep.linear.modes import Modes
-from quadstep.linear.poles import STILL, Pole, poles
+from quadstep.linear.modes import STILL, Modes, Pole, poles
 from quadstep.linear.reduced import Reduced
 from quadstep.linear.sampled import linearising
+from quadstep.linear.states import Channel
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
 from quadstep.vehicle.plants.multirotor import Multirotor

@@ -8,12 +8,11 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
-from quadstep.linear.channels import commanded
 from quadstep.linear.nearby import MOVED, NEAR, bending, nearby
 from quadstep.linear.reduced import Reduced, reduced
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
-from quadstep.linear.states import Array, Flown, states, with_states
+from quadstep.linear.states import Array, Flown, commanded, states, with_states
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.lagrange import LagrangeMission
@@ -22,7 +21,7 @@ from quadstep.mission.paths import StepPath
 from quadstep.mission.schema import Mission
 from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
-from quadstep.sensing.delay import filled
+from quadstep.sensing.sensors import filled
 
 WARM = BEGUN = 0.1
 """Time flown before the search, so that memories of past samples are filled, and before a step [s]."""

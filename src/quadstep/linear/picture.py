@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.linear.analysis import Analysis
-from quadstep.linear.channels import Channel
 from quadstep.linear.margins import Margins
-from quadstep.linear.states import Array
+from quadstep.linear.states import Array, Channel
 from quadstep.linear.step import Step
 from quadstep.linear.transfer import Complex
 from quadstep.report.axes import plain, powers

@@ -1,23 +1,67 @@
 """The grade of a mission's loop beside other results: only where it takes less than about a second, and cached beside the
-compiled code.
+compiled code; and margins as metrics of a mission, finite numbers that can be compared and searched.
 """
 
 import hashlib
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import fingerprint
 from quadstep.io import code_cache
 from quadstep.io.results.code import code_digest
-from quadstep.linear.analysis import limits, of_even_rotors, of_loop, worst_of
+from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed
 from quadstep.linear.grade import Grade, graded, refused
+from quadstep.linear.margins import Margins
 from quadstep.linear.nearby import bending
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
+from quadstep.metrics.margins import LESS_IS_BETTER, MARGINS, UNITS
 from quadstep.mission.schema import Mission
+
+MOST = {"gain_margin_up": 60.0, "gain_margin_down": 60.0, "phase_margin": math.pi, "delay_margin": 10.0, "disk_margin": 2.0}
+"""Finite stand-in for an infinite margin, in its unit."""
+
+UNSTABLE = {**dict.fromkeys(MOST, 0.0), LESS_IS_BETTER: 1000.0}
+"""Margin of a loop that is not stable."""
+
+
+def margin_metrics(mission: Mission, names: Iterable[str]) -> dict[str, float]:
+    """The metrics of these names, out of `MARGINS`. Raises UserError for a loop that cannot be linearised."""
+    found = of_analysis(studied(mission).analysis)
+    return {name: found[name] for name in names}
+
+
+def of_analysis(found: Analysis) -> dict[str, float]:
+    """All metrics by name; for a channel that the vehicle does not have, the stand-in for an infinite margin."""
+    by_channel = {channel.name: one for channel, one in zip(found.channels, found.margins, strict=False)}
+    if found.stable:
+        by_channel[""] = least(found.margins)
+    made = {}
+    for name in MARGINS:
+        kind = next(kind for kind in UNITS if name.startswith(kind))
+        one = by_channel.get(name.removeprefix(kind).removeprefix("_"))
+        endless = MOST.get(kind, 1.0)
+        made[name] = (
+            UNSTABLE[kind] if not found.stable else endless if one is None else min(sizes(one)[kind], MOST.get(kind, math.inf))
+        )
+    return made
+
+
+def sizes(one: Margins) -> dict[str, float]:
+    """By kind."""
+    return {
+        "gain_margin_up": one.up,
+        "gain_margin_down": one.down,
+        "phase_margin": one.phase,
+        "delay_margin": one.delay,
+        "disk_margin": one.disk,
+        LESS_IS_BETTER: one.sensitivity,
+    }
+
 
 MOST_STATES, MOST_TICKS = 120, 50
 """Of a loop that is linearised here; more take seconds."""

@@ -1,18 +1,24 @@
-"""`quadstep linear`: one mission from file to folder."""
+"""`quadstep linear`: one mission from file to folder, and numbers for machines: SI units, gain margins in dB, null where
+missing.
+"""
 
+import math
 from pathlib import Path
 
 import numpy as np
 
-from quadstep.engines.fly import fingerprint
+from quadstep.engines.fly import fingerprint, fly
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, Studied, studied
-from quadstep.linear.cycle import flown_from_rest
+from quadstep.linear.equilibrium import held, quiet
+from quadstep.linear.grade import graded
+from quadstep.linear.margins import Margins
 from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
-from quadstep.linear.record import MARGIN_COLUMNS, margin_numbers, record
+from quadstep.linear.states import Array
 from quadstep.linear.step import Step, steps
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.mission.read import plan_mission, read_mission
@@ -21,6 +27,87 @@ from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
+from quadstep.report.units import quantity
+
+MARGIN_COLUMNS = (
+    "gain_up[dB]", "gain_down[dB]", "phase[rad]", "crossover[rad/s]", "delay[s]", "disk[-]", "sensitivity[-]",
+    "complementary[-]",
+)  # fmt: skip
+
+
+def finite(value: float) -> float | None:
+    """A number as JSON can represent it."""
+    return value if math.isfinite(value) else None
+
+
+def margin_numbers(one: Margins) -> list[float | None]:
+    """The columns of `MARGIN_COLUMNS`."""
+    gains = [20.0 * math.log10(gain) if 0.0 < gain < math.inf else None for gain in (one.gain_up, one.gain_down)]
+    rest = one.phase, one.phase_at, one.delay, one.disk, one.sensitivity, one.complementary
+    return [*gains, *map(finite, rest)]
+
+
+def margin_record(one: Margins) -> dict[str, float | None]:
+    """By name."""
+    return dict(zip(MARGIN_COLUMNS, margin_numbers(one), strict=True))
+
+
+def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
+    """The whole analysis."""
+    period, grade, asked = found.loop.period, graded(found), found.limits
+    return {
+        "grade": grade.word,
+        "why": grade.why,
+        "limits": {"gain[dB]": asked.gain, "phase[rad]": asked.phase, "delay[s]": asked.delay},
+        "stable": found.holds,
+        "not_held": list(found.not_held),
+        "period[s]": period.length,
+        "states": list(period.names),
+        "margins": {channel.name: margin_record(one) for channel, one in zip(found.channels, found.margins, strict=False)},
+        "bends": list(found.bends),
+        "bends_near": list(found.near),
+        "sides_tried": found.tried,
+        "poles[1/s]": [[pole.real, pole.imaginary] for pole in found.poles],
+        "pole_states": [list(pole.states) for pole in found.poles],
+        "steps": {step.name: {"overshoot[-]": step.overshoot, "settling[s]": finite(step.settling)} for step in steps},
+    }
+
+
+LONG, KICK, LEAST = 60.0, 1e-3, 1e-6
+"""How long it is flown [s], the step along each axis that it begins with, and the least swing that counts [m]."""
+
+STEADY = 0.5
+"""Share by which the swing may change over the last half of the flight where it neither grows nor decays."""
+
+
+def flown_from_rest(mission: Mission) -> str:
+    """A sentence on a flight that is to stay where the path begins, without noise, gusts and events, after a small step."""
+    path = mission.path.build(mission.folder)
+    try:
+        log = fly(quiet(held(mission, path.law.reference(0.0, path.parameters), LONG, KICK).plan(warn=False)))
+    except UserError as error:  # a law of the user's own that fails there
+        return f"It cannot be flown at rest: {error}."
+    if log.outcome is not Outcome.COMPLETED:
+        return f"Flown to rest there it is lost after {log.ended:.3g} s."
+    t, half = log.column("t"), len(log.rows) // 2
+    axes = {name: log.column(name)[half:] for name in ("x", "y", "z")}
+    axis, values = max(axes.items(), key=lambda one: np.ptp(one[1]))
+    first, last = np.ptp(values[: len(values) // 2]), np.ptp(values[len(values) // 2 :])
+    if np.ptp(values) < 2.0 * LEAST:
+        return f"Flown to rest there it stays within {quantity(LEAST, 'm')} for {LONG:g} s: it grows too slowly to be seen."
+    trend = ", still growing" if last > (1.0 + STEADY) * first else ", decaying" if last < (1.0 - STEADY) * first else ""
+    every = period(t[half:], values)
+    swing = f"it swings by {quantity(0.5 * float(last), 'm')} along {axis}"
+    about = f" every {quantity(every, 's')}" if every else ""
+    return f"Flown to rest there it does not settle: {swing}{about}{trend}."
+
+
+def period(t: Array, values: Array) -> float:
+    """Mean time between upward crossings of the mean [s]; 0 where there are too few."""
+    above = values > values.mean()
+    crossings = t[1:][above[1:] & ~above[:-1]]
+    return float(np.diff(crossings).mean()) if len(crossings) > 2 else 0.0
+
 
 CAPTIONS = {
     "bode": "Bode plot of each channel opened",

@@ -16,13 +16,11 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Numbers
 from quadstep.interfaces.closed_loop import Clock
 from quadstep.interfaces.reference import PathLaw, Reference
-from quadstep.linear.channels import Channel, channels, commanded, moved
-from quadstep.linear.pose import Pose, pose
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, Side, apart
-from quadstep.linear.states import Array, Flown, states, with_states
+from quadstep.linear.states import Array, Channel, Flown, Pose, channels, commanded, moved, pose, states, with_states
 from quadstep.numbers import Number, Structure, Vector, flatten
 from quadstep.numbers.dual import Seeds
-from quadstep.sensing.delay import filled, passed
+from quadstep.sensing.sensors import filled, passed
 
 MOST_TICKS = 2000
 """Most ticks of the period after which all loops are due together again."""

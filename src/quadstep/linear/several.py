@@ -1,28 +1,100 @@
 """`quadstep linear` for several loops, from file to folder: a mission under other laws, or at instants of its flight."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.engines.fly import fingerprint
+from quadstep.control.registry import controllers
+from quadstep.engines.fly import FlightPlan, fingerprint
+from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES
+from quadstep.io.user_code.installed import CONTROLLERS
 from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
-from quadstep.linear.along import along
-from quadstep.linear.analysis import Analysis
-from quadstep.linear.laws import named, under_each
+from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, studied, worst_of
+from quadstep.linear.equilibrium import flown_to, quiet
+from quadstep.linear.margins import Limits
 from quadstep.linear.picture import draw_over
-from quadstep.linear.record import MARGIN_COLUMNS, margin_numbers, record
-from quadstep.mission.read import plan_mission, read_mission
+from quadstep.linear.reduced import reduced
+from quadstep.linear.run import MARGIN_COLUMNS, margin_numbers, record
+from quadstep.linear.sampled import Loops, linearised, linearising
+from quadstep.linear.side import NotLinearError
+from quadstep.mission.derived import ControllerSection
+from quadstep.mission.own_controller import own_section
+from quadstep.mission.own_thing import unknown_type
+from quadstep.mission.read import check_mission, plan_mission, read_mission
+from quadstep.mission.schema import Mission
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.terminal.progress import Progress
 from quadstep.report.terminal.screen import command
+
+
+def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | str]]:
+    """Times [s] spread over the mission's noise-free flight, and the loop there, or why there is none. Raises UserError."""
+    plans = of_even_rotors(quiet(mission.plan(warn=False)))
+    period = Loops(plans[0]).count
+    last = plans[0].ticks.last // period - 1
+    if last < 1:
+        raise UserError(f"the flight ends before the common period of its loops, {period * plans[0].ticks.step:g} s")
+    for place in np.unique(np.linspace(1, last, instants).round().astype(int)):
+        first = int(place) * period
+        yield first * plans[0].ticks.step, at(plans, first, limits(mission))
+
+
+def at(plans: list[FlightPlan], first: int, asked: Limits) -> Analysis | str:
+    """The loop at a tick."""
+    try:
+        with linearising():
+            loops = [reduced(linearised(Loops(plan), flown_to(plan, first), first)) for plan in plans]
+            return worst_of([of_loop(one, asked) for one in loops])
+    except NotLinearError as error:
+        return str(error)
+
+
+ALL = "all"
+
+
+def named(mission: Mission, text: str, folder: Path) -> list[str]:
+    """The controllers that `--controllers` names: names separated by commas, or `all`. folder: of the user's own. Raises
+    UserError.
+    """
+    known = list(controllers(mission.measures))
+    if text.strip() == ALL:
+        return known
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in known and own_section(name, mission.measures, folder) is None:
+            raise UserError(f"--controllers: {unknown_type(name, (ALL, *known), CONTROLLERS)}")
+    return list(dict.fromkeys(names))
+
+
+def under_each(path: Path, names: Sequence[str]) -> Iterator[tuple[str, Analysis | str]]:
+    """The mission in a file under each law, by name, and its loop, or why there is none."""
+    content = read_toml(path)
+    for name in names:
+        try:
+            other, nets = under(content, path, name)
+            found: Analysis | str = studied(other).analysis
+        except UserError as error:
+            yield name, str(error).removeprefix(f"{path}: ")
+            continue
+        yield f"{name} (nets off)" if nets else name, found
+
+
+def under(content: dict[str, object], path: Path, name: str) -> tuple[Mission, bool]:
+    """A mission under the law of this name with declared gains and nets off, and whether it has nets. Raises UserError."""
+    other = check_mission({**content, "controller": {"type": name}}, str(path), path.parent)
+    section: ControllerSection = other.controller
+    if section.table is None:
+        return other, False
+    off = section.model_copy(update={"nets": section.table.model_copy(update={"enabled": False})})
+    return other.model_copy(update={"controller": off}), True
 
 
 class Several(NamedTuple):

@@ -1,13 +1,63 @@
-"""The state of a loop from tick to tick, and its numbers: everything that can deviate."""
+"""The state of a loop from tick to tick, and its numbers: everything that can deviate; where it is opened, between command
+and actuators, one channel at a time; the pose, which it has to hold.
+"""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.engines.loop import Cycle
-from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
+from quadstep.engines.loop import Cycle, Loop, Numbers
+from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
+from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
+from quadstep.numbers.dual import Seeds, slopes_of
+from quadstep.numbers.rotations import yaw_pitch_roll
+from quadstep.vehicle.airframe.allocation import thrusts_of
+from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.paper import State
+from quadstep.vehicle.plants.lagrange import Lagrange
+from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor
+
+BODY = "thrust", "roll", "pitch", "yaw"
+PAPER = "thrust", "yaw", "pitch", "roll"
+"""Channels of a `Command`: the paper's generalised torques are in the order of its angles (psi, theta, phi)."""
+
+
+class Channel(NamedTuple):
+    """One channel. name: as in tables. unit: of its size."""
+
+    name: str
+    unit: str
+
+
+def channels(loop: Loop, command: Structure) -> tuple[Channel, ...]:
+    """The channels of a controller that has just given this command, in its own order."""
+    if isinstance(command, Command | RotorThrusts | RotorSpeeds):
+        names = BODY if isinstance(loop.plant, Multirotor) else PAPER
+        return tuple(Channel(name, "N" if name == "thrust" else "N m") for name in names)
+    return tuple(Channel(name, "") for name in leaf_names(command))
+
+
+def commanded(loop: Loop, p: object, command: Structure) -> list[Number]:
+    """The size of each channel; for a command to the rotors, the thrust and torques that it should produce."""
+    if isinstance(loop.plant, Multirotor):
+        command = loop.plant.asked(cast(AirframeParameters, p), cast("Command | RotorThrusts | RotorSpeeds", command))
+    if isinstance(command, Command):
+        return [command.thrust, *command.torque]
+    return flatten(command)
+
+
+def moved(p: object, command: Structure, by: Sequence[Number]) -> Structure:
+    """The command with something added to each channel; the rotors share it as they share any thrust and torque."""
+    if isinstance(command, Command):
+        return command._replace(thrust=command.thrust + by[0], torque=command.torque + Vector(by[1:]))
+    if isinstance(command, RotorThrusts | RotorSpeeds):
+        allocation = cast(AirframeParameters, p).allocation
+        thrusts = command.thrusts if isinstance(command, RotorThrusts) else thrusts_of(allocation, command.speeds)
+        return RotorThrusts(Vector(one + row @ Vector(by) for one, row in zip(thrusts, allocation.matrix, strict=True)))
+    return rebuild(command, iter([leaf + more for leaf, more in zip(flatten(command), by, strict=True)]))
+
 
 Array = NDArray[np.float64]
 
@@ -39,3 +89,29 @@ def short(names: Sequence[str]) -> list[str]:
         brief = name.partition(".")[2]
         found[name if brief in found or not brief[:1].isalpha() else brief] = None
     return list(found)
+
+
+class Pose(NamedTuple):
+    """names: the plant's axes, then its yaw if it has one. rows: their slopes [m or rad] over the states of a period."""
+
+    names: tuple[str, ...]
+    rows: Array
+
+
+def pose(loop: Loop, p: Numbers, flown: Flown, time: float) -> Pose:
+    """The pose of the vehicle at this time [s]."""
+    values, _ = states(flown)
+    plant, state = loop.plant, with_states(flown, Seeds(len(values), 1.0).seeded(values, 0)).cycle.state
+    outputs: list[Number] = [-one for one in plant.error(state, loop.wanted(time, p))]
+    names = tuple(plant.axes)
+    if isinstance(plant, Multirotor | Lagrange):
+        outputs.append(heading(plant, state))
+        names += ("yaw",)
+    return Pose(names, slopes_of(outputs, len(values))[1])
+
+
+def heading(plant: Multirotor | Lagrange, state: Structure) -> float:
+    """Yaw [rad]."""
+    attitude = cast("Motion | State", state).attitude
+    angles = yaw_pitch_roll(attitude) if isinstance(plant, Multirotor) else attitude
+    return angles[0]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.linear.poles import Pole
+from quadstep.linear.modes import Pole
 from quadstep.linear.reduced import Reduced
 from quadstep.linear.sampled import WANTED
 from quadstep.linear.states import Array

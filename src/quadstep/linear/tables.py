@@ -7,7 +7,7 @@ from typing import NamedTuple
 from quadstep.linear.analysis import Analysis
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
-from quadstep.linear.poles import Pole
+from quadstep.linear.modes import Pole
 from quadstep.linear.states import short
 from quadstep.linear.step import Step
 

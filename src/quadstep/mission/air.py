@@ -90,7 +90,6 @@ class WindSection(Section):
         return MovingAir(self.turbulence is not None)
 
     def build(self) -> Wind:
-        """The wind as numbers."""
         gust = self.gust or GustSection(velocity=STILL, start=0.0, length=1.0)
         dryden = Dryden(0.0, 6.096, 1.0)
         if self.turbulence:
@@ -120,11 +119,9 @@ class OwnWindSection(OwnSection):
 
     @property
     def air(self) -> DeclaredWind:
-        """Its law."""
         return self.thing
 
     def build(self) -> object:
-        """Its numbers."""
         return self.numbers()
 
 

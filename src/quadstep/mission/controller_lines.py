@@ -71,7 +71,6 @@ def learning_numbers(controller: type[Controller], gains: object) -> dict[str, f
 
 
 def rounded(value: object) -> object:
-    """Numbers to a few digits."""
     return tuple(map(rounded, value)) if isinstance(value, Vector | tuple) else float(f"{value:.{DIGITS}g}")
 
 

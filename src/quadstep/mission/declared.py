@@ -20,14 +20,11 @@ from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import section_of
 from quadstep.mission.fields import Name, Positive, Quantity
-from quadstep.mission.margins import MarginsSection
-from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
-from quadstep.mission.own_table import unknown_type
-from quadstep.mission.own_thing import own_class, the_only
+from quadstep.mission.own_thing import NumbersSection, numbers_section, own_class, the_only, unknown_type
 from quadstep.mission.paths import AnyPath, BuiltPath
-from quadstep.mission.schema import Built, Mission
+from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.numbers.noise import key
 from quadstep.vehicle.plants.declared import DeclaredPlant, PlantParameters

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from quadstep.mission.fields import NonNegative, Positive, Quantity, Section, Share, Triple
 from quadstep.numbers import Vector
-from quadstep.vehicle.airframe.events import Events, Payload, RotorFault
+from quadstep.vehicle.airframe.plant import Events, Payload, RotorFault
 
 NEVER = 1e9
 """A time that no flight reaches [s]."""

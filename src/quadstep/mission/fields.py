@@ -32,7 +32,6 @@ def as_tuple(value: object) -> object:
 
 
 def as_triple(value: object) -> tuple[object, ...]:
-    """A list of three."""
     if not isinstance(value, list | tuple) or len(value) != 3:
         raise ValueError(f"should be a list of three numbers, not {value!r:.60}")
     return tuple(value)
@@ -48,7 +47,6 @@ def as_diagonal(value: object) -> tuple[object, ...]:
 
 
 def non_negative(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuses an entry below zero."""
     if min(values) < 0.0:
         raise ValueError("every entry must be zero or more")
     return values
@@ -80,7 +78,6 @@ def long_enough(value: float) -> float:
 
 
 def as_pair(value: object) -> tuple[object, ...]:
-    """A list of two."""
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise ValueError(f"should be a list of two numbers, not {value!r:.60}")
     return tuple(value)

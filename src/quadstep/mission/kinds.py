@@ -21,7 +21,6 @@ class Kind(NamedTuple):
     needs: str
 
     def load(self) -> "type[Mission]":
-        """The class."""
         module, name = self.place.split(".")
         loaded: type[Mission] = getattr(import_module(f"quadstep.mission.{module}"), name)
         return loaded

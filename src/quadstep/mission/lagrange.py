@@ -5,29 +5,60 @@ from functools import partial
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
+from quadstep.io.user_code.installed import DISTURBANCES
 from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, section_of
-from quadstep.mission.disturbance import AnyDisturbance, DisturbanceSection
-from quadstep.mission.feasible import path_warnings
-from quadstep.mission.fields import Angles, Name, Positive, Quantity, Section, Triple
-from quadstep.mission.margins import MarginsSection
+from quadstep.mission.fields import Angles, Finite, Name, Positive, Quantity, Section, Triple
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
-from quadstep.mission.paths import AnyPath, BuiltPath
-from quadstep.mission.schema import Built, Mission
+from quadstep.mission.own_thing import OwnSection, own_or
+from quadstep.mission.paths import AnyPath, BuiltPath, path_warnings
+from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
-from quadstep.vehicle.paper import State
+from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, State
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
+
+
+class DisturbanceSection(Section):
+    """The paper's disturbance (Eq. 67), plus constant force and generalised torque."""
+
+    scale: Annotated[Finite, Quantity("times Eq. 67", "scale of the paper's disturbance; 0 for none")] = 1.0
+    force: Annotated[Triple, Quantity("N", "constant force in world axes")] = (0.0, 0.0, 0.0)
+    torque: Annotated[Triple, Quantity("N m", "constant torque on psi, theta, phi")] = (0.0, 0.0, 0.0)
+
+    thing: ClassVar[None] = None
+    """No law but the paper's."""
+
+    def build(self) -> Disturbance:
+        return Disturbance(self.scale, Vector(self.force), Vector(self.torque))
+
+
+class OwnDisturbanceSection(OwnSection):
+    """A disturbance of the user's own: its `type`, and a key for each of its numbers."""
+
+    thing: ClassVar[DeclaredDisturbance]
+
+    def build(self) -> object:
+        return self.numbers()
+
+
+if TYPE_CHECKING:
+    AnyDisturbance = DisturbanceSection | OwnDisturbanceSection
+else:
+    AnyDisturbance = Annotated[
+        SerializeAsAny[DisturbanceSection], WrapValidator(own_or(DeclaredDisturbance, OwnDisturbanceSection, DISTURBANCES))
+    ]
+
 
 USUAL_CONTROLLER = section_of(Backstepping)(type="backstepping")
 

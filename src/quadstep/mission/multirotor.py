@@ -21,13 +21,11 @@ from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
-from quadstep.mission.feasible import path_warnings
 from quadstep.mission.fields import Angles, Name, NonNegative, Positive, Quantity, Section, Triple, as_tuple
-from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
-from quadstep.mission.paths import AnyPath, BuiltPath
-from quadstep.mission.schema import Built, Mission
+from quadstep.mission.paths import AnyPath, BuiltPath, path_warnings
+from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.sensing import SensorsSection
 from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Vector

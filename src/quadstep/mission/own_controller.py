@@ -4,10 +4,11 @@ import contextlib
 import inspect
 import math
 import re
-from collections.abc import Mapping
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
 from numbers import Real
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 from pydantic import SerializeAsAny, WrapValidator
 from pydantic_core import PydanticCustomError
@@ -15,18 +16,68 @@ from pydantic_core import PydanticCustomError
 from quadstep.control.opaque import opaque_law
 from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import controller, names
-from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
-from quadstep.interfaces.controller import Command, Controller, Measured
+from quadstep.interfaces.controller import BodyRates, Command, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import Gain, declared
+from quadstep.io.doors import Door
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.blame import blamed, user_error
 from quadstep.io.user_code.installed import CONTROLLERS, own_place
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import Place
-from quadstep.mission.autopilots import AUTOPILOTS, piloted_section
 from quadstep.mission.derived import ControllerSection, section_of
-from quadstep.mission.own_table import or_own, unknown_type
+from quadstep.mission.own_thing import or_own, unknown_type
 from quadstep.vehicle.paper import State
+
+if TYPE_CHECKING:
+    from quadstep.engines.fly import FlightPlan
+
+SECTION = "quadstep.bridges.autopilot.controller:AutopilotSection"
+AUTOPILOTS = Door("quadstep.autopilots", {"px4": SECTION, "ardupilot": SECTION})
+"""Classes of `PilotedSection` by the `type` in [controller]."""
+
+FIRST_WAIT = 60.0
+"""How long an autopilot may take to connect [s]."""
+
+
+class Matching(Protocol):
+    """What an autopilot must be told of the vehicle that it flies. note: what that does not settle; may be empty."""
+
+    @property
+    def file(self) -> str: ...
+
+    @property
+    def note(self) -> str: ...
+
+    def sentence(self) -> str:
+        """All of it in one line."""
+        ...
+
+    def text(self) -> str:
+        """The content of `file`, in the autopilot's own format."""
+        ...
+
+
+class PilotedSection(ControllerSection):
+    """The table of an autopilot. connect: where it is listened for."""
+
+    connect: str = ""
+
+    @abstractmethod
+    def matching(self, plan: "FlightPlan") -> Matching:
+        """What the autopilot must be told of the plan's vehicle."""
+
+    @abstractmethod
+    def watch(self, told: Callable[[str], None], first_wait: float) -> None:
+        """Tells what the next flight waits for; it waits so long for an autopilot to appear [s]."""
+
+
+def piloted_section(name: str) -> type[PilotedSection]:
+    """The table of an autopilot. Raises UserError."""
+    found = AUTOPILOTS.load(name)
+    if not (isinstance(found, type) and issubclass(found, PilotedSection)):
+        raise UserError(f"{name}: what is registered for {AUTOPILOTS.group} should be a subclass of PilotedSection")
+    return found
+
 
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""

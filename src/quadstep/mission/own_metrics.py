@@ -12,8 +12,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import METRICS
 from quadstep.metrics.effort import EFFORT
 from quadstep.mission.fields import Quantity, as_tuple
-from quadstep.mission.own_table import unknown_type
-from quadstep.mission.own_thing import own_class, the_only
+from quadstep.mission.own_thing import own_class, the_only, unknown_type
 
 TAKEN = (
     "flight",
@@ -40,7 +39,6 @@ def own_metrics(named: Sequence[str], folder: Path) -> tuple[Metric, ...]:
 
 
 def own_metric(kind: str, folder: Path) -> Metric:
-    """One of them."""
     if kind in EFFORT:
         return EFFORT[kind]()
     thing: type[Metric] | None = own_class(kind, Metric, METRICS, folder)

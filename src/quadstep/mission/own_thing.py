@@ -1,17 +1,84 @@
 """A thing of the user's own in a mission: its table says `type = "my_path.py:Lissajous"`, and the numbers that it declares."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar, Literal, TypeVar
+from typing import Any, ClassVar, Literal, TypeVar
 
-from pydantic import ValidationInfo
+from pydantic import BaseModel, ValidationError, ValidationInfo, create_model
+from pydantic_core import PydanticCustomError
 
-from quadstep.interfaces.gain import cached_by_class
+from quadstep.interfaces.gain import Gain, cached_by_class, declared, gains_in
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.installed import own_place
+from quadstep.io.user_code.installed import allowed, own_place
 from quadstep.io.user_code.loading import load
-from quadstep.mission.numbers_section import NumbersSection, numbers_section
-from quadstep.mission.own_table import or_own, unknown_type
+from quadstep.mission.check import INSIDE, shorten
+from quadstep.mission.derived import key_field
+from quadstep.mission.fields import Section
+from quadstep.numbers import Vector
+
+
+def or_own(
+    is_own: Callable[[type], bool],
+    table: Callable[[object, Path], type[BaseModel] | None],
+    otherwise: Callable[[object], object] | None = None,
+) -> Callable[[object, Callable[[object], object], ValidationInfo], object]:
+    """A validator around that of the package's tables: takes one of the user's own too.
+
+    is_own: of the class of a checked table. table: what a `type`, None if missing, names, files looked up from the mission's
+    folder; None where that is the package's; raises UserError. otherwise: what takes all but tables instead of pydantic's own
+    validator. An error in a table names its key.
+    """
+
+    def validated(value: object, known: Callable[[object], object], info: ValidationInfo) -> object:
+        if is_own(type(value)):
+            return value
+        if not isinstance(value, Mapping):
+            return (otherwise or known)(value)
+        try:
+            model = table(value.get("type"), (info.context or {}).get("folder", Path()))
+        except UserError as error:
+            wrong = {"type": "value_error", "loc": ("type",), "msg": str(error), "input": value}
+            raise PydanticCustomError(INSIDE, "inside", {"model": BaseModel, "problem": wrong}) from error
+        if model is None:
+            return known(value)
+        try:
+            return model.model_validate(value, context=info.context)
+        except ValidationError as error:
+            problem = error.errors(include_url=False)[0]
+            raise PydanticCustomError(INSIDE, "inside", {"model": model, "problem": problem}) from None
+
+    return validated
+
+
+def unknown_type(kind: object, own: Iterable[str], group: str) -> UserError:
+    """What is said of a `type`, None if missing, that names nothing: own are the package's, group those of entry points."""
+    wrong = "missing" if kind is None else f"{shorten(kind)} is not known"
+    return UserError(f"{wrong}; allowed: {allowed(own, group)}")
+
+
+class NumbersSection(Section):
+    """Numbers that a structure declares; keys are those declared."""
+
+    structure: ClassVar[type]
+
+    def numbers(self) -> object:
+        values = {name: getattr(self, one.key) for name, one in gains_in(self.structure).items()}
+        return self.structure(**{name: Vector(one) if isinstance(one, tuple) else one for name, one in values.items()})
+
+
+def numbers_section(name: str, structure: type, base: type[NumbersSection] = NumbersSection, **more: Any) -> Any:
+    """The table of a structure of declared numbers. Raises TypeError for declarations that give none."""
+    fields: dict[str, Any] = {}
+    for one in declared(structure).values():
+        if not isinstance(one, Gain) or one.fixed is None:
+            raise TypeError(f"{structure.__name__}: every number needs gain(...) with a default that is a number")
+        if hasattr(base, one.key) or one.key in (*more, *base.__class_vars__):
+            raise TypeError(f"{structure.__name__}: a number cannot have the key {one.key}; give it another by key=...")
+        fields[one.key] = key_field(one)
+    made: Any = create_model(name, __base__=base, __module__=__name__, **more, **fields)
+    made.structure = structure
+    return made
+
 
 T = TypeVar("T")
 

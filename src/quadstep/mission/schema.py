@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeAlias, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, cast
 
 from pydantic import ValidationInfo, model_validator
 
@@ -25,13 +25,12 @@ from quadstep.interfaces.metric import Metric
 from quadstep.interfaces.plant import Air, Plant
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
-from quadstep.metrics.margins import AT_REST
+from quadstep.metrics.margins import AT_REST, DELAYS, LEAST_GAIN, LEAST_PHASE
 from quadstep.metrics.of_log import Metrics
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
-from quadstep.mission.fields import Name, Section, plain
+from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain
 from quadstep.mission.keys import with_value
-from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.own_metrics import check_names, own_metrics
 from quadstep.mission.paths import AnyPath, BuiltPath
@@ -40,6 +39,20 @@ from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panels import flight_jobs
 from quadstep.sensing.suite import Suite
+
+
+class MarginsSection(Section):
+    """Least stability margins of a loop that is graded sound; they affect no flight."""
+
+    gain: Annotated[NonNegative, Quantity("dB", "least gain margin, upwards and downwards")] = LEAST_GAIN
+    phase: Annotated[NonNegative, Quantity("rad", "least phase margin")] = LEAST_PHASE
+    delay: Annotated[
+        NonNegative | None, Quantity("s", "least delay margin; default: twice the latency of sensors and commands")
+    ] = None
+
+    def least_delay(self, latency: float) -> float:
+        """The delay margin [s] asked of a mission with this latency [s]."""
+        return DELAYS * latency if self.delay is None else self.delay
 
 
 def as_it_is(law: Controller, periods: Mapping[str, float]) -> Controller:  # noqa: ARG001 (others need it)
@@ -57,7 +70,6 @@ Grading: TypeAlias = Callable[["Mission"], Mapping[str, str]]
 
 
 def ungraded(_: "Mission") -> Mapping[str, str]:
-    """No grade."""
     return {}
 
 
@@ -169,7 +181,6 @@ class Mission(Section, metaclass=MissionMeta):
 
     @property
     def own_metrics(self) -> tuple[Metric, ...]:
-        """Those that the mission names."""
         return own_metrics(self.metrics, self.folder)
 
     @classmethod

@@ -105,7 +105,6 @@ class SensorsSection(Section):
 
     @property
     def law(self) -> DeclaredEstimator:
-        """What puts the samples together."""
         if isinstance(self.estimator, bool):
             return ErrorState() if self.estimator else LAST_SAMPLES
         return self.estimator.thing

@@ -16,9 +16,8 @@ from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind, 
 from quadstep.mission.derived import section_of, usual_step
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.mission.numbers_section import NumbersSection
 from quadstep.mission.own_controller import own_section
-from quadstep.mission.own_table import unknown_type
+from quadstep.mission.own_thing import NumbersSection, unknown_type
 from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
 from quadstep.mission.vehicle_list import load_preset

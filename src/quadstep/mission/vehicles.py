@@ -66,7 +66,6 @@ class VehicleSection(Section):
         return Model(self.mass, Vector(self.inertia), self.gravity, MARGIN * 4 * greatest, kinematics=kinematics)
 
     def build(self) -> Vehicle:
-        """The vehicle as numbers."""
         least, greatest = self.rotors.limits or (-1e300, 1e300)
         rotors = Rotors(self.rotors.arm, self.rotors.moment, least, greatest)
         return Vehicle(self.mass, Vector(self.inertia), self.gravity, rotors)

@@ -250,7 +250,6 @@ def underflow(a: Enclosure, b: Enclosure | None = None) -> Array:
 
 
 def ball(centre: Plain | list[float], rest: Plain = 0.0) -> Enclosure:
-    """An enclosure without directions."""
     centre = np.asarray(centre, dtype=np.float64)
     width = np.broadcast_to(np.asarray(rest, dtype=np.float64), centre.shape)
     return Enclosure(centre, None, width, width)

@@ -173,7 +173,6 @@ def lost(x: Dual, where: str) -> Dual:
 
 
 def value_of(x: Dual | float) -> float:
-    """Its value."""
     return x.value if isinstance(x, Dual) else x
 
 

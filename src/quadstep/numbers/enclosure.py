@@ -56,7 +56,6 @@ LEFT_OUT = 1e-18
 
 
 def horner(coefficients: Sequence[float], x: Array) -> Array:
-    """The polynomial's value."""
     value = np.zeros_like(x)
     for one in reversed(coefficients):
         value = value * x + one
@@ -134,7 +133,6 @@ class Enclosures(Kind):
 
     @staticmethod
     def rule(operation: Operation) -> Rule:
-        """Its enclosure."""
         return lambda _, *given: operation.enclosure(*given)
 
     def sinc(self, x: Enclosure) -> Enclosure:

@@ -97,7 +97,6 @@ class Elementary(Kind):
 
     @staticmethod
     def rule(operation: Operation) -> Rule:
-        """Its steps."""
         return operation.steps
 
 

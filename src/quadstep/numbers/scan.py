@@ -93,7 +93,6 @@ def scan(
 
 
 def turn_by_turn(step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
-    """A scan without a loop."""
     made: list[Rows[Vector]] = [()] * count
     shape = len(flatten(carry))
     for place in reversed(range(count)) if backwards else range(count):
@@ -114,7 +113,6 @@ def matrices(rows: Rows[T]) -> list[T]:
 
 
 def row_of(rows: Rows[Matrix], place: int) -> Rows[Vector]:
-    """One row of each matrix."""
     return shaped(rows, iter([one.rows[place] for one in matrices(rows)]))
 
 

@@ -157,7 +157,6 @@ MOST_STEPS, SMALL = 100, 1e-15
 
 
 def product(a: Square, b: Square) -> list[list[float]]:
-    """a b."""
     columns = list(zip(*b, strict=True))
     return [[dot(row, column) for column in columns] for row in a]
 
@@ -171,7 +170,6 @@ def dot(a: Sequence[float], b: Sequence[float]) -> float:
 
 
 def transposed(a: Square) -> list[list[float]]:
-    """a^T."""
     return [list(column) for column in zip(*a, strict=True)]
 
 
@@ -210,5 +208,4 @@ def left_over(a: Square, s: Square, q: Square, x: Square) -> float:
 
 
 def size(a: Square) -> float:
-    """The largest entry."""
     return max(abs(one) for row in a for one in row)

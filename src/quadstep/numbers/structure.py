@@ -39,7 +39,6 @@ class Table:
 
     @property
     def size(self) -> int:
-        """Number of entries."""
         return len(self.values)
 
     def at(self, index: Number) -> Number:

@@ -14,7 +14,6 @@ class Symbols(Kind):
 
     @staticmethod
     def rule(operation: Operation) -> Rule:
-        """Its expression."""
         return lambda _, *given: operation.sympy(sympy, *given)
 
     sqrt = staticmethod(sympy.sqrt)

@@ -18,7 +18,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import files
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging.grade import FlightGrade
+from quadstep.metrics.judging.verdict import FlightGrade
 from quadstep.metrics.margins import AT_REST
 from quadstep.mission.clock import MOST_ROWS
 from quadstep.report.publish import MANIFEST
@@ -47,7 +47,7 @@ class ResultFolder(NamedTuple):
     place: below the folder that is served. says: how the flight ended, or what the report answers. changed: when its newest
     file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a
     PNG of it, from there. rmse: of the position [m]. grade: of a flight, as in
-    `quadstep.metrics.judging.grade`; empty if not known.
+    `quadstep.metrics.judging.verdict`; empty if not known.
     """
 
     place: Path

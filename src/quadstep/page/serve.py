@@ -17,7 +17,7 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 from quadstep.io import files
 from quadstep.io.errors import UserError
 from quadstep.io.results.folder import opened
-from quadstep.metrics.judging.grade import FlightGrade
+from quadstep.metrics.judging.verdict import FlightGrade
 from quadstep.page.cards import list_page
 from quadstep.page.compared import compared_page
 from quadstep.page.folder import grade, manifest, result_in, results

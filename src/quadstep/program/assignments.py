@@ -58,7 +58,6 @@ class Record(Recording):
         return self.place(operation, *places)
 
     def same(self, one: Operand, other: Operand) -> bool:
-        """Whether they are one assignment."""
         return self.at(one) == self.at(other)
 
     def input(self, text: str) -> RecordedNumber:
@@ -166,7 +165,6 @@ class ScriptRecord(LoopRecord):
         return name, 0, (self.place(ARRAY, *places, text=name),), turning
 
     def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
-        """A scan as one node."""
         index = f"i{len(self.arrays)}"
         begin = tuple(self.at(number) for number in flatten(carry))
         sources = [(*self.source(one), len(one.rows[0])) for one in matrices(rows)]

@@ -100,7 +100,6 @@ def matrix(emitter: Instructions, memory: ir.Value, count: int, columns: int) ->
 
 
 def row(emitter: Instructions, source: Stored, place: ir.Value, columns: int) -> Vector:
-    """The row of this place."""
     builder = emitter.builder
     address = builder.gep(source.memory, [builder.add(builder.mul(place, PLACE(columns)), PLACE(source.place))])
     entries: list[RecordedNumber] = []

@@ -26,7 +26,6 @@ def built(name: str) -> Emit:
 
 
 def called(name: str) -> Emit:
-    """One of LLVM's own functions."""
     return lambda emitter, x: emitter.intrinsic(name, x)
 
 
@@ -41,7 +40,6 @@ def unequal(emitter: Instructions, a: ir.Value, b: ir.Value) -> ir.Value:
 
 
 def looked_up(emitter: Instructions, table: ir.Value, index: ir.Value) -> ir.Value:
-    """An entry of a table."""
     return emitter.looked_up(table, index)
 
 
@@ -56,7 +54,6 @@ def bits_of(emitter: Instructions, x: ir.Value) -> ir.Value:
 
 
 def bit(emitter: Instructions, x: ir.Value, mask: ir.Value) -> ir.Value:
-    """Whether a bit is set."""
     bits, builder = bits_of(emitter, x), emitter.builder
     alone = emitter.once(("alone", bits, mask), lambda: builder.and_(bits, mask))
     return builder.icmp_signed("!=", alone, emitter.whole_constant(0))
@@ -156,7 +153,6 @@ def in_c(operation: str, operands: Sequence[str]) -> str:
 
 
 def in_coq(operation: str, operands: Sequence[str]) -> str:
-    """An operation around its operands."""
     if operation in OPERATIONS:
         return f"({OPERATIONS[operation].coq} {' '.join(operands)})"
     return FORMS[operation].coq.format(*operands)

@@ -95,7 +95,6 @@ def entered(code: Code, arguments: list[str], structure: S) -> S:
 
 
 def passed(structure: object, precise: bool) -> list[object]:
-    """The values of those arguments."""
     real = REAL[precise]
     if isinstance(structure, tuple):
         return [one for field in structure for one in passed(field, precise)]
@@ -118,12 +117,10 @@ class Code(Recording):
         self.depth, self.count = 1, 0
 
     def name(self) -> str:
-        """A new one."""
         self.count += 1
         return f"v{self.count}"
 
     def line(self, text: str) -> None:
-        """One more statement."""
         self.lines.append(INDENT * self.depth + text)
 
     def assign(self, expression: str) -> str:
@@ -170,7 +167,6 @@ class Code(Recording):
         return RowsInPython(self, text, (len(rows), len(rows.rows[0])))
 
     def function(self, arguments: list[str], results: list[str]) -> Callable[..., tuple[object, ...]]:
-        """The statements as a function."""
         source = [f"def run({', '.join(arguments)}):", *self.lines, f"{INDENT}return {listed(results)}"]
         names = steps(self.precise) | {name: REAL[self.precise](float(text)) for text, name in self.constants.items()}
         exec(compile("\n".join(source), "<traced law>", "exec"), names)
@@ -187,7 +183,6 @@ class RowsInPython(Matrix):
 
     @property
     def rows(self) -> tuple[Vector, ...]:  # type: ignore[override]
-        """The entries one by one."""
         return tuple(self.row(place) for place in range(self.shape[0]))
 
     def row(self, place: int | str) -> Vector:
@@ -206,5 +201,4 @@ class RowsInPython(Matrix):
 
 
 def listed(texts: Iterable[str]) -> str:
-    """A tuple."""
     return f"({''.join(f'{text}, ' for text in texts)})"

@@ -97,7 +97,6 @@ class RowVector(Vector):
 
     @property
     def entries(self) -> tuple[Number, ...]:  # type: ignore[override]
-        """The entries one by one."""
         return tuple(self.entry(str(row)) for row in range(self.count))
 
     def __len__(self) -> int:
@@ -177,7 +176,6 @@ class RowMatrix(Matrix):
 
     @property
     def rows(self) -> tuple[Vector, ...]:  # type: ignore[override]
-        """The entries one by one."""
         return tuple(self.row(str(row)) for row in range(self.shape[0]))
 
     def __len__(self) -> int:
@@ -237,7 +235,6 @@ class Turned(Matrix):
 
     @property
     def rows(self) -> tuple[Vector, ...]:  # type: ignore[override]
-        """The entries one by one."""
         return Matrix(self.of.rows).T.rows
 
     def __len__(self) -> int:

@@ -54,7 +54,6 @@ class Subroutine(Generic[S, T]):
         emitter.known, emitter.subroutine = {}, self
 
     def __exit__(self, *_: object) -> None:
-        """Return to the previous position."""
         emitter = self.emitter
         block, emitter.known = self.before
         emitter.builder.position_at_end(block)

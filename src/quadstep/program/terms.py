@@ -94,7 +94,6 @@ class Functions(Kind):
 
     @staticmethod
     def rule(operation: Operation) -> Rule:
-        """A term of its name."""
         return lambda _, *given: Term(operation.name, *map(term, given))
 
     def sqrt(self, x: Operand) -> Term:

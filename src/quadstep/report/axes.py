@@ -31,7 +31,6 @@ STEPS = [1, 2, 2.5, 5, 10]
 
 
 def plain() -> FuncFormatter:
-    """Plain numbers."""
     return FuncFormatter(lambda value, _: f"{value:.10g}".replace("-", "−"))
 
 
@@ -43,7 +42,6 @@ def power(value: float) -> str:
 
 
 def powers() -> FuncFormatter:
-    """Powers of ten."""
     return FuncFormatter(lambda value, _: power(value) if value else "0")
 
 

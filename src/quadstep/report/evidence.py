@@ -4,10 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.io.exit_codes import UNMET
+from quadstep.io.errors import UNMET
 from quadstep.io.results.record import REPORT
-from quadstep.metrics.judging.share import JudgedShare
-from quadstep.metrics.judging.verdict import Case, Verdict
+from quadstep.metrics.judging.verdict import Case, JudgedShare, Verdict
 from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
@@ -33,7 +32,6 @@ class Table(NamedTuple):
 
     @property
     def html(self) -> list[str]:
-        """Its parts."""
         title = [page.heading(self.title, self.anchor)] if self.title else []
         text = [page.paragraph(self.text)] if self.text else []
         table = [page.table(self.header, self.rows, self.set_as)] if self.rows else []
@@ -84,13 +82,11 @@ class Evidence(NamedTuple):
 
     @property
     def lines(self) -> list[str]:
-        """All sentences for the terminal."""
         warned = [f"Warning: {one}" for one in self.warnings]
         return [*self.sentences, *self.graded, *warned]
 
     @property
     def content(self) -> dict[str, object]:
-        """All that was measured."""
         return {**self.record, **({AT_REST: dict(self.grade)} if self.grade else {})}
 
     def required(self, share: JudgedShare | None) -> "Evidence":
@@ -109,7 +105,6 @@ class Evidence(NamedTuple):
             (out / TABLE).write_text(self.paper, encoding="utf-8")
 
     def write(self, out: Path) -> None:
-        """Write these, and metrics.json."""
         self.write_report(out)
         write_json(out / MANIFEST, self.content)
 

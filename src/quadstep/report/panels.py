@@ -32,7 +32,6 @@ ATTITUDES = (Attitude(("phi", "theta", "psi"), errors=True), Attitude(("roll", "
 
 
 def line(log: FlightLog, name: str) -> NDArray[np.float64]:
-    """A column; angles unwrapped."""
     values = log.column(name)
     return np.unwrap(values) if log.columns[name] == "rad" else values
 

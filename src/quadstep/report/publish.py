@@ -93,5 +93,4 @@ def write_json(path: Path, content: object) -> None:
 
 
 def as_text(content: object) -> bytes:
-    """A file of JSON."""
     return (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()

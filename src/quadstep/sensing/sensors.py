@@ -3,14 +3,35 @@
 Sensor model: Woodman, "An introduction to inertial navigation" (2007): gyro = rates + b_g + n_g, accelerometer = specific
 force + b_a + n_a. White noise of density N sampled every T has the standard deviation N / sqrt(T), a random walk of density W
 moves by W sqrt(T) in T. A fix, a sample of position, velocity and attitude, has white noise only.
+
+Latency is a shift register of whole samples: what is pushed in comes out a fixed number of pushes later. A line is a plain
+tuple of samples, oldest first; its length is structure, so that an empty one costs nothing.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.noise import Key, normals
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.vehicle.airframe.motion import Motion
+
+S = TypeVar("S")
+
+
+def filled(sample: S, count: int) -> tuple[S, ...]:
+    """A line of `count` samples that has seen only this one. A sample is any structure of numbers."""
+    return (sample,) * count
+
+
+def pushed(line: tuple[S, ...], sample: S) -> tuple[S, ...]:
+    """The line one sample later; its oldest is gone."""
+    return (*line, sample)[1:]
+
+
+def passed(line: tuple[S, ...], sample: S) -> tuple[tuple[S, ...], S]:
+    """The line one sample later, and the sample that comes out: the one pushed `len(line)` pushes ago."""
+    return pushed(line, sample), (*line, sample)[0]
+
 
 IMU = 16
 """Stream of the samples of the IMU: three numbers for the gyro, then three for the accelerometer."""
@@ -47,7 +68,6 @@ class Sensors(NamedTuple):
 
     @property
     def sizes(self) -> tuple[Number, ...]:
-        """Of all noise."""
         return self[:9]
 
     @property
@@ -78,7 +98,6 @@ class Navigation(NamedTuple):
 
 
 def navigation(motion: Motion) -> Navigation:
-    """A motion without its rates."""
     return Navigation(motion.position, motion.velocity, motion.attitude)
 
 

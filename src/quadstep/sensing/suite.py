@@ -10,8 +10,7 @@ from typing import NamedTuple, TypeAlias, cast
 from quadstep.numbers import Number, Structure, Vector, sqrt, vector, where
 from quadstep.numbers.noise import Key
 from quadstep.sensing.declared import DeclaredEstimator, DeclaredSensor, LastSamples
-from quadstep.sensing.delay import filled, passed, pushed
-from quadstep.sensing.sensors import FIX, IMU, START, Navigation, Sensors, draws, fixed, navigation
+from quadstep.sensing.sensors import FIX, IMU, START, Navigation, Sensors, draws, filled, fixed, navigation, passed, pushed
 from quadstep.vehicle.airframe.motion import Motion
 
 
@@ -76,7 +75,6 @@ class Suite:
 
     @property
     def feels(self) -> bool:
-        """Whether the accelerometer is used."""
         return self.estimator.feels or self.accelerometer
 
     @property
@@ -173,7 +171,6 @@ class Suite:
         return memory.board[0] if self.imu_delay else self._on_board(memory)
 
     def _on_board(self, memory: SuiteMemory) -> Board:
-        """What is known there now."""
         force = self.estimator.force(memory.estimate) if self.accelerometer else ()
         return self.estimator.on_board(memory.estimate), force
 

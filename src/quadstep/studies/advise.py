@@ -17,9 +17,9 @@ from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.linear.analysis import studied
-from quadstep.linear.channels import Channel
 from quadstep.linear.margins import Margins
 from quadstep.linear.picture import Open, draw_bode
+from quadstep.linear.states import Channel
 from quadstep.linear.transfer import harmonic, opened
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
 from quadstep.metrics.statistics import Estimate
@@ -260,7 +260,6 @@ def margin_cells(one: Measured) -> tuple[str, ...]:
 
 
 def spelled(one: Estimate, digits: str) -> str:
-    """A number with its interval."""
     return f"{one.value:{digits}} ({one.low:{digits}} to {one.high:{digits}})"
 
 
@@ -276,7 +275,6 @@ def hertz(one: Estimate) -> tuple[str, str]:
 
 
 def sentence(flight: Excited, now: Measured) -> str:
-    """What was measured."""
     assert now.phase
     phase, at = degrees(now.phase.value), hertz(now.phase.at)
     up, down = now.gain_up, now.gain_down
@@ -317,7 +315,6 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
 
 
 def also(flight: Excited, now: Measured) -> Sequence[str]:
-    """What else the log shows."""
     said = [
         f"At {one.at.value:.3g} rad/s the gain crosses 1 too; the excitation does not tell the phase margin there."
         for one in now.open

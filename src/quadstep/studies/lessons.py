@@ -56,7 +56,6 @@ class Checked(NamedTuple):
 
     @property
     def solved(self) -> bool:
-        """Whether every point is met."""
         return not any(case.failure for case in self.cases)
 
 
@@ -159,5 +158,4 @@ def within(content: object, names: list[str]) -> object:
 
 
 def shown(value: object) -> str:
-    """As a mission has it."""
     return "not given" if value is None else str(value).lower() if isinstance(value, bool) else repr(value)

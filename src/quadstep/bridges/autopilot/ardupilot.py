@@ -7,10 +7,9 @@ import socket
 import struct
 from time import monotonic
 
-from quadstep.bridges.autopilot.address import Address
-from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Lost, SensorSample
+from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample
 from quadstep.io.errors import UserError
-from quadstep.mission.autopilots import FIRST_WAIT
+from quadstep.mission.own_controller import FIRST_WAIT
 
 PORT = 9002
 PACKET = struct.Struct("<HHI16H")

@@ -9,21 +9,19 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 from pydantic import AfterValidator
 
 from quadstep.bridges.autopilot import ardupilot, px4
-from quadstep.bridges.autopilot.address import Address, address
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.link import AutopilotLink, Piloted, sample_of
+from quadstep.bridges.autopilot.link import Address, AutopilotLink, Piloted, address, sample_of
 from quadstep.bridges.autopilot.matching import MATCHING, Matching
 from quadstep.bridges.autopilot.px4 import Px4
 from quadstep.control.opaque import NoGains, Opaque
 from quadstep.engines.fly import FlightPlan
-from quadstep.interfaces.commands import RotorSpeeds
-from quadstep.interfaces.controller import Controller, Measured
+from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
-from quadstep.mission.autopilots import FIRST_WAIT, PilotedSection
 from quadstep.mission.derived import BuiltController, Modelled
 from quadstep.mission.fields import Quantity
+from quadstep.mission.own_controller import FIRST_WAIT, PilotedSection
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call, raise_pending, register
 from quadstep.vehicle.plants.multirotor import Multirotor
@@ -65,13 +63,11 @@ class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:
-        """For its rotors."""
         return cls(model.rotors)
 
     def law(
         self, memory: tuple[()], measured: Measured, reference: Reference, gains: PilotedGains, t: Number, period: Number
     ) -> tuple[RotorSpeeds, tuple[()]]:
-        """One sample."""
         shares = call(gains.handle, sensed(t, measured), self.rotors)
         return RotorSpeeds(Vector(gains.fastest * share for share in shares)), memory
 

@@ -32,7 +32,6 @@ class Matching(NamedTuple):
     note: str = ""
 
     def sentence(self) -> str:
-        """The parameters in one line."""
         return "The autopilot's parameters must be " + ", ".join(
             f"{name} {value:g}" for name, value in self.parameters.items()
         )

@@ -8,11 +8,10 @@ import socket
 from time import monotonic
 from typing import Protocol, cast
 
-from quadstep.bridges.autopilot.address import Address
-from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Lost, SensorSample
+from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample
 from quadstep.io.errors import UserError
 from quadstep.io.extras import optional
-from quadstep.mission.autopilots import FIRST_WAIT
+from quadstep.mission.own_controller import FIRST_WAIT
 
 PORT = 4560
 
@@ -73,7 +72,6 @@ class Px4:
             raise UserError(f"{where}: cannot listen there: {error.strerror or error}") from None
 
     def write(self, data: bytes) -> None:
-        """What pymavlink packs is sent."""
         assert self.peer
         try:
             self.peer.sendall(data)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from enum import StrEnum
 from typing import NamedTuple, Protocol, cast
 
-from quadstep.bridges.autopilot.address import refuse_strange
+from quadstep.bridges.autopilot.link import refuse_strange
 from quadstep.control.wanted_attitude import wanted_attitude
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.reference import Reference
@@ -160,7 +160,6 @@ def at_rest(reference: Reference) -> Reference:
 def stream(
     plan: FlightPlan, link: Connection, kind: SetpointKind, rate: float, hold: float, told: Callable[[float], None]
 ) -> int:
-    """The setpoints, at their times."""
     duration, started, count = plan.ticks.last * plan.ticks.step, time.monotonic(), 0
     while count / rate <= duration + hold:
         at = count / rate

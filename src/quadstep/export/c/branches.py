@@ -51,7 +51,6 @@ class ScanRecord(RowRecord):
         return RowMatrix.found(self, shape, self.place(FILLED, *places, text=f"[{shape[0]}][{shape[1]}]"))
 
     def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
-        """A scan as one node."""
         counter = self.index(TURN)
         begin = as_struct(carry, "carry")
         given = shaped(rows, iter([self.in_memory(one).row(counter) for one in matrices(rows)]))

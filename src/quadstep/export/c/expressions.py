@@ -53,7 +53,6 @@ class Expressions:
         return self.nodes[place].operation in (CONSTANT, INPUT)
 
     def kind(self, place: int) -> str:
-        """The type of a local."""
         operation = self.nodes[place].operation
         return "bool" if operation in CONDITIONS else "uint32_t" if operation.startswith("word") else "real"
 
@@ -92,7 +91,6 @@ class Expressions:
         return self.expression(place)
 
     def expression(self, place: int) -> str:
-        """The expression that computes it."""
         if place in self.halves:
             return self.halves[place]
         node = self.nodes[place]
@@ -170,14 +168,12 @@ class Statements(Expressions):
         return self.naming.origins.get(place, "")
 
     def _local(self, place: int) -> Line:
-        """A local for a number."""
         text = bare(self.expression(place))
         name = self.name(place)
         self.names[place] = name
         return Line([f"const {self.kind(place)} {name} = {text};"], self.taken_reads(), self._origin(place))
 
     def _sine_cosine(self, *pair: int) -> Line:
-        """One local with both."""
         (angle,) = self.nodes[pair[0]].operands
         text = bare(self.text(angle))
         name = self.name(-1, "turn")
@@ -197,5 +193,4 @@ def commented(lines: list[Line], origin: str = "") -> list[str]:
 
 
 def braced(lines: list[str]) -> list[str]:
-    """A block."""
     return ["{", *(INDENT + line for line in lines), "}"]

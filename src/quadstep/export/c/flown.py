@@ -53,17 +53,14 @@ class Compiled(Controller):
     command: object = field(compare=False)
 
     def loops(self) -> tuple[str, ...]:  # type: ignore[override]
-        """The law's."""
         return self.inner.loops()
 
     @property
     def also_measures(self) -> tuple[str, ...]:  # type: ignore[override]
-        """The law's."""
         return self.inner.also_measures
 
     @property
     def preview(self) -> tuple[float, ...]:  # type: ignore[override]
-        """The law's."""
         return self.inner.preview
 
     def start(self, measured: object, gains: CompiledGains) -> object:
@@ -82,7 +79,6 @@ class Compiled(Controller):
     def law(
         self, memory: object, measured: object, reference: Reference, gains: CompiledGains, t: Number, period: Number
     ) -> tuple[object, object]:
-        """The law."""
         memory, command = self._asked(len(self.loops()), memory, measured, reference, gains, t, period)
         return command, memory
 
@@ -156,7 +152,6 @@ class Library:
         return self.given(state, function(*given), list(command))
 
     def given(self, state: ctypes.Structure, status: int, command: list[float]) -> list[float]:
-        """The result of a call."""
         if status:
             return [math.nan] * (self.memory + self.command)
         return [*state.memory, *command]

@@ -58,7 +58,6 @@ def golden(exported: Exported, path: Callable[[float], Reference]) -> Golden:
 
 
 def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
-    """The same, with NumPy's warnings."""
     subject, precise, clocked = exported.subject, exported.precise, exported.clocked
     constant = subject.gains, subject.parameters, tuple(clocked.period(loop) for loop in (*loops(exported), "law"))
     draw, real = uniform(), REAL[precise]
@@ -110,7 +109,6 @@ def uniform() -> Iterator[float]:
 
 
 def strayed(measured: Structure, reference: Reference, draw: Iterator[float], far: bool) -> Structure:
-    """A measurement near the path."""
     changed: dict[str, object] = {}
     for name, value in fields_of(measured).items():
         reach = STRAYING.get(name, 0.2) * (FARTHER if far and name in ("attitude", "rates") else 1.0)
@@ -136,7 +134,6 @@ def fed_back(measured: Structure, made: Structure) -> Structure:
 
 
 def golden_header(exported: Exported, vectors: Golden) -> str:
-    """The vectors as C constants."""
     precise, clocked = exported.precise, exported.clocked
 
     def rows(name: str, structures: list[Structure]) -> str:

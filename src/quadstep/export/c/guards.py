@@ -158,7 +158,6 @@ ASKED = ("thrust", "torque", "rates", "thrusts", "speeds")
 
 
 def commanded_quantities(exported: Exported) -> list[Run]:
-    """The commanded quantities."""
     command = exported.code.command
     return runs("command", command, [name for name in fields_of(command) if name in ASKED or name not in COMMAND_WORDS])
 

@@ -58,7 +58,6 @@ class Exported(NamedTuple):
 
 
 def title(exported: Exported) -> str:
-    """The law's name."""
     return exported.subject.controller.label or exported.name
 
 
@@ -75,12 +74,10 @@ def head(exported: Exported, what: str) -> str:
 
 
 def struct(name: str, lines: list[str], comment: str) -> str:
-    """A named struct."""
     return "\n".join([f"/** {comment} */", "typedef struct", "{", *lines, f"}} {name};"])
 
 
 def header(exported: Exported) -> str:
-    """The header."""
     name, code, subject = exported.name, exported.code, exported.subject
     guard = f"{name.upper()}_H"
     measured_words = MEASURED_WORDS if isinstance(subject.measured, Measured) else PLANT_WORDS
@@ -177,5 +174,4 @@ def prototypes(exported: Exported) -> list[tuple[str, str, str]]:
 
 
 def loops(exported: Exported) -> tuple[str, ...]:
-    """The law's slower loops."""
     return exported.subject.controller.loops()

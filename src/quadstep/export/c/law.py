@@ -215,7 +215,6 @@ def begins(text: str, path: str) -> bool:
 
 
 def pruned(value: Structure, path: str, inputs: list[str]) -> Structure:
-    """The fields that are used."""
     kept = {name: field for name, field in fields_of(value).items() if any(begins(text, f"{path}.{name}") for text in inputs)}
     inner = {
         name: field if as_array(field) or not hasattr(field, "_fields") else pruned(field, f"{path}.{name}", inputs)

@@ -89,7 +89,6 @@ def functions(used: Iterable[str], precise: bool) -> str:
 
 @cache
 def written(name: str, precise: bool) -> Function:
-    """One function."""
     if name in HALVES:
         text = f"static inline real qs_{name}(real x)\n{{\n{INDENT}return qs_sincos(x).{HALVES[name]};\n}}"
         return Function(text, ("sincos",))
@@ -121,7 +120,6 @@ def sine_cosine(steps: Kind, x: Number) -> tuple[Number, Number]:
 
 
 def source(exported: Exported) -> str:
-    """The source."""
     name, code = exported.name, exported.code
     raw = {what: f"static void {what}_step" for what in code.functions}
     parts = [

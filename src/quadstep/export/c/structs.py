@@ -40,7 +40,6 @@ def as_array(value: Structure) -> Array | None:
 
 
 def fields_of(value: Structure) -> Mapping[str, Structure]:
-    """The fields of a NamedTuple."""
     names: tuple[str, ...] = getattr(value, "_fields", ())
     return {name: getattr(value, name) for name in names}
 
@@ -140,7 +139,6 @@ def said(path: str, array: Array, precise: bool) -> str:
 
 
 def braced(array: Array, precise: bool) -> str:
-    """An array's numbers in braces."""
     if len(array.sizes) == 1:
         return "{" + ", ".join(number(entry, precise) for entry in array.entries) + "}"
     size, inner = len(array.entries) // array.sizes[0], array.sizes[1:]
@@ -149,7 +147,6 @@ def braced(array: Array, precise: bool) -> str:
 
 
 def number(value: object, precise: bool) -> str:
-    """A number without brackets."""
     return bare(literal(float(cast(float, value)), precise))
 
 
@@ -175,7 +172,6 @@ def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...]
 
 
 def is_long(value: Matrix | Vector) -> bool:
-    """Whether it stays in memory."""
     return len(value) >= FEWEST_ROWS * (1 if isinstance(value, Matrix) else 2)
 
 

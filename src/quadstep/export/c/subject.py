@@ -46,7 +46,6 @@ def subject_of(plan: Planned) -> Subject:
 
 
 def clock_of(plan: Planned) -> Clocked:
-    """When its samples are due."""
     every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
     sampled = (*plan.loop.controller.loops(), "law")
     return Clocked(plan.ticks.step, {name: every[name] for name in sampled}, plan.ticks.last)

@@ -118,7 +118,6 @@ def of_structure(value: Structure, words: Mapping[str, str]) -> Callable[[str], 
 
 
 def unit_and_meaning(gain: Gain) -> str:
-    """Unit and meaning."""
     return ", ".join(part for part in (gain.unit if gain.unit != "-" else "", gain.meaning) if part)
 
 

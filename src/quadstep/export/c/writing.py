@@ -123,7 +123,6 @@ class Writer(Statements):
         return [Line([f"real {name}{node.text};", *entries], self.taken_reads(), self._origin(place))]
 
     def _memory(self, place: int) -> list[Line]:
-        """The struct of a scan."""
         scan = self.record.scans[place]
         name = self.memories[scan.counter] = self.name(-1, re.sub(r"\W", "", scan.step, flags=re.ASCII).strip("_") or "turn")
         if not has_numbers(scan.memory):
@@ -225,7 +224,6 @@ class Writer(Statements):
         return names
 
     def _turn(self, body: Body, target: str | None, sums: list[str], wide: bool) -> list[str]:
-        """One turn of a loop."""
         results = [*body.stored, *(place for terms in body.added for place in terms)]
         uses: Counter[int] = Counter(results)
         inside = set(results)
@@ -282,5 +280,4 @@ def touched(target: str, reads: frozenset[str]) -> bool:
 
 
 def declared(lines: list[str]) -> list[str]:
-    """Locals that a statement declares."""
     return [found[1] for line in lines if (found := re.match(r"(?:const )?(?:real|bool) (\w+)", line))]

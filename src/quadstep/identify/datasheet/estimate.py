@@ -50,12 +50,10 @@ class Number(NamedTuple):
 
 
 def measured(value: float, what: str, spread: float) -> Number:
-    """A number that was measured."""
     return Number(value, f"measured: {what}, {share(spread)}", spread)
 
 
 def estimated(value: float, how: str, spread: float) -> Number:
-    """A number by a formula."""
     return Number(value, f"estimated: {how}, {share(spread)}", spread)
 
 
@@ -236,7 +234,6 @@ def torque_of(sheet: Datasheet, running: dict[str, Floats] | None, speeds: Float
 
 
 def efficiency_of(running: dict[str, Floats] | None, speeds: Floats, k_m: Number) -> Number:
-    """Mechanical over electrical power."""
     if running and "current" in running and "voltage" in running:
         electrical = running["current"] * running["voltage"]
         ratio = float(np.median(k_m.value * speeds**3 / np.maximum(electrical, 1e-9)))
@@ -274,7 +271,6 @@ def body_inertia(sheet: Datasheet, count: int) -> tuple[Number, Number, Number]:
 
 
 def vehicle_of(sheet: Datasheet, found: VehicleEstimate) -> AirframeSection:
-    """The vehicle, flyable."""
     full, empty = FULL * sheet.cells, EMPTY * sheet.cells
 
     def short(number: Number) -> float:

@@ -66,7 +66,6 @@ class FlightRecord:
 
     @property
     def rows(self) -> int:
-        """The number of rows."""
         return len(self.time)
 
     @property

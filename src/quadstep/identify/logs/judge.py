@@ -180,7 +180,6 @@ def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: fl
 
 
 def turning(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    """Rates against the attitude."""
     if "attitude" not in flight.channels or "rates" not in flight.channels or "rates" in flight.derived:
         return []
     seen = finite(sure, flight.channel("attitude"), flight.channel("rates"))
@@ -189,7 +188,6 @@ def turning(flight: FlightRecord, sure: Flags) -> list[Finding]:
 
 
 def moving(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    """Velocity against the position."""
     if "position" not in flight.channels or "velocity" not in flight.channels or "velocity" in flight.derived:
         return []
     seen = finite(sure, flight.channel("position"), flight.channel("velocity"))
@@ -241,7 +239,6 @@ def beside(speed: Floats, values: Floats, where: Flags) -> Floats:
 
 
 def felt(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    """The accelerometer against gravity."""
     if "acceleration" not in flight.channels:
         return []
     mean = np.nanmean(flight.channel("acceleration")[sure], axis=0)
@@ -256,7 +253,6 @@ def felt(flight: FlightRecord, sure: Flags) -> list[Finding]:
 
 
 def height(flight: FlightRecord) -> list[Finding]:
-    """Whether z points up."""
     high = flight.channel("position")[:, 2]
     rest = ~flight.turning
     if not np.isfinite(high).any() or not rest[:50].all():
@@ -268,7 +264,6 @@ def height(flight: FlightRecord) -> list[Finding]:
 
 
 def volts(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    """The battery."""
     if "voltage" not in flight.channels:
         return [Finding(False, "voltage: not logged; thrust is taken to depend on the command alone")]
     middle = float(np.nanmedian(flight.channel("voltage")[sure]))
@@ -317,7 +312,6 @@ def commanded(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -> l
 
 
 def correlation(x: Floats, y: Floats, where: Flags) -> float:
-    """Correlation of two signals."""
     a, b = x[where] - x[where].mean(), y[where] - y[where].mean()
     return float(a @ b) / (float(np.sqrt((a @ a) * (b @ b))) or 1.0)
 

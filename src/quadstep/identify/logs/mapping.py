@@ -113,7 +113,6 @@ class Mapping(Section):
         return self
 
     def names(self) -> list[str]:
-        """All columns that are read."""
         channels = [name for channel in self.columns.values() for name in channel.columns]
         return list(dict.fromkeys([self.time.column, *self.motors.columns, *channels]))
 

@@ -7,17 +7,45 @@ interrupted run goes on, one that has grown computes only what is new, and no da
 import contextlib
 import hashlib
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
+from quadstep.io import files
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError
 from quadstep.io.files import FLIGHTS as ANY_PART
 from quadstep.io.results.code import code_digest
 from quadstep.io.results.folder import RUNNING, Folder, alone_in
 from quadstep.io.results.interrupts import interruptible
-from quadstep.io.results.sealed import sealed
 from quadstep.io.version import __version__
+
+SEAL = "sha256"
+UNKNOWN = "0" * 64
+
+
+def sealed(content: Mapping[str, object]) -> bytes:
+    """A manifest as the content of a file."""
+    text = json.dumps(
+        {**{key: value for key, value in content.items() if key != SEAL}, SEAL: UNKNOWN}, indent=1, allow_nan=False
+    )
+    head, _, tail = f"{text}\n".rpartition(UNKNOWN)
+    return f"{head}{hashlib.sha256(f'{head}{UNKNOWN}{tail}'.encode()).hexdigest()}{tail}".encode()
+
+
+def read_sealed(path: Path) -> dict[str, Any]:
+    """A manifest, with its seal, which those of earlier versions lack. Links are not followed.
+
+    Raises UserError for a file that is none, or whose content is not what was written.
+    """
+    text = files.read_bytes(path, files.JSON, links=False)
+    content = parse_json(text, str(path))
+    if not isinstance(content, dict):
+        raise UserError(f"{path}: is not a manifest written by quadstep")
+    if SEAL in content and sealed(content) != text:
+        raise UserError(f"{path}: was changed after quadstep wrote it")
+    return content
+
 
 FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, JOURNALS = "flights", "gains", "margins", "linear", "costs", "journals"
 """Folders of results, and of what a search has flown so far."""

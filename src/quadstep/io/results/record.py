@@ -16,7 +16,7 @@ from quadstep.io.atomic import WRITING
 from quadstep.io.errors import UserError
 from quadstep.io.results.folder import Folder, alone_in, names_in
 from quadstep.io.results.interrupts import interruptible
-from quadstep.io.results.sealed import SEAL, read_sealed, sealed
+from quadstep.io.results.parts import SEAL, read_sealed, sealed
 
 REPORT, FIGURES = "report.html", "figures"
 

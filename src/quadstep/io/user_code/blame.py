@@ -88,5 +88,4 @@ def chain(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def frames(trace: TracebackType | None) -> Iterator[traceback.FrameSummary]:
-    """Of a traceback, outermost first."""
     yield from traceback.extract_tb(trace)

@@ -31,7 +31,6 @@ class Place(NamedTuple):
 
     @property
     def text(self) -> str:
-        """As a mission writes it."""
         return f"{self.where}:{self.name}"
 
     def file(self, folder: Path) -> Path | None:

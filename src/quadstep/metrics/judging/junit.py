@@ -70,7 +70,6 @@ def by_name(value: object) -> object:
 
 
 def clean(text: str) -> str:
-    """Text that XML can hold."""
     return NO_XML.sub("\ufffd", text)
 
 

@@ -27,7 +27,6 @@ class JudgedMetric(NamedTuple):
 
     @property
     def case(self) -> Case:
-        """For a report."""
         return Case(f"{bare(self.metric)} at most {quantity(self.most, unit(self.metric))}", self.failure)
 
     def as_json(self) -> dict[str, object]:

@@ -1,6 +1,12 @@
-"""What a machine is told of a run: whether it is good enough, point by point."""
+"""What a machine is told of a run: whether it is good enough, point by point; grades of flights and shares."""
 
+import math
+from collections.abc import Mapping
+from enum import StrEnum
 from typing import NamedTuple
+
+from quadstep.io.errors import UserError
+from quadstep.metrics.statistics import LEVEL, Estimate
 
 
 class Case(NamedTuple):
@@ -11,7 +17,6 @@ class Case(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """As a person reads it."""
         return f"NOT MET: {self.failure}" if self.failure else f"Met: {self.name}."
 
 
@@ -29,7 +34,6 @@ class Verdict(NamedTuple):
 
     @property
     def passed(self) -> bool:
-        """Whether every point is met."""
         return not any(case.failure for case in self.cases)
 
     def as_json(self) -> dict[str, object]:
@@ -46,3 +50,120 @@ def scalars(table: dict[str, object], prefix: str = "") -> dict[str, float | Non
         elif value is None or (isinstance(value, int | float) and not isinstance(value, bool)):
             found[f"{prefix}{key}"] = value
     return found
+
+
+def parsed(text: str) -> float:
+    """A share between 0 and 1. Raises UserError.
+
+    1 is refused with 0: no number of flights shows that none fails, the other needs no flight at all.
+    """
+    try:
+        least = float(text)
+    except ValueError:
+        least = math.nan
+    if not 0.0 < least < 1.0:
+        raise UserError(f"--require {text!r:.40}: should be a share of flights between 0 and 1, like 0.999")
+    return least
+
+
+class JudgedShare(NamedTuple):
+    """least: what was required. success: share of flights with its interval, of which the lower end counts.
+
+    flights: that were counted; None where the share was estimated in another way. doubt: why the interval is not reliable.
+    """
+
+    least: float
+    success: Estimate
+    flights: int | None = None
+    doubt: str = ""
+
+    @property
+    def met(self) -> bool:
+        """Whether the lower end of the interval reaches what is required, and can be relied on."""
+        return self.success.low >= self.least and not self.doubt
+
+    @property
+    def case(self) -> Case:
+        name = f"at least {self.least:.10g} of the flights succeed, with {100 * LEVEL:g} % confidence"
+        failure = f"success rate should be at least {self.least:.10g}, but is only shown to be above {self.success.low:.10g}"
+        needed = flights_needed(self.least)
+        if self.success.low >= self.least:
+            failure = f"the estimate is not reliable: {self.doubt}"
+        elif self.flights is not None and self.flights < needed:
+            failure += f"; {self.flights} flights cannot show more; {needed} could, if none fails"
+        return Case(name, None if self.met else failure)
+
+    def as_json(self) -> dict[str, object]:
+        """For `--json`."""
+        return {"least": self.least, "measured": self.success.low, "met": self.met}
+
+
+def flights_needed(least: float) -> int:
+    """The fewest flights whose interval reaches `least` if all succeed: (1 - LEVEL) / 2 = least^n."""
+    return math.ceil(math.log(0.5 * (1.0 - LEVEL)) / math.log(least))
+
+
+class FlightGrade(StrEnum):
+    """as asked: to its end, and no rule is broken. flew, but: to its end, and a rule is broken. lost: it ended early."""
+
+    AS_ASKED = "as asked"
+    FLEW_BUT = "flew, but"
+    LOST = "lost"
+
+
+class Rule(NamedTuple):
+    """A flight is as asked while `metric`, as in metrics.json, is at most `most`.
+
+    label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor`.
+    """
+
+    metric: str
+    most: float
+    label: str
+    text: str
+    factor: float = 1.0
+
+
+HALF_TURN = 180.0 / 3.141592653589793
+
+RULES = (
+    Rule("relative_error", 0.1, "large error", "its error is large for its path ({} %; more than 10 %)", 100.0),
+    Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (more than 90°)", HALF_TURN),
+    Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (more than 10 %)", 100.0),
+    Rule("error_growth", 2.0, "error still growing",
+         "its error was still growing at the end ({} times over the last half; more than 2)"),
+    Rule("rate_growth", 2.0, "rates still growing",
+         "its rates were still growing at the end ({} times over the last half; more than 2)"),
+)  # fmt: skip
+"""In the order in which they are said."""
+
+
+class Graded(NamedTuple):
+    """reasons: why it is not as asked, one clause each; empty for a flight that is, and for one that was lost."""
+
+    grade: FlightGrade
+    reasons: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, object]:
+        return {"grade": self.grade.value, "grade_reasons": list(self.reasons)}
+
+    @property
+    def sentence(self) -> str:
+        """`Flew, but its error is large for its path (23 %; more than 10 %).`; empty where a flight was as asked or lost."""
+        return f"Flew, but {', and '.join(self.reasons)}." if self.reasons else ""
+
+
+def graded(metrics: Mapping[str, object]) -> Graded:
+    """The grade of a flight by its metrics.
+
+    >>> graded({"outcome": "completed", "relative_error": 0.02}).grade.value
+    'as asked'
+    >>> graded({"outcome": "completed", "saturated_share": 0.431}).sentence
+    'Flew, but its rotors were saturated 43.1 % of the time (more than 10 %).'
+    """
+    if metrics.get("outcome") != "completed":
+        return Graded(FlightGrade.LOST)
+    measured = scalars(dict(metrics))
+    values = ((rule, measured.get(rule.metric)) for rule in RULES)
+    reasons = tuple(rule.text.format(f"{rule.factor * value:.3g}") for rule, value in values if value and value > rule.most)
+    return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons)

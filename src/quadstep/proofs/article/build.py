@@ -57,7 +57,6 @@ QUOTED = ("T_eta", "Eq. 52", "Eq. 13", "Eq. 26", "Eq. 63", "compact set")
 
 
 def missions() -> dict[str, LagrangeMission]:
-    """Those missions, checked."""
     return {name: LagrangeMission.model_validate(one) for name, one in FLIGHTS.items()}
 
 
@@ -143,7 +142,6 @@ def body() -> str:
 
 
 def read(name: str) -> str:
-    """A file beside this one."""
     return files(HERE).joinpath(name).read_text(encoding="utf-8")
 
 

@@ -136,7 +136,6 @@ def yaw_accelerations(plan: FlightPlan, t: Array) -> Array:
 
 
 def summed(steps: Array) -> Array:
-    """The integral before each sample."""
     return np.concatenate([np.zeros((1, 3)), np.cumsum(steps[:-1], axis=0)])
 
 

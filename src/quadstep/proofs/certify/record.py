@@ -65,7 +65,6 @@ def answer(c: FlightCertificate) -> str:
 
 
 def verdict(c: FlightCertificate) -> str:
-    """The verdict line."""
     what, k = kind(c), c.conditions
     if what == "diverged":
         printed = min(*k.position, *k.printed_anywhere)
@@ -97,7 +96,6 @@ def number(value: float | None) -> float | None:
 
 
 def rms(values: Array) -> float:
-    """Root of the mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
@@ -216,7 +214,6 @@ def target_rows(c: FlightCertificate) -> list[Array]:
 
 
 def brief(value: float | None) -> str:
-    """A number on the screen."""
     return "-" if value is None else f"{value:.4g}"
 
 

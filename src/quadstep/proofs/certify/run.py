@@ -96,7 +96,6 @@ def write_report(path: Path, c: FlightCertificate, name: str, verdict: str, figu
 
 
 def facts(c: FlightCertificate) -> list[page.Fact]:
-    """What decides."""
     bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "b_r does not exist"
     return [
         page.Fact("verdict", kind(c), "on Theorem 5.1 for this flight"),

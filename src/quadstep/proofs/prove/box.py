@@ -31,7 +31,6 @@ class BoundedMatrix(NamedTuple):
     off: Array
 
     def times(self, other: BoundedMatrix) -> BoundedMatrix:
-        """The product."""
         size = np.abs(self.middle)
         rounded = lost(self.middle.shape[-1] + 2) * (size @ np.abs(other.middle))
         off = (rounded + size @ other.off + self.off @ (np.abs(other.middle) + other.off)) * UP

@@ -66,12 +66,10 @@ class BackwardRows(NamedTuple):
         return result
 
     def at(self, places: list[int]) -> BackwardRows:
-        """Some of them."""
         return BackwardRows(*(part[places] for part in self))
 
 
 def joined(parts: list[BackwardRows]) -> BackwardRows:
-    """All of them."""
     return BackwardRows(*map(np.concatenate, zip(*parts, strict=True)))
 
 

@@ -66,7 +66,6 @@ def begun(loop: CheckedLoop, found: SetCertificate) -> list[Operand]:
 
 
 def starts_of(found: SetCertificate) -> Unknown:
-    """The unknowns of its starts."""
     return found.unknown._replace(start=found.start)
 
 

@@ -69,7 +69,6 @@ def listed(values: Sequence[float], rounded: Callable[[float, int], float], leas
 
 
 def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> list[list[str]]:
-    """A row for each axis."""
     return [[axis, said, below(start), f"{millimetres(float(one))} mm"] for axis, one in zip(axes, position, strict=True)]
 
 
@@ -84,7 +83,6 @@ def below(metres: float) -> str:
 
 
 def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float) -> str:
-    """What holds."""
     others = f" {under(Unknown(*unknown[:4]))}," if any(unknown[:4]) else ""
     also = off(unknown._replace(start=0.0))
     moved = f", off it by {' and '.join(also)} at most in the other parts of its state" if also else ""

@@ -114,7 +114,6 @@ class Knowns(Kind):
 
     @staticmethod
     def rule(operation: Operation) -> Rule:
-        """Its exact value."""
         return lambda _, *given: ExactNumber(operation.exact(*(exact(one).value for one in given)))
 
     def sqrt(self, x: ExactNumber) -> ExactNumber:

@@ -46,7 +46,6 @@ class Growth(NamedTuple):
 
     @property
     def whole(self) -> Array:
-        """Bound on |z'|."""
         terms = self.lines.sum(axis=1) + self.curves.sum(axis=(1, 2)) + self.pushes + self.rest
         result: Array = terms * summed(self.curves[0].size)
         return result

@@ -122,12 +122,10 @@ UNBOUNDED = ball(np.zeros((1, 1)), np.inf)
 
 
 def plain(x: Operand) -> Enclosure | Plain:
-    """Its value."""
     return x.value if isinstance(x, Jet) else x
 
 
 def whole(x: object) -> Enclosure:
-    """Its value as a ball."""
     return x.value if isinstance(x, Jet) else ball([cast(float, x)])
 
 
@@ -142,7 +140,6 @@ def level(x: object) -> bool:
 
 
 def zero(x: Enclosure) -> bool:
-    """Whether it is exactly zero."""
     return bool(np.all((x.centre == 0.0) & (x.reach == 0.0)))
 
 

@@ -61,7 +61,6 @@ def modes(slopes: Array) -> Modes:
 
 
 def alike(a: complex, b: complex) -> bool:
-    """Both real, or neither."""
     return bool((a.imag == 0.0) == (b.imag == 0.0))
 
 

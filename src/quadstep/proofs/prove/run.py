@@ -147,7 +147,6 @@ def check(path: Path, code: Sequence[str] = ()) -> Verdict:
 
 
 def checked(path: Path) -> Verdict:
-    """The same."""
     if is_set(path):
         return check_for_ever(path)
     found = check_certificate(path)

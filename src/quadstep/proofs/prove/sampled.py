@@ -69,7 +69,6 @@ class Influences(Kind):
 
     @staticmethod
     def rule(_: Operation) -> Rule:
-        """All arguments' inputs."""
         return lambda _, *given: Influence(frozenset()).with_(*given)
 
     def sqrt(self, x: Operand) -> Operand:
@@ -118,11 +117,9 @@ class RecordedLoop(Loop):
 
     @property
     def columns(self) -> Mapping[str, str]:
-        """Numbered."""
         return {str(place): "" for place in self.places}
 
     def row(self, cycle: Structure, p: Numbers, time: Number) -> list[Number]:
-        """The cycle after its sample."""
         leaves = flatten(cycle)
         return [leaves[place] for place in self.places]
 

@@ -66,7 +66,6 @@ class Past:
         self.size = self.magnitude()
 
     def add(self, columns: Array, weights: Array) -> None:
-        """Add columns."""
         self.columns[:, self.used : self.used + columns.shape[1]] = columns
         self.weights[self.used : self.used + columns.shape[1]] = weights
         self.used += columns.shape[1]

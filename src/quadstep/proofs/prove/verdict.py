@@ -7,7 +7,7 @@ from enum import IntEnum
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.io.exit_codes import DIVERGED, FAILED
+from quadstep.io.errors import DIVERGED, FAILED
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown
 
@@ -50,7 +50,6 @@ class Verdict(NamedTuple):
 
 
 def millimetres(metres: float) -> str:
-    """Rounded up."""
     return f"{up(1e3 * metres, 4):.4g}" if metres > 0.0 else "0"
 
 
@@ -79,7 +78,6 @@ def off(unknown: Unknown) -> list[str]:
 
 
 def under(unknown: Unknown) -> str:
-    """The unknowns in words."""
     said = [
         f"any force within {unknown.force:g} N that may change at every sample" if unknown.force else "",
         f"any torque within {unknown.torque:g} N m per axis that may change at every sample" if unknown.torque else "",

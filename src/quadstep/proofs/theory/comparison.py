@@ -30,7 +30,6 @@ class Uncountered(CompletedBackstepping):
     """The completed law with its counter-rate at zero."""
 
     def countering(self, gains: CompletedGains, u_d: Number, tilt: Vector, wanted: Vector, r1: Vector) -> Vector:
-        """Nothing."""
         return vector(0.0, 0.0)
 
 
@@ -54,7 +53,6 @@ class GridFlight(NamedTuple):
 
 
 def plan_of(gain: float, slope: float, time: float, scale: float, nets: bool, law: str) -> FlightPlan:
-    """A flight of the grid."""
     mission = case_1(
         duration=time,
         disturbance={"scale": scale},

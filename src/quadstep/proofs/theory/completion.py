@@ -217,7 +217,6 @@ def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
 
 
 def as_json(found: Completion) -> dict[str, object]:
-    """The content of metrics.json."""
     return {
         "name": NAME,
         "version": __version__,
@@ -250,7 +249,6 @@ def sentences(found: Completion) -> list[str]:
 
 
 def sections(out: Path, found: Completion) -> list[str]:
-    """The body of report.html."""
     margins: list[list[page.Cell]] = [
         [m.number, m.statement, f"{m.worst:.2g}", least_reached(m), str(m.samples), verdict(m)] for m in found.margins
     ]

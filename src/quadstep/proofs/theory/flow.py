@@ -148,7 +148,6 @@ class Flow:
 
 
 def towards(generator: np.random.Generator, length: NDArray[np.float64], size: int = 3) -> Vector:
-    """Random vectors of given lengths."""
     way = generator.normal(size=(size, np.size(length)))
     return Vector(length * entry for entry in way / np.linalg.norm(way, axis=0))
 

@@ -31,7 +31,6 @@ class Sides(NamedTuple):
 
     @property
     def size(self) -> Number:
-        """Of everything on either side."""
         return total(absolute(term) for term in self.terms.values()) + absolute(self.smaller) + self.scale
 
 

@@ -194,5 +194,4 @@ def lyapunov_rate(sample: LoopBatch, completed: bool) -> LyapunovRate:
 
 
 def sum_squares(m: Matrix) -> Number:
-    """Square of the Frobenius norm."""
     return inner(m, m)

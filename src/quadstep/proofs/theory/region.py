@@ -18,7 +18,6 @@ GRID = 2**40
 
 
 def above(x: Fraction) -> Fraction:
-    """x rounded up."""
     return Fraction(-(-x.numerator * GRID // x.denominator), GRID)
 
 

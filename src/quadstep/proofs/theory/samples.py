@@ -50,7 +50,6 @@ class Draw:
         self.cube, self.read = cube, 0
 
     def number(self, low: float, high: float) -> Number:
-        """Uniform."""
         self.read += 1
         return low + (high - low) * cast(Number, self.cube[self.read - 1])
 
@@ -60,11 +59,9 @@ class Draw:
         return bound * (number * number * number)
 
     def vector(self, low: float, high: float, length: int = 3) -> Vector:
-        """Independent uniform entries."""
         return Vector([self.number(low, high) for _ in range(length)])
 
     def errors(self, bound: float, length: int = 3) -> Vector:
-        """Independent entries, often near zero."""
         return Vector([self.error(bound) for _ in range(length)])
 
     def gain(self, low: float, high: float) -> Vector:
@@ -79,7 +76,6 @@ class Draw:
 
 
 def draw_sample(seed: int, count: int) -> LoopBatch:
-    """Random closed loops."""
     return sample_at(np.random.default_rng(seed).random((DIMENSIONS, count)))
 
 

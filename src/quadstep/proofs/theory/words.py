@@ -34,7 +34,6 @@ def region_rows(region: Region, least_frequency: Fraction) -> list[tuple[str, st
 
 
 def edge_rows(flights: list[Edge]) -> list[tuple[str, ...]]:
-    """One row per start."""
     rows = []
     for flight in flights:
         off = "; ".join(

@@ -24,12 +24,10 @@ POINTS = 3
 
 
 def symbols(name: str, count: int = 3, positive: bool = False) -> Vector:
-    """A vector of real symbols."""
     return Vector(sympy.Symbol(f"{name}_{i + 1}", real=True, positive=positive or None) for i in range(count))
 
 
 def symbol(name: str, positive: bool = True) -> Expression:
-    """A number as a symbol."""
     return sympy.Symbol(name, real=True, positive=positive or None)
 
 
@@ -103,7 +101,6 @@ def values(expressions: Sequence[Expression], point: dict[Expression, Expression
 
 
 def number(expression: Expression, point: dict[Expression, Expression]) -> float:
-    """One expression at a point."""
     return float(values([expression], point)[0])
 
 
@@ -145,12 +142,10 @@ def near(what: str, found: Expression | float, expected: float, tolerance: float
 
 
 def holds(what: str, truth: object, found: str = "", expected: str = "true") -> Check:
-    """Check: a condition holds."""
     return Check(what, expected, found or str(bool(truth)).lower(), bool(truth))
 
 
 def short(number: Expression | float) -> str:
-    """A number in four digits."""
     return f"{float(number) + 0.0:.4g}"
 
 

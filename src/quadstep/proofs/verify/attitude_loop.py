@@ -51,7 +51,6 @@ W_2, EPS_2 = loop.weights("W2", loop.NEURONS, 3), symbols("eps2")
 
 
 def coriolis_matrix() -> Expression:
-    """The shipped C."""
     return array(coriolis(ATTITUDE, RATES, INERTIA, Kinematics.STANDARD))
 
 

@@ -39,7 +39,6 @@ DISTURBANCE = Disturbance(0.0, FORCE, MOMENT)
 
 
 def weights(name: str, rows: int, columns: int) -> Matrix:
-    """A matrix of symbols."""
     return Matrix(symbols(f"{name}{row + 1}", columns) for row in range(rows))
 
 
@@ -86,7 +85,6 @@ def diagonal(entries: Vector) -> Expression:
 
 
 def column(*numbers: Expression) -> Expression:
-    """A SymPy column."""
     return sympy.Matrix(list(numbers))
 
 

@@ -23,22 +23,18 @@ the authors'. s_th, c_th are sin theta, cos theta; the order of angles is (psi, 
 
 
 def row_of(*cells: str) -> str:
-    """One line of a table."""
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 def table(header: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
-    """A table."""
     return "\n".join([row_of(*header), "|" + "---|" * len(header), *(row_of(*line) for line in lines)]) + "\n"
 
 
 def row_name(result: JudgedRow) -> str:
-    """The name of a row."""
     return f"Eq. {result.row.number}" if result.row.number.isdigit() else result.row.number
 
 
 def page(results: list[JudgedRow]) -> str:
-    """The whole page."""
     wrong = [r for r in results if r.row.verdict is EquationVerdict.CORRECTED]
     kept = [r for r in results if r.row.verdict is not EquationVerdict.CORRECTED and r.evidence.counterexample]
     noted = [
@@ -73,7 +69,6 @@ def facts(results: list[JudgedRow]) -> str:
 
 
 def main() -> None:
-    """Write both."""
     results = verify(all_rows())
     write_beside(PAGE, page(results))
     write_beside(FACTS, facts(results))

@@ -61,7 +61,6 @@ def body() -> Vehicle:
 
 
 def inertia_matrix(kinematics: Kinematics = STANDARD) -> Expression:
-    """The shipped J."""
     return array(effective_inertia(ATTITUDE, INERTIA, kinematics))
 
 

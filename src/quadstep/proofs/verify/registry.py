@@ -61,7 +61,6 @@ def closing(results: list[JudgedRow], seconds: float) -> str:
 
 
 def document(results: list[JudgedRow], seconds: float) -> dict[str, object]:
-    """Everything, for the JSON file."""
     return {
         "passed": all(result.passed for result in results),
         "seconds": round(seconds, 1),
@@ -90,7 +89,6 @@ def check_target(path: Path) -> None:
 
 
 def write_document(path: Path, results: list[JudgedRow], seconds: float) -> None:
-    """The JSON file."""
     write_beside(path, json.dumps(document(results, seconds), indent=2, allow_nan=False) + "\n")
 
 

@@ -26,7 +26,6 @@ FORCE_LAW, NET = "control.backstepping:wanted_force", "control.backstepping:torq
 
 
 def shipped_force() -> Expression:
-    """The shipped F_d_hat."""
     zero = Vector((0.0, 0.0, 0.0))
     return array(wanted_force(GAINS, REFERENCE, zero, zero, zero, zero))
 
@@ -72,7 +71,6 @@ def arbitrarily_small() -> Evidence:
 
 
 def asked_in_errors() -> Expression:
-    """The shipped F_d_hat with errors."""
     return array(wanted_force(GAINS, REFERENCE, symbols("e1"), symbols("r1"), MEMORY.integral_1, symbols("v_hat")))
 
 

@@ -80,7 +80,6 @@ class Lines:
 
 
 def minutes(seconds: float) -> str:
-    """A time in words."""
     return f"{seconds / 3600.0:.1f} h" if seconds >= 5400.0 else f"{max(1.0, seconds / 60.0):.0f} min"
 
 

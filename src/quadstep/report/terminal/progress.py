@@ -22,6 +22,5 @@ class Count:
         self.add(0)
 
     def add(self, more: int) -> None:
-        """So much more."""
         self.done += more
         self.progress.to(self.done if self.total is None else min(self.done, self.total), self.total, self.note)

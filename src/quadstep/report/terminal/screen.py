@@ -69,7 +69,6 @@ def say_whole(text: str) -> None:
 
 
 def complain(line: str) -> None:
-    """One line on standard error."""
     sys.stderr.write(f"quadstep: {one_line(line)}\n")
     sys.stderr.flush()
 

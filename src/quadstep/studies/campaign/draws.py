@@ -32,12 +32,10 @@ class Drawn(NamedTuple):
     options: tuple[object, ...] | None = None
 
     def at(self, place: int) -> object:
-        """The value of one flight."""
         value = self.values[place]
         return float(value) if self.options is None else self.options[value]
 
     def column(self) -> Values:
-        """The values themselves."""
         if self.options is None:
             return self.values
         shown = self.shown_options()

@@ -1,17 +1,51 @@
-"""What a finished campaign has found, for the terminal, `--json` and JUnit."""
+"""What a finished campaign has found, for the terminal, `--json` and JUnit; what makes all its flights the same."""
 
 from pathlib import Path
 
 from quadstep.engines.engine import Engine
+from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
-from quadstep.metrics.judging.share import JudgedShare
-from quadstep.metrics.judging.verdict import Case
+from quadstep.metrics.judging.verdict import Case, JudgedShare
+from quadstep.mission.lagrange import LagrangeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.report.evidence import Evidence, Table
 from quadstep.studies.campaign import until
-from quadstep.studies.campaign.copies import alike
+from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.run import Finished
+from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.summary import as_json, sentences
+from quadstep.world.air import DeclaredWind
+
+
+def copies(campaign: Campaign) -> bool:
+    """Whether the flights are known to be alike before they are flown: nothing varies, and nothing draws random numbers.
+
+    Of plants, airs and functions of the user's own that shows only in flight.
+    """
+    if campaign.varies:
+        return False
+    mission = planner(campaign).mission({})
+    if mission.noisy or mission.controller.controller.one_at_a_time:
+        return False
+    return isinstance(mission, LagrangeMission) or (
+        isinstance(mission, MultirotorMission) and not isinstance(mission.wind.air, DeclaredWind)
+    )
+
+
+def refuse_copies(file: Path, option: str) -> None:
+    """Raises UserError where an option asks of a campaign what copies of one flight cannot show."""
+    if copies(read_campaign(file)):
+        raise alike(file, option)
+
+
+def alike(file: Path, option: str) -> UserError:
+    """Why an option cannot be used with copies."""
+    return UserError(
+        f"{file}: {option}: its flights do not differ and show nothing of others; let something vary, or judge one with "
+        "`quadstep fly --require`"
+    )
+
 
 WORST = ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]")
 

@@ -29,14 +29,10 @@ class Span(Protocol):
     """Flights from `first` up to `past`."""
 
     @property
-    def first(self) -> int:
-        """The number of the first."""
-        ...
+    def first(self) -> int: ...
 
     @property
-    def past(self) -> int:
-        """The number after the last."""
-        ...
+    def past(self) -> int: ...
 
 
 S = TypeVar("S", bound=Span)
@@ -184,5 +180,4 @@ def arrow(values: NDArray[np.generic], known: NDArray[np.bool_] | None = None) -
 
 
 def bits(flags: NDArray[np.bool_]) -> pa.Buffer:
-    """One bit per flag."""
     return pa.py_buffer(np.packbits(flags, bitorder="little"))

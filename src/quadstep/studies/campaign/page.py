@@ -62,7 +62,6 @@ def rate(campaign: Campaign, source: str) -> Rate:
 
 
 def of_batch(batch: Batch, campaign: Campaign) -> Rate:
-    """A batch with its program."""
     leaves = flatten((batch.start, batch.parameters))
     names = given_names(batch.start, batch.parameters)
     order = np.argsort(batch.places)

@@ -21,10 +21,9 @@ from quadstep.io.errors import UserError
 from quadstep.mission.distributions import Grid
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
-from quadstep.studies.campaign.columns import corners, groups, numbers, option, same, without
 from quadstep.studies.campaign.draws import Drawn, Values, draw
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.variants import Variants
+from quadstep.studies.campaign.variants import Variants, corners, groups, numbers, option, same, without
 
 SINGLY = "cannot be set for many flights at once"
 """What is said of keys that arrays cannot stand for."""

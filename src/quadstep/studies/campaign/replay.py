@@ -29,7 +29,6 @@ class Replay(NamedTuple):
 
 
 def replay(campaign: Campaign, flight: int) -> Replay:
-    """The flight of this number."""
     drawn = draw(campaign.file, np.arange(flight, flight + 1))
     values = {name: column.at(0) for name, column in drawn.items()}
     builder = planner(campaign)

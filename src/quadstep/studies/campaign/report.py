@@ -15,7 +15,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES, REPORT
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.key_units import label
+from quadstep.mission.keys import label
 from quadstep.report import page
 from quadstep.report.panels import path_job
 from quadstep.report.sheet import Sheet
@@ -142,7 +142,6 @@ def distribution_section(
 
 
 def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
-    """The flights with this outcome."""
     column = flown[OUTCOME].combine_chunks()
     chosen: NDArray[np.bool_] = np.asarray(column.indices) == column.dictionary.to_pylist().index(name)
     return chosen

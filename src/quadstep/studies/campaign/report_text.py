@@ -8,9 +8,9 @@ from pathlib import Path
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import Estimate, share
-from quadstep.mission.key_units import label
+from quadstep.mission.keys import label
 from quadstep.report import page, units
-from quadstep.report.latex import booktabs
+from quadstep.report.tables import booktabs
 from quadstep.studies.campaign.flown import OUTCOMES
 from quadstep.studies.campaign.manifest import FLIGHTS
 from quadstep.studies.campaign.planner import SINGLY
@@ -46,7 +46,6 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
 
 
 def succeeded(summary: Summary) -> str:
-    """How many flights did."""
     if summary.success.value == 1.0:
         who = f"All {summary.flights} flights" if summary.flights > 1 else "The only flight"
         return f"{who} succeeded{summary.meaning}"
@@ -60,7 +59,6 @@ def alone(spread: Spread) -> page.Fact:
 
 
 def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
-    """What was flown."""
     file, manifest = campaign.file, store.manifest
     limits = " or ".join(f"{campaign.thresholds[name]} above {limit:g}" for name, limit in file.failure.items())
     rows = [
@@ -127,12 +125,10 @@ def for_a_paper(summary: Summary, name: str) -> str:
 
 
 def spanned(one: Estimate) -> page.Span:
-    """A share as a bar."""
     return page.Span(percent(one), one.low, one.value, one.high)
 
 
 def percent(one: Estimate) -> str:
-    """A share with its interval."""
     return units.percent(*one).removesuffix(" %")
 
 
@@ -214,7 +210,6 @@ def ranking(
 
 
 def keys(count: int, most: int) -> list[str]:
-    """Explanation of the keys' figures."""
     chosen = (
         f" These are the {most} of {count} keys that explain most; the others are in the flight files." if count > most else ""
     )
@@ -251,7 +246,6 @@ def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, 
 
 
 def number_or_dash(value: float | None) -> str:
-    """A number, or a dash."""
     return "–" if value is None else f"{value:.4g}"
 
 
@@ -261,7 +255,6 @@ def length(value: float | None) -> str:
 
 
 def of_flight(one: Worst) -> str:
-    """A title."""
     if one.time is not None:
         return f"Flight {one.flight}: {one.outcome} at {one.time:.4g} s"
     return f"Flight {one.flight}: {one.outcome}, largest error {length(one.largest)}"

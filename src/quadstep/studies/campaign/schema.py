@@ -1,9 +1,10 @@
-"""A campaign file: which mission, what varies in it, and what counts as failure."""
+"""A campaign file: which mission, what varies in it, and what counts as failure; how rare failures are searched for."""
 
 import contextlib
 import hashlib
 import json
 import math
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -24,7 +25,52 @@ from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
-from quadstep.studies.campaign.rare import RareSection
+
+
+class Method(StrEnum):
+    """The method by which a replicate makes failures frequent."""
+
+    CROSS_ENTROPY = "cross-entropy"
+    SUBSET = "subset"
+
+    @property
+    def words(self) -> str:
+        return "cross-entropy" if self is Method.CROSS_ENTROPY else "subset simulation"
+
+    @property
+    def other(self) -> "Method":
+        """The other method, which gives a second opinion."""
+        return Method.SUBSET if self is Method.CROSS_ENTROPY else Method.CROSS_ENTROPY
+
+
+def as_method(value: object) -> object:
+    """The method of a name in TOML. Raises ValueError for an unknown name."""
+    if value not in tuple(Method):
+        raise ValueError(f"should be {' or '.join(Method)}, not {value!r:.60}")
+    return Method(str(value))
+
+
+def as_names(value: object) -> object:
+    """One name stands for a list of one."""
+    return (value,) if isinstance(value, str) else as_tuple(value)
+
+
+class RareSection(Section):
+    """How a small probability is estimated."""
+
+    method: Annotated[Method, BeforeValidator(as_method), Quantity("", "how flights are steered towards failure")] = (
+        Method.CROSS_ENTROPY
+    )
+    score: Annotated[
+        Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)] | None,
+        Quantity("", "metrics that predict failure; default: the largest ratio to a limit in failure, or input variations"),
+    ] = None
+    flights: Annotated[int, Field(ge=200, le=200_000), Quantity("", "flights per level or fit")] = 1000
+    replicates: Annotated[int, Field(ge=5, le=50), Quantity("", "independent estimates")] = 5
+    opinions: Annotated[
+        int, Field(ge=0, le=10), Quantity("", "estimates by the other method, with other scores; they must agree")
+    ] = 2
+
 
 CHUNK = 65_536
 """Flights in one file of results: what a killed run loses at most."""
@@ -107,7 +153,6 @@ class CampaignFile(Section):
 
     @property
     def keys(self) -> list[str]:
-        """Everything that varies, in order."""
         return [*self.vary, *(key for one in self.correlated for key in one.keys)]
 
 
@@ -199,7 +244,6 @@ def digests(content: object, folder: Path, depth: int = 0) -> list[str]:
 
 
 def strings(content: object) -> list[str]:
-    """Every string in parsed TOML."""
     if isinstance(content, str):
         return [content]
     inside = content.values() if isinstance(content, dict) else content if isinstance(content, list | tuple) else ()

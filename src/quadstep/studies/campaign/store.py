@@ -59,11 +59,9 @@ class Store(Record):
 
     @property
     def count(self) -> int:
-        """The number of all files."""
         return len(range(0, self.flights, self.manifest["chunk"]))
 
     def chunk(self, i: int) -> Chunk:
-        """File i."""
         size: int = self.manifest["chunk"]
         return Chunk(f"{FLIGHTS}/{i:05d}.parquet", i * size, min(i * size + size, self.flights))
 

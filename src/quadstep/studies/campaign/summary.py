@@ -98,7 +98,6 @@ def summarise(
 
 
 def alike(flown: pa.Table) -> bool:
-    """Whether several flights end alike."""
     results = flown.select([name for name in flown.column_names if name != FLIGHT]).combine_chunks()
     return flown.num_rows > 1 and all(len(pc.unique(column)) == 1 for column in results.columns)
 
@@ -131,7 +130,6 @@ def within(low: float, high: float) -> str:
 
 
 def sentences(summary: Summary) -> list[str]:
-    """The summary in words."""
     value, low, high = summary.success
     interval = "" if summary.copies else f"; the 95 % interval is {within(low, high)}"
     lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{summary.meaning}{interval}."]
@@ -155,7 +153,6 @@ def sentences(summary: Summary) -> list[str]:
 
 
 def as_json(summary: Summary) -> dict[str, Any]:
-    """The summary for the manifest."""
     return {
         "flights": summary.flights,
         "copies": summary.copies,

@@ -46,7 +46,6 @@ class Bins(NamedTuple):
 
     @property
     def size(self) -> int:
-        """The number of bins."""
         return len(self.labels) if self.edges is None else len(self.edges) - 1
 
 
@@ -69,7 +68,6 @@ def varied(column: pa.ChunkedArray, distribution: Distribution | None) -> Varied
 
 
 def numbers(column: pa.ChunkedArray) -> Varied:
-    """A key shown in ranges."""
     values = column.to_numpy().astype(float)
     return Varied(values, None, parts_of(values))
 
@@ -150,7 +148,6 @@ def variation_text(file: CampaignFile, key: str) -> str:
 
 
 def in_words(one: Distribution) -> str:
-    """A distribution."""
     if isinstance(one, Uniform):
         return f"{'Sobol sequence' if isinstance(one, Sobol) else 'uniform'} from {one.low:g} to {one.high:g}"
     if isinstance(one, Choice):
@@ -178,6 +175,5 @@ def cut_off(one: Normal | LogNormal) -> str:
 
 
 def listed(values: tuple[object, ...]) -> str:
-    """Some values for a table."""
     texts = [text_of(one) for one in values[:10]]
     return ", ".join(texts) + (f" ... ({len(values)})" if len(values) > len(texts) else "")

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.interfaces.commands import BodyRates, RotorSpeeds, RotorThrusts
-from quadstep.interfaces.controller import Command, Controller
+from quadstep.interfaces.controller import BodyRates, Command, Controller, RotorSpeeds, RotorThrusts
 from quadstep.io.documents import parse_json, read_json
 from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.results.parts import Parts

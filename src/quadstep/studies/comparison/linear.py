@@ -6,7 +6,7 @@ from typing import NamedTuple
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import studied
 from quadstep.linear.grade import graded, refused
-from quadstep.linear.metrics import of_analysis
+from quadstep.linear.quick import of_analysis
 from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from quadstep.report import latex
-from quadstep.report.tables import write_csv
+from quadstep.report.tables import booktabs, write_csv
 from quadstep.report.units import counted
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.cost import BOARD
@@ -219,7 +218,7 @@ def latex_tables(found: Comparison) -> str:
         text = f"{found.name}: median (95 % quantile) of {metric}, {counted(found.seeds, 'flight')} per cell"
         loops = [[name, *(loop_cell(found, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
         comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
-        tables.append(latex.booktabs(header, [rows, loops], comments, bold))
+        tables.append(booktabs(header, [rows, loops], comments, bold))
     return "\n".join(tables)
 
 

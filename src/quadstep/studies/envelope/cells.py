@@ -42,7 +42,6 @@ class Cells(NamedTuple):
 
     @property
     def successes(self) -> NDArray[np.int64]:
-        """Number of successes."""
         count: NDArray[np.int64] = self.flights - self.causes.sum(axis=-1)
         return count
 
@@ -53,7 +52,6 @@ class Cells(NamedTuple):
 
     @property
     def share(self) -> NDArray[np.float64]:
-        """Share of flights that succeed."""
         return self.successes / self.flights
 
     @property

@@ -17,13 +17,12 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
-from quadstep.mission.key_units import label
+from quadstep.mission.keys import label
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
-from quadstep.studies.envelope.axes import Axis, as_typed
 from quadstep.studies.envelope.cells import CAUSES, OVER_LIMIT, Cells
-from quadstep.studies.envelope.request import Request
+from quadstep.studies.envelope.request import Axis, Request, as_typed
 
 COLOURS = "viridis"
 """Lighter where the error is larger, also in greyscale and for the colour-blind."""
@@ -173,7 +172,6 @@ def legend(asked: Request, cells: Cells) -> list[Artist]:
 
 
 def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, asked: Request) -> None:
-    """The colour bar of RMSE."""
     bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=grid.ravel().tolist(), pad=0.02, aspect=30)
     decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
     bar.ax.yaxis.set_major_locator(

@@ -9,13 +9,12 @@ from typing import NamedTuple
 
 from quadstep.report import page, units
 from quadstep.report.evidence import Evidence, Figure, Table
-from quadstep.report.latex import booktabs
 from quadstep.report.sheet import Sheet
+from quadstep.report.tables import booktabs
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope.axes import Axis, as_typed
 from quadstep.studies.envelope.cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope.picture import draw_map
-from quadstep.studies.envelope.request import Request
+from quadstep.studies.envelope.request import Axis, Request, as_typed
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
@@ -101,7 +100,6 @@ def settings(asked: Request) -> list[tuple[str, str]]:
 
 
 def panels(asked: Request, cells: Cells) -> Iterator[Panel]:
-    """The panels in numbers."""
     for place in range(asked.shape[0]):
         flyable, rmse = cells.flyable[place], cells.rmse[place][cells.flyable[place]]
         counts = zip(CAUSES, cells.causes[place].reshape(-1, len(CAUSES)).sum(axis=0).tolist(), strict=True)
@@ -116,12 +114,10 @@ def panels(asked: Request, cells: Cells) -> Iterator[Panel]:
 
 
 def panel_name(by: Axis | None, place: int) -> str:
-    """What a panel shows."""
     return f"{by.key} = {as_typed(by.values[place])}" if by else ""
 
 
 def as_json(found: Envelope) -> dict[str, object]:
-    """The content of metrics.json."""
     asked, file = found.asked, found.asked.campaign.file
     return {
         "precision": file.precision,
@@ -147,7 +143,6 @@ def panel_as_json(panel: Panel) -> dict[str, object]:
 
 
 def keys(asked: Request) -> list[str]:
-    """Of the axes."""
     return [axis.key for axis in asked.axes]
 
 
@@ -173,7 +168,6 @@ def meaning(asked: Request) -> str:
 
 
 def caption(found: Envelope) -> str:
-    """What the map shows."""
     return f"{found.asked.y.key} over {found.asked.x.key}: flyable region, coloured by the median position RMSE"
 
 
@@ -183,7 +177,6 @@ def fact(one: Panel) -> page.Fact:
 
 
 def row(one: Panel) -> list[str]:
-    """A panel in numbers."""
     causes = ", ".join(f"{name} {count}" for name, count in one.causes.items())
     rmse = f"{units.quantity(one.rmse[0], 'm')} to {units.quantity(one.rmse[1], 'm')}" if one.rmse else "–"
     return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]

@@ -17,16 +17,14 @@ from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fingerprint, fly, reason
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
-from quadstep.io.errors import UserError
-from quadstep.io.exit_codes import DIVERGED, UNMET
+from quadstep.io.errors import DIVERGED, UNMET, UserError
 from quadstep.io.version import __version__
-from quadstep.metrics.judging.grade import graded
 from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, with_full_names
-from quadstep.metrics.judging.verdict import Case, Verdict, scalars
+from quadstep.metrics.judging.verdict import Case, Verdict, graded, scalars
 from quadstep.metrics.of_log import Metrics, group, metric
-from quadstep.mission.autopilots import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.check import check
 from quadstep.mission.kinds import REAL
+from quadstep.mission.own_controller import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.report.pool import DrawingPool, drawing_pool
@@ -206,7 +204,6 @@ def write_results(
 
 
 def fly_logged(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
-    """The log of a flight."""
     over, steps = 0, plan.ticks.last + 1
 
     def progress(more: int) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
-from quadstep.metrics.judging.grade import graded
+from quadstep.metrics.judging.verdict import graded
 from quadstep.metrics.margins import rest_of
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.report import page, units

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from quadstep.metrics.of_log import Metrics, metric
-from quadstep.studies.paper.claim import Claim, Verdict, judge
-from quadstep.studies.paper.study import Study, completed
+from quadstep.studies.paper.study import Claim, Study, Verdict, completed, judge
 
 
 def by_start(study: Study, ours: Callable[[Metrics], ArrayLike], smaller: bool = True) -> dict[str, str]:

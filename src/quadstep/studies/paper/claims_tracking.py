@@ -5,8 +5,7 @@ import numpy as np
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.studies.paper.cases import STRESS_TIMES, case_1
-from quadstep.studies.paper.claim import Claim, Verdict, judge
-from quadstep.studies.paper.study import Study, completed
+from quadstep.studies.paper.study import Claim, Study, Verdict, completed, judge
 
 
 def largest(metrics: Metrics, kind: str, unit: str) -> dict[str, float]:

@@ -32,7 +32,6 @@ ROLL_AND_PITCH = ("phi", "theta")
 
 
 def figure_name(number: int) -> str:
-    """File name without its ending."""
     return f"fig{number:02d}"
 
 

@@ -133,7 +133,6 @@ def fly_paper(engine: Engine = Engine.LANES, story: Story | None = None) -> str:
 
 
 def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) -> list[ShownFlight]:
-    """The flights of the strip."""
     found: list[ShownFlight] = []
 
     def add(

@@ -1,6 +1,7 @@
 """Flies the whole study: logs of the cases, metrics of everything else."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from enum import StrEnum
 from typing import Any, NamedTuple
 
 from quadstep.engines.engine import Engine
@@ -9,6 +10,30 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.studies.paper.cases import further_flights, main_cases, neuron_flights, start_flights, stress_flights
+
+
+class Verdict(StrEnum):
+    """The verdict of the flights on a sentence of the paper."""
+
+    HOLDS = "holds"
+    FAILS = "fails"
+    UNDECIDED = "undecidable from the paper"
+
+
+class Claim(NamedTuple):
+    """A claim. name: short. sentence: the paper's. measured: one line with numbers. values: the same for machines."""
+
+    name: str
+    sentence: str
+    measured: str
+    verdict: Verdict
+    values: Mapping[str, Any]
+
+
+def judge(holds: bool) -> Verdict:
+    """The verdict for a condition: holds or fails."""
+    return Verdict.HOLDS if holds else Verdict.FAILS
+
 
 Logs = dict[str, FlightLog]
 
@@ -23,7 +48,6 @@ class StudyPlans(NamedTuple):
     stress: dict[tuple[float, float, bool], FlightPlan]
 
     def all(self) -> list[FlightPlan]:
-        """Every flight, in order."""
         return [plan for family in self for plan in family.values()]
 
 
@@ -39,7 +63,6 @@ class Study(NamedTuple):
 
 
 def plan_study() -> StudyPlans:
-    """The flights of the study."""
     families: list[dict[Any, LagrangeMission]] = [
         main_cases(),
         further_flights(),

@@ -12,12 +12,48 @@ and the noise do. Without one it is zero.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.studies.rare.mixture import Mixture, fitted, log_standard, standard, together
 from quadstep.studies.rare.points import Evaluate, Floats, Points, Random
-from quadstep.studies.rare.replicate import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate
+
+LEAST = 1e-12
+"""Probability below which a replicate gives up."""
+
+NEGLIGIBLE = 0.01
+"""Share of the other events' probability below which an event need not be followed further."""
+
+MOST_KEPT = 0.5
+"""Share of flights beyond a threshold above which a score with few distinct values makes no progress."""
+
+
+class Level(NamedTuple):
+    """A nested event: the score is at least the threshold, or the flight fails; None: it fails. With its probability."""
+
+    threshold: float | None
+    probability: float
+
+
+class Replicate(NamedTuple):
+    """A replicate. probability: 0 if no failure was reached. crude: flights drawn as the campaign draws, and how many of them
+    failed. failures: some flights that failed.
+    """
+
+    probability: float
+    crude: int
+    crude_failures: int
+    levels: tuple[Level, ...]
+    failures: Points
+
+
+def beyond(scores: Floats, share: float) -> float:
+    """A threshold that about this share of the scores reaches; equal scores all count or none, whichever is closer."""
+    values, counts = np.unique(scores, return_counts=True)
+    reached = np.cumsum(counts[::-1])[::-1] / len(scores)
+    return float(values[np.argmin(np.abs(np.log(reached / share)))])
+
 
 SHARE = 0.2
 """Effective size of what a mixture is fitted to, as a multiple of the flights of a fit."""
@@ -60,7 +96,6 @@ class Drawing:
         self.fit, self.wide = fit, fit.stepped(STEP)
 
     def points(self, random: Random, count: int) -> Points:
-        """New points."""
         fresh = random.points(count)
         uniform = random.uniform(fresh)
         steered = self.wide.moved(fresh.latent, (uniform - DEFENSIVE) / (1.0 - DEFENSIVE))
@@ -85,7 +120,6 @@ class Sample:
         self.add(Drawing(wide(random.dimensions)))
 
     def add(self, drawing: Drawing) -> None:
-        """Fly more."""
         points = drawing.points(self.random, self.size)
         self.drawings.append(drawing)
         mine = [log_standard(points.latent), *(one.log_density(points.latent) for one in self.drawings)]

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from quadstep.studies.campaign.rare import Method
+from quadstep.studies.campaign.schema import Method
 
 Count = Annotated[int, Field(ge=0)]
 Probability = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]

@@ -2,20 +2,46 @@
 
 from collections.abc import Sequence
 from enum import Enum
-from typing import NamedTuple
+from pathlib import Path
+from typing import NamedTuple, cast
 
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from quadstep.interfaces.closed_loop import Advance
 from quadstep.io.errors import UserError
-from quadstep.studies.campaign.draws import draw
+from quadstep.mission.distributions import Grid, Sobol
+from quadstep.studies.campaign.draws import Drawn, Values, draw, from_shares
 from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Flyer
 from quadstep.studies.campaign.planner import TYPICAL
-from quadstep.studies.campaign.schema import Campaign
+from quadstep.studies.campaign.schema import Campaign, CampaignFile
 from quadstep.studies.rare.points import Evaluate, Floats, Points
-from quadstep.studies.rare.space import values
+
+LEAST, MOST = 2.0**-1000, 1.0 - 2.0**-53
+"""Range of a share in which quantile functions are finite. The probability above it, at 8.2 deviations, is 1e-16."""
+
+
+def check_space(file: CampaignFile, path: Path) -> None:
+    """Refuses a campaign in which nothing is drawn, or not every key. Raises UserError."""
+    grids = [name for name, one in file.vary.items() if isinstance(one, Grid)]
+    if grids:
+        raise UserError(f"{path}: vary.{grids[0]}: a grid has no probabilities; use a choice or a distribution")
+    if not file.keys:
+        raise UserError(f"{path}: vary: empty; --rare needs keys with distributions, --until does not")
+
+
+def values(file: CampaignFile, latent: Floats) -> dict[str, Drawn]:
+    """The values of all keys. latent: shape (flights, keys)."""
+    shares = np.clip(ndtr(latent), LEAST, MOST)
+    shared = dict(zip(file.keys, shares.T, strict=True))
+    drawn = from_shares(file, shared)
+    drawn |= {
+        name: Drawn(cast(Values, one.quantile(shared[name]))) for name, one in file.vary.items() if isinstance(one, Sobol)
+    }
+    return {name: drawn[name] for name in file.keys}
+
 
 FAR = 8.0
 """Deviations at which values are tried before anything is flown: a mission that accepts these accepts all in between."""
@@ -114,7 +140,6 @@ def happened(table: pa.Table, failure: Failure) -> NDArray[np.bool_]:
 
 
 def scale(column: NDArray[np.float64]) -> Scale:
-    """The scale of a metric."""
     known = column[np.isfinite(column.astype(np.float64))].astype(np.float64)
     if not len(known):
         return Scale(0.0, 1.0)

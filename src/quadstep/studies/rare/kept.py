@@ -54,7 +54,6 @@ class Kept(Record):
 
     @property
     def count(self) -> int:
-        """The number of all pieces."""
         count: int = self.manifest["wanted"]
         return count
 
@@ -86,7 +85,6 @@ def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> I
 
 
 def new_manifest(campaign: Campaign) -> dict[str, object]:
-    """rare.json before the first flight."""
     file = campaign.file
     rare = file.rare.model_dump(mode="json")
     return Manifest(

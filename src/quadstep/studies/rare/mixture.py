@@ -70,7 +70,6 @@ def log_standard(latent: Floats) -> Floats:
 
 
 def standard(dimensions: int) -> Mixture:
-    """The standard normal distribution."""
     return Mixture(np.ones(1), np.zeros((1, dimensions)), np.eye(dimensions)[None])
 
 

@@ -8,14 +8,11 @@ import numpy as np
 
 from quadstep.interfaces.closed_loop import Advance
 from quadstep.studies.campaign.flown import SUCCESS
-from quadstep.studies.campaign.rare import Method
-from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.rare.cross_entropy import cross_entropy
+from quadstep.studies.campaign.schema import Campaign, Method
+from quadstep.studies.rare.cross_entropy import Replicate, cross_entropy
 from quadstep.studies.rare.done import Again, Done, DoneEvent, Nearest
-from quadstep.studies.rare.flights import Event, Failure, Flights
+from quadstep.studies.rare.flights import Event, Failure, Flights, values
 from quadstep.studies.rare.points import A_REPLICATE, Points, Random, joined
-from quadstep.studies.rare.replicate import Replicate
-from quadstep.studies.rare.space import values
 from quadstep.studies.rare.subset import subset_simulation
 
 METHODS = {Method.SUBSET: subset_simulation, Method.CROSS_ENTROPY: cross_entropy}
@@ -83,7 +80,6 @@ def other_events(flights: Flights) -> list[Event]:
 
 
 def recorded(event: Event, one: Replicate) -> DoneEvent:
-    """The result for one event."""
     return DoneEvent(
         failure=event.failure.value,
         score=list(event.scales),

@@ -29,12 +29,10 @@ class Points(NamedTuple):
     noise: Numbers
 
     def at(self, places: NDArray[np.bool_] | Numbers) -> "Points":
-        """A subset of the points."""
         return Points(self.latent[places], self.noise[places])
 
 
 def joined(some: list[Points]) -> Points:
-    """All points, in order."""
     return Points(np.concatenate([one.latent for one in some]), np.concatenate([one.noise for one in some]))
 
 
@@ -50,11 +48,9 @@ class Random:
         self.next = FIRST + replicate * A_REPLICATE
 
     def after(self, places: int) -> "Random":
-        """Those of a later replicate."""
         return Random(self.seed, self.replicate + places, self.dimensions)
 
     def points(self, count: int) -> Points:
-        """New points."""
         numbers = np.arange(self.next, self.next + count)
         self.next += count
         keys, ticks = noise_keys(self.seed, numbers), range(-(-self.dimensions // A_TICK))

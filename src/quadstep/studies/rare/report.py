@@ -102,7 +102,6 @@ def evidence(kept: Kept, campaign: Campaign, summary: Summary, path: Path) -> Ev
 
 
 def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
-    """One row per piece."""
     return [
         (
             one.kind,

@@ -3,18 +3,17 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.metrics.judging.share import JudgedShare
+from quadstep.metrics.judging.verdict import JudgedShare
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.campaign.schema import read_campaign
-from quadstep.studies.rare.flights import Flights
+from quadstep.studies.rare.flights import Flights, check_space
 from quadstep.studies.rare.kept import opened
 from quadstep.studies.rare.pieces import fly_piece, pieces
 from quadstep.studies.rare.report import write_report
-from quadstep.studies.rare.space import check_space
 from quadstep.studies.rare.summary import Summary, as_json, summarise
 
 

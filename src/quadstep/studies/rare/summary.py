@@ -9,7 +9,7 @@ import numpy as np
 from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
 from quadstep.report.units import counted
-from quadstep.studies.campaign.rare import Method
+from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.done import Done, Nearest
 from quadstep.studies.rare.pieces import Kind
 from quadstep.studies.rare.points import Floats
@@ -39,7 +39,6 @@ class Crude(NamedTuple):
 
     @property
     def said(self) -> str:
-        """In words."""
         each = f", each flight tested for one of {self.kinds} kinds of failure" if self.kinds > 1 else ""
         return (
             f"{self.failures:,} of {self.flights:,} failed{each}: a probability of {self.rate.value:.3g}, "
@@ -67,7 +66,6 @@ class Summary(NamedTuple):
 
 
 def summarise(done: Sequence[Done]) -> Summary:
-    """The summary of all pieces."""
     own = [one for one in done if one.kind == Kind.REPLICATE.value]
     probabilities = np.array([one.probability for one in own])
     crude = crude_of(own)
@@ -172,7 +170,6 @@ def rounded(flights: float) -> str:
 
 
 def sentences(found: Summary, method: Method) -> list[str]:
-    """The summary in words."""
     value, low, high = (f"{part:.3g}" for part in found.probability)
     count = len(found.replicates)
     doubt = "if no kind of failure was missed"

@@ -17,7 +17,7 @@ from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.io import files
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
-from quadstep.linear.metrics import margin_metrics
+from quadstep.linear.quick import margin_metrics
 from quadstep.metrics.margins import MARGINS
 from quadstep.mission.check import check
 from quadstep.mission.looks import MISSION, refuse_others

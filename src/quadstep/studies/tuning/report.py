@@ -7,11 +7,11 @@ from html import escape
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
 from quadstep.metrics.judging.verdict import Case
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.key_units import label
+from quadstep.mission.keys import label
 from quadstep.report import page, units
 from quadstep.report.evidence import Evidence, Figure, Table
-from quadstep.report.latex import booktabs
 from quadstep.report.symbols import prose
+from quadstep.report.tables import booktabs
 from quadstep.studies.tuning.ground import Asked
 from quadstep.studies.tuning.search import Found
 from quadstep.studies.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row, certain

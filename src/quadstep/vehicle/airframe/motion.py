@@ -40,7 +40,6 @@ class AirframeState(NamedTuple):
 
     @property
     def motion(self) -> Motion:
-        """The rigid body alone."""
         return Motion(self.position, self.velocity, self.attitude, self.rates)
 
 

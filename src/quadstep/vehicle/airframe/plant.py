@@ -1,10 +1,10 @@
 """The real vehicle: rotors, air, battery and rigid body put together, and a small network that adds accelerations which
-flights show and the laws do not explain.
+flights show and the laws do not explain. Events of a flight: a payload is picked up or released, a rotor loses efficiency.
 """
 
 from typing import NamedTuple
 
-from quadstep.numbers import Matrix, Number, Vector, sigmoid, total, vector
+from quadstep.numbers import Matrix, Number, Vector, matrix, sigmoid, total, vector, where
 from quadstep.numbers.rotations import cross, rotation_matrix
 from quadstep.vehicle.airframe.allocation import Allocation, allocate
 from quadstep.vehicle.airframe.geometry import Effects, Geometry
@@ -143,3 +143,60 @@ def hover_drag(geometry: Geometry, airframe: Airframe, allocation: Allocation) -
             force = force + hub_drag(airframe.drag, mount.frame, speed * along)
         found.append((0.0 - force[axis]) / airframe.mass)
     return Vector(found)
+
+
+class Payload(NamedTuple):
+    """A point mass fixed to the body. start, end [s]; mass [kg]; position: body axes, from its origin [m]."""
+
+    start: Number
+    end: Number
+    mass: Number
+    position: Vector
+
+
+class RotorFault(NamedTuple):
+    """From start [s] on a rotor (its index, from 0) gives `efficiency` times the thrust and torque of its speed."""
+
+    start: Number
+    rotor: Number
+    efficiency: Number
+
+
+class Events(NamedTuple):
+    """All events of a flight."""
+
+    payloads: tuple[Payload, ...] = ()
+    faults: tuple[RotorFault, ...] = ()
+
+
+def mass_properties(airframe: Airframe, events: Events, t: Number) -> MassProperties:
+    """Mass, centre of gravity and inertia at time t [s], by the parallel-axis theorem; the bare vehicle's is the body's
+    origin.
+    """
+    masses = [where(t >= p.start, where(t < p.end, p.mass, 0.0), 0.0) for p in events.payloads]
+    x, y, z = airframe.inertia
+    diagonal = matrix((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
+    if not masses:
+        return MassProperties(airframe.mass, vector(0.0, 0.0, 0.0), diagonal)
+    mass = airframe.mass + total(masses)
+    moment = total(m * p.position for m, p in zip(masses, events.payloads, strict=True))
+    offset = moment * (1.0 / mass)
+    about_origin = diagonal + total(m * point_inertia(p.position) for m, p in zip(masses, events.payloads, strict=True))
+    return MassProperties(mass, offset, about_origin - mass * point_inertia(offset))
+
+
+def point_inertia(r: Vector) -> Matrix:
+    """Inertia of a unit point mass at r about the origin: |r|^2 I - r r^T [m^2]."""
+    x, y, z = r
+    return matrix((y * y + z * z, -x * y, -x * z), (-x * y, x * x + z * z, -y * z), (-x * z, -y * z, x * x + y * y))
+
+
+def efficiencies(events: Events, count: int, t: Number) -> Vector:
+    """Each rotor's factor on thrust and torque at time t [s]."""
+    result: list[Number] = [1.0] * count
+    for fault in events.faults:
+        result = [
+            where(t >= fault.start, where(fault.rotor == float(i), factor * fault.efficiency, factor), factor)
+            for i, factor in enumerate(result)
+        ]
+    return Vector(result)

@@ -1,11 +1,133 @@
-"""What the paper's plant and real vehicles have in common: three axes, a thrust and three torques, two nets."""
+"""What the paper's plant and real vehicles have in common: three axes, a thrust and three torques, two nets. The columns of
+their logs.
+"""
 
 from collections.abc import Mapping
 from typing import ClassVar, Generic, Protocol, TypeVar, cast
 
-from quadstep.interfaces.controller import Command
+from quadstep.interfaces.controller import Command, Measured
+from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, maximum
+from quadstep.numbers.rotations import yaw_pitch_roll
+from quadstep.vehicle.airframe.geometry import Effects
+from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.plant import Airframe, voltage
+from quadstep.vehicle.paper import State, Vehicle, allocate, effective_inertia
+
+COLUMNS: dict[str, str] = {
+    "t": "s",
+    **dict.fromkeys(("x", "y", "z"), "m"),
+    **dict.fromkeys(("psi", "theta", "phi"), "rad"),
+    **dict.fromkeys(("x_dot", "y_dot", "z_dot"), "m/s"),
+    **dict.fromkeys(("psi_dot", "theta_dot", "phi_dot"), "rad/s"),
+    **dict.fromkeys(("x_d", "y_d", "z_d"), "m"),
+    **dict.fromkeys(("psi_d", "theta_d", "phi_d"), "rad"),
+    "u": "N",
+    **dict.fromkeys(("tau_psi", "tau_theta", "tau_phi"), "N m"),
+    **dict.fromkeys(("f1", "f2", "f3", "f4"), "N"),
+    "norm_W1": "-",
+    "norm_W2": "-",
+    "lyapunov": "J",
+    "norm_r1": "m/s",
+    "norm_r2": "rad/s",
+}
+"""Name and unit of every logged column, in order."""
+
+
+def log_row(
+    vehicle: Vehicle, kinematics: Kinematics, wanted: Vector, state: State, command: Command, t: Number
+) -> list[Number]:
+    """One row, in the order of `COLUMNS`, at time t [s]: the state now, the command held. wanted: xi_d [m].
+
+    lyapunov is Eq. 55 without its last term, which contains the unknown ideal weights.
+    """
+    r1, r2 = command.r1, command.r2
+    inertia = effective_inertia(state.attitude, vehicle.inertia, kinematics)
+    kinetic = 0.5 * (vehicle.mass * (r1 @ r1) + r2 @ (inertia @ r2))
+    forces = allocate(vehicle.rotors, command.thrust, command.torque)
+    return [
+        t,
+        *state.position,
+        *state.attitude,
+        *state.velocity,
+        *state.rates,
+        *wanted,
+        *command.desired_attitude,
+        command.thrust,
+        *command.torque,
+        *forces,
+        *command.weight_norms,
+        kinetic + command.stored,
+        r1.norm(),
+        r2.norm(),
+    ]
+
+
+def airframe_columns(rotors: int) -> dict[str, str]:
+    """Name and unit of every column, for a vehicle with this many rotors.
+
+    x .. r: the state, angles of R = Rz(yaw) Ry(pitch) Rx(roll), right-handed. x_m y_m z_m: the position as measured or
+    estimated. u, tau: commanded; u_a, tau_a: produced within the rotors' limits. f: each rotor's k_f speed^2.
+    """
+    return {
+        "t": "s",
+        **dict.fromkeys(("x", "y", "z"), "m"),
+        **dict.fromkeys(("v_x", "v_y", "v_z"), "m/s"),
+        **dict.fromkeys(("q_w", "q_x", "q_y", "q_z"), "-"),
+        **dict.fromkeys(("yaw", "pitch", "roll"), "rad"),
+        **dict.fromkeys(("p", "q", "r"), "rad/s"),
+        **dict.fromkeys(("x_d", "y_d", "z_d"), "m"),
+        "heading_d": "rad",
+        **dict.fromkeys(("yaw_d", "pitch_d", "roll_d"), "rad"),
+        **dict.fromkeys(("x_m", "y_m", "z_m"), "m"),
+        "u": "N",
+        **dict.fromkeys(("tau_x", "tau_y", "tau_z"), "N m"),
+        "u_a": "N",
+        **dict.fromkeys(("tau_x_a", "tau_y_a", "tau_z_a"), "N m"),
+        **dict.fromkeys((f"f{i + 1}" for i in range(rotors)), "N"),
+        **dict.fromkeys(("wind_x", "wind_y", "wind_z"), "m/s"),
+        "voltage": "V",
+        "norm_W1": "-",
+        "norm_W2": "-",
+        "norm_r1": "m/s",
+        "norm_r2": "rad/s",
+    }
+
+
+def airframe_row(
+    airframe: Airframe,
+    effects: Effects,
+    reference: Reference,
+    state: AirframeState,
+    measured: Measured,
+    command: Command,
+    wind: Vector,
+    t: Number,
+) -> list[Number]:
+    """One row, in the order of `airframe_columns`, at time t [s]: the state now, the command held. wind [m/s]: world."""
+    return [
+        t,
+        *state.position,
+        *state.velocity,
+        *state.attitude,
+        *yaw_pitch_roll(state.attitude),
+        *state.rates,
+        *reference.position,
+        reference.yaw,
+        *command.desired_attitude,
+        *measured.position,
+        command.thrust,
+        *command.torque,
+        measured.thrust,
+        *measured.torque,
+        *(airframe.rotor.thrust * speed * speed for speed in state.speeds),
+        *wind,
+        voltage(airframe, state) if effects.battery else 0.0,
+        *command.weight_norms,
+        command.r1.norm(),
+        command.r2.norm(),
+    ]
 
 
 class Acting(Protocol):
@@ -51,7 +173,6 @@ class InSpace(Generic[P, X, C]):
         raise NotImplementedError
 
     def asked(self, p: P, command: C) -> Command:
-        """As it is."""
         return cast(Command, command)
 
     def inputs(self, held: Acting) -> Vector:

@@ -11,8 +11,7 @@ from quadstep.interfaces.plant import Drawn, Rotor
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, where
 from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, State, Vehicle, derivative, disturb, limit
-from quadstep.vehicle.plants.columns import COLUMNS, log_row
-from quadstep.vehicle.plants.in_space import InSpace, fastest
+from quadstep.vehicle.plants.in_space import COLUMNS, InSpace, fastest, log_row
 
 
 class Limits(NamedTuple):
@@ -56,7 +55,6 @@ class Lagrange(InSpace[Parameters, State, Command]):
         return COLUMNS
 
     def body(self, p: Parameters) -> Vehicle:
-        """Its numbers."""
         return p.vehicle
 
     def rest(self, state: State, p: Parameters) -> tuple[Command, Made]:
@@ -64,7 +62,6 @@ class Lagrange(InSpace[Parameters, State, Command]):
         return Command(thrust=0.0, torque=state.rates), Made(0.0, state.rates)
 
     def truth(self, state: State) -> State:
-        """All of the state."""
         return state
 
     def felt(self, p: Parameters, state: State, rate: State) -> Vector:
@@ -72,7 +69,6 @@ class Lagrange(InSpace[Parameters, State, Command]):
         raise NotImplementedError
 
     def told(self, known: State, held: Made) -> State:
-        """The state."""
         return known
 
     def actuate(self, p: Parameters, command: Command) -> Made:
@@ -96,7 +92,6 @@ class Lagrange(InSpace[Parameters, State, Command]):
         return self.disturbance.disturb(state, p.disturbance, time)
 
     def settled(self, state: State) -> State:
-        """Euler angles need nothing."""
         return state
 
     def outcome(self, p: Parameters, state: State, command: Command, reference: Reference) -> Number:

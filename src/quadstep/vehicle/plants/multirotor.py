@@ -6,19 +6,16 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.interfaces.closed_loop import Outcome, finite
-from quadstep.interfaces.commands import RotorSpeeds, RotorThrusts
-from quadstep.interfaces.controller import Command, Measured
+from quadstep.interfaces.controller import Command, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.plant import Drawn, Rotor
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, vector, where
 from quadstep.numbers.noise import Key
 from quadstep.vehicle.airframe.allocation import Allocation, allocate, clamped, mix, speeds_of, thrusts_of
-from quadstep.vehicle.airframe.events import Events, efficiencies, mass_properties
 from quadstep.vehicle.airframe.geometry import Effects, Geometry
 from quadstep.vehicle.airframe.motion import AirframeState, Motion, renormalised
-from quadstep.vehicle.airframe.plant import Airframe, derivative, specific_force
-from quadstep.vehicle.plants.columns import airframe_columns, airframe_row
-from quadstep.vehicle.plants.in_space import InSpace, fastest
+from quadstep.vehicle.airframe.plant import Airframe, Events, derivative, efficiencies, mass_properties, specific_force
+from quadstep.vehicle.plants.in_space import InSpace, airframe_columns, airframe_row, fastest
 
 
 class AirframeLimits(NamedTuple):
@@ -66,7 +63,6 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         return airframe_columns(len(self.geometry.mounts))
 
     def body(self, p: AirframeParameters) -> Airframe:
-        """Its numbers."""
         return p.airframe
 
     def rest(self, state: AirframeState, p: AirframeParameters) -> tuple[Command, Spun]:
@@ -75,7 +71,6 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         return Command(0.0, nothing), Spun(state.speeds, 0.0, nothing)
 
     def truth(self, state: AirframeState) -> Motion:
-        """The motion of the body."""
         return state.motion
 
     def felt(self, p: AirframeParameters, state: AirframeState, rate: AirframeState) -> Vector:
@@ -87,7 +82,6 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         return Measured(*known, held.thrust, held.torque)
 
     def rotor_speeds(self, state: AirframeState) -> Vector:
-        """They are states."""
         return state.speeds
 
     def asked(self, p: AirframeParameters, command: Command | RotorThrusts | RotorSpeeds) -> Command:
@@ -133,7 +127,6 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         return where(finite(everything), code, float(Outcome.NOT_FINITE))
 
     def drawn(self, p: AirframeParameters) -> Drawn:
-        """Rotors where the geometry says."""
         mounts, ground = self.geometry.mounts, float(p.airframe.ground)
         rotors = tuple(
             Rotor((mount.position[0], mount.position[1], mount.position[2]), 1 if mount.spin > 0 else -1, f"f{i + 1}")

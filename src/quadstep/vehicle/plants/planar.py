@@ -95,13 +95,11 @@ class Planar(DeclaredPlant):
         return PlanarCommand(held[0] + held[1], p.vehicle.arm * (held[1] - held[0]))
 
     def rate(self, p: PlantParameters, state: PlanarState, held: Vector, wind: Vector, time: Number) -> PlanarState:
-        """The equations of motion."""
         made, vehicle = self.made(p, held), p.vehicle
         acceleration = made.thrust / vehicle.mass * thrust_direction(state.pitch) - vector(0.0, vehicle.gravity)
         return PlanarState(state.velocity, acceleration, state.rate, made.torque / vehicle.inertia)
 
     def outcome(self, p: PlantParameters, state: PlanarState, command: PlanarCommand, reference: Reference) -> Number:
-        """Off the path, or spinning."""
         distance = self.error(state, reference).norm()
         code = where(absolute(state.rate) < p.limits.rate, 0.0, float(Outcome.SPINNING))
         code = where(distance < p.limits.distance, code, float(Outcome.OFF_PATH))
@@ -109,7 +107,6 @@ class Planar(DeclaredPlant):
         return where(finite(everything + absolute(state.pitch)), code, float(Outcome.NOT_FINITE))
 
     def error(self, state: PlanarState, reference: Reference) -> Vector:
-        """Along x and z."""
         return plane(reference.position) - state.position
 
     def inputs(self, held: Vector) -> Vector:
@@ -128,7 +125,6 @@ class Planar(DeclaredPlant):
         ]  # fmt: skip
 
     def drawn(self, p: PlantParameters) -> Drawn:
-        """Two rotors, seen from -y."""
         arm = float(p.vehicle.arm)
         rotors = (Rotor((arm, 0.0, 0.0), 1, "f1"), Rotor((-arm, 0.0, 0.0), -1, "f2"))
         return Drawn(rotors, "thrust", ("psi", "theta", "phi"))
