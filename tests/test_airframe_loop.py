@@ -63,7 +63,7 @@ def flown(*usual, alone=False):
 
 @flown(("geometric", True), ("indi", True), alone=True)
 def test_lanes_and_arrays_fly_what_floats_fly_with_everything_on(controller, estimator):
-    rows = 51 if estimator else 27  # past two events
+    rows = 51 if estimator else 32  # past the last event
     one = everything(controller, estimator, simulation={"duration": 0.01 * (rows - 1)})
     floats = on_floats(one)
     assert floats.outcome is Outcome.COMPLETED
