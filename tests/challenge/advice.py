@@ -1,4 +1,6 @@
-"""Loops with known margins, often decided outside the excited frequencies, against what `advise` calls sound."""
+"""Loops with known margins, often decided outside the excited frequencies, against what `advise` calls sound; and vehicles
+that hover with a chirp, of which the model's margins are known.
+"""
 
 import math
 from collections.abc import Iterable
@@ -7,12 +9,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.engines.fly import fly_all
 from quadstep.identify.excited import Excited, refuse
-from quadstep.identify.response import response
+from quadstep.identify.response import Crossing, response
 from quadstep.io.errors import UserError
+from quadstep.linear.analysis import studied
+from quadstep.linear.margins import Margins
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
+from quadstep.mission.read import check_mission
 from quadstep.studies.advise import advised, measured
-from tests.challenge.search import Attempt, Search
+from tests.challenge.search import Attempt, Search, coverage
+from tests.injected import injected, signals
+from tests.random_sheets import HOVER, random_sheet, vehicle
 
 PERIOD, DURATION = 0.005, 40.0
 CLOSE = 0.9
@@ -110,6 +118,58 @@ def loops(seed: int) -> Iterable[Attempt]:
             )
 
 
+def hovering(random: np.random.Generator, noise: float) -> tuple[str, Crossing, Margins] | None:
+    """A random vehicle under pid with a chirp on roll or pitch: what it is, what is measured of its flight, and what its model
+    has; None where the log is refused or the loop is not stable. noise: of the gyro [rad/s/sqrt(Hz)].
+    """
+    sheet, channel = random_sheet(random), int(random.integers(2))
+    content = {"vehicle": vehicle(sheet), "path": {**HOVER, "duration": 42.0}, "controller": {"type": "pid"}}
+    content["sensors"] = {"imu_period": 0.002, "gyro_noise": noise}
+    content["simulation"] = {"duration": 42.0, "log_period": 0.002}
+    mission = check_mission(content, "hover.toml", Path())
+    analysis = studied(mission).analysis
+    if not analysis.margins:
+        return None
+    plan = injected(mission, channel, 1.0)
+    d, u, period = signals(plan, *fly_all([plan]))
+    found = Excited("roll", ("excitation", "command"), response(d, u, period), d, u, period, {})
+    try:
+        refuse(Path("flight.BIN"), found)
+    except UserError:
+        return None
+    case = f"{sheet.name}, {'roll' if channel == 0 else 'pitch'}, gyro noise {noise:.3g}"
+    phase = measured(found.measured).phase
+    return (case, phase, analysis.margins[1 + channel]) if phase else None
+
+
+def vehicles(seed: int) -> Iterable[Attempt]:
+    """Without noise: the crossover within 5 %, the phase margin within 3 degrees."""
+    random = np.random.default_rng(seed)
+    while True:
+        if one := hovering(random, 0.0):
+            case, found, true = one
+            off = abs(found.at.value / true.phase_at - 1.0), abs(found.value.value - true.phase)
+            said = f"{case}: crossover off by {100.0 * off[0]:.3g} %, phase margin by {math.degrees(off[1]):.3g} degrees"
+            yield Attempt(max(off[0] / 0.05, off[1] / math.radians(3.0)), said)
+
+
+def noisy(seed: int) -> Iterable[Attempt]:
+    """With noise: how often the interval of the phase margin holds the model's."""
+    random = np.random.default_rng(seed)
+
+    def held() -> Iterable[bool]:
+        while True:
+            if one := hovering(random, float(10.0 ** random.uniform(-5.0, -3.0))):
+                _, found, true = one
+                yield found.value.low <= true.phase <= found.value.high
+
+    yield from coverage(held(), batch=20)
+
+
 SEARCHES = [
-    Search("a loop that advise calls sound", "no loop is called sound, as flown or with the advised gains, that is not", loops)
+    Search(
+        "a loop that advise calls sound", "no loop is called sound, as flown or with the advised gains, that is not", loops
+    ),
+    Search("margins that advise measures", "crossovers are within 5 %, phase margins within 3 degrees", vehicles),
+    Search("intervals of advise", "95 % of the intervals of a phase margin hold it", noisy),
 ]
