@@ -2,12 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from quadstep.io.errors import UserError
 from quadstep.mission.tune import Constraint
 from quadstep.studies.tuning.judge import Judged, squashed
-from quadstep.studies.tuning.trial import Flights, Stability, Tried, few, flights_of, looked_at
+from quadstep.studies.tuning.trial import Flights, Guess, Stability, Tried, few, flights_of, looked_at
 
 LIMITS = {"phase_margin": Constraint(least=0.5)}
 
@@ -46,7 +47,7 @@ def test_most_candidates_fly_a_quarter_of_the_flights_and_at_least_four():
 def test_margins_are_looked_at_from_the_cheapest_on_until_one_keeps_them(margins):
     loops = Loops(margins)
     tried = generation(0.3, 0.1, 0.2, 0.7, whole=(0.3, 0.1, 0.2))
-    found = looked_at(tried, [1, 2, 0], [{"k": k} for k in (0.3, 0.1, 0.2, 0.7)], loops.stability, 0.9)
+    found = looked_at(tried, [{"k": k} for k in (0.3, 0.1, 0.2, 0.7)], loops.stability, 0.9)
     assert loops.asked == [0.1, 0.2]  # 0.3 costs more than 0.2, which keeps its margins
     assert min((one for one in found if one.whole), key=lambda one: one.judged.cost).judged.objective == 0.2
     assert not found[1].judged.feasible
@@ -58,17 +59,39 @@ def test_margins_are_looked_at_from_the_cheapest_on_until_one_keeps_them(margins
 def test_what_would_not_be_the_best_on_all_flights_is_not_linearised():
     loops = Loops({})
     tried = generation(0.1, whole=(0.8,))
-    assert looked_at(tried, [0], [{"k": 0.1}], loops.stability, judged(0.5).cost) == tried
+    assert looked_at(tried, [{"k": 0.1}], loops.stability, judged(0.5).cost) == tried
     assert not loops.asked
 
 
-def test_where_all_miss_their_margins_the_search_is_told_so_of_those_that_nobody_looked_at():
-    loops = Loops({0.1: 0.25, 0.2: 0.4})
-    tried = generation(0.1, 0.2, 0.3, 0.7, whole=(0.1, 0.2))
-    found = looked_at(tried, [0, 1, 2], [{"k": k} for k in (0.1, 0.2, 0.3, 0.7)], loops.stability, 0.9)
-    assert [one.missed for one in found] == pytest.approx([0.5, 0.2, 0.2, 0.0])
-    assert found[2].whole is None
-    assert min(found, key=lambda one: one.cost) is found[3]
+def test_margins_are_guessed_from_those_looked_at():
+    """Of margins that are linear in the point the guess is near; within the doubt nothing is believed to be missed."""
+
+    def margin(point):
+        return 0.5 + 1.0 * point[0] - 0.5 * point[1]
+
+    def looked(point):
+        return Tried(judged(0.1), judged(0.1)._replace(parts={"phase_margin": margin(point)}))
+
+    guess, random = Guess(LIMITS), np.random.default_rng(1)
+    assert guess.missed([[0.5, 0.5]], [0.5, 0.5]) == [0.0]
+    for point in random.uniform(0.0, 0.4, (12, 2)).tolist():
+        guess.learn(point, looked(point))
+        guess.learn(point, Tried(judged(0.1)))
+        guess.learn(point, Tried(judged(0.1), judged(0.1)._replace(parts={"phase_margin": math.nan})))
+    assert len(guess.points) == 12
+    points = random.uniform(0.0, 0.4, (20, 2)).tolist()
+    truth = [max(0.0, 1.0 - margin(point) / 0.5 - 0.02) for point in points]
+    assert min(truth) == 0.0 < max(truth)
+    assert guess.missed(points, [0.2, 0.2]) == pytest.approx(truth, abs=0.02)
+
+
+def test_a_guess_is_what_the_search_is_told_and_not_what_decides():
+    thought = Tried(judged(0.1), judged(0.1), 0.3)
+    assert thought.cost > 1.0
+    loops = Loops({0.1: 0.9})
+    (found,) = looked_at([thought], [{"k": 0.1}], loops.stability, 0.9)
+    assert found.judged.feasible
+    assert found.cost == judged(0.1).cost
 
 
 def test_a_loop_without_margins_misses_all_of_them_unless_it_must_have_some():

@@ -64,6 +64,10 @@ class Constraint(Section):
         """Which of these keep it."""
         return values <= self.most if self.most is not None else values >= (self.least or 0.0)
 
+    def slack(self, value: float) -> float:
+        """How far one value is within the limit, as a share of it; below 0 where it misses it."""
+        return 1.0 - value / self.most if self.most is not None else value / (self.least or math.inf) - 1.0
+
     def excess(self, values: NDArray[np.float64]) -> float:
         """By what share of the limit it is missed, by the flight that is just to keep it; 0 where it is kept."""
         place = math.ceil(self.share * len(values) - 1e-9) - 1

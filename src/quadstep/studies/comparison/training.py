@@ -36,7 +36,7 @@ from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import Ground, asked_of
 from quadstep.studies.tuning.judge import Flown, Judge, Judged, squashed
 from quadstep.studies.tuning.search import FEWEST_GENERATIONS, Search, population
-from quadstep.studies.tuning.trial import Stability, Tried, flights_of, tried_of
+from quadstep.studies.tuning.trial import Guess, Stability, Tried, flights_of, tried_of
 
 
 class Task(NamedTuple):
@@ -241,14 +241,15 @@ class Training(Search):
             except UserError as error:
                 self.unconstrained = str(error).removeprefix(f"{asked.source}: ")
                 self.stability = self.stability._replace(limits={})
+        self.guess = Guess(self.stability.limits)
 
-    def tried(self, values: list[dict[str, float]]) -> list[Tried]:
+    def tried(self, values: list[dict[str, float]], guessed: Sequence[float]) -> list[Tried]:
         """Candidates flown and judged, or taken from the journal."""
         line = self.journal.taken(values)
         if line is not None:
             self.flights = line["flights"]
             return line["tried"]
-        found = super().tried(values)
+        found = super().tried(values, guessed)
         self.journal.add(self.flights, values, found)
         return found
 

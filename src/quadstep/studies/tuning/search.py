@@ -20,13 +20,13 @@ from quadstep.studies.campaign.limits import MOST_FLIGHTS
 from quadstep.studies.tuning.ground import Asked, Ground
 from quadstep.studies.tuning.judge import Flown, Judge, Judged, joined
 from quadstep.studies.tuning.theorem import Conditions, distance
-from quadstep.studies.tuning.trial import FINALISTS, Tried, few, flights_of, looked_at
+from quadstep.studies.tuning.trial import FINALISTS, Guess, Tried, few, flights_of, looked_at
 
 BLOCK = 16
 """Flights that a generation is a multiple of, so that the vector registers of any machine are full."""
 
-SIGMA = 0.1
-"""Standard deviation of the first generation in the unit box: a factor of 1.6 where a range is two decades."""
+SIGMA = 0.05
+"""Standard deviation of the first generation in the unit box: a quarter of a gain where its range is two decades."""
 
 STALLED = 20
 """Generations without better gains after which a search starts again from the best."""
@@ -118,6 +118,7 @@ class Search:
         self.conditions: Conditions | None = ground.conditions()
         self.judge = Judge(self.asked.section, ground.duration)
         self.each = flights_of(one.asked.seeds for one in grounds)
+        self.guess = Guess(self.stability.limits)
         self.flights = 0
         self.history: list[Candidate] = []
         self.best: Candidate | None = None
@@ -129,9 +130,9 @@ class Search:
         broken = bool(self.conditions and self.conditions.broken(wanted.present))
         self.flown(0, 0, [wanted.present], [start], [math.inf if broken else 0.0])
         base, restart = population(len(wanted.gains), self.each.first), 0
-        while self.most(base) <= self.left:
+        while self.each.most(base) <= self.left:
             count = base * 2 ** min(restart, 20)
-            while count > base and self.most(count) * FEWEST_GENERATIONS > self.left:
+            while count > base and self.each.most(count) * FEWEST_GENERATIONS > self.left:
                 count //= 2
             restart += 1
             self.one_run(restart, self.best.point if self.best else anchor, anchor, count)
@@ -143,19 +144,11 @@ class Search:
         """Of the budget."""
         return self.budget - self.flights
 
-    def finalists(self, count: int) -> int:
-        """How many of a generation may fly all flights: all, so that their margins are seen, until one keeps them."""
-        return FINALISTS if self.best and self.best.tried.missed == 0.0 else count
-
-    def most(self, count: int) -> int:
-        """The most flights that a generation of so many takes."""
-        return self.each.most(count, self.finalists(count))
-
     def one_run(self, run: int, begin: list[float], anchor: list[float], count: int) -> None:
         """One start of CMA-ES, until it stops or finds nothing better, or another generation would not fit."""
         strategy, generation, better = started(begin, count, [self.seed, 2, run]), 0, 0
         size = len(begin)
-        while not strategy.stop() and generation - better < STALLED and self.most(count) <= self.left:
+        while not strategy.stop() and generation - better < STALLED and self.each.most(count) <= self.left:
             generation += 1
             asked, before = strategy.ask(), self.best
             wanted = [[min(max(float(place), 0.0), 1.0) for place in point[:size]] for point in asked]
@@ -169,7 +162,9 @@ class Search:
         self, run: int, generation: int, values: list[dict[str, float]], points: list[list[float]], moved: list[float]
     ) -> list[Candidate]:
         """Candidates flown and judged."""
-        tried = self.tried(values)
+        tried = self.tried(values, self.guessed(points))
+        for point, seen in zip(points, tried, strict=True):
+            self.guess.learn(point, seen)
         found = [
             Candidate(run, generation, numbers, point, far, one, self.flights)
             for numbers, point, far, one in zip(values, points, moved, tried, strict=True)
@@ -185,21 +180,24 @@ class Search:
         """Show how far it is."""
         shown_flights(self.progress, self.flights, math.nan if self.best is None else self.best.judged.objective)
 
-    def tried(self, values: list[dict[str, float]]) -> list[Tried]:
+    def guessed(self, points: Sequence[Sequence[float]]) -> list[float]:
+        """By what share candidates are thought to miss their margins."""
+        return self.guess.missed(points, self.best.point if self.best else points[0])
+
+    def tried(self, values: list[dict[str, float]], guessed: Sequence[float]) -> list[Tried]:
         """Candidates flown and judged. The first of all flies everything, and is what the others are measured in."""
         first = self.fly(values)
         if not self.history:
             every = self.fly_on(first, values)
             self.judge = self.judge.in_units_of(every[0][0])
             return [self.stability.seen(Tried(self.judged(first[0]), self.judged(every[0])), values[0], must=True)]
-        found = [Tried(self.judged(one)) for one in first]
+        found = [Tried(self.judged(one), missed=guess) for one, guess in zip(first, guessed, strict=True)]
         least = self.best.tried.cost if self.best else math.inf
-        would = sorted((i for i, one in enumerate(found) if one.cost < least), key=lambda i: found[i].cost)
-        finalists = would[: self.finalists(len(would))]
-        every = self.fly_on([first[i] for i in finalists], [values[i] for i in finalists])
-        for i, one in zip(finalists, every, strict=True):
+        would = sorted((i for i, one in enumerate(found) if one.cost < least), key=lambda i: found[i].cost)[:FINALISTS]
+        every = self.fly_on([first[i] for i in would], [values[i] for i in would])
+        for i, one in zip(would, every, strict=True):
             found[i] = found[i]._replace(whole=self.judged(one))
-        return looked_at(found, would, values, self.stability, self.best.judged.cost if self.best else math.inf)
+        return looked_at(found, values, self.stability, self.best.judged.cost if self.best else math.inf)
 
     def fly(self, values: Sequence[dict[str, float]]) -> list[list[Flown]]:
         """The first flights of candidates, in each situation."""

@@ -1,7 +1,8 @@
 """What is seen of a candidate, cheapest first: a few flights, of those that would be the best all of them, then their margins.
 
 So most candidates cost few flights, and a linearisation, which costs more than all flights of a candidate, is for those
-that would win (a race: Maron and Moore, 1994, "Hoeffding races").
+that would win (a race: Maron and Moore, 1994, "Hoeffding races"). The margins of all others are guessed from those that were
+looked at, so that the search keeps away from gains that would miss them.
 """
 
 import math
@@ -21,7 +22,16 @@ SHARE = 4
 """One part in so many of its flights is what a candidate is tried on."""
 
 FINALISTS = 3
-"""Candidates of a generation that may fly all flights, once there is one that keeps its margins."""
+"""Candidates of a generation that may fly all flights."""
+
+NEAR = 0.1
+"""Distance in the unit box at which what was looked at counts half as much for a guess."""
+
+DOUBT = 0.02
+"""Share of a limit by which a guess may miss it and is not believed to."""
+
+RIDGE = 1e-3
+"""Squared distance in the unit box: a guess is as flat as if as much had been seen there that does not change."""
 
 
 def few(seeds: int) -> int:
@@ -35,9 +45,9 @@ class Flights(NamedTuple):
     first: int
     every: int
 
-    def most(self, count: int, finalists: int = FINALISTS) -> int:
+    def most(self, count: int) -> int:
         """What so many candidates of a generation take at most."""
-        return count * self.first + min(count, finalists) * (self.every - self.first)
+        return count * self.first + min(count, FINALISTS) * (self.every - self.first)
 
 
 def flights_of(seeds: Iterable[int]) -> Flights:
@@ -48,7 +58,7 @@ def flights_of(seeds: Iterable[int]) -> Flights:
 
 class Tried(NamedTuple):
     """A candidate. trial: on the first flights; whole: on all of them, of one that would have been the best. missed: by what
-    share it misses the limits of margins, summed; 0 where nobody looked, infinite for a loop that has none.
+    share it misses the limits of margins, summed: a guess where nobody looked, infinite for a loop that has none.
     """
 
     trial: Judged
@@ -107,22 +117,47 @@ class Stability(NamedTuple):
         return one._replace(whole=whole._replace(parts={**whole.parts, **margins}), missed=self.missed(margins))
 
 
+class Guess:
+    """Margins guessed from those looked at: a weighted ridge regression about the best point so far, linear in the point."""
+
+    def __init__(self, limits: Mapping[str, Constraint]) -> None:
+        self.limits = limits
+        self.points: list[Sequence[float]] = []
+        self.slacks: list[list[float]] = []
+        """How far within each limit, as a share of it."""
+
+    def learn(self, point: Sequence[float], one: Tried) -> None:
+        """What was looked at, if it was."""
+        known = one.whole.parts if one.whole else {}
+        slacks = [one.slack(known.get(name, math.nan)) for name, one in self.limits.items()]
+        if slacks and all(map(math.isfinite, slacks)):
+            self.points.append(point)
+            self.slacks.append([min(slack, 1.0) for slack in slacks])
+
+    def missed(self, points: Sequence[Sequence[float]], centre: Sequence[float]) -> list[float]:
+        """By what share the limits would be missed, summed."""
+        if not self.points:
+            return [0.0] * len(points)
+        known, asked = (np.array(one) - np.array(centre) for one in (self.points, points))
+        weights = 1.0 / (1.0 + (known**2).sum(axis=1) / NEAR**2)
+        rows, asked = (np.hstack([np.ones((len(one), 1)), one]) for one in (known, asked))
+        flat = RIDGE * np.diag([0.0, *[1.0] * (rows.shape[1] - 1)])
+        slopes = np.linalg.solve((rows.T * weights) @ rows + flat, (rows.T * weights) @ np.array(self.slacks))
+        found: list[float] = np.maximum(0.0, -DOUBT - asked @ slopes).sum(axis=1).tolist()
+        return found
+
+
 def looked_at(
-    found: Sequence[Tried], would: Sequence[int], values: Sequence[Mapping[str, float]], stability: Stability, least: float
+    found: Sequence[Tried], values: Sequence[Mapping[str, float]], stability: Stability, least: float
 ) -> list[Tried]:
     """A generation with the margins of those that would be the best on all flights, the cheapest first, until one keeps them.
 
-    would: places of those that would be the best on the first flights; where none that was looked at keeps its margins, the
-    others of them count as missing theirs by as much, so that the search turns back. least: what the best so far costs.
+    least: what the best so far costs.
     """
-    seen, missed = list(found), []
-    for place in sorted((i for i in would if found[i].whole), key=lambda i: found[i].judged.cost):
-        if found[place].judged.cost < least:
+    seen = list(found)
+    flown = {i: one.whole.cost for i, one in enumerate(found) if one.whole}
+    for place in sorted(flown, key=lambda i: flown[i]):
+        if flown[place] < least:
             seen[place] = stability.seen(found[place], values[place])
             least = min(least, seen[place].judged.cost)
-            missed.append(seen[place].missed)
-    if missed and min(missed) > 0.0:
-        for place in would:
-            if not seen[place].whole:
-                seen[place] = seen[place]._replace(missed=min(missed))
     return seen
