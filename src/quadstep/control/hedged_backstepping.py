@@ -73,7 +73,7 @@ class HedgedBackstepping(Controller):
         "law.gain_2": usual((23.5, 23.5, 20.0), 1, "rate"),
         "law.coupling": usual((3.3, 3.3, 3.3), 2, "body"),
         "law.filter_frequency": usual((12.7, 12.7, 10.0), 1, "body"),
-        "law.force_net": net(1, FORCE_INPUTS, rate=usual(6.0, 2), damping=0.15),
+        "law.force_net": net(1, FORCE_INPUTS, rate=usual(8.0, 2), damping=0.15),
         "law.torque_net": net(2, TORQUE_INPUTS, rate=usual(4.0, 2), damping=0.3),
     }
 

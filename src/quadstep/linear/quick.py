@@ -63,7 +63,7 @@ def sizes(one: Margins) -> dict[str, float]:
     }
 
 
-MOST_STATES, MOST_TICKS = 120, 50
+MOST_STATES, MOST_TICKS = 160, 50
 """Of a loop that is linearised here; more take seconds."""
 
 
