@@ -28,6 +28,7 @@ ELSEWHERE = {
     "cascaded_pid": CLASSICS,
     "crazyflie_mellinger": CRAZYFLIE,
     "crazyflie_pid": CRAZYFLIE,
+    "ardupilot_cascade": ("tests/test_control_ardupilot.py",),
     "px4_cascade": ("tests/test_control_px4.py",),
     "completed_backstepping": ("tests/test_theory.py",),
     "dynamic_linearisation": EXTENDED,

@@ -11,7 +11,8 @@ import pytest
 from quadstep import Mission, fly
 from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, hover_of
 from quadstep.control.px4_loops import STILL, of_gyro
-from quadstep.control.px4_mixer import command_of, missed_torques, mixer_of
+from quadstep.control.px4_mixer import missed_torques, mixer_of
+from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
@@ -134,8 +135,8 @@ def test_the_hovers_thrust_is_the_vehicles_within_the_estimators_range(factor, h
 @pytest.mark.parametrize("factor", [0.0, 0.3, 1.0])
 def test_the_thrust_curve_is_undone(factor):
     for thrust in (0.0, 0.2, 0.7, 1.0):
-        c = command_of(thrust, factor)
-        assert factor * c * c + (1.0 - factor) * c == pytest.approx(thrust)
+        assert thrust_of_command(command_of_thrust(thrust, factor), factor) == pytest.approx(thrust)
+    assert thrust_of_command(0.5, factor) == 0.5 - 0.25 * factor
 
 
 def test_filters_that_are_switched_off_let_the_gyro_through_and_a_start_in_motion_rings_nothing():

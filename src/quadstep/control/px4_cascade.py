@@ -24,7 +24,8 @@ from quadstep.control.px4_loops import (
     position_loop,
     rate_loop,
 )
-from quadstep.control.px4_mixer import Mixer, command_of, missed_torques, mixed, mixer_of
+from quadstep.control.px4_mixer import Mixer, missed_torques, mixed, mixer_of
+from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import BELIEF, gain, given, parameter
 from quadstep.interfaces.reference import Reference
@@ -158,8 +159,7 @@ class Px4CascadeMemory(NamedTuple):
 
 def hover_of(g: Px4CascadeGains) -> Number:
     """The share of thrust that carries the vehicle, as the law takes it: estimated, within the estimator's range, or said."""
-    p, command = g.position, g.hover_speed / g.full_speed
-    true = g.rates.factor * command * command + (1.0 - g.rates.factor) * command
+    p, true = g.position, thrust_of_command(g.hover_speed / g.full_speed, g.rates.factor)
     settled = clip(true, clip(p.hover - p.reach, 0.0, 0.8), clip(p.hover + p.reach, 0.2, 0.9))
     return where(p.estimated > 0.5, settled, p.hover)
 
@@ -253,7 +253,7 @@ class Px4Cascade(Controller[Px4CascadeMemory, Measured, Px4CascadeGains, RotorSp
         rates, slopes = Vector(axis.rate for axis in axes), Vector(axis.acceleration for axis in axes)
         torque, turning = rate_loop(rate_gains(gains.rates), m.turning, m.rates, rates, slopes, m.limited, period)
         outputs = mixed(gains.mixer.outputs, torque, m.thrust, gains.rates.airmode)
-        speeds = outputs.map(lambda output: gains.full_speed * command_of(output, gains.rates.factor))
+        speeds = outputs.map(lambda output: gains.full_speed * command_of_thrust(output, gains.rates.factor))
         roll, pitch, yaw = axes
         return RotorSpeeds(speeds, yaw_pitch_roll(m.wanted)), m._replace(
             turning=turning, roll=roll, pitch=pitch, yaw=yaw, sampled=1.0,

@@ -111,11 +111,3 @@ def missed_torques(by: Matrix, torque: Vector, outputs: Vector) -> Vector:
     short = torque - by @ outputs
     failed = short @ short >= 1e-6
     return Vector(where(failed, where(one > TINY, 1.0, where(one < -TINY, -1.0, 0.0)), 0.0) for one in short)
-
-
-def command_of(thrust: Number, factor: Number) -> Number:
-    """The motor's command for a share of thrust: of factor c^2 + (1 - factor) c, THR_MDL_FAC."""
-    some = factor > 0.0
-    a = where(some, factor, 1.0)
-    half = (1.0 - a) / (2.0 * a)
-    return where(some, sqrt(half * half + thrust / a) - half, thrust)

@@ -43,6 +43,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "crazyflie-pid": "crazyflie_pid.CrazyfliePid",
         "crazyflie-mellinger": "crazyflie_mellinger.CrazyflieMellinger",
         "px4-cascade": "px4_cascade.Px4Cascade",
+        "ardupilot-cascade": "ardupilot_cascade.ArduPilotCascade",
         "betaflight-rates": "betaflight_rates.BetaflightRates",
     },
     PlanarState: {
@@ -52,7 +53,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
 }
 """Module and class by the name in missions, in the order in which users are told of them."""
 
-STOCK = ("crazyflie-pid", "crazyflie-mellinger", "px4-cascade", "betaflight-rates")
+STOCK = ("crazyflie-pid", "crazyflie-mellinger", "px4-cascade", "ardupilot-cascade", "betaflight-rates")
 """Laws of autopilots, with an autopilot's default gains for its own vehicle: they do not follow from any other."""
 
 
