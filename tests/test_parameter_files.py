@@ -192,3 +192,17 @@ def test_autopilots_files_are_written_as_they_are_read():
     for text in ("B\n", "b 1\n", "B 1 2\n", "B x\n", "B 1\nB 1\n", ""):
         with pytest.raises(UserError):
             ArduPilotParm.read(text)
+
+
+def test_a_mission_flies_with_what_a_ground_station_saved_of_ardupilot(tmp_path):
+    def read(text):
+        (tmp_path / "saved.param").write_text(text)
+        controller = {"type": "ardupilot-cascade", "parameters": "saved.param"}
+        return check_mission({"vehicle": {"preset": "x500"}, "path": HOVER, "controller": controller}, "m.toml", tmp_path)
+
+    found = read("ATC_RAT_RLL_P,0.15\nANGLE_MAX 4500\nATC_RAT_RLL_SMAX 0\nFRAME_CLASS 1\n")
+    gains = found.plan(warn=False).parameters.gains
+    assert (gains.roll.p, gains.pitch.p, gains.position.copter_lean) == (0.15, 0.135, 4500.0)
+    assert found.controller.warnings(found.modelled) == ["saved.param: ardupilot-cascade does without ATC_RAT_RLL_SMAX"]
+    with pytest.raises(UserError, match="FRAME_CLASS is 6, and ardupilot-cascade flies only 1 or 2 or 3"):
+        read("FRAME_CLASS 6\n")
