@@ -11,9 +11,9 @@ from quadstep import Mission
 from quadstep.export.c.branches import ScanRecord
 from quadstep.export.c.compiler import BITS, WARNINGS
 from quadstep.export.c.expressions import Naming
+from quadstep.export.c.flown import exported
 from quadstep.export.c.source import STEPS, functions
 from quadstep.export.c.structs import Output, Stored
-from quadstep.export.c.subject import exported
 from quadstep.export.c.writing import Writer
 from quadstep.export.c99 import c99_files
 from quadstep.numbers.operation import OPERATIONS

@@ -10,10 +10,9 @@ import pytest
 from quadstep import fly, read_mission
 from quadstep.control.registry import names
 from quadstep.export.c.compiler import BITS
-from quadstep.export.c.flown import fly_c
+from quadstep.export.c.flown import fly_c, subject_of
 from quadstep.export.c.law import recorded
 from quadstep.export.c.literals import literal
-from quadstep.export.c.subject import subject_of
 from quadstep.export.measure import in_f32
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from quadstep.engines.eager import always
+from quadstep.export.c.flown import exported
 from quadstep.export.c.golden import golden, golden_header
-from quadstep.export.c.subject import exported
 from quadstep.numbers import (
     Matrix,
     Table,

@@ -12,7 +12,7 @@ from quadstep.numbers.noise import probability
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.rare import run
 from quadstep.studies.rare.flights import Flights, values
-from quadstep.studies.rare.points import FIRST, Points
+from quadstep.studies.rare.mixture import FIRST, Points
 from tests.campaigns import NOISY, of, refused
 from tests.commands import quadstep
 

@@ -8,8 +8,7 @@ import pytest
 
 from quadstep.numbers.noise import probability
 from quadstep.studies.rare.cross_entropy import DEFENSIVE, LAST, LEAST, SLOW, Drawing, Sample, cross_entropy, highest, steered
-from quadstep.studies.rare.mixture import Mixture, effective, fitted, fitted_with, log_standard, standard, together
-from quadstep.studies.rare.points import Random
+from quadstep.studies.rare.mixture import Mixture, Random, effective, fitted, fitted_with, log_standard, standard, together
 
 LEANING = Mixture(
     np.array([0.3, 0.7]),

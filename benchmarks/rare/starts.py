@@ -8,7 +8,7 @@ from benchmarks.rare.cases.first_sample import UNIT, Corner, Edge, FirstSample, 
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.variants import numbers
 from quadstep.studies.rare.flights import Event, Failure, Flights, Scale, values
-from quadstep.studies.rare.points import Evaluate, Floats, Points
+from quadstep.studies.rare.mixture import Evaluate, Floats, Points
 
 METRICS: dict[str, FirstSample] = {one.name: one for one in (Sum(), Side(), Corner(), Radius(), Edge())}
 

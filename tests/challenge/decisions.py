@@ -12,7 +12,7 @@ from quadstep.studies.campaign.until import looks
 from quadstep.studies.comparison.ranking import compare, corrected
 from quadstep.studies.comparison.spread import Flown
 from quadstep.studies.rare.cross_entropy import cross_entropy
-from quadstep.studies.rare.points import Points, Random
+from quadstep.studies.rare.mixture import Points, Random
 from quadstep.studies.rare.summary import Crude, interval
 from tests.challenge.search import Attempt, Search, coverage
 

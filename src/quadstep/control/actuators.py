@@ -17,7 +17,6 @@ class AchievedCommand(NamedTuple):
 
 
 def at_rest(body: BelievedBody) -> AchievedCommand:
-    """The weight, and no torque."""
     return AchievedCommand(body.mass * body.gravity, ZERO)
 
 

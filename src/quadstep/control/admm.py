@@ -50,7 +50,6 @@ class StageBounds(NamedTuple):
 
 
 def split(chains: Sequence[BoundedChain], states: Vector) -> list[Vector]:
-    """The states of each chain."""
     parts, place = [], 0
     for chain in chains:
         parts.append(Vector(states.entries[place : place + len(chain.penalty)]))
@@ -59,7 +58,6 @@ def split(chains: Sequence[BoundedChain], states: Vector) -> list[Vector]:
 
 
 def joined(parts: Sequence[Vector]) -> Vector:
-    """The states of all chains."""
     return Vector([entry for part in parts for entry in part])
 
 

@@ -75,7 +75,6 @@ class Adrc(Controller):
     def law(
         self, memory: AdrcMemory, measured: Measured, reference: Reference, gains: AdrcGains, t: Number, period: Number
     ) -> tuple[Command, AdrcMemory]:
-        """One sample."""
         memory = self.observed(memory, measured, gains, t, period)
         body, w_c, w_r = gains.body, gains.bandwidth, gains.turn_bandwidth
         wanted = pulled(measured, reference, Pull(w_c * w_c, 2.0 * w_c))

@@ -104,7 +104,6 @@ class BetaflightRatesMemory(NamedTuple):
 
 
 def still() -> Axis:
-    """As after power-up."""
     two, three = vector(0.0, 0.0), vector(0.0, 0.0, 0.0)
     return Axis(three, two, three, two, three, three, 0.0, 0.0, 0.0, two, two, 0.0, 0.0)
 
@@ -244,7 +243,6 @@ class BetaflightRates(Controller[BetaflightRatesMemory, Measured, BetaflightRate
         return gains
 
     def start(self, measured: Measured, gains: BetaflightRatesGains) -> BetaflightRatesMemory:
-        """As in a hover."""
         throttle = throttle_for(gains.shared, gains.outer.mass * gains.outer.gravity, gains.full_thrust)
         mixed = Mixed(throttle, 0.0, vector(0.0, 0.0), throttle)
         return BetaflightRatesMemory(begun(measured, gains.outer), still(), still(), still(), mixed)
@@ -253,7 +251,6 @@ class BetaflightRates(Controller[BetaflightRatesMemory, Measured, BetaflightRate
         self, memory: BetaflightRatesMemory, measured: Measured, reference: Reference, gains: BetaflightRatesGains,
         t: Number, period: Number,
     ) -> BetaflightRatesMemory:  # fmt: skip
-        """The position and velocity loops."""
         return memory._replace(outer=guided(memory.outer, measured, reference, gains.outer, period))
 
     def law(

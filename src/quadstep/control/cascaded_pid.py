@@ -45,7 +45,6 @@ class CascadedPid(Controller):
     Gains = CascadedPidGains
 
     def start(self, measured: Measured, gains: CascadedPidGains) -> CascadedPidMemory:
-        """Nothing integrated."""
         return CascadedPidMemory(begun(measured, gains.outer), vector(0.0, 0.0, 0.0), measured.rates)
 
     def guide(
@@ -57,7 +56,6 @@ class CascadedPid(Controller):
         t: Number,
         period: Number,
     ) -> CascadedPidMemory:
-        """The position and velocity loop."""
         return memory._replace(outer=guided(memory.outer, measured, reference, gains.outer, period))
 
     def law(

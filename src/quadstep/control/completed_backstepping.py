@@ -112,7 +112,6 @@ class CompletedBackstepping(Controller):
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:
-        """With the vehicle's T_eta."""
         return cls(model.kinematics)
 
     def start(self, measured: State, gains: CompletedGains) -> CompletedMemory:

@@ -76,7 +76,6 @@ class CrazyflieMellingerMemory(NamedTuple):
 
 
 def bounded(integral: Vector, most: Vector) -> Vector:
-    """Each part within its limit."""
     return Vector(clip(one, -limit, limit) for one, limit in zip(integral, most, strict=True))
 
 
@@ -108,7 +107,6 @@ class CrazyflieMellinger(Controller[CrazyflieMellingerMemory, Measured, Crazyfli
         return cls(*quarters(model, cls.name))
 
     def start(self, measured: Measured, gains: CrazyflieMellingerGains) -> CrazyflieMellingerMemory:
-        """Nothing integrated."""
         return CrazyflieMellingerMemory(ZERO, ZERO, ZERO, ZERO, 0.0)
 
     def law(

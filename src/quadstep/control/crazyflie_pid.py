@@ -161,7 +161,6 @@ class CrazyfliePidMemory(NamedTuple):
 
 
 def began(value: Number) -> LoopMemory:
-    """Nothing integrated; value: measured."""
     return LoopMemory(0.0, value, vector(0.0, 0.0))
 
 
@@ -282,5 +281,4 @@ class CrazyfliePid(Controller[CrazyfliePidMemory, Measured, CrazyfliePidGains, R
 
 
 def within(value: Number, most: Number) -> Number:
-    """Of at most this size."""
     return clip(value, -most, most)

@@ -58,7 +58,6 @@ class DynamicLinearisation(Controller):
     Gains = DynamicLinearisationGains
 
     def start(self, measured: Measured, gains: DynamicLinearisationGains) -> DynamicLinearisationMemory:
-        """In hover, undisturbed."""
         return DynamicLinearisationMemory(Push(gains.gravity, 0.0), measured.velocity, vector(0.0, 0.0, 0.0))
 
     def law(

@@ -108,13 +108,11 @@ class Flatness(Controller):
     commands = BodyRates
 
     def start(self, measured: Measured, gains: FlatnessGains) -> FlatnessMemory:
-        """Nothing integrated."""
         return FlatnessMemory(ZERO)
 
     def law(
         self, memory: FlatnessMemory, measured: Measured, reference: Reference, gains: FlatnessGains, t: Number, period: Number
     ) -> tuple[BodyRates, FlatnessMemory]:
-        """One sample."""
         fed = flat(reference, gains.drag, gains.gravity)
         dragged = fed.rotation @ (gains.drag * (fed.rotation.T @ reference.velocity))
         e, e_dot = reference.position - measured.position, reference.velocity - measured.velocity

@@ -47,7 +47,6 @@ class Geometric(Controller):
     Gains = GeometricGains
 
     def start(self, measured: Measured, gains: GeometricGains) -> GeometricMemory:
-        """Nothing integrated."""
         return GeometricMemory(vector(0.0, 0.0, 0.0))
 
     def law(

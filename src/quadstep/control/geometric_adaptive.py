@@ -86,14 +86,12 @@ class GeometricAdaptive(Controller):
     }
 
     def start(self, measured: Measured, gains: GeometricAdaptiveGains) -> GeometricAdaptiveMemory:
-        """Nothing learnt."""
         return GeometricAdaptiveMemory(ZERO, ZERO, ZERO, ZERO)
 
     def law(
         self, memory: GeometricAdaptiveMemory, measured: Measured, reference: Reference, gains: GeometricAdaptiveGains,
         t: Number, period: Number,
     ) -> tuple[Command, GeometricAdaptiveMemory]:  # fmt: skip
-        """One sample."""
         body, rates, rotation = gains.body, measured.rates, rotation_matrix(measured.attitude)
         through = rotation.T @ measured.velocity  # body axes
         known = memory.push - rotation @ (through * memory.drag)

@@ -103,7 +103,6 @@ class GeometricL1(Controller):
         self, memory: GeometricL1Memory, measured: Measured, reference: Reference, gains: GeometricL1Gains,
         t: Number, period: Number,
     ) -> tuple[Command, GeometricL1Memory]:  # fmt: skip
-        """One sample."""
         memory = self.estimated(memory, measured, gains, t, period)
         body, axis = gains.body, up_axis(rotation_matrix(measured.attitude))
         force = force_for(pulled(measured, reference, gains.pull) - memory.across, body)

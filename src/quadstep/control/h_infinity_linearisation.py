@@ -122,7 +122,6 @@ class HInfinityLinearisation(Controller):
     Gains = HInfinityWeights
 
     def prepare(self, gains: HInfinityWeights, model: Model) -> HInfinityGains:
-        """The H-infinity law."""
         found = feedback(tuple(gains.weights), gains.margin, gains.pace)
         return HInfinityGains(
             mass=gains.mass,
@@ -136,7 +135,6 @@ class HInfinityLinearisation(Controller):
         )
 
     def start(self, measured: Measured, gains: HInfinityGains) -> HInfinityMemory:
-        """In hover, nothing integrated."""
         return HInfinityMemory(Push(gains.gravity, 0.0), vector(0.0, 0.0, 0.0))
 
     def law(

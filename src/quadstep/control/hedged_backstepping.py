@@ -145,7 +145,6 @@ class HedgedBackstepping(Controller):
         return command, memory._replace(law=following, made=made)
 
     def conditions(self, gains: HedgedBacksteppingGains, model: Model) -> list[Condition]:
-        """Those of the law."""
         return list(LAW.conditions(gains.law, model))
 
 

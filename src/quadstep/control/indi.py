@@ -90,7 +90,6 @@ class Indi(Controller):
     def law(
         self, memory: IndiMemory, measured: Measured, reference: Reference, gains: IndiGains, t: Number, period: Number
     ) -> tuple[Command, IndiMemory]:
-        """One sample."""
         body, axis = gains.body, up_axis(rotation_matrix(measured.attitude))
         made = self.made(memory, measured, gains, t, period)
         share = followed(gains.force_filter, period)
@@ -118,7 +117,6 @@ class Indi(Controller):
         return command, IndiMemory(made, pushed, felt, rates, torque)
 
     def made(self, memory: IndiMemory, measured: Measured, gains: IndiGains, t: Number, period: Number) -> AchievedCommand:
-        """What the rotors make now."""
         if len(measured.rotor_speeds):
             return of_speeds(measured.rotor_speeds, gains.per_speed, gains.mixing)
         return lagged(memory.made, measured, gains.body.lag, t, period)

@@ -85,7 +85,6 @@ def shaped(corner: float, lag: float) -> tuple[float, list[list[float]], list[fl
 
 
 def outer(a: Sequence[float], b: Sequence[float]) -> list[list[float]]:
-    """a b^T."""
     return [[x * y for y in b] for x in a]
 
 
@@ -125,7 +124,6 @@ class LoopShaping(Controller):
     commands = BodyRates
 
     def prepare(self, gains: LoopShapingWeights, model: Model) -> LoopShapingGains:
-        """The robust law."""
         weight, a, b, c = shaped(gains.corner, gains.pace / gains.attitude)
         found = robust(a, b, c, gains.margin)
         return LoopShapingGains(
@@ -143,7 +141,6 @@ class LoopShaping(Controller):
         )
 
     def start(self, measured: Measured, gains: LoopShapingGains) -> LoopShapingMemory:
-        """At rest."""
         rest = Vector(0.0 for _ in gains.entry)
         return LoopShapingMemory((rest, rest, rest), vector(0.0, 0.0, 0.0))
 

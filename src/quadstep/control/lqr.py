@@ -152,7 +152,6 @@ class Lqr(Controller):
     Gains = LqrWeights
 
     def prepare(self, gains: LqrWeights, model: Model) -> LqrGains:
-        """Gains about hover."""
         level, climb, turn = (one.entries for one in (gains.level, gains.climb, gains.turn))
         return LqrGains(
             mass=gains.mass,
@@ -165,7 +164,6 @@ class Lqr(Controller):
         )
 
     def start(self, measured: Measured, gains: LqrGains) -> LqrMemory:
-        """Nothing integrated."""
         return LqrMemory(vector(0.0, 0.0, 0.0))
 
     def law(

@@ -116,7 +116,6 @@ def levelled(yaw: Number, v: Vector) -> tuple[Number, Number]:
 
 
 def boxed(v: Vector, most: Number) -> Vector:
-    """Each entry held to +-most."""
     return Vector(clip(entry, -most, most) for entry in v)
 
 

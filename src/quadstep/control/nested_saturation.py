@@ -95,11 +95,9 @@ class NestedSaturation(Controller):
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:
-        """With the vehicle's T_eta."""
         return cls(model.kinematics)
 
     def start(self, measured: State, gains: NestedSaturationGains) -> NoMemory:
-        """Nothing to remember."""
         return NoMemory()
 
     def law(

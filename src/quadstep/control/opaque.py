@@ -77,7 +77,6 @@ class Opaque(Law[tuple[()], Measured, G, U]):
     nature: ClassVar[str] = "plain Python code"
 
     def start(self, measured: Measured, gains: G) -> tuple[()]:
-        """Nothing."""
         return ()
 
     def law(
@@ -125,11 +124,9 @@ def new_opaque_law(function: Controller, name: str, told: type) -> type[Law]:
         Gains = NoGains
 
         def prepare(self, gains: NoGains, model: Model) -> OpaqueGains:
-            """The callable's handle."""
             return OpaqueGains(float(handle()))
 
         def landed(self, gains: OpaqueGains) -> None:
-            """Re-raises the callable's exception."""
             raise_pending(int(gains.handle))
 
     Own.name = Own.label = Own.__name__ = name

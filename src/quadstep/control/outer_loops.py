@@ -42,7 +42,6 @@ class OuterMemory(NamedTuple):
 
 
 def begun(measured: Measured, gains: OuterGains) -> OuterMemory:
-    """Nothing integrated."""
     zero = vector(0.0, 0.0, 0.0)
     return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, zero)
 

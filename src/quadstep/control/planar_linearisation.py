@@ -45,14 +45,12 @@ class PlanarLinearisation(Controller):
     measures: ClassVar = PlanarState
 
     def start(self, measured: PlanarState, gains: PlanarLinearisationGains) -> PlanarLinearisationMemory:
-        """Hover."""
         return PlanarLinearisationMemory(gains.mass * gains.gravity, 0.0)
 
     def law(
         self, memory: PlanarLinearisationMemory, measured: PlanarState, reference: Reference,
         gains: PlanarLinearisationGains, t: Number, period: Number,
     ) -> tuple[PlanarCommand, PlanarLinearisationMemory]:  # fmt: skip
-        """One sample."""
         m, pole, q = gains.mass, gains.pole, measured.rate
         u, u_dot = memory
         d = thrust_direction(measured.pitch)

@@ -35,7 +35,6 @@ class PlanarPd(Controller):
     def law(
         self, memory: tuple[()], measured: PlanarState, reference: Reference, gains: PlanarPdGains, t: Number, period: Number
     ) -> tuple[PlanarCommand, tuple[()]]:
-        """One sample."""
         offset, drift = plane(reference.position) - measured.position, plane(reference.velocity) - measured.velocity
         pull = plane(reference.acceleration) + gains.k_p * offset + gains.k_v * drift + vector(0.0, gains.gravity)
         pitch = atan2(-pull[0], pull[1])

@@ -111,12 +111,10 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
 
     @classmethod
     def loops(cls) -> tuple[str, ...]:
-        """The controller's."""
         return cls.Flown.loops()
 
     @property
     def alone(self) -> Controller:
-        """The controller."""
         return self.flown
 
     def instead(self, other: Controller) -> Controller:
@@ -145,7 +143,6 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
         return command, PredictingMemory(law, past[1:])
 
     def now(self, memory: PredictingMemory, measured: Measured, t: Number) -> Measured:
-        """What the controller is told."""
         known = MeasuredMotion(measured.position, measured.velocity, measured.attitude)
         sample = ImuSample(measured.rates, measured.specific_force, t)
         known = predicted(memory.past, sample, known, measured.age, self.board_late, self.gravity)
@@ -160,19 +157,15 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
         )
 
     def prepare(self, gains: object, model: Model) -> object:
-        """The controller's."""
         return self.flown.prepare(gains, model)
 
     def before_flight(self, measured: Measured, gains: object) -> None:
-        """The controller's."""
         self.flown.before_flight(self.stripped(measured), gains)
 
     def landed(self, gains: object) -> None:
-        """The controller's."""
         self.flown.landed(gains)
 
     def conditions(self, gains: object, model: Model) -> Sequence[Condition]:
-        """The controller's."""
         return self.flown.conditions(gains, model)
 
 

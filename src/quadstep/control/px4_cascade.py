@@ -165,7 +165,6 @@ def hover_of(g: Px4CascadeGains) -> Number:
 
 
 def position_gains(g: Px4CascadeGains) -> PositionGains:
-    """Of the position loop."""
     p = g.position
     outer, proportional, integral, slope = (
         vector(xy, xy, z) for xy, z in ((p.xy, p.z), (p.xy_p, p.z_p), (p.xy_i, p.z_i), (p.xy_d, p.z_d))
@@ -177,7 +176,6 @@ def position_gains(g: Px4CascadeGains) -> PositionGains:
 
 
 def rate_gains(r: RateParameters) -> RateGains:
-    """Of the rate loop."""
     k = vector(r.roll_k, r.pitch_k, r.yaw_k)
     p, i, d = (
         k * Vector(parts)

@@ -82,7 +82,6 @@ class RaptorGains(NamedTuple):
 
 
 def affine(row: tuple[Number, ...], inputs: Vector) -> Number:
-    """Weighted inputs and a bias."""
     *weights, bias = row
     return Vector(weights) @ inputs + bias
 
@@ -155,7 +154,6 @@ class Raptor(Controller):
     def law(
         self, memory: RaptorMemory, measured: Measured, reference: Reference, gains: RaptorGains, t: Number, period: Number
     ) -> tuple[RotorSpeeds, RaptorMemory]:
-        """One sample of the policy."""
         seen = Vector((*self.observation(measured, reference, gains), *memory.action))
         action, neurons = act(gains.policy, seen, memory.neurons)
         action = Vector(clip(one, -1.0, 1.0) for one in action)

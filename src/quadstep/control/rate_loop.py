@@ -63,18 +63,15 @@ class RateFollowing(Controller[RateFollowingMemory, Measured, RateFollowingGains
 
     @classmethod
     def loops(cls) -> tuple[str, ...]:
-        """The controller's."""
         return cls.Commander.loops()
 
     def start(self, measured: Measured, gains: RateFollowingGains) -> RateFollowingMemory:
-        """Nothing integrated."""
         return RateFollowingMemory(self.commander.start(measured, gains.law), vector(0.0, 0.0, 0.0))
 
     def slower(
         self, loop: str, memory: RateFollowingMemory, measured: Measured, reference: Reference, gains: RateFollowingGains,
         t: Number, period: Number,
     ) -> RateFollowingMemory:  # fmt: skip
-        """The controller's."""
         return memory._replace(law=self.commander.slower(loop, memory.law, measured, reference, gains.law, t, period))
 
     def law(
@@ -90,11 +87,9 @@ class RateFollowing(Controller[RateFollowingMemory, Measured, RateFollowingGains
         return command, RateFollowingMemory(remembered, integral)
 
     def prepare(self, gains: RateFollowingGains, model: Model) -> RateFollowingGains:
-        """What the controller prepares."""
         return RateFollowingGains(self.commander.prepare(gains.law, model), gains.rate_loop)
 
     def conditions(self, gains: RateFollowingGains, model: Model) -> Sequence[Condition]:
-        """The controller's."""
         return self.commander.conditions(gains.law, model)
 
 

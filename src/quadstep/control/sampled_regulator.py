@@ -26,7 +26,6 @@ class Regulator(NamedTuple):
 
 
 def identity(size: int) -> Matrix:
-    """Of a square matrix."""
     return Matrix(Vector(float(i == j) for j in range(size)) for i in range(size))
 
 

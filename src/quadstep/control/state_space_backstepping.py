@@ -166,7 +166,6 @@ class StateSpaceBackstepping(Controller):
     Gains = StateSpaceGains
 
     def start(self, measured: Measured, gains: StateSpaceGains) -> StateSpaceMemory:
-        """Nothing integrated."""
         return StateSpaceMemory(vector(0.0, 0.0, 0.0))
 
     def law(
@@ -178,7 +177,6 @@ class StateSpaceBackstepping(Controller):
         t: Number,
         period: Number,
     ) -> tuple[Command, StateSpaceMemory]:
-        """One sample."""
         found, thrust = steps(gains, memory.integral, measured, reference)
         later = predicted(measured, thrust.push, gains.gravity, period)
         ahead, _ = steps(gains, memory.integral + period * found.e1, later, following(reference, period))

@@ -69,7 +69,6 @@ class SuperTwisting(Controller):
     Gains = SuperTwistingGains
 
     def start(self, measured: Measured, gains: SuperTwistingGains) -> SuperTwistingMemory:
-        """Nothing integrated."""
         return SuperTwistingMemory(ZERO, ZERO)
 
     def law(

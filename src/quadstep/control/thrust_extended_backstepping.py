@@ -95,7 +95,6 @@ class ThrustExtendedBackstepping(Controller):
     Gains = ThrustExtendedGains
 
     def start(self, measured: Measured, gains: ThrustExtendedGains) -> ThrustExtendedMemory:
-        """In hover, nothing integrated."""
         return ThrustExtendedMemory(Push(gains.gravity, 0.0), vector(0.0, 0.0, 0.0))
 
     def law(

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.export.arm import state_size
+from quadstep.export.c.flown import exported
 from quadstep.export.c.interface import Exported
-from quadstep.export.c.subject import exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import NOTHING, Facts, Measurements, datasheet
 from quadstep.export.measure import measurements

@@ -12,9 +12,9 @@ from quadstep.identify.beside_page import SVG, drawn, flight_picture, sections
 from quadstep.identify.closed_loop import fly_again, hover_ratio
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import Identified
-from quadstep.identify.followed import Followed, followed
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.signals import spectrum
+from quadstep.identify.residual import Followed, followed
 from quadstep.identify.run import AHEAD, Identification, answer
 from quadstep.identify.table import ErrorTable
 from quadstep.identify.vehicle_file import identified_vehicle

@@ -1,17 +1,69 @@
-"""The full analysis of one linearised loop."""
+"""The full analysis of one linearised loop, and how it follows a step of its path: a metre, a radian of yaw."""
 
+import math
 from typing import NamedTuple
+
+import numpy as np
 
 from quadstep.engines.fly import FlightPlan
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, Limits, Margins, margins
 from quadstep.linear.modes import STILL, Modes, Pole, poles
 from quadstep.linear.reduced import Reduced
-from quadstep.linear.sampled import linearising
-from quadstep.linear.states import Channel
+from quadstep.linear.sampled import WANTED, linearising
+from quadstep.linear.states import Array, Channel
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
 from quadstep.vehicle.plants.multirotor import Multirotor
+
+SHORTEST, LONGEST = 2.0, 40.0
+"""Shortest and longest time shown of a step [s]."""
+
+CONSTANTS = 6.0
+"""The time shown, in multiples of the slowest time constant."""
+
+SETTLED = 0.02
+"""Share of the step within which the response has settled."""
+
+
+class Step(NamedTuple):
+    """One step. t [s]; value, name, unit: of the stepped quantity."""
+
+    name: str
+    unit: str
+    t: Array
+    value: Array
+
+    @property
+    def overshoot(self) -> float:
+        """Overshoot as a share of the step."""
+        return max(0.0, float(self.value.max()) - 1.0)
+
+    @property
+    def settling(self) -> float:
+        """Time after which it stays within 2 % of the step [s]; infinite if it does not within the time shown."""
+        outside = np.flatnonzero(np.abs(self.value - 1.0) > SETTLED)
+        last = int(outside[-1]) + 1 if len(outside) else 0
+        return math.inf if last >= len(self.t) else float(self.t[last])
+
+
+def steps(loop: Reduced, poles: list[Pole]) -> list[Step]:
+    """The step responses of each part of the pose."""
+    names, rows = loop.period.pose
+    inputs = [WANTED.index(name) for name in names]
+    slowest = poles[0].time_constant
+    duration = min(max(SHORTEST, CONSTANTS * slowest), LONGEST)
+    x = np.zeros((len(loop.places), len(inputs)))
+    made = [rows @ x]
+    for _ in range(math.ceil(duration / loop.period.length)):
+        for tick in loop.period.ticks:
+            x = tick.step @ (tick.tasks @ x + tick.path[:, inputs])
+        made.append(rows @ x)
+    t = np.array([k * loop.period.length for k in range(len(made))])
+    values = np.array(made)
+    return [
+        Step(name, "rad" if name == "yaw" else "m", t, np.ascontiguousarray(values[:, i, i])) for i, name in enumerate(names)
+    ]
 
 
 class Analysis(NamedTuple):
@@ -34,7 +86,6 @@ class Analysis(NamedTuple):
 
     @property
     def stable(self) -> bool:
-        """Whether no mode grows."""
         return all(pole.real * self.loop.period.length <= STILL for pole in self.poles)
 
     @property
@@ -102,7 +153,6 @@ def worst_of(found: list[Analysis]) -> Analysis:
 
 
 def least(found: tuple[Margins, ...]) -> Margins:
-    """The worst of each margin."""
     turned = min(found, key=lambda one: one.phase)
     return Margins(
         gain_up=min(one.gain_up for one in found),

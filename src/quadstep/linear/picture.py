@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.linear.analysis import Analysis
+from quadstep.linear.analysis import Analysis, Step
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array, Channel
-from quadstep.linear.step import Step
 from quadstep.linear.transfer import Complex
 from quadstep.report.axes import plain, powers
 from quadstep.report.canvas import LINES, drawing, margins, new_figure, write

@@ -52,7 +52,6 @@ def of_analysis(found: Analysis) -> dict[str, float]:
 
 
 def sizes(one: Margins) -> dict[str, float]:
-    """By kind."""
     return {
         "gain_margin_up": one.up,
         "gain_margin_down": one.down,

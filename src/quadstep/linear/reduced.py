@@ -20,7 +20,6 @@ class Reduced(NamedTuple):
 
     @property
     def map(self) -> Array:
-        """The map of one period."""
         return self.period.map
 
 

@@ -13,13 +13,12 @@ from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
-from quadstep.linear.analysis import Analysis, Studied, studied
+from quadstep.linear.analysis import Analysis, Step, Studied, steps, studied
 from quadstep.linear.equilibrium import held, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.states import Array
-from quadstep.linear.step import Step, steps
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
@@ -48,12 +47,10 @@ def margin_numbers(one: Margins) -> list[float | None]:
 
 
 def margin_record(one: Margins) -> dict[str, float | None]:
-    """By name."""
     return dict(zip(MARGIN_COLUMNS, margin_numbers(one), strict=True))
 
 
 def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
-    """The whole analysis."""
     period, grade, asked = found.loop.period, graded(found), found.limits
     return {
         "grade": grade.word,

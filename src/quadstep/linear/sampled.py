@@ -104,7 +104,6 @@ class MovedPath:
     path: PathLaw
 
     def reference(self, t: float, parameters: object) -> Reference:
-        """The desired motion."""
         own, offset = cast("tuple[object, Vector]", parameters)
         wanted = self.path.reference(t, own)
         return wanted._replace(position=wanted.position + Vector(offset.entries[:3]), yaw=wanted.yaw + offset[3])
@@ -130,7 +129,6 @@ class Loops:
         return tuple(k % every == 0 for every in self.plan.ticks.every)
 
     def begin(self) -> Flown:
-        """Before the first tick."""
         return Flown(self.loop.start(self.plan.start, self.p), (), Vector(()))
 
     def tasks(self, flown: Flown, k: int, p: Numbers) -> tuple[Flown, Structure]:
@@ -152,12 +150,10 @@ class Loops:
         return Flown(cycle, line, asked), command
 
     def step(self, flown: Flown, k: int) -> Flown:
-        """After the integrator's step."""
         clock = Clock(k * self.h, float(k), self.h)
         return flown._replace(cycle=self.loop.advance(flown.cycle, self.p, clock))
 
     def fly(self, flown: Flown, first: int, past: int) -> Flown:
-        """Ticks of floats."""
         for k in range(first, past):
             flown = self.step(self.tasks(flown, k, self.p)[0], k)
         return flown

@@ -48,7 +48,6 @@ def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | s
 
 
 def at(plans: list[FlightPlan], first: int, asked: Limits) -> Analysis | str:
-    """The loop at a tick."""
     try:
         with linearising():
             loops = [reduced(linearised(Loops(plan), flown_to(plan, first), first)) for plan in plans]

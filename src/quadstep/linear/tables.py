@@ -4,12 +4,11 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quadstep.linear.analysis import Analysis
+from quadstep.linear.analysis import Analysis, Step
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.modes import Pole
 from quadstep.linear.states import short
-from quadstep.linear.step import Step
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
 POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "count", "states")
@@ -73,7 +72,6 @@ def margin_cells(one: Margins) -> list[str]:
 
 
 def margin_rows(found: Analysis) -> list[list[str]]:
-    """One row per channel."""
     return [[channel.name, *margin_cells(one)] for channel, one in zip(found.channels, found.margins, strict=False)]
 
 
@@ -125,7 +123,6 @@ def sentences(found: Analysis) -> list[str]:
 
 
 def first(names: Iterable[str]) -> str:
-    """The first of many names."""
     every = list(names)
     return ", ".join(every[:NAMED]) + (f" and {len(every) - NAMED} more" if len(every) > NAMED else "")
 

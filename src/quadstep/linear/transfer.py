@@ -172,7 +172,6 @@ def modal(a: Array) -> Modal | None:
 
 
 def complex_(values: Array | Complex) -> Complex:
-    """The same as complex numbers."""
     made: Complex = values.astype(np.complex128)
     return made
 
@@ -251,7 +250,6 @@ def heard_at(one: Opened, omega: float, g: complex) -> float:
 
 
 def returned(turned: Complex) -> Complex:
-    """-L of eigenvalues of T."""
     with np.errstate(all="ignore"):
         return np.nan_to_num(turned / (1.0 + turned))
 

@@ -48,7 +48,6 @@ class Worst(NamedTuple):
 
 
 def stable(found: Found) -> list[tuple[str, Analysis]]:
-    """The loops that have margins."""
     return [(name, one) for name, one in found if isinstance(one, Analysis) and one.stable]
 
 

@@ -30,7 +30,6 @@ def list_page(root: Path, found: list[ResultFolder], share: str = "") -> str:
 
 
 def bar(found: Iterable[ResultFolder]) -> str:
-    """Search, kind and order."""
     kinds = "".join(f"<option>{escape(kind)}</option>" for kind in sorted({one.kind for one in found}))
     orders = {"newest": "newest first", "name": "by name", "error": "smallest error first", "folder": "by folder"}
     options = "".join(f'<option value="{key}">{text}</option>' for key, text in orders.items())
@@ -69,7 +68,6 @@ MARKS = {"as asked": ("good", "✓"), "flew, but": ("fair", "!"), "lost": ("bad"
 
 
 def mark(result: ResultFolder) -> str:
-    """The grade of a flight."""
     if result.grade not in MARKS:
         return ""
     kind, sign = MARKS[result.grade]

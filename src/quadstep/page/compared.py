@@ -88,7 +88,6 @@ def answer(names: list[str], first: dict[str, float], second: dict[str, float]) 
 
 
 def facts(names: list[str], first: dict[str, float], second: dict[str, float]) -> list[page.Fact]:
-    """The errors of both."""
     errors = [(name, one[RMSE]) for name, one in zip(names, (first, second), strict=True) if RMSE in one]
     return [page.Fact(f"{name}: position RMSE", units.quantity(value, "m")) for name, value in errors]
 
@@ -104,7 +103,6 @@ def words(key: str) -> str:
 
 
 def row(key: str, first: float | None, second: float | None) -> list[str]:
-    """Both numbers and their ratio."""
     _, unit = units.metric(key)
     shown = ["–" if one is None else value(one, unit) for one in (first, second)]
     ratio = units.number(second / first) if first and second is not None else "–"

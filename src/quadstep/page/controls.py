@@ -60,12 +60,10 @@ def positive(name: str, label: str, unit: str, components: Sequence[Component], 
 
 
 def from_zero(name: str, label: str, unit: str, components: Sequence[Component], most: float, hint: str = "") -> Control:
-    """A slider from zero."""
     return control(name, label, unit, components, (0.0, most), hint, bounds=NOT_NEGATIVE)
 
 
 def grouped(group: str, *controls: Control) -> list[Control]:
-    """The controls under one heading."""
     return [one._replace(group=group) for one in controls]
 
 
@@ -163,7 +161,6 @@ def wind_controls(wind: object) -> list[Control]:
 
 
 def moved_start(axes: Sequence[str] = AXES) -> Control:
-    """Where the flight starts."""
     offset = [Component(axis, 0.0, (Effect("start", f"position.{place}", add=True),)) for place, axis in enumerate(axes)]
     return control("start", "offset of the start", "m", offset, (-5.0, 5.0), "Offset from the start in the file.")
 

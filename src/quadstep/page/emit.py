@@ -28,7 +28,6 @@ def library() -> str:
 
 @cache
 def function(operation: Operation) -> str:
-    """One of them."""
     record = Record(inline=True)
     result = operation.steps(RECORDED, *map(record.input, operation.arguments))
     (text,) = Writer(record, ()).functions([Output("const result", record.at(result))])

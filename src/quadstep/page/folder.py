@@ -168,7 +168,6 @@ def grade(content: dict[str, object]) -> str:
 
 
 def opening(report: Path) -> Opening:
-    """What a report begins with."""
     try:
         with report.open(encoding="utf-8", errors="replace") as file:
             head = file.read(HEAD)

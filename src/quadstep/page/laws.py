@@ -42,7 +42,6 @@ class Laws:
 
     @property
     def size(self) -> int:
-        """Characters of all laws."""
         return sum(len(law.text) for law in self.laws.values())
 
     @property
@@ -96,7 +95,6 @@ class Laws:
         return {name: numbers_text(values) for name, values in self.presets.items()}
 
     def script(self) -> str:
-        """The JavaScript of all laws."""
         entries = ",\n".join(f"{name}:{law.text}" for name, law in self.laws.items())
         return f"globalThis.quadstepLaws={{{entries}}};"
 

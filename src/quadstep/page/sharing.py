@@ -27,17 +27,14 @@ class Access(NamedTuple):
 
     @property
     def shared(self) -> bool:
-        """Whether others are served."""
         return bool(self.token)
 
     def link(self, port: int) -> str:
-        """What opens the list."""
         name = seen_as() if self.host in EVERYWHERE else self.host
         place = f"[{name}]" if ":" in name else name
         return f"http://{place}:{port}/" + (f"?token={self.token}" if self.token else "")
 
     def opens(self, given: str) -> bool:
-        """Whether this is the token."""
         return hmac.compare_digest(given.encode("utf-8", "replace"), self.token.encode())
 
 

@@ -31,7 +31,6 @@ LEARNING, DAMPING = "Learning rate of Eq. 54.", "Damping of the weights in Eq. 5
 
 
 def gain_sliders(declarations: Mapping[str, object], gains: object) -> list[Control]:
-    """A slider for each key."""
     named = ((name, gain) for name, gain in declarations.items() if isinstance(gain, Gain))
     return [slider(gain, attrgetter(name)(gains), f"gains.{name}") for name, gain in named]
 

@@ -55,7 +55,6 @@ class Writer:
         return steady
 
     def declarations(self) -> str:
-        """The arrays of loops."""
         return "".join(f"const {name}=new Float64Array({max(size, 1)});" for name, size in self.arrays.items())
 
     def leaf(self, place: int) -> bool:
@@ -151,7 +150,6 @@ class Writer:
         return taken
 
     def _text(self, chunk: list[int], final: list[Output], layout: Layout, made: set[int]) -> str:
-        """The statements of one function."""
         own = set(chunk)
         known = own | made
         wanted = Counter(place for local in chunk for place in self._taken(local, known))

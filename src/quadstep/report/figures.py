@@ -116,7 +116,6 @@ def picture(
 
 
 def laid_out(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool, track: Track | None) -> Figure:
-    """Panels, or a track."""
     return flown.arranged(t, track, sheet) if track else arranged(t, panels, columns, sheet, log_time)
 
 

@@ -23,7 +23,6 @@ DECADES = 20.0
 
 
 def arranged(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
-    """All three views."""
     narrow = sheet.side_by_side(3, 2.2) < 3
     figure = new_figure(sheet, 9.6, 2.9, 3.8 if narrow else 2.6)
     errors, top, side = panels(figure, narrow)

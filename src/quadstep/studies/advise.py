@@ -86,7 +86,6 @@ class Measured(NamedTuple):
 
     @property
     def grade(self) -> str:
-        """In a word."""
         return SOUND if self.sound else "fragile" if self.fragile else "unknown"
 
 
@@ -98,7 +97,6 @@ class Advice(NamedTuple):
 
 
 def measured(found: Response) -> Measured:
-    """The margins of a response."""
     crossings, turns = crossovers(found), gain_margins(found)
     up = min((one for one in turns if one.value.value >= 1.0), key=lambda one: one.value.value, default=None)
     down = max((one for one in turns if one.value.value < 1.0), key=lambda one: one.value.value, default=None)
@@ -114,7 +112,6 @@ def sized(one: Estimate) -> Estimate:
 
 
 def decibels(factor: Estimate) -> Estimate:
-    """A factor in dB."""
     return Estimate(*(20.0 * math.log10(max(one, 1e-300)) for one in factor))
 
 
@@ -289,7 +286,6 @@ def sentence(flight: Excited, now: Measured) -> str:
 
 
 def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence[str]:
-    """What follows from it."""
     asked = f"{math.degrees(LEAST_PHASE):.0f}° and {LEAST_GAIN:g} dB both ways"
     if now.sound:
         where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"

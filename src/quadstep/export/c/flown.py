@@ -1,4 +1,5 @@
-"""A controller that flies as its own export: compiled by this machine's C compiler and called sample by sample.
+"""A controller that flies as its own export: compiled by this machine's C compiler and called sample by sample; and
+the part of a mission that is exported.
 
 Every call takes the whole memory and returns it, so a sample depends on nothing else, like a law over numbers.
 """
@@ -10,25 +11,80 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan, Flown, on_lanes
-from quadstep.engines.loop import Loop
+from quadstep.engines.loop import Loop, Numbers
 from quadstep.export.c.compiler import compile_c
-from quadstep.export.c.interface import Exported, header
-from quadstep.export.c.law import measured_part
+from quadstep.export.c.interface import Clocked, Exported, c_name, header
+from quadstep.export.c.law import Subject, measured_part, recorded
 from quadstep.export.c.source import parameters, source
 from quadstep.export.c.structs import fields_of
-from quadstep.export.c.subject import Planned, exported, refuse_opaque
-from quadstep.interfaces.closed_loop import Advance
+from quadstep.interfaces.closed_loop import Advance, Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.reference import Reference
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.blame import blamed
 from quadstep.numbers import Number, flatten, leaf_names, rebuild
 from quadstep.numbers.opaque import call, raise_pending, register, release
+
+
+class Planned(Protocol):
+    """A flight as laws and numbers."""
+
+    @property
+    def loop(self) -> Loop: ...
+
+    @property
+    def parameters(self) -> Numbers: ...
+
+    @property
+    def start(self) -> tuple[object, ...]: ...
+
+    @property
+    def ticks(self) -> Ticks: ...
+
+
+def refuse_opaque(controller: Controller) -> None:
+    """Raises UserError for a controller that cannot be written in C, whatever it flies."""
+    if isinstance(controller, Opaque):
+        raise UserError(
+            f"controller: {controller.name or 'a function'} is {controller.nature}, which has no equations to export; "
+            "write it as a law (docs/own.md)"
+        )
+
+
+def subject_of(plan: Planned) -> Subject:
+    """The law of a flight with its gains, and its vehicle's response to commands. Raises UserError for an opaque law."""
+    loop, parameters = plan.loop, plan.parameters
+    refuse_opaque(loop.controller)
+    measured = loop.told(loop.start(plan.start, parameters), parameters)
+    return Subject(loop.controller, parameters.gains, loop.plant, parameters, measured, loop.wanted(0.0, parameters))
+
+
+def clock_of(plan: Planned) -> Clocked:
+    every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
+    sampled = (*plan.loop.controller.loops(), "law")
+    return Clocked(plan.ticks.step, {name: every[name] for name in sampled}, plan.ticks.last)
+
+
+def exported(plan: Planned, precise: bool, about: tuple[str, ...] = (), logged: bool = False) -> Exported:
+    """The law in C. Raises UserError if it cannot be written in C."""
+    subject = subject_of(plan)
+    name = c_name(subject.controller.name or type(subject.controller).__name__)
+    try:
+        code = recorded(subject, precise, logged)
+    except (TypeError, AttributeError, ValueError, RecursionError) as error:
+        if blamed(error):
+            raise
+        raise UserError(f"controller: {name} cannot be written in C: {error}") from error
+    return Exported(subject, code, name, precise, clock_of(plan), about)
+
 
 Array: TypeAlias = NDArray[np.float64]
 

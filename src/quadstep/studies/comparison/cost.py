@@ -62,15 +62,12 @@ class LawAlone(Loop):
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """The controller's."""
         return self.sampled
 
     def start(self, start: tuple[Structure, ...], p: Numbers) -> Cycle:
-        """With the reference."""
         return super().start(start, p)._replace(air=self.wanted(0.0, p))
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
-        """The truth."""
         told = self.plant.told(self.plant.truth(state), held)
         if not self.controller.also_measures:
             return told
@@ -191,7 +188,6 @@ class Kept(TypedDict):
 
 
 def from_json(content: Kept) -> Cost:
-    """Back again."""
     taken = content["nanoseconds"]
     size = content["memory"], content["numbers"]
     nanoseconds = math.nan if taken is None else taken

@@ -53,12 +53,10 @@ class Comparison(NamedTuple):
 
     @property
     def metric(self) -> str:
-        """The one that ranks."""
         return next(iter(self.metrics))
 
     @property
     def controllers(self) -> list[str]:
-        """In order."""
         return list(dict.fromkeys(one.controller for one in self.results))
 
     @property
@@ -72,7 +70,6 @@ class Comparison(NamedTuple):
         return sum(len(one.pairs) for one in self.ranked.values() if not one.copies)
 
     def of(self, situation: Situation) -> list[Result]:
-        """Its results."""
         return [one for one in self.results if one.situation == situation]
 
     def overall(self) -> dict[str, float]:
@@ -89,7 +86,6 @@ class Comparison(NamedTuple):
 
 
 def result(situation: Situation, controller: str, flown: Flown, metrics: Mapping[str, str]) -> Result:
-    """The numbers of a cell."""
     spreads = {name: spread(flown, name) for name in metrics}
     return Result(situation, controller, len(flown.lost), losses(flown), spreads, effort(flown))
 

@@ -61,7 +61,6 @@ class Job(NamedTuple, Generic[Subject_co]):
 
 
 def flying(cell: Cell, seeds: int) -> Job[Cell]:
-    """The flights of a cell."""
     decisive = key(cell.situation, cell.controller, cell.campaign.fingerprint, seeds)
     return Job(FLIGHTS, decisive, cell.label, cell.who, cell, partial(fly, cell, seeds), seeds, cell.law.one_at_a_time)
 
@@ -107,12 +106,10 @@ def fly(cell: Cell, seeds: int) -> Worked:
 
 
 def search(task: training.Task, journal: training.Place | None) -> Worked:
-    """The gains."""
     return as_text({"controller": task.label, **training.train(task, journal)._asdict()})
 
 
 def bear(asked: margins.Raise) -> Worked:
-    """The margin."""
     return as_text(margins.as_json(margins.find(asked)))
 
 
@@ -122,12 +119,10 @@ def linearise(cell: Cell) -> Worked:
 
 
 def measure(cell: Cell) -> Worked:
-    """Instructions and times."""
     return as_text(cost.as_json(cost.cost_of(cell)))
 
 
 def as_text(content: object) -> Worked:
-    """A file of JSON."""
     return Worked((json.dumps(content, indent=1) + "\n").encode())
 
 

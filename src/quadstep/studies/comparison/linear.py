@@ -28,7 +28,6 @@ class Linear(NamedTuple):
 
 
 def linear_of(cell: Cell) -> Linear:
-    """Of a cell's mission."""
     flown = cell.mission
     mission = without_estimator(flown)
     left_out = mission is not flown

@@ -57,18 +57,15 @@ class Raise(NamedTuple):
 
     @property
     def decisive(self) -> list[object]:
-        """What decides its result."""
         content = [self.entry.model_dump(), self.mission, self.draws]
         return [*content, digests(content, self.folder), self.seed, self.precision]
 
     @property
     def law(self) -> type[Controller]:
-        """What flies it."""
         return check_mission(self.mission, self.source, self.folder).controller.controller
 
     @property
     def label(self) -> str:
-        """In words."""
         return f"{self.controller}: {self.vehicle}, margin {self.name}"
 
 
@@ -103,7 +100,6 @@ def raised(study: Study, vehicle: str, name: str, controller: str, table: Conten
 
 
 def values_of(entry: MarginEntry) -> list[float]:
-    """The multiples of the step."""
     assert entry.step
     return [entry.low + place * entry.step for place in range(1 + math.floor((entry.high - entry.low) / entry.step + 1e-9))]
 
@@ -227,7 +223,6 @@ class Kept(TypedDict):
 
 
 def from_json(content: Kept) -> Margin:
-    """Back again."""
 
     def estimate(one: list[float | str | None]) -> Estimate:
         value, low, high = (math.inf if part is None else math.nan if part == UNKNOWN else float(part) for part in one)

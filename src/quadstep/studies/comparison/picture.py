@@ -137,12 +137,10 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
 
 
 def median(one: Result, metric: str) -> float:
-    """Infinite where it is lost."""
     return one.spreads[metric].median.value
 
 
 def square_text(one: Result, metric: str, factor: float) -> str:
-    """In a square."""
     value = median(one, metric)
     shown = f"{factor * value:.3g}" if math.isfinite(value) else LOST
     return f"{shown}\n{share_lost(one)}" if one.lost.value > 0.0 and shown != LOST else shown

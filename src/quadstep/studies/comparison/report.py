@@ -50,7 +50,6 @@ def write_ghosts(out: Path, found: Comparison, flights: Sequence[Job[Cell]]) -> 
 
 
 def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[tuple[str, str]], missing: str) -> list[str]:
-    """The body of report.html."""
     metric = words.title(found.metrics[found.metric])
     first, *others = words.sentences(found)
     if len(found.ranked) == 1 and len(found.controllers) > 1:  # who is best there is the answer
@@ -152,7 +151,6 @@ def facts(found: Comparison) -> list[page.Fact]:
 
 
 def as_json(found: Comparison, flights: Sequence[Job[Cell]]) -> dict[str, object]:
-    """The content of metrics.json."""
     files = {job.subject.label: f"{job.kind}/{job.key}.parquet" for job in flights}
     unit = found.metrics[found.metric].removeprefix(found.metric)
     return {
@@ -232,11 +230,9 @@ def turned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[s
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Of text."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
 
 
 def bullets(lines: Sequence[str]) -> str:
-    """A list."""
     return "\n".join(f"- {line}" for line in lines)

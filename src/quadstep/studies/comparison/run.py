@@ -247,7 +247,6 @@ def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str,
 
 
 def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Job[Raise]]:
-    """The margins to be found."""
     jobs: list[Job[Raise]] = []
     for name, entry in (study.file.margins or {}).items():
         for one in everybody:
@@ -273,7 +272,6 @@ def costs(run: Run, jobs: Sequence[Job[Cell]]) -> dict[tuple[str, str], cost.Cos
 
 
 def read_linear(content: dict[str, Any]) -> Linear:
-    """From JSON."""
     return Linear(**content)
 
 

@@ -42,7 +42,6 @@ class Limited(Section):
     vehicles: Annotated[Names | None, Quantity("", "vehicles that fly it; default: all")] = None
 
     def suits(self, vehicle: str) -> bool:
-        """Whether a vehicle flies it."""
         return self.vehicles is None or vehicle in self.vehicles
 
 

@@ -66,7 +66,6 @@ def flown_of(table: pa.Table, campaign: Campaign) -> Flown:
 
 
 def spread(flown: Flown, name: str) -> Spread:
-    """A metric."""
     values, ranked = flown.metrics[name][~flown.lost], [one.ranked(name) for one in flown.every]
     median, high = (hull([ordered_quantile(one, q) for one in ranked]) for q in (0.5, 0.95))
     return Spread(float(values.mean()) if len(values) else math.nan, median, high)

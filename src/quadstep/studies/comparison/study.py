@@ -43,7 +43,6 @@ class Situation(NamedTuple):
 
     @property
     def label(self) -> str:
-        """In words."""
         return ", ".join(filter(None, self))
 
 
@@ -57,13 +56,11 @@ class Cell(NamedTuple):
 
     @property
     def label(self) -> str:
-        """In words."""
         name = f"{self.controller} (tuning {self.repeat + 1})" if self.repeat else self.controller
         return ": ".join(filter(None, (name, self.situation.label)))
 
     @property
     def who(self) -> tuple[str, str]:
-        """Vehicle and controller."""
         return self.situation.vehicle, self.controller
 
     @property
@@ -73,7 +70,6 @@ class Cell(NamedTuple):
 
     @property
     def law(self) -> type[Controller]:
-        """What flies it."""
         return self.mission.controller.controller
 
 
@@ -88,7 +84,6 @@ class Study(NamedTuple):
     # What is flown
 
     def situations(self) -> Iterator[Situation]:
-        """All, vehicle by vehicle."""
         for vehicle in self.file.vehicles:
             for path, scenario in self.places(vehicle):
                 yield Situation(vehicle, path, scenario)
@@ -107,7 +102,6 @@ class Study(NamedTuple):
         return {"vary": varying, "correlated": [group.model_dump(exclude_none=True) for group in one.correlated]}
 
     def controllers(self, vehicle: str) -> dict[str, ControllerEntry]:
-        """Those that fly a vehicle."""
         return {name: one for name, one in self.file.controllers.items() if one.suits(vehicle)}
 
     # Missions

@@ -178,7 +178,6 @@ def differing_rows(found: Comparison) -> list[list[str]]:
 
 
 def margin_rows(found: Comparison) -> list[list[str]]:
-    """What each controller bears."""
     rows = []
     for (name, vehicle, controller), one in found.margins.items():
         entry = found.raised[name]

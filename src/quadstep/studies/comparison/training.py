@@ -56,13 +56,11 @@ class Task(NamedTuple):
 
     @property
     def decisive(self) -> list[object]:
-        """What decides its result."""
         margins = {name: one.model_dump() for name, one in self.margins.items()}
         return [self.missions, self.rest, margins, digests(list(self.missions), self.folder), self.budget, self.seed]
 
     @property
     def label(self) -> str:
-        """In words."""
         return f"{self.controller} on {self.vehicle}"
 
 
@@ -171,7 +169,6 @@ class Place(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """For messages."""
         return self.folder / self.name
 
 
@@ -195,7 +192,6 @@ class Journal:
         return None
 
     def add(self, flights: int, values: Sequence[dict[str, float]], tried: Sequence[Tried]) -> None:
-        """One more generation."""
         if self.place:
             line: Line = {"flights": flights, "values": list(values), "tried": list(tried)}
             with opened(self.place.folder) as folder:
@@ -254,7 +250,6 @@ class Training(Search):
         return found
 
     def judged(self, flown: Sequence[Flown]) -> Judged:
-        """One candidate, over all situations."""
         return over_all([judge.judge(one) for judge, one in zip(self.judges, flown, strict=True)], self.judges)
 
 

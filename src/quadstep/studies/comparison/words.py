@@ -58,12 +58,10 @@ def interval_text(estimate: Estimate, factor: float = 1.0) -> str:
 
 
 def end(value: float) -> str:
-    """An end of an interval."""
     return f"{value:.3g}" if math.isfinite(value) else LOST if value > 0.0 else NOTHING
 
 
 def percent(estimate: Estimate) -> str:
-    """A share with its interval."""
     value, low, high = (100.0 * one for one in estimate)
     return f"{value:.3g} % [{end_percent(low)}, {end_percent(high)}]"
 
@@ -228,7 +226,6 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
 
 
 def losing(results: dict[str, Result]) -> str:
-    """Who loses flights."""
     lost = [f"{name} {percent(one.lost)}" for name, one in results.items() if one.lost.value > 0.0]
     return f"Lost: {', '.join(lost)}." if lost else ""
 

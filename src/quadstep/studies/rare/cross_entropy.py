@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.studies.rare.mixture import Mixture, fitted, log_standard, standard, together
-from quadstep.studies.rare.points import Evaluate, Floats, Points, Random
+from quadstep.studies.rare.mixture import Evaluate, Floats, Mixture, Points, Random, fitted, log_standard, standard, together
 
 LEAST = 1e-12
 """Probability below which a replicate gives up."""

@@ -17,7 +17,7 @@ from quadstep.studies.campaign.draws import Drawn, Values, draw, from_shares
 from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Flyer
 from quadstep.studies.campaign.planner import TYPICAL
 from quadstep.studies.campaign.schema import Campaign, CampaignFile
-from quadstep.studies.rare.points import Evaluate, Floats, Points
+from quadstep.studies.rare.mixture import Evaluate, Floats, Points
 
 LEAST, MOST = 2.0**-1000, 1.0 - 2.0**-53
 """Range of a share in which quantile functions are finite. The probability above it, at 8.2 deviations, is 1e-16."""

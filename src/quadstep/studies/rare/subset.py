@@ -12,7 +12,7 @@ import numpy as np
 
 from quadstep.numbers import exp, log
 from quadstep.studies.rare.cross_entropy import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate, beyond
-from quadstep.studies.rare.points import Evaluate, Floats, Points, Random, joined
+from quadstep.studies.rare.mixture import Evaluate, Floats, Points, Random, joined
 
 SHARE = 0.1
 """Share of the flights that each event keeps."""

@@ -11,8 +11,8 @@ from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_qu
 from quadstep.report.units import counted
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.done import Done, Nearest
+from quadstep.studies.rare.mixture import Floats
 from quadstep.studies.rare.pieces import Kind
-from quadstep.studies.rare.points import Floats
 
 APART = 10.0
 """Ratio of the largest to the smallest replicate above which they disagree."""

@@ -56,7 +56,6 @@ class Gain(NamedTuple):
 
 
 def rounded(value: float) -> float:
-    """To a few digits."""
     return float(f"{value:.{DIGITS}g}")
 
 

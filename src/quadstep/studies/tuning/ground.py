@@ -233,5 +233,4 @@ class Draws(NamedTuple):
     drawn: dict[str, Drawn]
 
     def at(self, place: int) -> dict[str, object]:
-        """Of one of them."""
         return {key: one.at(place) for key, one in self.drawn.items()}

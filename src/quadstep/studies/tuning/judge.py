@@ -32,7 +32,6 @@ class Flown(NamedTuple):
 
     @property
     def completed(self) -> NDArray[np.bool_]:
-        """Which completed."""
         return np.equal(self.outcome, Outcome.COMPLETED)
 
     def metric(self, name: str) -> Floats:
@@ -49,7 +48,6 @@ class Flown(NamedTuple):
 
 
 def joined(first: Flown, more: Flown) -> Flown:
-    """Flights of the same candidate."""
     outcome, ended = np.concatenate([first.outcome, more.outcome]), np.concatenate([first.ended, more.ended])
     return Flown(outcome, ended, np.concatenate([first.metrics, more.metrics]), first.names)
 
@@ -118,7 +116,6 @@ class Judge(NamedTuple):
         return good
 
     def judge(self, flown: Flown) -> Judged:
-        """All of it."""
         through = flown.completed
         objective = self.aggregate(self.costs(flown)[through])
         lost, violation = int((~through).sum()), self.violation(flown)

@@ -116,7 +116,6 @@ def facts(compared: Compared) -> list[page.Fact]:
 
 
 def shares(compared: Compared) -> list[str]:
-    """The row of success."""
     return [
         "succeed",
         *(units.percent(*(one if compared.flights > 1 else one[:1])) for one in compared.success),
@@ -125,11 +124,9 @@ def shares(compared: Compared) -> list[str]:
 
 
 def row(one: Row) -> list[str]:
-    """The row of a metric."""
     words, unit = units.metric(one.name)
     return [words, *(interval_text(part, unit) for part in (one.present, one.tuned, one.difference))]
 
 
 def interval_text(one: Estimate | None, unit: str) -> str:
-    """A value with its interval."""
     return "–" if one is None else units.interval(*one, unit)

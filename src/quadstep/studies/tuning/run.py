@@ -47,7 +47,6 @@ class Tuned(NamedTuple):
 
     @property
     def values(self) -> dict[str, float]:
-        """The tuned numbers by key."""
         return self.found.best.values
 
 
@@ -158,7 +157,6 @@ def write_parameters(out: Path, wanted: Asked, values: Mapping[str, float]) -> N
 
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
-    """One row per candidate."""
     keys, parts, names = list(wanted.present), list(history[0].judged.parts), wanted.names
     header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
     header += ["lost", "violation", "cost", "feasible", "conditions", "moved", "whole"]
@@ -175,7 +173,6 @@ def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
 
 
 def as_json(wanted: Asked, found: Found, compared: Compared, budget: int, seed: int) -> dict[str, object]:
-    """The content of metrics.json."""
 
     def estimate(one: Estimate | None) -> object:
         return None if one is None else {name: x if math.isfinite(x) else None for name, x in one._asdict().items()}

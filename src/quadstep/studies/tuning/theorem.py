@@ -52,7 +52,6 @@ class Conditions:
                 yield from changed.conditions(model)
 
     def broken(self, values: Mapping[str, float]) -> list[str]:
-        """What these numbers break."""
         return [one.warning() for one in self.of(values) if not one.holds]
 
     def hold(self, point: Point) -> bool:

@@ -77,7 +77,6 @@ class Tried(NamedTuple):
 
 
 def tried_of(trial: Sequence[object], whole: Sequence[object] | None, missed: float) -> Tried:
-    """From JSON."""
     return Tried(Judged._make(trial), None if whole is None else Judged._make(whole), missed)
 
 

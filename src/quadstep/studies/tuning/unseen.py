@@ -64,7 +64,6 @@ def compare(judge: Judge, present: Flown, tuned: Flown, changed: bool = True) ->
 
 
 def row(name: str, present: Flown, tuned: Flown, both: NDArray[np.bool_]) -> Row:
-    """Means of one metric."""
     values = [flown.metric(name) for flown in (present, tuned)]
     through = [one[flown.completed] for one, flown in zip(values, (present, tuned), strict=True)]
     first, second = (mean(one) if len(one) else None for one in through)
