@@ -1,7 +1,7 @@
 """What the article shows of a flight beside its log: what the paper's law wants on its way, and the terms of L and its rate.
 
 One row of numbers per log row, from the functions that fly (`page/emit.py` records them), in the order of `SHOWN`; the net's
-numbers of `page/nets.py` follow.
+numbers follow.
 """
 
 from collections.abc import Sequence
