@@ -11,11 +11,15 @@ FLIGHTS = {
     "a step": ({"path": {"type": "step", "end": [0.0, 0.0, 1.0], "duration": 8.0}}, []),
     "a circle too fast": (
         {"vehicle": X500, "path": {**CIRCLE, "period": 1.5}, "simulation": {"duration": 4.0}},
-        ["relative_error", "saturated_share"],
+        ["relative_error", "heading_error[rad]", "saturated_share"],
     ),
     "blown off a hover": (
         {"vehicle": {"preset": "crazyflie"}, "path": HOVER, "wind": {"mean": [10.0, 0.0, 0.0]}},
         ["relative_error"],
+    ),
+    "a nose that does not turn": (
+        {"vehicle": X500, "path": {**CIRCLE, "yaw_rate": 0.6}, "controller": {"type": "pid", "attitude": [6.0, 6.0, 0.01]}},
+        ["heading_error[rad]"],
     ),
     "over at once": (
         {"path": {**CASE_1, "duration": 0.5}, "simulation": {"duration": 0.5}},

@@ -19,6 +19,8 @@ export interface Measures {
   readonly thrust: number | undefined;
   /** RMSE as a share of what it is measured against, see quadstep/metrics/quantities.py, error_against_path. */
   readonly relative: number | undefined;
+  /** RMS of the angle between yaw and the heading asked for [rad]. */
+  readonly heading: number | undefined;
   /** How many times the error, and the angular rates, grow over the last half at least. */
   readonly growth: number | undefined;
   readonly rateGrowth: number | undefined;
@@ -42,6 +44,7 @@ export function measure(flight: Flight, data: FlightData, given: Inputs | undefi
   const tilts = tiltOf(flight, given);
   return {
     ...errors(flight, data.summary),
+    heading: heading(flight),
     tilt: tilts && greatest(tilts),
     overturned: tilts && overturned(tilts),
     rateGrowth: rates(flight),
@@ -95,6 +98,16 @@ function growth(values: Float64Array, scale: number): number {
   if (!(parts[3]! > FLOOR * scale)) return 0;
   const ratio = Math.min(...[0, 1, 2].map((i) => (parts[i]! > 0 ? parts[i + 1]! / parts[i]! : 1)));
   return ratio * ratio * ratio;
+}
+
+function heading(flight: Flight): number | undefined {
+  const names = [["heading_d", "yaw"], ["psi_d", "psi"]].find((pair) => flight.has(...pair));
+  if (!names || flight.rows < 2) return undefined;
+  const [wanted, yaw] = names.map((name) => flight.column(name)!);
+  return rms(yaw!.map((value, row) => {
+    const off = value - wanted![row]!;
+    return Math.abs(off - 2 * Math.PI * Math.floor(off / (2 * Math.PI) + 0.5));
+  }));
 }
 
 function overturned(tilts: Float64Array): number {

@@ -171,6 +171,20 @@ def attitude_error(seen: LoggedFlight) -> QuantityRows | None:
     return rows(seen, dict.fromkeys(ANGLES, "rad"), attitude_errors(seen.log))
 
 
+HEADINGS = ("heading_d", "yaw"), ("psi_d", "psi")
+"""What is asked for and what is flown, of a rigid body and of the paper's plant."""
+
+
+def heading_error(seen: LoggedFlight) -> QuantityRows | None:
+    """Yaw less the heading that is asked for, the shorter way round."""
+    names = next((names for names in HEADINGS if has(seen, *names)), None)
+    if names is None:
+        return None
+    wanted, yaw = seen.log.table(*names).T
+    turns = np.floor((yaw - wanted) / (2.0 * np.pi) + 0.5)
+    return rows(seen, {"heading": "rad"}, (yaw - wanted - 2.0 * np.pi * turns)[:, None])
+
+
 def attitude_from_last(seen: LoggedFlight) -> QuantityRows | None:
     """Each of these angles less the last command: level, or the final yaw."""
     if not has(seen, *ANGLES, "psi_d", "theta_d", "phi_d"):

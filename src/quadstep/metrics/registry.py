@@ -79,6 +79,8 @@ REPORTED = (
     LogMetric("relative_error", "position RMSE, as a share of that of a vehicle that stays where it started; to a "
                                 "point, RMSE of "
            "the second half as a share of ten arms of the vehicle", quantities.error_against_path, RmsShare),
+    LogMetric("heading_error", "root mean square of the angle between yaw and the heading asked "
+                               "for", quantities.heading_error, RmsLength),
     LogMetric("error_growth", "how many times the error grows over the last half, at least, by the least of its successive "
            "eighths", quantities.error_over_time, LateGrowth),
     LogMetric("rate_growth", "the same of the angular rates", quantities.rates_over_time, LateGrowth),

@@ -189,6 +189,7 @@ SUMMED_UP = {
     "tilt": "largest_tilt[rad]",
     "share": "largest_thrust_share",
     "relative": "relative_error",
+    "heading": "heading_error[rad]",
     "growth": "error_growth",
     "rateGrowth": "rate_growth",
     "overturned": "overturned[rad]",
