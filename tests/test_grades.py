@@ -35,7 +35,14 @@ def test_a_flight_breaks_the_rules_that_it_breaks(name):
 
 def limits(broken):
     """The numbers that the sentences name."""
-    named = {"relative_error": 10, "heading_error[rad]": 30, "overturned[rad]": 90, "saturated_share": 10, "error_growth": 2, "rate_growth": 2}
+    named = {
+        "relative_error": 10,
+        "heading_error[rad]": 30,
+        "overturned[rad]": 90,
+        "saturated_share": 10,
+        "error_growth": 2,
+        "rate_growth": 2,
+    }
     return [named[metric] for metric in broken]
 
 
