@@ -225,15 +225,13 @@ def facts(found: Replayed) -> list[page.Fact]:
         ratio = compared.ratio(AHEAD, group)
         error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
         more = f"{in_time(AHEAD, found.period)} ahead: {share(ratio, 'constant')}"
-        shown.append(page.Fact(group, error, more, drawn(ratio)))
+        shown.append(page.Fact(group, error, more))
     return shown
 
 
-def drawn(ratio: Estimate) -> page.Span:
-    """A ratio on the scale from nothing to the error of "constant", or beyond."""
-    if np.isnan(ratio.low):
-        return page.Span(number(ratio.value), ratio.value, ratio.value, ratio.value, 0.0, max(1.0, ratio.value))
-    return page.Span(interval(*ratio), ratio.low, ratio.value, ratio.high, 0.0, max(1.0, ratio.high))
+def said(ratio: Estimate) -> str:
+    """A ratio with its interval, if it has one."""
+    return number(ratio.value) if np.isnan(ratio.low) else interval(*ratio)
 
 
 def in_time(horizon: int, period: float) -> str:
@@ -250,7 +248,7 @@ def error_table(found: Predictions, period: float) -> str:
             texts = [number(factor * one) + after(unit) for one in means]
             to_zero = number(found.compared.ratio(horizon, group, "zero").value)
             rows.append((group, f"{in_time(horizon, period)} ({horizon})", *texts,
-                         drawn(found.compared.ratio(horizon, group)), to_zero))  # fmt: skip
+                         said(found.compared.ratio(horizon, group)), to_zero))  # fmt: skip
     header = ("what", "ahead (samples)", "error", "constant", "zero rate", "error to constant", "to zero rate")
     return page.table(header, rows)
 

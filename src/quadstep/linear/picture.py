@@ -68,7 +68,7 @@ def draw_bode(path: Path, shown: Open, sheet: Sheet) -> None:
 def draw_nyquist(path: Path, shown: Open, sheet: Sheet) -> None:
     """L in the complex plane around -1, with the unit circle, on which only the phase differs from -1."""
     with drawing(sheet):
-        figure = new_figure(sheet, 6.4, 6.0, 3.4)
+        figure = new_figure(sheet, 5.4, 5.0, 3.4)
         axes = figure.subplots()
         margins(figure, sheet, 0.11, 0.09, 0.97, 0.98)
         turn = np.linspace(0.0, 2.0 * math.pi, 361)

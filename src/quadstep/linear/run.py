@@ -106,11 +106,6 @@ def period(t: Array, values: Array) -> float:
     return float(np.diff(crossings).mean()) if len(crossings) > 2 else 0.0
 
 
-CAPTIONS = {
-    "bode": "Bode plot of each channel opened",
-    "step": "Response to a step of the path along each axis",
-    "nyquist": "Nyquist plot of each channel opened",
-}
 DRAWN = 600
 """Number of frequencies in a plot."""
 
@@ -169,13 +164,34 @@ def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: S
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
         facts=worst.facts([("", found)]),
-        figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in CAPTIONS.items()],
+        figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         tables=[
             Table("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
             poles,
             Table("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
         ],
     )
+
+
+def captions(found: Analysis, moves: list[Step]) -> dict[str, str]:
+    """What to see in each figure."""
+    pairs = list(zip(found.channels, found.margins, strict=False))
+    phase = min(pairs, key=lambda pair: pair[1].phase)
+    near = max(pairs, key=lambda pair: pair[1].sensitivity)
+    over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
+    settles = (
+        f"{late.name} is last within 2 %, after {late.settling:.3g} s"
+        if math.isfinite(late.settling)
+        else (f"{late.name} is not within 2 % in the time shown")
+    )
+    return {
+        "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is least in "
+        f"{phase[0].name}: {math.degrees(phase[1].phase):.3g}° at {phase[1].phase_at:.3g} rad/s.",
+        "step": f"The path steps by 1 along one axis at a time. {over.name} overshoots most, by {100.0 * over.overshoot:.3g} "
+        f"%; {settles}.",
+        "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. {near[0].name} comes "
+        f"nearest, to {1.0 / near[1].sensitivity:.2g}: there disturbances are amplified {near[1].sensitivity:.3g} times.",
+    }
 
 
 def draw(folder: Path, found: Analysis, moves: list[Step], sheet: Sheet) -> None:

@@ -151,7 +151,8 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> Evidence:
     if done.at and rows:
         (out / FIGURES).mkdir()
         label = "t [s]" if done.kind == "instants" else "flight"
-        figures.append(Figure(f"{FIGURES}/margins", f"Margins of each channel over {label}"))
+        lowest = "where a curve is lowest, its channel bears least"
+        figures.append(Figure(f"{FIGURES}/margins", f"Margins of each channel over {label}: {lowest}."))
         pairs = zip(done.at, done.found, strict=True)
         drawn = [(at, one) for at, (_, one) in pairs if isinstance(one, Analysis) and one.stable]
         times, stable = np.array([at for at, _ in drawn]), [one for _, one in drawn]

@@ -34,7 +34,7 @@ LONG = 30
 
 
 class Span(NamedTuple):
-    """A number with its interval, drawn. text: as it is written. low, value, high: on the scale from `least` to `most`."""
+    """A number with its interval, drawn, for a column whose cells share the scale from `least` to `most`. text: as written."""
 
     text: str
     low: float
@@ -46,13 +46,12 @@ class Span(NamedTuple):
 
 class Fact(NamedTuple):
     """One of the numbers that a summary shows. what: it is of. value: as people write it. more: in small print, its interval
-    in words, say. span: the interval drawn. verbatim: whether `what` is a file's name and not a symbol.
+    in words, say. verbatim: whether `what` is a file's name and not a symbol.
     """
 
     what: str
     value: str
     more: str = ""
-    span: Span | None = None
     verbatim: bool = False
 
 
@@ -153,7 +152,7 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()
     """
     tiles = "".join(
         f"<div><dt>{escape(one.what) if one.verbatim else rich(one.what)}</dt><dd>{rich(one.value)}"
-        f"{f'<small>{rich(one.more)}</small>' if one.more else ''}{drawn_interval(one.span) if one.span else ''}</dd></div>"
+        f"{f'<small>{rich(one.more)}</small>' if one.more else ''}</dd></div>"
         for one in facts
     )
     tiles = f'<dl class="facts">{tiles}</dl>' if tiles else ""

@@ -82,8 +82,9 @@ def write_report(path: Path, c: FlightCertificate, name: str, verdict: str, figu
     """Write it beside certificate.json. figure: its file, without ending."""
     shown = page.figure(
         path.parent / figure,
-        "L and its rate, |r| and b_r, |W_tilde| and b_w, the term that the proof omits, and all terms of L_dot; the axes are "
-        "logarithmic, those of rates on both sides of zero",
+        "Theorem 5.1 says that L falls while |r| is above b_r or |W_tilde| above b_w (red). The coupling, which its proof "
+        "omits, should stay below K_min |r|^2; where it does not, L may rise. Axes are logarithmic, those of rates on both "
+        "sides of zero.",
     )
     body = [
         page.summary(answer(c), facts(c), [shown]),

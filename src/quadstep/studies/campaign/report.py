@@ -40,9 +40,10 @@ from quadstep.studies.campaign.varied import Varied, bins, varied
 TABLE = "table.tex"
 
 GLANCE = {
-    "outcomes": "How the flights ended, and when those that ended early did",
-    "distributions": "Distance from the path: completed flights, and the share of all flights that are farther away",
-    "ranking": "Sensitivity: the share of the variance that each key explains, with its interval",
+    "outcomes": "How the flights ended, and when those that ended early did.",
+    "distributions": "Above, how many completed flights were how far from their path; below, the share of all flights that "
+    "were worse, lost ones included: where the curve meets a limit (red), it says how often that is exceeded.",
+    "ranking": "What explains the spread: the share of the variance that each key explains on its own, with its interval.",
 }
 """Figures of the summary, if they are drawn."""
 

@@ -34,14 +34,13 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
         answer = f"{succeeded(summary)}. {' '.join([COPIES.format(summary.flights), *summary.graded])}"
         return page.summary(answer, [page.Fact("succeed", units.percent(good)), *map(alone, summary.spreads)], figures)
     answer = f"{succeeded(summary)}; the 95 % interval is {' '.join([f'{within(low, high)}.', *summary.graded])}"
-    facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
+    facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
         what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g}th percentile of {words}"
-        span = page.Span("", one.low, one.value, one.high, 0.0, 1.3 * one.high)
         interval = f"95 %: {units.interval(*one, unit)}" if one.bounded else FEW
-        facts.append(page.Fact(what, units.estimate(*one, unit), interval, span))
+        facts.append(page.Fact(what, units.estimate(*one, unit), interval))
     return page.summary(answer, facts, figures)
 
 

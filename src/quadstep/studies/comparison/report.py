@@ -145,7 +145,7 @@ def facts(found: Comparison) -> list[page.Fact]:
         return [flown]
     (best, rank), *_ = found.overall().items()
     decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
-    first = page.Fact("best mean rank", best, f"{rank:.2f}, from 0 (best) to 1", page.Span("", rank, rank, rank))
+    first = page.Fact("best mean rank", best, f"{rank:.2f}, from 0 (best) to 1")
     pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
     return [first, pairs, flown] if found.pairs else [first, flown]
 

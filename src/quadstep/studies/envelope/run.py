@@ -168,7 +168,14 @@ def meaning(asked: Request) -> str:
 
 
 def caption(found: Envelope) -> str:
-    return f"{found.asked.y.key} over {found.asked.x.key}: flyable region, coloured by the median position RMSE"
+    """What the map shows: where it ends, or that it does not."""
+    grey = sum(one.cells - one.flyable for one in found.panels)
+    known = [one.rmse for one in found.panels if one.rmse]
+    least, most = (units.quantity(end(each[i] for each in known), "m") if known else "" for i, end in ((0, min), (1, max)))
+    colour = f"Colour: median position RMSE, from {least} to {most}; lighter is larger. " if known else ""
+    if grey:
+        return f"{colour}Grey: {grey} cells in which fewer than half of the flights succeed, hatched by why."
+    return f"{colour}No cell is grey: the limit of flying lies beyond this map."
 
 
 def fact(one: Panel) -> page.Fact:

@@ -41,7 +41,13 @@ def evidence(
         sentences=[*filter(None, [first]), compared.verdict],
         record=record,
         facts=facts(compared),
-        figures=[Figure(figure, "The search: objective and gains of the candidates, over the flights flown")],
+        figures=[
+            Figure(
+                figure,
+                f"Above, the objective of each candidate: {units.number(before)} at first, {units.number(after)} at last. "
+                "Below, the gains of the best so far, each from the low to the high end of its range.",
+            )
+        ],
         tables=[
             Table("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=lambda text: prose(escape(text))),
             Table("On unseen flights" if many else "Both flights", "unseen", HEADER, measured, both if many else alone),
@@ -103,15 +109,12 @@ def facts(compared: Compared) -> list[page.Fact]:
     for name, one in zip(("succeed with present gains", "succeed with tuned gains"), compared.success, strict=True):
         many = compared.flights > 1
         more = f"95 % interval: {units.percent(one.low)} to {units.percent(one.high)}" if many else ""
-        span = page.Span("", one.low, one.value, one.high) if many else None
-        found.append(page.Fact(name, units.percent(one.value), more, span))
+        found.append(page.Fact(name, units.percent(one.value), more))
     before, difference = compared.objective.present, compared.objective.difference
     if before and difference and before.value:
         low, value, high = (100.0 * part / before.value for part in (difference.low, difference.value, difference.high))
-        size = max(abs(one) for one in (low, value, high) if math.isfinite(one))
         more = f"95 % interval: {low:+.3g} to {high:+.3g} %".replace("-", "−") if math.isfinite(low) else ""
-        span = page.Span("", low, value, high, -1.2 * size, 1.2 * size) if math.isfinite(low) and size else None
-        found.append(page.Fact("objective, tuned - present", f"{value:+.3g} %".replace("-", "−"), more, span))
+        found.append(page.Fact("objective, tuned - present", f"{value:+.3g} %".replace("-", "−"), more))
     return found
 
 
