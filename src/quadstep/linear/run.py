@@ -190,7 +190,8 @@ def captions(found: Analysis, moves: list[Step]) -> dict[str, str]:
         "step": f"The path steps by 1 along one axis at a time. {over.name} overshoots most, by {100.0 * over.overshoot:.3g} "
         f"%; {settles}.",
         "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. Nearest comes "
-        f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: there disturbances are amplified {near[1].sensitivity:.3g} times.",
+        f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
+        f"{near[1].sensitivity:.3g} times there.",
     }
 
 
