@@ -4,12 +4,12 @@ import pytest
 
 from quadstep.export import misra
 from quadstep.io.errors import UserError
-from tests.exports import real_mission, written
+from tests.exports import plane_mission, real_mission, written
 from tests.needs import CPPCHECK, POLICY, needs
 
 
-def found(folder, kind):
-    law = written(folder, real_mission({"type": kind}).plan(), False)
+def found(folder, kind, mission=real_mission):
+    law = written(folder, mission({"type": kind}).plan(), False)
     return misra.deviations(folder, [f"{law.name}.c", f"{law.name}_params.c"])
 
 
@@ -21,10 +21,14 @@ def test_every_deviation_of_a_long_law_has_a_reason(tmp_path, kind):
 
 
 @needs(CPPCHECK)
-def test_where_values_are_followed_changes_no_deviation(tmp_path, monkeypatch):
-    rules = found(tmp_path, "pid")
+@pytest.mark.parametrize(
+    ("kind", "mission"), [("planar-pd", plane_mission), pytest.param("pid", real_mission, marks=pytest.mark.thorough)]
+)
+def test_where_values_are_followed_changes_no_deviation(tmp_path, monkeypatch, kind, mission):
+    rules = found(tmp_path, kind, mission)
+    assert rules
     monkeypatch.setattr(misra, "STOP", "")
-    assert found(tmp_path, "pid") == rules
+    assert found(tmp_path, kind, mission) == rules
 
 
 @needs(CPPCHECK)
