@@ -15,7 +15,7 @@ from quadstep.engines.eager import fly_arrays, fly_floats
 from quadstep.engines.lanes import fly_lanes
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import Score, metrics, scored
-from quadstep.engines.sweep import KERNELS, Sweep, given_names, places
+from quadstep.engines.sweep import KERNELS, Sweep, given_names, places, prepare
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.reductions import Largest, LargestLength, Rms, RmsLength, Variation
 from quadstep.mission.read import read_mission
@@ -320,6 +320,13 @@ def test_a_program_is_compiled_once_for_all_values_but_not_for_other_leaves():
     assert set(KERNELS) == before
     Sweep(LOOP, CLOCK, TILTED, NUMBERS, PLACES[:1], True)
     assert len(set(KERNELS) - before) == 1
+
+
+def test_scalar_code_and_code_of_many_lanes_are_not_taken_for_each_other():
+    lanes, shared = sweep(), frozenset(PLACES)
+    scalar = prepare(LOOP, TILTED, NUMBERS, shared, True, 1)
+    assert scalar is not lanes.kernel
+    assert prepare(LOOP, TILTED, NUMBERS, shared, True, lanes.width) is lanes.kernel
 
 
 def test_metrics_of_known_sums():

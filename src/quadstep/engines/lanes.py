@@ -98,7 +98,7 @@ def prepare(
 ) -> Kernel:
     """The kernel for flights of this structure, traced and compiled on first request."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
-    key = (loop, sizes, shared, double)
+    key = (loop, sizes, shared, double, width)
 
     def made() -> Kernel:
         return compile_module(str(Trace(loop, parameters, start, list(shared), double, width).module), double)

@@ -173,7 +173,7 @@ def prepare(
 ) -> Kernel:
     """The kernel for flights of this structure, traced and compiled on first request."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten((start, parameters)))
-    key = (loop, sizes, varying, double)
+    key = (loop, sizes, varying, double, width)
 
     def made() -> Kernel:
         trace = SweepTrace(loop, start, parameters, varying, double, width)

@@ -11,7 +11,7 @@ from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Cycle, Loop, Numbers, Sensed
 from quadstep.engines.scored import scored
-from quadstep.engines.sweep import Batch, Sweep, prepare
+from quadstep.engines.sweep import Sweep, prepare
 from quadstep.export.arm import missing
 from quadstep.export.c99 import measured_alone
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
@@ -150,9 +150,11 @@ class Scalar(Sweep):
 
     def __init__(self, plan: FlightPlan) -> None:
         loop, ticks = scored(plan.loop, plan.ticks, SAMPLES * plan.ticks.step)
-        Batch.__init__(self, loop, ticks, plan.start, plan.parameters, (), double=True)
+        super().__init__(loop, ticks, plan.start, plan.parameters, (), double=True)
+
+    def compiled(self, start: tuple[object, ...], parameters: Numbers) -> None:
         self.width = 1
-        self.kernel = prepare(loop, plan.start, plan.parameters, frozenset(), True, 1)
+        self.kernel = prepare(self.loop, start, parameters, frozenset(), self.double, self.width)
 
 
 def nanoseconds(*plans: FlightPlan) -> list[float]:
