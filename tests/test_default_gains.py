@@ -8,7 +8,7 @@ from quadstep.identify.datasheet.sheet import Datasheet
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import usual
 from quadstep.interfaces.model import Model
-from quadstep.linear.grade import SOUND
+from quadstep.linear.grade import FRAGILE, NO_REST, SOUND
 from quadstep.mission.vehicle_list import preset_names
 from quadstep.numbers import vector
 from tests.random_sheets import UNGRADED, any_vehicle, hover, hover_grade, random_sheet, vehicle
@@ -69,6 +69,19 @@ def test_every_preset_and_the_tutorials_vehicle_hover_with_margin(law):
         for drag in (True, False):
             found = hover_grade({**table, "effects": {"drag": drag}}, law)
             assert found.word == SOUND, f"{law} on {table.get('preset', 'seven inches')}, drag {drag}: {found.why}"
+
+
+SAID = [("mpc", "x500", SOUND), ("mpc", "crazyflie", FRAGILE)]
+SAID += [("raptor", "x500", SOUND), ("raptor", "research-2.6kg", FRAGILE), ("raptor", "hummingbird", NO_REST)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("law", "preset", "word"), SAID)
+def test_laws_whose_gains_do_not_follow_from_delay_are_graded_as_the_docs_say(law, preset, word):
+    if law == "raptor":
+        pytest.importorskip("foundation_policy")
+    more = {"simulation": {"control_period": 0.01, "guidance_period": 0.01}} if law == "raptor" else {}
+    assert hover_grade({"preset": preset}, law, **more).word == word
 
 
 def pace(**changes):
