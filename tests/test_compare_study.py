@@ -130,7 +130,8 @@ def test_what_keeps_the_adaptive_law_from_indi_is_asked_with_the_gains_of_the_st
 def test_the_study_that_ships_can_be_flown():
     one = shipped_study()
     assert one.file.seeds >= 500
-    assert one.file.tuning.seeds >= 64
+    assert one.file.tuning.repeats >= 3
+    assert one.file.tuning.constraints is None  # those of a sound loop
     assert list(one.file.vehicles) == [VEHICLE, "crazyflie"]
     for situation in one.situations():
         table = one.knowing(situation.vehicle, {"type": "pid"})
