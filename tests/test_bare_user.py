@@ -69,7 +69,7 @@ def test_a_mission_is_flown_and_drawn_without_a_word_too_many(bare):
     done = run("-m", "quadstep", "fly", "/out/mission.toml", "--out", "/out/flown")
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads((out / "flown" / "metrics.json").read_text())["name"] == "Up"
-    assert (out / "flown" / "figures" / "position.png").stat().st_uid == BARE
+    assert (out / "flown" / "figures" / "position.svg").stat().st_uid == BARE
     again = run("-m", "quadstep", "new", "/out/new.toml")
     assert (again.returncode, again.stderr) == (0, "")
 

@@ -122,8 +122,8 @@ def test_all_good_and_only_one():
     assert found.spreads[0].quantiles[0.5].value == 0.1
     assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
     without = found._replace(limited=False)
-    assert sentences(without)[0].startswith("1 flight: 100 % succeed, which means only that they did not end early (")
-    assert "All 1 flights succeeded, which means only that they did not end early" in glance(without, [])
+    assert sentences(without)[0].startswith("1 flight: 100 % succeed, which means only that it did not end early (")
+    assert "The only flight succeeded, which means only that it did not end early" in glance(without, [])
     assert "early" not in glance(found, [])
 
 

@@ -102,7 +102,7 @@ def test_pictures_have_axis_labels_with_units_and_legends(flown):
         assert text in shown["attitude"]
     for text in ("u[N]", "τψ", "τθ", "τφ", "Nm]"):
         assert text in shown["inputs"]
-    for text in ("W1", "W2", "r1", "r2", "f4"):
+    for text in ("W1", "W2", "|r|1", "|r|2", "f4"):  # the bars of |r1| come before what is below the line
         assert text in shown["learning"]
 
 

@@ -74,7 +74,7 @@ def test_an_attitude_that_it_does_not_say_is_nowhere(flown):
     assert not {"psi_d[rad]", "theta_d[rad]", "phi_d[rad]"} & set(header)
     assert "attitude" not in json.loads((flown / "metrics.json").read_text())
     assert "Attitude error" not in (flown / "page.html").read_text().partition("<script")[0]
-    assert (flown / "figures" / "attitude.png").exists()
+    assert (flown / "figures" / "attitude.svg").exists()
 
 
 @dataclass(frozen=True)

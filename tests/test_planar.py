@@ -134,9 +134,10 @@ def test_its_columns_axes_and_inputs_are_everywhere(tmp_path):
     page = (tmp_path / "out" / "page.html").read_text()
     assert '"label":"dynamic feedback linearisation"' in page
     assert sorted(one.name for one in (tmp_path / "out" / "figures").iterdir()) == [
-        "inputs.png",
-        "position.png",
-        "signals.png",
+        "inputs.svg",
+        "path.svg",
+        "position.svg",
+        "signals.svg",
     ]
 
 

@@ -231,7 +231,7 @@ def test_figures_are_those_of_quadstep_fly(flown, request, tmp_path):
         figure = flight.plot(name)
         with rc_context({"grid.color": "red", "axes.grid": False, "lines.linewidth": 9.0}):  # settings of the user's own
             figure.savefig(tmp_path / "own.png")
-        assert np.array_equal(imread(tmp_path / "own.png"), imread(tmp_path / "out" / "figures" / f"{name}.png"))
+        assert np.array_equal(imread(tmp_path / "own.png"), imread(tmp_path / "out" / "figures" / f"{name}.png")), name
 
 
 def test_an_unknown_figure_is_refused_by_name(paper):

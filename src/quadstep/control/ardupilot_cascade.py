@@ -183,7 +183,7 @@ class MotorParameters(NamedTuple):
 class ArduPilotCascadeGains(NamedTuple):
     """ArduPilot's parameters, what the law believes of the motors, and the vehicle's own mixer.
 
-    hover_speed: of a rotor that carries its share [rad/s].
+    hover_speed: of a rotor that carries its share [rad/s]. factors: of each rotor in roll, pitch and yaw.
     """
 
     roll: RollParameters
@@ -210,7 +210,7 @@ class ArduPilotCascadeMemory(NamedTuple):
     [rad/s]. climb, acceleration: of the loops of vertical velocity and acceleration. push: of that of the horizontal velocity,
     its error, slope, integral, and what was beyond the lean's limit. throttle: filtered; asked: for the filter; average: up to
     which the mixer may raise it. lean: limit that keeps the height [rad]. limits: of roll and pitch, of yaw, of throttle up
-    and down, 1 or 0.
+    and down, 1 or 0. begun: 1 after a first sample.
     """
 
     gyro: Matrix

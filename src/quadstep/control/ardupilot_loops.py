@@ -197,7 +197,7 @@ class AttitudeGains(NamedTuple):
 
 
 class Target(NamedTuple):
-    """The attitude that is followed, and its rates in its own axes [rad/s]."""
+    """attitude: that is followed. rates [rad/s]: of it, in its own axes."""
 
     attitude: Vector
     rates: Vector

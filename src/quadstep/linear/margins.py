@@ -170,13 +170,13 @@ def crossings(
     weights, stayed = np.ones(ats.shape), np.full(len(ats[0]), -1)
     at, g, left = ats[0].copy(), ends[0].copy(), np.arange(len(ats[0]))
     for _ in range(REFINED):
+        if not len(left):
+            break
         low, high = weights[:, left] * of(ends[:, left])
         share = low / (low - high)
         at[left], guesses = (pair[0, left] + share * (pair[1] - pair[0])[left] for pair in (ats, ends))
         g[left] = nearest(one, at[left], guesses)
         left = left[np.abs(of(g[left])) >= 1e-9]
-        if not len(left):
-            break
         moved = np.where(of(g[left]) * of(ends[0, left]) > 0.0, 0, 1)
         stays = 1 - moved
         ats[moved, left], ends[moved, left], weights[moved, left] = at[left], g[left], 1.0

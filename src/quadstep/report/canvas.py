@@ -6,7 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from matplotlib import rc_context
+from matplotlib import rc_context, rcParams
+from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
@@ -59,6 +60,22 @@ PACKED = 3
 """How hard a PNG is packed: three quarters of the usual time for 4 % more bytes."""
 
 
+TYPE = tuple(name for name in STYLE if name.startswith("mathtext."))
+
+
+class Typeset(Figure):
+    """A figure whose symbols keep the typeface that it was made with: Matplotlib asks for it only when it draws."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        settings: Any = rcParams  # its keys are literals to the type checker
+        self.type: Any = {name: settings[name] for name in TYPE}
+
+    def draw(self, renderer: RendererBase) -> None:
+        with rc_context(self.type):
+            super().draw(renderer)
+
+
 @contextmanager
 def drawing(sheet: Sheet, more: Mapping[str, object] | None = None) -> Iterator[None]:
     """Matplotlib's settings for a figure. more: settings that this figure needs."""
@@ -70,8 +87,8 @@ def drawing(sheet: Sheet, more: Mapping[str, object] | None = None) -> Iterator[
 def new_figure(sheet: Sheet, width: float, height: float, in_print: float | None = None) -> Figure:
     """A figure of this size [in], or as wide as the sheet and `in_print` tall, laid out by Matplotlib."""
     if sheet.width is None:
-        return Figure(figsize=(width, height), dpi=sheet.dpi)
-    return Figure(figsize=(sheet.inches(width), in_print or height), dpi=sheet.dpi, layout="constrained")
+        return Typeset(figsize=(width, height), dpi=sheet.dpi)
+    return Typeset(figsize=(sheet.inches(width), in_print or height), dpi=sheet.dpi, layout="constrained")
 
 
 def margins(figure: Figure, sheet: Sheet, *sides: float) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from quadstep.report import flown
 from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
-from quadstep.report.canvas import BAND, LINES, drawing, write
+from quadstep.report.canvas import BAND, LINES, Typeset, drawing, write
 from quadstep.report.fitting import beside, thin
 from quadstep.report.panel import COMMANDED, LOG, SIGNED_LOG, Panel, Track
 from quadstep.report.readable import GRID
@@ -126,7 +126,7 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     width = sheet.inches(3.2 + 3.6 * columns)
     more = 0.15 * max(legend_rows(panel, width) - 1 for panel in panels[::rows])
     height = 0.63 + (1.6 if sheet.width is None else 1.25) * rows + more
-    figure = Figure(figsize=(width, height), dpi=sheet.dpi)
+    figure = Typeset(figsize=(width, height), dpi=sheet.dpi)
     tight = sheet.width is not None
     left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns

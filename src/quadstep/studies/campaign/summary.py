@@ -65,7 +65,8 @@ class Summary(NamedTuple):
     @property
     def meaning(self) -> str:
         """What success is, to follow how many flights do, where it is less than one expects."""
-        return "" if self.limited else ", which means only that they did not end early ([failure] sets no limit)"
+        who = "it" if self.flights == 1 else "they"
+        return "" if self.limited else f", which means only that {who} did not end early ([failure] sets no limit)"
 
     @property
     def graded(self) -> list[str]:
