@@ -148,7 +148,7 @@ def test_ids_of_the_drawings_do_not_meet_on_the_page(flown):
     ids = re.findall(r'\bid="([^"]+)"', html)
     assert len(ids) == len(set(ids)) > 100
     assert set(re.findall(r'href="#([^"]+)"', html)) <= set(ids)
-    assert html.count("<script") == html.count('<script id="figures">')
+    assert html.count("<script") == html.count('<script id="reader">')
     assert not re.search(r'<link|<img|src=|@import|url\((?!#|"data:font)', html)
 
 
@@ -304,7 +304,7 @@ def test_of_very_many_keys_the_first_are_drawn_and_the_rest_is_said_to_be_left_o
 def test_names_of_a_users_own_cannot_break_the_page(tmp_path, unflown):
     reported(tmp_path, MASS, 50, head='name = "<script>alert(1)</script> & Ω 飛行"')
     html = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert html.count("<script") == html.count('<script id="figures">')
+    assert html.count("<script") == html.count('<script id="reader">')
     assert "&lt;script&gt;alert(1)&lt;/script&gt; &amp; Ω 飛行" in html
 
 

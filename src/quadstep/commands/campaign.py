@@ -57,7 +57,7 @@ def campaign(
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
         from quadstep.linear.quick import quick_grade
-        from quadstep.metrics.judging import verdict
+        from quadstep.metrics.judging import share
         from quadstep.studies.campaign import until as limit
         from quadstep.studies.campaign.evidence import evidence, refuse_copies
         from quadstep.studies.campaign.run import fly_campaign
@@ -66,7 +66,7 @@ def campaign(
         raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
     if resume and overwrite:
         raise UserError("--resume and --overwrite: choose one: go on with the campaign in the folder, or replace it")
-    least = None if require is None else verdict.parsed(require)
+    least = None if require is None else share.parsed(require)
     if junit:
         check_junit(junit)
     drawn_on = sheet(figures, width, style)

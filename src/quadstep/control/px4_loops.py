@@ -201,8 +201,9 @@ class GyroFilters(NamedTuple):
 
 
 class GyroMemory(NamedTuple):
-    """Of one axis. first, second: last two values into and out of a notch [rad/s]. delays: states of the low-pass. rate [rad/s],
-    acceleration [rad/s^2]: filtered.
+    """Of one axis. first, second: last two values into and out of a notch [rad/s]. delays: states of the low-pass.
+
+    rate [rad/s], acceleration [rad/s^2]: filtered.
     """
 
     first: Vector

@@ -4,7 +4,7 @@ import io
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from matplotlib import rc_context, rcParams
 from matplotlib.backend_bases import RendererBase
@@ -60,16 +60,14 @@ PACKED = 3
 """How hard a PNG is packed: three quarters of the usual time for 4 % more bytes."""
 
 
-TYPE = tuple(name for name in STYLE if name.startswith("mathtext."))
-
-
 class Typeset(Figure):
     """A figure whose symbols keep the typeface that it was made with: Matplotlib asks for it only when it draws."""
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
-        settings: Any = rcParams  # its keys are literals to the type checker
-        self.type: Any = {name: settings[name] for name in TYPE}
+    def __init__(
+        self, figsize: tuple[float, float], dpi: float | None = None, layout: Literal["constrained"] | None = None
+    ) -> None:
+        super().__init__(figsize=figsize, dpi=dpi, layout=layout)
+        self.type = {name: value for name, value in rcParams.copy().items() if name.startswith("mathtext.")}
 
     def draw(self, renderer: RendererBase) -> None:
         with rc_context(self.type):

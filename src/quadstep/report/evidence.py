@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from quadstep.io.errors import UNMET
 from quadstep.io.results.record import REPORT
-from quadstep.metrics.judging.verdict import Case, JudgedShare, Verdict
+from quadstep.metrics.judging.share import JudgedShare
+from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json

@@ -87,7 +87,16 @@ def grid_alone(axes: Axes) -> None:
     axes.xaxis.set_visible(False)
     if rcParams["axes.grid"]:
         color, width = rcParams["grid.color"], rcParams["grid.linewidth"]
-        axes.vlines(times, 0.0, 1.0, color, linewidth=width, transform=axes.get_xaxis_transform(), zorder=0.5, gid=GRID)
+        axes.vlines(
+            times,
+            0.0,
+            1.0,
+            color,
+            linewidth=width,
+            transform=axes.get_xaxis_transform(),
+            zorder=0.5,
+            gid=f"{GRID}{axes.figure.axes.index(axes)}",
+        )
 
 
 def save(

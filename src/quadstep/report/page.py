@@ -68,7 +68,7 @@ def script(body: str) -> str:
     """What answers to the pointer, if a figure can."""
     if "<svg data-axes" not in body:
         return ""
-    return f'<script id="figures">{files("quadstep.report").joinpath("report.js").read_text(encoding="utf-8")}</script>'
+    return f'<script id="reader">{files("quadstep.report").joinpath("report.js").read_text(encoding="utf-8")}</script>'
 
 
 def heading(text: str, anchor: str, set_as: Callable[[str], str] = rich) -> str:

@@ -14,7 +14,7 @@ KINDS = frozenset(("linear", "log", "symlog"))
 """Scales that it knows."""
 
 GRID = "grid"
-"""Names the lines of a grid that are no ticks."""
+"""Begins the names of the lines of a grid that are no ticks."""
 
 MATH = re.compile(r"\\mathrm\{([^}]*)\}|\\(?:dot|ddot|tilde|hat)\{([^}]*)\}|\$")
 
@@ -65,7 +65,7 @@ def described(place: int, axes: Axes) -> dict[str, object]:
         "y": scale(axes.yaxis),
         "across": plain(axes.get_xlabel()) or shared_label(axes),
         "up": plain(axes.get_ylabel()),
-        "ours": all(one.get_gid() == GRID for one in axes.collections),
+        "ours": all(str(one.get_gid()).startswith(GRID) for one in axes.collections),
         "curves": [
             {"id": f"curve{place}.{number}", "name": plain(str(line.get_label())) if named(line) else ""}
             for number, line in enumerate(curves(axes))

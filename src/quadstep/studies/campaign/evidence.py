@@ -5,7 +5,8 @@ from pathlib import Path
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
-from quadstep.metrics.judging.verdict import Case, JudgedShare
+from quadstep.metrics.judging.share import JudgedShare
+from quadstep.metrics.judging.verdict import Case
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.report.evidence import Evidence, Table

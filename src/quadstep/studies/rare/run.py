@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.metrics.judging.verdict import JudgedShare
+from quadstep.metrics.judging.share import JudgedShare
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
