@@ -183,9 +183,9 @@ def test_what_a_study_cannot_say_is_refused_in_one_line(text, said):
 
 
 def test_a_budget_too_small_for_its_gains_says_how_much_is_needed():
-    one = study(SMALL + TUNING.replace("4500", "3000"))
+    one = study(SMALL + TUNING.replace("4500", "2000"))
     task = training.task(one, VEHICLE, "PID", one.file.controllers["PID"], one.knowing(VEHICLE, {"type": "pid"}))
-    said = "3000 flights are too few for the 2 gains of PID on research-2[.]6kg; at least 3904 are needed"
+    said = "2000 flights are too few for the 2 gains of PID on research-2[.]6kg; at least 2464 are needed"
     with pytest.raises(UserError, match=said):
         training.check_task(task)
 
