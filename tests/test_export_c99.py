@@ -3,11 +3,13 @@
 import math
 import re
 import subprocess
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
+from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.control.registry import names
 from quadstep.export.c.compiler import BITS
 from quadstep.export.c.flown import fly_c, subject_of
@@ -18,6 +20,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.numbers import Matrix, atan2, cos, exp, log, sigmoid, sin, sqrt, vector, where
+from quadstep.numbers.rotations import from_rotation_vector
 from tests.commands import quadstep, write
 from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, through_c, written
 from tests.flights import through_lanes
@@ -220,6 +223,25 @@ def test_branches_compute_what_only_they_need(tmp_path):
     text = (tmp_path / "law.c").read_text(encoding="utf-8").partition("void law(")[2]
     assert [text.count(f"qs_{name}(") for name in ("sincos", "exp", "log", "atan2")] == [5, 2, 1, 1]
     assert text.count("\nif (") == 4  # of z for both values, of each column for all of them
+
+
+@dataclass(frozen=True)
+class Turning(CascadedPid):
+    """Turns by its rates, in one branch only: there is no sine without its cosine but in that branch."""
+
+    def law(self, memory, measured, reference, gains, t, period):
+        command, memory = super().law(memory, measured, reference, gains, t, period)
+        q = from_rotation_vector(0.001 * measured.rates)
+        more = where(measured.position[2] > 1.0, q[0] * q[1] + q[2] * q[3], 0.0)
+        return command._replace(thrust=command.thrust + more), memory
+
+
+@needs(C_COMPILER)
+def test_a_sine_that_only_one_branch_needs_has_its_function(tmp_path):
+    plan = real_mission({"type": "pid"}).plan()
+    turning = Turning(**{field.name: getattr(plan.loop.controller, field.name) for field in fields(plan.loop.controller)})
+    law = written(tmp_path, plan._replace(loop=replace(plan.loop, controller=turning)), True)
+    assert run_compiled(tmp_path, law.name, COMPILERS[0])[1] == 0
 
 
 def test_a_row_map_is_the_rows_one_by_one():

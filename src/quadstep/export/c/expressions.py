@@ -131,12 +131,16 @@ class Line(NamedTuple):
 
 
 class Statements(Expressions):
-    """The numbers of one record as statements. pairs: sines and cosines of one angle; branches: choices; by place."""
+    """The numbers of one record as statements. pairs: sines and cosines of one angle; branches: choices; by place.
+
+    with_last: choices that are made with the last one by the same condition.
+    """
 
     def __init__(self, record: ScanRecord, precise: bool, naming: Naming, taken: frozenset[str] = frozenset()) -> None:
         super().__init__(record, precise, naming, taken)
         self.pairs: dict[int, int] = {}
         self.branches: dict[int, Branches] = {}
+        self.with_last: set[int] = set()
 
     def _number(self, place: int, wanted: bool = False) -> list[Line]:
         """The statements for a number: none if it can stand where it is used."""
@@ -148,7 +152,7 @@ class Statements(Expressions):
     def _branched(self, place: int) -> list[Line]:
         """Choices by one condition, with what only one of its branches needs."""
         choices, own = self.branches[place]
-        sides = [[line for one in side for line in self._number(one)] for side in own]
+        sides = [[line for one in side if one not in self.with_last for line in self._number(one)] for side in own]
         if len(choices) == 1 and not any(sides):
             return [self._local(place)]
         text, origin = bare(self.text(self.nodes[place].operands[0])), self._origin(choices[0])

@@ -39,9 +39,11 @@ class Writer(Statements):
         later = {place for places in joined.values() for place in places}
         both = pairs(self.nodes, needed)
         choices = branches(self.nodes, needed, wanted, both)
-        inner = {one for found in choices.values() for one in (*found.choices[:-1], *found.sides[0], *found.sides[1])}
+        with_last = {one for found in choices.values() for one in found.choices[:-1]}
+        inner = with_last.union(*(side for found in choices.values() for side in found.sides))
         self.pairs |= both
         self.branches |= choices
+        self.with_last |= with_last
         for place in needed:
             operation = self.nodes[place].operation
             if operation == "loop":
