@@ -39,9 +39,9 @@ class AdrcGains(NamedTuple):
 
     body: BelievedBody
     bandwidth: Vector = gain(usual(2.57, 1), "1/s", "bandwidth of the position loop", symbol="w_c")
-    turn_bandwidth: Vector = gain(usual((9.4, 9.4, 10.0), 1, "body"), "1/s", "bandwidth of the attitude loop", symbol="w_cR")
-    observer: Number = gain(usual(13.2, 1), "1/s", "bandwidth of the position observer", symbol="w_o")
-    turn_observer: Vector = gain(usual((10.4, 10.4, 11.4), 1, "body"), "1/s", "bandwidth of the rate observer", symbol="w_oR")
+    turn_bandwidth: Vector = gain(usual((9.6, 9.6, 10.0), 1, "body"), "1/s", "bandwidth of the attitude loop", symbol="w_cR")
+    observer: Number = gain(usual(11.4, 1), "1/s", "bandwidth of the position observer", symbol="w_o")
+    turn_observer: Vector = gain(usual((10.2, 10.2, 11.4), 1, "body"), "1/s", "bandwidth of the rate observer", symbol="w_oR")
     bound: Number = gain(15.0, "m/s^2", "largest estimated disturbance along an axis", tunable=False)
     turn_bound: Number = gain(150.0, "rad/s^2", "largest estimated disturbance about an axis", tunable=False)
 
