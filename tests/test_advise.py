@@ -16,6 +16,7 @@ from quadstep.linear.analysis import studied
 from quadstep.mission.read import check_mission
 from quadstep.report.sheet import sheet
 from quadstep.studies.advise import PARAMETERS, advise, advised, following, measured, sentence
+from tests.challenge import advice
 from tests.injected import injected, signals
 from tests.made_logs import excited as in_ardupilots_log
 from tests.random_sheets import HOVER
@@ -97,6 +98,14 @@ def test_a_weak_loop_whose_gain_may_not_fall_gets_no_factor():
     slow = response(*flown(WEAK, outer=0.25))
     now = measured(slow)
     assert (now.grade, now.down, advised(slow, now)) == ("fragile", None, None)
+
+
+def test_no_factor_passes_gains_with_which_the_loop_is_unstable():
+    needy = advice.Loop(14.37, 3.904, 5.341, 0.02043, 0.002552, (8.05, 0.1192, 3.223))
+    assert (needy.stable(1.0), needy.stable(0.85), needy.stable(0.32)) == (True, False, False)
+    found = advice.flown(needy, 4.45, 76.2, 0.01, np.random.default_rng(1)).measured
+    assert measured(found.scaled(0.32)).sound  # by its margins alone
+    assert (measured(found).grade, advised(found, measured(found))) == ("fragile", None)
 
 
 def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):

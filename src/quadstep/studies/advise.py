@@ -117,9 +117,11 @@ def decibels(factor: Estimate) -> Estimate:
 
 def advised(found: Response, now: Measured) -> Advice | None:
     """The largest factor with which the loop would be sound at the lower ends of its intervals; None where the loop may be
-    sound as it is, or where no factor is known to make it so.
+    sound as it is, or where no factor is known to make it so. The loop is stable as flown, and with smaller gains until the
+    gain has fallen to where its phase crosses -180 degrees.
     """
-    tried = FACTORS if now.fragile else ()
+    floor = max((one.value.high for one in gain_margins(found) if one.value.low < 1.0), default=0.0)
+    tried = FACTORS[floor < FACTORS] if now.fragile else ()
     expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
     return next((Advice(*one) for one in expected if one[1].sound), None)
 
