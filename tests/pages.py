@@ -1,9 +1,11 @@
 """Pages for tests: their data read back, and their laws flown in Node.js as a browser would."""
 
 import base64
+import contextlib
 import json
 import re
 import subprocess
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -125,3 +127,14 @@ def value_of(term, parameters):
             "min": min(first, other),
         }[term["op"]]
     return first
+
+
+@contextlib.contextmanager
+def serving(running):
+    """The port of a server that answers while the block runs."""
+    thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.02})
+    thread.start()
+    yield running.server_address[1]
+    running.shutdown()
+    thread.join()
+    running.server_close()

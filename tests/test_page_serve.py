@@ -1,6 +1,5 @@
 """`quadstep serve`: a list, its flights, and nothing else of this machine."""
 
-import contextlib
 import errno
 import http.client
 import json
@@ -10,7 +9,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 from urllib.parse import quote
@@ -30,7 +28,7 @@ from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from quadstep.report.page import summary, write_page
 from quadstep.studies.flights.fly import fly_mission
 from tests.commands import heeding_interrupts
-from tests.pages import STAND_IN, data_of
+from tests.pages import STAND_IN, data_of, serving
 from tests.patience import PATIENCE
 
 MISSION = """
@@ -72,17 +70,6 @@ def root(tmp_path_factory):
     (out / "up").symlink_to("..")
     os.mkfifo(out / "report" / "pipe.txt")
     return out
-
-
-@contextlib.contextmanager
-def serving(running):
-    """The port of a server that answers while the block runs."""
-    thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.02})
-    thread.start()
-    yield running.server_address[1]
-    running.shutdown()
-    thread.join()
-    running.server_close()
 
 
 @pytest.fixture(scope="module")

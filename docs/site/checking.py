@@ -13,6 +13,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
+from quadstep.studies.classroom import ClassSection
 from quadstep.studies.comparison.schema import StudyFile
 from quadstep.studies.lessons import Tasks
 
@@ -72,6 +73,7 @@ KINDS: tuple[tuple[set[str], Callable[[Content, str, Path], object]], ...] = (
     ({"kv"}, model(Datasheet)),
     ({"motors"}, model(Mapping)),
     ({"tasks"}, model(Tasks)),
+    ({"students"}, model(ClassSection)),
     ({"mission"}, check_campaign),
     ({"rotor", "mass"}, model(AirframeSection)),
     ({"path"}, check_mission),

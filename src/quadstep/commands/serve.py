@@ -21,16 +21,32 @@ def serve(
         str, typer.Option(help="Address to listen on for others on the network, who need the token in the link; 0.0.0.0: all.")
     ] = "127.0.0.1",
     show: OpenOption = False,
+    of: Annotated[
+        Path | None,
+        typer.Option(
+            "--class",
+            metavar="FILE",
+            help="Fly what students send, and rank it (docs/class.md).",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Show results under a folder in the browser: sort, filter, compare two. Ctrl-C ends it, with exit code 0.
 
-    Only this machine can see them, unless --host says otherwise.
+    Only this machine can see them, unless --host says otherwise. With --class the folder is not shown: it is where the flights
+    of the class are kept.
     """
     from quadstep.page.serve import serve as run
     from quadstep.page.sharing import access, qr_text
+    from quadstep.studies.class_server import serve_class
 
-    refuse("`quadstep serve` only shows results")
+    refuse("`quadstep serve` runs no code of users")
     allowed = access(host)
+
+    def open_class(links: dict[str, str]) -> None:
+        for name, link in links.items():
+            say_whole(f"{name}: {link}")
+        say("Give each of them one link. Ctrl-C ends.")
 
     def ready(link: str) -> None:
         say_whole(f"Results in {folder}: {link} (Ctrl-C ends)")
@@ -44,6 +60,9 @@ def serve(
             open_in_browser(link)
 
     try:
-        run(folder, port, allowed, ready)
+        if of is None:
+            run(folder, port, allowed, ready)
+        else:
+            serve_class(of, folder, port, allowed, open_class)
     except KeyboardInterrupt:
         say("Stopped.")

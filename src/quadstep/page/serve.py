@@ -159,35 +159,51 @@ class Handler(BaseHTTPRequestHandler):
         self.reply(self.answer(), body=False)
 
     def answer(self) -> Answer:
-        """The answer to this request; a page of another host that calls itself by ours gets none (DNS rebinding)."""
-        port = self.connection.getsockname()[1]
-        if self.access.shared:
-            return self.shared_answer(port)
-        hosts = {f"{name}:{port}" for name in (LOCAL, "localhost")} | ({LOCAL, "localhost"} if port == 80 else set())
-        if self.headers.get_all("Host") is None or any(host.lower() not in hosts for host in self.headers.get_all("Host", [])):
-            return Answer(
-                HTTPStatus.MISDIRECTED_REQUEST,
-                KINDS[".txt"],
-                "This server answers requests for 127.0.0.1 and localhost only.\n",
-            )
-        return answer(self.root, self.path)
+        """The answer to this request."""
+        if not self.access.shared:
+            return self.misdirected() or answer(self.root, self.path)
+        token = self.token(self.access.opens)
+        if isinstance(token, Answer):
+            return token
+        drawing = qr_drawing(self.access.link(self.port))
+        said = "Everyone who has the link, and can reach this machine, sees these results."
+        return answer(self.root, self.path, f'<div class="qr">{drawing}<p>{said}</p></div>' if drawing else f"<p>{said}</p>")
 
-    def shared_answer(self, port: int) -> Answer:
-        """The answer to one of those who were given the link: its token becomes a cookie, which the rest needs."""
+    @property
+    def port(self) -> int:
+        """The port that is listened on."""
+        found: int = self.connection.getsockname()[1]
+        return found
+
+    def misdirected(self) -> Answer | None:
+        """The answer to a page of another host that calls itself by ours (DNS rebinding)."""
+        names = (LOCAL, "localhost")
+        hosts = {f"{name}:{self.port}" for name in names} | (set(names) if self.port == 80 else set())
+        asked = self.headers.get_all("Host", [])
+        if asked and all(host.lower() in hosts for host in asked):
+            return None
+        said = "This server answers requests for 127.0.0.1 and localhost only.\n"
+        return Answer(HTTPStatus.MISDIRECTED_REQUEST, KINDS[".txt"], said)
+
+    def token(self, opens: Callable[[str], bool]) -> str | Answer:
+        """The token of who asks; or what is answered instead: to the link the cookie that the rest needs, to others nothing.
+
+        opens: whether a token is one.
+        """
         try:
             given = parse_qs(urlsplit(self.path).query).get("token", [""])[0]
         except ValueError:  # an address that is none
             given = ""
-        name = f"{COOKIE}-{port}"
-        if given and self.access.opens(given):
-            cookie = f"{name}={self.access.token}; Path=/; HttpOnly; SameSite=Lax"
+        name = f"{COOKIE}-{self.port}"
+        if given and opens(given):
+            if self.command == "POST":
+                return given
+            cookie = f"{name}={given}; Path=/; HttpOnly; SameSite=Lax"
             return Answer(HTTPStatus.SEE_OTHER, KINDS[".txt"], headers={"Location": "/", "Set-Cookie": cookie})
         kept = [part.strip().partition("=") for part in self.headers.get("Cookie", "").split(";")]
-        if not any(key == name and self.access.opens(value) for key, _, value in kept):
-            return Answer(HTTPStatus.FORBIDDEN, KINDS[".txt"], "This page needs the complete link, including its token.\n")
-        drawing = qr_drawing(self.access.link(port))
-        said = "Everyone who has the link, and can reach this machine, sees these results."
-        return answer(self.root, self.path, f'<div class="qr">{drawing}<p>{said}</p></div>' if drawing else f"<p>{said}</p>")
+        found = next((value for key, _, value in kept if key == name and opens(value)), None)
+        said = "This page needs the complete link, including its token.\n"
+        return Answer(HTTPStatus.FORBIDDEN, KINDS[".txt"], said) if found is None else found
 
     def reply(self, answer: Answer, body: bool = True) -> None:
         """Send an answer."""
@@ -232,11 +248,9 @@ class Server(ThreadingHTTPServer):
     daemon_threads = True
     allow_reuse_address = True
 
-
-class SixServer(Server):
-    """On an address of IPv6."""
-
-    address_family = socket.AF_INET6
+    def __init__(self, where: tuple[str, int], handler: type[BaseHTTPRequestHandler]) -> None:
+        self.address_family = socket.AF_INET6 if ":" in where[0] else socket.AF_INET
+        super().__init__(where, handler)
 
 
 def server(folder: Path, port: int, access: Access = Access()) -> Server:  # noqa: B008 (frozen)
@@ -244,11 +258,16 @@ def server(folder: Path, port: int, access: Access = Access()) -> Server:  # noq
     if not os.path.isdir(folder):  # noqa: PTH112 (of a Path, names that no file can have are an error)
         raise UserError(f"{folder}: is not a folder with results; `quadstep fly` and `quadstep reproduce` write to out/")
     kind = type("FolderHandler", (Handler,), {"root": folder.resolve(), "access": access})
+    return bound(port, access.host, kind)
+
+
+def bound(port: int, host: str, handler: type[Handler]) -> Server:
+    """A server that listens. Raises UserError."""
     try:
-        return (SixServer if ":" in access.host else Server)((access.host, port), kind)
+        return Server((host, port), handler)
     except OSError as error:
         raise UserError(
-            f"port {port} of {access.host} cannot be used: {error.strerror or error}; choose another --host or --port"
+            f"port {port} of {host} cannot be used: {error.strerror or error}; choose another --host or --port"
         ) from None
     except OverflowError:
         raise UserError(f"port {port}: should be from 0 to 65535") from None

@@ -1,0 +1,143 @@
+"""`quadstep serve --class`: the board of a class, and what its students send.
+
+A student's token is in the link that the teacher gives out. Whoever has none sees nothing; who has one sees the board, the
+class's mission, and the page of the own latest flight. No request names a file or a student.
+"""
+
+import contextlib
+import re
+import threading
+from collections import Counter
+from collections.abc import Callable
+from html import escape
+from http import HTTPStatus
+from pathlib import Path
+from urllib.parse import parse_qs
+
+from quadstep.io import files
+from quadstep.metrics.judging.metrics import bare, unit
+from quadstep.page.serve import KINDS, POLICY, Answer, Handler, Server, bound
+from quadstep.page.sharing import Access
+from quadstep.report import units
+from quadstep.report.page import page_text, paragraph, subheading, table
+from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room
+
+MOST_AT_ONCE = 8
+"""Requests of one address that are answered at the same time."""
+
+ENCODED = 3
+"""How much longer a form is than its text, at most."""
+
+FIELD = "mission"
+FORM = (
+    f'<form method="post" action="/submit"><textarea name="{FIELD}" rows="12" aria-label="Mission (TOML)" spellcheck="false" '
+    'style="width:100%;font:13px monospace">{}</textarea><button>Submit</button></form>'
+)
+
+
+class ClassHandler(Handler):
+    """Answers the students of a class."""
+
+    room: Room
+    timeout = 10
+    open: Counter[str]
+    counting: threading.Lock
+
+    def handle(self) -> None:
+        """Few requests of one address at once, so that none can keep the others out."""
+        address = str(self.client_address[0])
+        with self.counting:
+            full = self.open[address] >= MOST_AT_ONCE
+            self.open[address] += 1
+        try:
+            if not full:
+                super().handle()
+        finally:
+            with self.counting:
+                self.open[address] -= 1
+                if not self.open[address]:
+                    del self.open[address]
+
+    def do_POST(self) -> None:  # noqa: N802 (the library's name)
+        self.reply(self.answer())
+
+    def answer(self) -> Answer:
+        wrong = None if self.access.shared else self.misdirected()
+        token = wrong or self.token(lambda given: self.room.member(given) is not None)
+        if isinstance(token, Answer):
+            return token
+        member = self.room.members[token]
+        return self.taken(member) if self.command == "POST" else self.shown(member)
+
+    def taken(self, member: Member) -> Answer:
+        """The answer to a submission."""
+        try:
+            self.room.submit(member, self.sent)
+        except Refusal as refusal:
+            return Answer(refusal.status, KINDS[".txt"], f"{refusal}\n")
+        return Answer(HTTPStatus.SEE_OTHER, KINDS[".txt"], "It will be flown.\n", headers={"Location": "/"})
+
+    def shown(self, member: Member) -> Answer:
+        """The answer to what a student asks to see."""
+        path, page = self.path.partition("?")[0], member.folder / f"{member.latest}" / "page.html"
+        if path == "/":
+            policy = POLICY.replace("form-action 'none'", "form-action 'self'")
+            return Answer(HTTPStatus.OK, KINDS[".html"], board(self.room, member), headers={"Content-Security-Policy": policy})
+        if path == "/mission.toml":
+            return Answer(HTTPStatus.OK, KINDS[".toml"], self.room.text)
+        if path == "/mine" and member.latest and files.is_file(page):
+            return Answer(HTTPStatus.OK, KINDS[".html"], file=files.opened(page, files.PAGE, links=False))
+        return Answer(HTTPStatus.NOT_FOUND, KINDS[".txt"], "There is nothing here. The board is at /\n")
+
+    def sent(self) -> str:
+        """The text of a submission: the body, or the field of the form. Raises Refusal."""
+        length = self.headers.get("Content-Length", "")
+        if not re.fullmatch("[0-9]{1,9}", length):
+            raise Refusal(HTTPStatus.LENGTH_REQUIRED, "A submission says how long it is.")
+        if int(length) > SUBMISSION.most * ENCODED:
+            raise Refusal(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"A submission has at most {SUBMISSION.most} bytes.")
+        body = self.rfile.read(int(length))
+        with contextlib.suppress(ValueError):  # other bytes than UTF-8, or more fields
+            text = body.decode("utf-8")
+            text = parse_qs(text, max_num_fields=1, errors="strict")[FIELD][0] if text.startswith(f"{FIELD}=") else text
+            if text.strip() and len(text.encode()) <= SUBMISSION.most and len(body) == int(length):
+                return text
+        said = f"A submission is a mission in TOML, text in UTF-8 of at most {SUBMISSION.most} bytes."
+        raise Refusal(HTTPStatus.BAD_REQUEST, said)
+
+
+def board(room: Room, member: Member) -> str:
+    """The page of a student as HTML, every text escaped."""
+    metric, free = room.ground.metric, ", ".join(room.ground.free)
+    rows = [
+        [f"{place}", one.name, units.quantity(one.value or 0.0, unit(metric))] for place, one in enumerate(room.board(), 1)
+    ]
+    value = "" if member.value is None else f" Your best: {units.quantity(member.value, unit(metric))}."
+    mine = '<p><a href="/mine">Your latest flight</a></p>' if member.latest else ""
+    law = f"[controller]\n# only {free} may differ from the class's mission\n"
+    waits = '<meta http-equiv="refresh" content="3">' if member.waits else ""
+    body = [
+        paragraph(f"{member.name}: {member.said}{value}", escape), mine,
+        table(("", "student", bare(metric)), rows, escape) if rows else paragraph("Nobody has flown it yet."),
+        subheading("Submit"),
+        '<p>Send gains, or a whole mission like <a href="/mission.toml">that of the class</a>; never code.</p>',
+        "" if member.waits else FORM.replace("{}", escape(law)),
+    ]  # fmt: skip
+    return page_text(room.mission.name, body, "Class", waits)
+
+
+def class_server(room: Room, port: int, access: Access) -> Server:
+    """A server of a class. Raises UserError."""
+    shared = {"room": room, "access": access, "open": Counter(), "counting": threading.Lock()}
+    return bound(port, access.host, type("RoomHandler", (ClassHandler,), shared))
+
+
+def serve_class(file: Path, root: Path, port: int, access: Access, ready: Callable[[dict[str, str]], None]) -> None:
+    """Serve a class until interrupted. root: where its flights are kept. ready: told each student's link. Raises UserError."""
+    root.mkdir(parents=True, exist_ok=True)
+    room = Room(file, root)
+    with class_server(room, port, access) as running:
+        where = running.server_address[1]
+        ready({one.name: access._replace(token=token).link(where) for token, one in room.members.items()})
+        threading.Thread(target=room.work, daemon=True).start()
+        running.serve_forever(poll_interval=0.2)

@@ -1,0 +1,286 @@
+"""`quadstep serve --class`: what students can do, and what a hostile one cannot."""
+
+import http.client
+import json
+import re
+import socket
+import time
+from urllib.parse import urlencode
+
+import pytest
+
+from quadstep.io.errors import UserError
+from quadstep.io.user_code import loading
+from quadstep.page import build
+from quadstep.page.sharing import Access
+from quadstep.studies import classroom
+from quadstep.studies.class_server import MOST_AT_ONCE, class_server
+from quadstep.studies.classroom import MANIFEST, SUBMISSION, Result, Room, flown_apart, fly_submission, submitted
+from tests.commands import quadstep
+from tests.pages import STAND_IN, serving
+from tests.patience import PATIENCE
+
+MISSION = '[path]\ntype = "minimum-jerk"\nend = [0.0, 0.0, 1.0]\nduration = 1.0\n[vehicle]\nmass = 1.2\n'
+CLASS = 'mission = "mission.toml"\nstudents = ["Ada", "Group <2>"]\n'
+CODE = "raise SystemExit(open('{}', 'w').write('ran'))\nclass Law: pass\n"
+
+
+@pytest.fixture
+def room(tmp_path):
+    (tmp_path / "mission.toml").write_text(MISSION)
+    (tmp_path / "class.toml").write_text(CLASS.replace("<2>", "2"))
+    (tmp_path / "out").mkdir()
+    return Room(tmp_path / "class.toml", tmp_path / "out")
+
+
+def flown(room, text):
+    """What the class does with a submission, without a process of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(loading, "refused", "never code")
+        patch.setattr(build, "template", lambda: STAND_IN)
+        patch.setattr(classroom, "flown_apart", lambda text, ground, out, _: attempted(text, ground, out))
+        member = next(iter(room.members.values()))
+        room.waiting.put((member, text))
+        room.fly_next()
+        return member
+
+
+def attempted(text, ground, out):
+    try:
+        return fly_submission(text, ground, out)
+    except UserError as error:
+        return Result(str(error))
+
+
+def test_gains_are_flown_in_the_class_s_mission_and_the_best_two_flights_are_kept(room, tmp_path):
+    values = [flown(room, f"[controller]\nK_r1 = {gain}\n").value for gain in (6.0, 8.0, 2.0)]
+    member = next(iter(room.members.values()))
+    assert values[0] > values[1] == values[2] > 0.0, "the worst flight changes nothing"
+    assert sorted(one.name for one in member.folder.iterdir()) == ["2", "3"]
+    content = json.loads((member.folder / "2" / MANIFEST).read_text())
+    assert content["mission"]["controller"]["K_r1"] == [8.0] * 3
+    assert content["mission"]["vehicle"]["mass"] == 1.2
+    again = next(iter(Room(tmp_path / "class.toml", tmp_path / "out").members.values()))
+    assert (again.value, again.best, again.latest) == (member.value, 2, 3), "the board outlives the server"
+
+
+def test_a_whole_mission_is_taken_where_only_free_keys_differ(room):
+    law = '[controller]\ntype = "backstepping"\nnets.enabled = false\n'
+    assert submitted(MISSION + law, room.ground).controller.nets.enabled is False
+    assert submitted('[controller]\ntype = "completed-backstepping"\n', room.ground).vehicle.mass == 1.2
+
+
+REFUSED = [
+    ("[path]\nduration = 9.0\n", "path.duration: only controller may differ"),
+    ("[vehicle]\nmass = 0.1\n", "vehicle.mass: only controller may differ"),
+    ("[simulation]\nduration = 1e9\n", "simulation.duration: only controller may differ"),
+    ('"controller.x" = 1\n[controller]\nx = 2\n', "varies twice"),
+    ('[controller]\ntype = "evil.py:Law"\n', "user code is not run"),
+    ('[controller]\ntype = "os:system"\n', "user code is not run"),
+    ('metrics = ["evil.py:Law"]\n', "metrics: only controller may differ"),
+    ('[controller]\nnets.weights = "/etc/passwd"\n', "names a file"),
+    ('[vehicle]\nfile = "/etc/passwd"\n', "vehicle.file: only controller may differ"),
+    ('[controller]\ntype = "px4"\nconnect = "10.0.0.1:4560"\n', "controller"),
+    ("[controller]\nK_r1 = nan\n", "K_r1"),
+    ("controller = 3\n", "controller"),
+    ("[" * 500, "nested too deep"),
+    ("\x00\x1b[2J", "not valid TOML"),
+    ("__import__('os').system('true')", "not valid TOML"),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), REFUSED, ids=range(len(REFUSED)))
+def test_code_files_and_other_missions_are_refused_and_leave_nothing(room, tmp_path, text, said):
+    ran = tmp_path / "ran"
+    (tmp_path / "evil.py").write_text(CODE.format(ran))
+    try:
+        member = flown(room, text)
+    except ValueError as error:  # which the process of a flight turns into a sentence
+        assert said in str(error)
+        member = next(iter(room.members.values()))
+    else:
+        assert said in member.said
+    assert not ran.exists()
+    assert not member.folder.exists()
+    assert member.value is None
+
+
+AIRFRAME = MISSION.replace("mass = 1.2", 'preset = "x500"') + '[controller]\ntype = "pid"\n'
+
+
+@pytest.mark.parametrize(
+    "text", ['[controller]\ntype = "px4"\nconnect = "127.0.0.1:4560"\n', '[controller]\ntype = "ardupilot"\n']
+)
+def test_no_submission_opens_a_connection(tmp_path, text):
+    (tmp_path / "mission.toml").write_text(AIRFRAME)
+    (tmp_path / "class.toml").write_text(CLASS.replace("<2>", "2"))
+    with pytest.raises(UserError, match="not flown by an autopilot"):
+        submitted(text, Room(tmp_path / "class.toml", tmp_path).ground)
+
+
+def test_an_endless_mission_ends_with_its_time(room, tmp_path):
+    ground = room.ground._replace(free=("simulation", "path"))
+    text = "[simulation]\nduration = 20000.0\nlog_period = 1.0\nstep = 0.0002\n"
+    found = flown_apart(text, ground, tmp_path / "flight", 1.0)
+    assert found.said == "It was not flown: it takes more memory, or more than 1 s of computing."
+    assert not found.flown
+
+
+def test_names_and_metrics_of_a_class_are_checked(tmp_path):
+    (tmp_path / "mission.toml").write_text(MISSION)
+    for content, said in (
+        (CLASS, r"students\[1\]"),
+        (CLASS.replace("Group <2>", "../up"), "students"),
+        (CLASS.replace("<2>", "2") + 'metric = "fame"\n', "'fame' is not a metric"),
+        (CLASS.replace("<2>", "2") + "seconds = 0.0\n", "seconds"),
+        (CLASS.replace("<2>", "2").replace("mission.toml", "none.toml"), "file not found"),
+    ):
+        (tmp_path / "class.toml").write_text(content)
+        with pytest.raises(UserError, match=said):
+            Room(tmp_path / "class.toml", tmp_path)
+        assert not (tmp_path / classroom.SECRET_NAME).exists()
+    assert quadstep("serve", tmp_path, "--class", tmp_path / "class.toml").refused
+
+
+# Requests
+
+
+@pytest.fixture
+def port(room):
+    with serving(class_server(room, 0, Access())) as where:
+        yield where
+
+
+def ask(port, path, token=None, body=None, headers=None):
+    """Status, headers and text of an answer; with a body to a POST."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+    cookie = {"Cookie": f"quadstep-{port}={token}"} if token else {}
+    connection.request("GET" if body is None else "POST", path, body, {**cookie, **(headers or {})})
+    response = connection.getresponse()
+    text = response.read().decode()
+    connection.close()
+    return response.status, dict(response.getheaders()), text
+
+
+def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
+    ada, other = room.members
+    status, headers, _ = ask(port, f"/?token={ada}")
+    assert (status, headers["Location"]) == (303, "/")
+    assert headers["Set-Cookie"].startswith(f"quadstep-{port}={ada}; Path=/; HttpOnly")
+    assert ask(port, f"/submit?token={ada}", body="[controller]\n")[0] == 303
+    assert ask(port, "/submit", other, urlencode({"mission": "[controller]\nK_r1 = 3.0\n"}))[0] == 303
+    assert [room.waiting.get() for _ in range(2)] == [
+        (room.members[ada], "[controller]\n"),
+        (room.members[other], "[controller]\nK_r1 = 3.0\n"),
+    ]
+    room.members[other].counts(1, 0.0123)
+    text = ask(port, "/", ada)[2]
+    assert re.search(r"<td>1</td><td>Group 2</td><td[^>]*>12.3.mm</td>", text)
+    assert "Waiting to be flown" in text
+    assert ask(port, "/mission.toml", ada)[2] == MISSION
+
+
+def test_nothing_of_others_and_nothing_else_is_sent(room, port):
+    ada = next(iter(room.members))
+    for member in room.members.values():
+        (member.folder / "1").mkdir(parents=True)
+        (member.folder / "1" / "page.html").write_text(f"page of {member.name}")
+        member.latest = 1
+    assert ask(port, "/mine", ada)[2] == "page of Ada"
+    assert ask(port, "/mine?student=Group%202", ada)[2] == "page of Ada"
+    for path in (
+        "/Group%202/1/page.html",
+        "/mine/../Group%202/1/page.html",
+        "/files/.class",
+        "/.class",
+        "/fly/Ada/1/",
+        "//etc/passwd",
+    ):
+        assert ask(port, path, ada)[0] == 404, path
+    forged = ["", "0" * 32, ada[:-1], ada + "0", ada.upper(), "Ada", "é", "../" + ada]
+    for token in forged:
+        for path, body in (("/", None), ("/mine", None), ("/submit", "[controller]\n")):
+            assert ask(port, path, token.encode("utf-8").decode("latin-1"), body)[0] == 403
+    assert room.waiting.empty()
+    assert ask(port, "/", ada, headers={"Host": "evil.example"})[0] == 421
+
+
+def test_tokens_differ_between_students_and_classes_and_stay(room, tmp_path):
+    again = Room(tmp_path / "class.toml", tmp_path / "out")
+    assert list(again.members) == list(room.members)
+    (tmp_path / "elsewhere").mkdir()
+    others = Room(tmp_path / "class.toml", tmp_path / "elsewhere")
+    assert len({*room.members, *others.members}) == 4
+    assert (tmp_path / "out" / classroom.SECRET_NAME).stat().st_mode & 0o077 == 0
+
+
+def test_a_flood_of_one_student_is_one_submission(room, port):
+    ada, other = room.members
+    statuses = [ask(port, "/submit", ada, "[controller]\n")[0] for _ in range(5)]
+    assert statuses == [303, 429, 429, 429, 429]
+    room.waiting.get()
+    room.members[ada].waits = False
+    status, _, text = ask(port, "/submit", ada, "[controller]\n")
+    assert (status, text[:35]) == (429, "Your next submission is taken in 20")
+    room.members[ada].last = time.monotonic() - room.section.pause
+    assert ask(port, "/submit", ada, "[controller]\n")[0] == 303
+    assert ask(port, "/submit", other, "[controller]\n")[0] == 303, "others are not kept waiting"
+
+
+@pytest.mark.parametrize(
+    ("length", "status"),
+    [
+        ("1" * 5000, 411),
+        ("999999999", 413),
+        (f"{3 * SUBMISSION.most + 1}", 413),
+        ("-1", 411),
+        ("1e3", 411),
+        ("", 411),
+        ("٣", 411),
+    ],
+)
+def test_a_huge_submission_is_refused_before_it_is_read(room, port, length, status):
+    ada = next(iter(room.members))
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as line:
+        head = f"POST /submit?token={ada} HTTP/1.0\r\nHost: 127.0.0.1:{port}\r\nContent-Length: {length}\r\n\r\n"
+        line.sendall(head.encode())
+        assert f" {status} ".encode() in line.recv(100)
+    assert room.waiting.empty()
+
+
+@pytest.mark.parametrize("body", [b"\xff\xfe", b" ", b"x" * (SUBMISSION.most + 1), b"mission=a&mission=b&c=d", b"mission=%ff"])
+def test_what_is_no_text_of_that_size_is_refused(room, port, body):
+    assert ask(port, "/submit", next(iter(room.members)), body)[0] == 400
+    assert room.waiting.empty()
+
+
+def test_markup_in_a_submission_reaches_no_page(room, port):
+    evil = "<script>alert(1)</script>"
+    flown(room, f'name = "{evil}"\n[controller]\n"{evil}" = 1\n')
+    text = ask(port, "/", next(iter(room.members)))[2]
+    assert "alert(1)" in text
+    assert evil not in text
+    flown(room, f'name = "{evil}"\n')
+    ada, member = next(iter(room.members.items()))
+    assert member.latest == 1
+    status, headers, text = ask(port, "/mine", ada)
+    assert status == 200
+    assert evil not in text
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+
+
+def test_one_address_cannot_keep_the_others_out(room, port):
+    lines = [socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) for _ in range(3 * MOST_AT_ONCE)]
+    try:
+        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as one:
+            assert one.recv(1) == b"", "one more is closed at once"
+    finally:
+        for line in lines:
+            line.close()
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        try:
+            assert ask(port, "/", next(iter(room.members)))[0] == 200
+            break
+        except (ConnectionError, http.client.BadStatusLine):
+            time.sleep(0.02)
