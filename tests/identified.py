@@ -35,7 +35,7 @@ FIRST_SEED = 1000
 
 def trial(guidance: float, seed: int) -> dict[str, tuple[float, float, bool]]:
     """Of each number: its error and half its interval, both over the true one, and whether that lies inside."""
-    found = identify(logged(seed, guidance), start(), lambda _: None, predictors=False)
+    found = identify(logged(seed, guidance), start(), lambda _: None, predictors=False, still=True)
     rows = {}
     for key, one in found.fitted.items():
         true = true_value(key)
@@ -69,7 +69,7 @@ def split(fitted: list[Path], held: list[Path]) -> None:
     """Print ratios to "constant" of flights that were not fitted: the flights' mean ratio / the ratio of their mean errors."""
     flights, unseen = ([read_log(path) for path in paths] for paths in (fitted, held))
     vehicle = start()
-    found = identify(flights, vehicle, lambda what: print(f"fitting: {what}", file=sys.stderr))
+    found = identify(flights, vehicle, lambda what: print(f"fitting: {what}", file=sys.stderr), still=True)
     knowing = {"commands": found.numbers}
     if found.guided:
         knowing["setpoints too"] = found.numbers._replace(observer=found.guided)
@@ -107,13 +107,15 @@ def right(flown: list[Beside]) -> str:
 
 def flown_by(fitted: list[FlightRecord], flights: list[FlightRecord], controller: dict[str, object]) -> list[Beside]:
     """Flights by the vehicle that others identify."""
-    return fly_again(flights, identified_vehicle(start(), identify(fitted, start(), lambda _: None), "", ""), controller)
+    return fly_again(
+        flights, identified_vehicle(start(), identify(fitted, start(), lambda _: None, still=True), "", ""), controller
+    )
 
 
 def closed() -> None:
     """Print how the eight NanoBench flights are flown by a vehicle identified from them, and by those of the other flights."""
     flights = [read_log(path) for path in sorted(NANOBENCH.glob("*.csv"))]
-    found = identified_vehicle(start(), identify(flights, start(), lambda _: None), "", "")
+    found = identified_vehicle(start(), identify(flights, start(), lambda _: None, still=True), "", "")
     own: dict[str, object] = read_toml(Path("examples/crazyflie_pid.toml"))["controller"]
     for name, controller in (("pid", {"type": "pid"}), ("examples/crazyflie_pid.toml", own)):
         flown = fly_again(flights, found, controller)

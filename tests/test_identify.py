@@ -162,7 +162,7 @@ def test_intervals_hold_where_few_parts_of_flight_tell_most():
 
 
 def test_a_known_vehicle_is_found_again(flights):
-    found = identify(flights, start(), lambda what: None, predictors=False)
+    found = identify(flights, start(), lambda what: None, predictors=False, still=True)
     for key, one in found.fitted.items():
         assert one.value == pytest.approx(true_value(key), rel=0.2 if key == "command.delay" else 0.08), key
         assert one.low < one.value < one.high

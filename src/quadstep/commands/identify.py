@@ -32,6 +32,9 @@ def identify(
         bool,
         typer.Option("--trust-mapping", help="Fit even if a log contradicts its mapping; the contradictions are printed."),
     ] = False,
+    still_air: Annotated[
+        bool, typer.Option("--still-air", help="No wind blew, as in a hall: then a lean tells the tilt of the sensor.")
+    ] = False,
     hold_out: Annotated[
         bool, typer.Option("--hold-out/--no-hold-out", help="Keep one flight of four from the first fit to test it on.")
     ] = True,
@@ -67,7 +70,7 @@ def identify(
         section = section.model_copy(update={"mass": mass})
     flights = read_logs(logs, mapping)
     check_logs(flights, section, trust)
-    result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"), residual)
+    result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"), residual, still_air)
     write_beside(out, as_toml(result.vehicle))
     if report:
         complain("drawing: the report")

@@ -19,6 +19,7 @@ from quadstep.identify.intervals import (
     with_values,
 )
 from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.mean_forces import leaned
 from quadstep.identify.parameters import (
     ANSWERS,
     GAINS,
@@ -65,6 +66,8 @@ MOST_DELAY = 0.02
 """Largest half of the delay's interval within which numbers from averages are tried [s]."""
 
 UNDETERMINED = "not identifiable from these flights"
+WINDY = "a light wind would lean the vehicle in the same way, unless it turns or --still-air says that none blew"
+
 CHECKED = ("drag.rotor[2]", "drag.flapping")
 """Parameters from predictions that averages determine too, in another way."""
 
@@ -200,9 +203,10 @@ def identify(
     say: Say,
     earlier: Identified | None = None,
     predictors: bool = True,
+    still: bool = False,
 ) -> Identified:
     """Fit a vehicle to flights. earlier: the result of fitting the same vehicle to some of them, to start from. predictors:
-    whether to fit them too.
+    whether to fit them too. still: whether no wind blew, as in a hall.
 
     Raises UserError where the flights are too few.
     """
@@ -231,7 +235,7 @@ def identify(
         prior = priors(free, p, told)
         point = search(short, point, SHORT_WEIGHTS, 8, prior)
     p = short.at(point)
-    fitted, kept = told_numbers(flights, vehicle, p, free, prior, told, block)
+    fitted, kept = told_numbers(flights, vehicle, p, free, prior, told, block, still)
     kept.update(why)
     before = leaves_of(numbers_of(vehicle, flights))  # what is not determined is as it was
     p = with_values(p, {leaf: before[leaf] for one in free if one.key in kept for leaf in one.leaves})
@@ -240,6 +244,7 @@ def identify(
         p = short.at(search(short, point_of(p, rest), SHORT_WEIGHTS, REFITTED, priors(rest, p, told)))
         values = dict(zip((one.key for one in rest), values_at(point_of(p, rest), rest), strict=True))
         fitted = {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
+    p = with_values(p, {leaf: before[leaf] for one in AVERAGED if one.key in kept for leaf in one.leaves})
     if not predictors:
         return Identified(p, None, fitted, kept)
     say("predictor")
@@ -322,7 +327,7 @@ def by_rotors(
 
 def told_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
-    told: dict[str, Told], block: HalfSeconds | None,
+    told: dict[str, Told], block: HalfSeconds | None, still: bool,
 ) -> tuple[dict[str, Fitted], dict[str, str]]:  # fmt: skip
     """Every parameter of the vehicle that the flights determine, with its interval; the others with the reason."""
     every = (*free, *AVERAGED)
@@ -335,13 +340,16 @@ def told_numbers(
     found = spread(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
     halves = found.halves(in_step(every, point, found, told))
     moved = by_rotors(flights, vehicle, p, every, halves) if told else {}
+    lean = 0.0 if still or block is None else leaned(block)
+    levers = lean * float(p.airframe.drag.flapping / p.airframe.drag.rotor[0])  # of the torque of the wind that leans it
     small = set()
     for place, one in enumerate(every):
         if one.key not in moved or one.key not in told:
             continue
         average, more = told[one.key], moved[one.key]
         if one.key in FROM_AVERAGES or one.key in SURE:
-            halves[place] = math.hypot(halves[place], more)
+            by_wind = {"imu.tilt": lean, "centre_of_gravity": levers}.get(one.key[:-3], 0.0)
+            halves[place] = math.hypot(halves[place], more) + by_wind
         elif one.key in CHECKED:  # the interval holds that of the averages too, where it does not hold their number
             chance = 2.0 * math.hypot(average.error, 0.5 * more * abs(average.value))
             if average.value <= chance:
@@ -356,7 +364,7 @@ def told_numbers(
         if one.key.startswith("prediction.") or (averages and one.key not in told):
             continue
         if half > (UNSURE if one.logarithmic else UNSURE_SCALES * one.scale):
-            kept[one.key] = UNDETERMINED
+            kept[one.key] = WINDY if one.key.startswith(("imu.tilt", "centre_of_gravity")) and lean > 0.0 else UNDETERMINED
             continue
         if one.key in small:
             kept[one.key] = "it is too small to be told from none"

@@ -143,6 +143,16 @@ def forces(
     return known, why
 
 
+def leaned(block: HalfSeconds) -> float:
+    """By how much a steady wind that shows in no flight may lean the vehicle in its own axes [rad]: a tilt or a centre of
+    gravity apart would lean it likewise unless the heading turns. It is the largest lean that counts as a tilt, times the
+    length of the mean of all headings (the mean resultant length of Mardia and Jupp, *Directional Statistics*, 2000).
+    """
+    noses = block.axes[..., :2, 0]
+    headings = noses / np.maximum(np.linalg.norm(noses, axis=-1, keepdims=True), 1e-12)
+    return MOST_TILT * float(np.linalg.norm(headings.mean(axis=(0, 1))))
+
+
 def linearised(
     block: HalfSeconds, flight: NDArray[np.int64], p: PredictorParameters, geometry: Geometry, at: Forced, free: list[str],
     wind: bool,

@@ -84,16 +84,18 @@ def listed(names: Sequence[str]) -> str:
 
 def run(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, mass_source: str, hold_out: bool, say: Say,
-    learn: bool = False,
+    learn: bool = False, still: bool = False,
 ) -> Identification:  # fmt: skip
-    """Identify a vehicle. learn: whether to train a network on what the laws do not explain. Raises UserError."""
+    """Identify a vehicle. learn: whether to train a network on what the laws do not explain. still: as in `identify`. Raises
+    UserError.
+    """
     vehicle = vehicle.model_copy(update={"residual": None})
     ready(flights, vehicle)
     check_alike(flights)
     held = [i for i in range(len(flights)) if i % HELD_OUT == HELD_OUT - 2] if hold_out and len(flights) >= HELD_OUT else []
     fitted = [flight for i, flight in enumerate(flights) if i not in held]
     unseen = [flights[i] for i in held]
-    found = identify(fitted, vehicle, say)
+    found = identify(fitted, vehicle, say, still=still)
     tested = commands = guided = None
     if unseen:
         commands = compare(unseen, vehicle, found.numbers)
@@ -101,7 +103,7 @@ def run(
             guided = compare(unseen, vehicle, found.numbers._replace(observer=found.guided), guided=True)
         say("all flights")
         tested = found
-        found = identify(flights, vehicle, say, found)
+        found = identify(flights, vehicle, say, found, still=still)
     found = in_proportion(vehicle, found)
     names = ", ".join(flight.name for flight in flights)
     description = f"{vehicle.description or 'A vehicle'}; identified from {names}"
