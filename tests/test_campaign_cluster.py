@@ -265,6 +265,15 @@ def test_an_address_where_no_cluster_is(address, said):
     assert "\n" not in str(one.value)
 
 
+@pytest.mark.parametrize("address", [" ", "\n", " local", "auto "])
+def test_blanks_are_no_address_and_start_no_cluster_of_their_own(monkeypatch, address):
+    monkeypatch.setitem(sys.modules, "ray", SimpleNamespace(is_initialized=lambda: False))
+    monkeypatch.setenv("RAY_ADDRESS", address)
+    said = f"^--engine ray: RAY_ADDRESS = {re.escape(repr(address))}: should be HOST:PORT"
+    with pytest.raises(UserError, match=said), cluster_connection.connected():
+        pass
+
+
 TRIALS = {
     "import sys; sys.exit('Traceback:\\nValueError: 3.11 is not 3.12')": "cannot be joined: ValueError: 3.11 is not 3.12$",
     "import os; os.abort()": "cannot be joined: Ray gave up without a message$",

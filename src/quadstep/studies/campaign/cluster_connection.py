@@ -53,7 +53,7 @@ def connected() -> Iterator[ModuleType]:
     if loaded and loaded.is_initialized():
         yield loaded
         return
-    given = os.environ.get("RAY_ADDRESS", "").strip()
+    given = os.environ.get("RAY_ADDRESS", "")  # blanks are an address, and a wrong one
     own = given in ("", "local")
     quiet = {name: os.environ.get(name, value) for name, value in QUIET.items()}
     with environment({**quiet, **(OWN if own else {})}):
@@ -140,7 +140,7 @@ def reach(address: str) -> None:
     host, _, port = address.rpartition(":")
     if not re.fullmatch(r"[^\s:/]+|\[[0-9a-fA-F:]+\]", host) or not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:
         raise UserError(
-            f"--engine ray: RAY_ADDRESS = {address:.80}: should be HOST:PORT of the head node (usually HOST:6379), auto or "
+            f"--engine ray: RAY_ADDRESS = {address[:80]!r}: should be HOST:PORT of the head node (usually HOST:6379), auto or "
             "local"
         )
     try:
