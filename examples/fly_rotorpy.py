@@ -7,9 +7,8 @@ python examples/fly_rotorpy.py
 from rotorpy.controllers.quadrotor_control import SE3Control
 
 from quadstep import flight_metrics, fly
-from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import from_rotorpy
-from quadstep.bridges.rotorpy_flight import fly_on_rotorpy
+from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, to_quad_params
 from quadstep.control.opaque import flying
 from quadstep.mission.multirotor import MultirotorMission
 

@@ -13,8 +13,7 @@ from quadstep.commands.explain import explain
 from quadstep.control.inversion import invert_force
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
-from quadstep.proofs.article.build import FLIGHTS, article, body, missions, tools
-from quadstep.proofs.article.insight import SHOWN, ball, printed_roll
+from quadstep.proofs.article.build import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.vehicle.paper import thrust_direction
 from tests.browsers import browsers, playwright  # noqa: F401 (fixtures)

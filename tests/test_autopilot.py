@@ -11,8 +11,8 @@ import pytest
 from quadstep import Mission
 from quadstep.bridges.autopilot import controller as autopilots
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
+from quadstep.bridges.autopilot.controller import MATCHING
 from quadstep.bridges.autopilot.link import Piloted, SensorSample, address
-from quadstep.bridges.autopilot.matching import MATCHING
 from quadstep.bridges.autopilot.px4 import Px4
 from quadstep.io.errors import UserError
 from quadstep.mission.read import plan_mission, read_mission

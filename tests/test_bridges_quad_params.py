@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.bridges.quad_params import from_quad_params, to_quad_params
+from quadstep.bridges.rotorpy_flight import from_quad_params, to_quad_params
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import flatten

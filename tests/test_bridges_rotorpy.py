@@ -6,9 +6,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import Trajectory, as_rotorpy_controller, from_rotorpy
-from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, multirotor, rotorpy_state
+from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, multirotor, rotorpy_state, to_quad_params
 from quadstep.control.opaque import Known, Wanted, flying
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome

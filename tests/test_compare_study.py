@@ -19,8 +19,7 @@ from quadstep.numbers import flatten
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.comparison import cost, margins, schema, training
-from quadstep.studies.comparison.shipped import shipped_study
-from quadstep.studies.comparison.study import FIRST, Situation, read_study, together
+from quadstep.studies.comparison.study import FIRST, Situation, read_study, shipped_study, together
 from tests.commands import LINE, write
 from tests.needs import CORTEX_M, needs
 from tests.studies import BODY, HEAD, OPTIONAL, SMALL, TUNING, study

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude
-from quadstep.control.command_filter import Filtered
+from quadstep.control.command_filter import Filtered, FilteredAttitude, LedAttitude
 from quadstep.control.filtered_backstepping import FilteredBackstepping, FilteredBacksteppingMemory
 from quadstep.control.networks import NODES, growth, hats, values
 from quadstep.interfaces.reference import Reference

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude
+from quadstep.control.command_filter import FilteredAttitude, LedAttitude
 from quadstep.control.hedged_inversion import HedgedInversion, HedgedInversionMemory
 from quadstep.control.networks import basis
 from quadstep.interfaces.reference import Reference

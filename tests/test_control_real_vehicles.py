@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 from quadstep import fly, fly_all
-from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
+from quadstep.control.command_filter import FilteredAttitude, attitude_filter
 from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.projection import project, project_weights
 from quadstep.control.rotation_backstepping import RotationBackstepping

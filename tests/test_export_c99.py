@@ -15,7 +15,7 @@ from quadstep.export.c.compiler import BITS
 from quadstep.export.c.flown import fly_c, subject_of
 from quadstep.export.c.law import recorded
 from quadstep.export.c.literals import literal
-from quadstep.export.measure import in_f32
+from quadstep.export.run import in_f32
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError

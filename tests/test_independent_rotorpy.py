@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from quadstep.bridges.quad_params import from_quad_params, to_quad_params
-from quadstep.bridges.rotorpy_flight import airframe_state, multirotor
+from quadstep.bridges.rotorpy_flight import airframe_state, from_quad_params, multirotor, to_quad_params
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.closed_loop import Task, Ticks

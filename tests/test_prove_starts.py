@@ -13,8 +13,7 @@ from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.numbers import vector
 from quadstep.proofs.prove.certificate import read_certificate, read_set
 from quadstep.proofs.prove.sampled import Sampled
-from quadstep.proofs.prove.starts import started
-from quadstep.proofs.prove.unknown import Unknown
+from quadstep.proofs.prove.unknown import Unknown, started
 from tests.commands import quadstep, write
 from tests.planar_proofs import SET, TUBE
 from tests.started import begun, flown

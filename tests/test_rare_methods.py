@@ -8,7 +8,7 @@ import pytest
 from quadstep.numbers.noise import probability
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.cross_entropy import LEAST, beyond, cross_entropy
-from quadstep.studies.rare.done import Done
+from quadstep.studies.rare.kept import Done
 from quadstep.studies.rare.mixture import FIRST, Points, Random
 from quadstep.studies.rare.pieces import Kind
 from quadstep.studies.rare.subset import subset_simulation

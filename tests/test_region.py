@@ -19,6 +19,7 @@ from quadstep.proofs.theory.edge import (
     least_frequency,
     level_at_start,
     mission,
+    region_rows,
     setting_of,
     stretched,
 )
@@ -37,7 +38,6 @@ from quadstep.proofs.theory.region import (
     support,
     upper_form,
 )
-from quadstep.proofs.theory.words import region_rows
 from quadstep.studies.paper.cases import line
 from tests.theorem_again import LEVEL, OTHER, differing
 

@@ -22,7 +22,7 @@ from quadstep.report.publish import publishing
 from quadstep.studies.campaign.flown import Flyer
 from quadstep.studies.campaign.store import opened as open_campaign
 from quadstep.studies.comparison.training import Journal, Place, read_lines
-from quadstep.studies.rare.done import Done
+from quadstep.studies.rare.kept import Done
 from quadstep.studies.rare.kept import opened as open_estimate
 from quadstep.studies.tuning.judge import Judged
 from quadstep.studies.tuning.trial import Tried

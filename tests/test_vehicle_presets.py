@@ -15,7 +15,7 @@ from scipy.optimize import fsolve
 
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import LAYOUTS, AirframeSection
-from quadstep.mission.events import AnyEvent, build_events
+from quadstep.mission.multirotor import AnyEvent, build_events
 from quadstep.mission.presets import preset_names
 from quadstep.mission.sensing import SensorsSection
 from quadstep.mission.vehicle_list import load_preset, numbers, parameters, read_vehicle

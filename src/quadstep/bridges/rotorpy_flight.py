@@ -1,13 +1,19 @@
-"""A mission flown on RotorPy's vehicle instead of ours: same path, controller, rates and limits, and a log alike."""
+"""A mission flown on RotorPy's vehicle instead of ours: same path, controller, rates and limits, and a log alike.
+
+A vehicle is also written as RotorPy 3.0.0 describes one, and read from that. It has one lag for rising and falling rotors,
+four rotors that push along body z, and neither gyroscopic torque nor battery nor ground effect. Its `rotor_directions` are
+signs of the torque on the body, the opposite of a spin; its flapping moment has the opposite sign too.
+"""
 
 import math
+from collections.abc import Mapping
 from importlib import import_module
-from typing import Protocol, cast
+from itertools import combinations
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import Adapter, RotorPyControl, State, Trajectory, array, column
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Loop
@@ -21,6 +27,94 @@ from quadstep.vehicle.airframe.motion import AirframeState
 from quadstep.vehicle.airframe.plant import Events
 from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor, Spun
 from quadstep.world.air import MovingAir, start_turbulence, wind_at
+
+GRAVITY = 9.81
+"""RotorPy's, everywhere [m/s^2]."""
+
+UP = (0.0, 0.0, 1.0)
+
+
+def to_quad_params(vehicle: BuiltAirframe) -> dict[str, object]:
+    """RotorPy's `quad_params` of a vehicle, SI units. Raises UserError for what RotorPy cannot describe."""
+    mounts, effects, airframe = vehicle.geometry.mounts, vehicle.effects, vehicle.airframe
+    rotor, drag = airframe.rotor, airframe.drag
+    gyroscopic = effects.gyroscopic and rotor.inertia > 0.0
+    lacking = {
+        "has only vehicles with four rotors": len(mounts) != 4,
+        "has only rotors that push along body z": any(mount.axis != UP for mount in mounts),
+        "has a single rotor lag; set vehicle.rotor.rise_time and fall_time to the same value": rotor.rise != rotor.fall,
+        f"uses a gravity of {GRAVITY} m/s^2; set vehicle.gravity to that": airframe.gravity != GRAVITY,
+        "has no gyroscopic rotor torque; set vehicle.effects.gyroscopic = false": gyroscopic,
+        "has no battery; set vehicle.effects.battery = false": effects.battery,
+        "has no ground effect; set vehicle.effects.ground = false": effects.ground,
+        "has no ground to stand on; leave out vehicle.legs": bool(airframe.contact),
+    }
+    for what, lacks in lacking.items():
+        if lacks:
+            raise UserError(f"RotorPy {what}")
+    air = float(effects.drag)
+    x, y, z = airframe.inertia
+    c_x, c_y, c_z = air * drag.parasitic
+    k_d, _, k_z = air * drag.rotor
+    return {
+        "mass": airframe.mass,
+        **{"Ixx": x, "Iyy": y, "Izz": z, "Ixy": 0.0, "Ixz": 0.0, "Iyz": 0.0},
+        "num_rotors": len(mounts),
+        "rotor_radius": rotor.radius,
+        "rotor_pos": {f"r{i}": np.array(mount.position) for i, mount in enumerate(mounts, start=1)},
+        "rotor_directions": np.array([-mount.spin for mount in mounts]),
+        "rI": np.zeros(3),
+        **{"c_Dx": c_x, "c_Dy": c_y, "c_Dz": c_z},
+        "k_eta": rotor.thrust,
+        "k_m": rotor.torque,
+        **{"k_d": k_d, "k_z": k_z, "k_h": air * drag.translational_lift, "k_flap": -air * drag.flapping},
+        "tau_m": rotor.rise,
+        **{"rotor_speed_min": rotor.slowest, "rotor_speed_max": rotor.fastest, "motor_noise_std": 0.0},
+    }
+
+
+def from_quad_params(params: Mapping[str, Any]) -> dict[str, object]:
+    """The `[vehicle]` table of a mission that flies RotorPy's vehicle. Raises UserError for what we cannot describe.
+
+    Without a `rotor_radius` the rotors are as large as they can be without touching; only ground effect asks.
+    """
+    for key in ("Ixy", "Ixz", "Iyz"):
+        if params.get(key, 0.0) != 0.0:
+            raise UserError(f"quad_params: {key} = {params[key]:g}, but the body axes must be principal axes")
+    if params.get("k_flap", 0.0) > 0.0:
+        raise UserError(
+            f"quad_params: k_flap = {params['k_flap']:g} would tilt a vehicle towards its direction of flight; "
+            "allowed: 0 or less"
+        )
+    if params.get("motor_noise_std", 0.0) != 0.0:
+        raise UserError(f"quad_params: motor_noise_std = {params['motor_noise_std']:g}, but rotor noise is not implemented")
+    places = [tuple(float(x) for x in place) for place in params["rotor_pos"].values()]
+    closest = min(math.dist(a, b) for a, b in combinations(places, 2))
+    lag, k_d = float(params["tau_m"]), float(params.get("k_d", 0.0))
+    spins = ["cw" if direction > 0 else "ccw" for direction in params["rotor_directions"]]
+    return {
+        "mass": float(params["mass"]),
+        "inertia": tuple(float(params[key]) for key in ("Ixx", "Iyy", "Izz")),
+        "gravity": GRAVITY,
+        "rotors": [{"position": place, "spin": spin} for place, spin in zip(places, spins, strict=True)],
+        "rotor": {
+            "thrust_coefficient": float(params["k_eta"]),
+            "torque_coefficient": float(params["k_m"]),
+            "rise_time": lag,
+            "fall_time": lag,
+            "slowest": float(params["rotor_speed_min"]),
+            "fastest": float(params["rotor_speed_max"]),
+            "radius": float(params.get("rotor_radius", 0.5 * closest)),
+        },
+        "drag": {
+            "parasitic": tuple(float(params.get(key, 0.0)) for key in ("c_Dx", "c_Dy", "c_Dz")),
+            "rotor": (k_d, k_d, float(params.get("k_z", 0.0))),
+            "flapping": -float(params.get("k_flap", 0.0)) + 0.0,
+            "translational_lift": float(params.get("k_h", 0.0)),
+        },
+        "effects": {"gyroscopic": False},
+    }
+
 
 STILL = start_turbulence()
 

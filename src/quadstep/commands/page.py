@@ -12,7 +12,7 @@ from quadstep.io.atomic import check_place, write_beside
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.files import PAGE, read_bytes
-from quadstep.mission.looks import CAMPAIGN, look
+from quadstep.mission.kinds import CAMPAIGN, look
 from quadstep.report.terminal.screen import complain, say_whole
 
 OWN_MARK = 'id="quadstep-data"'

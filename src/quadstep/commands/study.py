@@ -49,9 +49,8 @@ def region(
 
     Exit code 1 if it does not hold, if a flight without nets exceeds what it allows, or L_dot its bound.
     """
-    from quadstep.proofs.theory.edge import default_region, fly_edge, least_frequency
+    from quadstep.proofs.theory.edge import default_region, edge_rows, fly_edge, least_frequency, line_rows, region_rows
     from quadstep.proofs.theory.flow import Flow, draw, shares_of_lines
-    from quadstep.proofs.theory.words import edge_rows, line_rows, region_rows
 
     found = default_region(force, torque, bias)
     if found is None:
@@ -85,7 +84,7 @@ def controllers(
     """
     check_seeds(seeds)
     with needed_by("`quadstep study controllers`"):
-        from quadstep.studies.comparison.shipped import shipped_study
+        from quadstep.studies.comparison.study import shipped_study
 
         run_study(shipped_study(), out, seeds, engine, retune, keep_going, overwrite, sheet(USUAL, None, SCREEN))
 

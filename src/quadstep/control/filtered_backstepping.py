@@ -21,8 +21,14 @@ What a path is known to do (velocity, acceleration, the turn of its wanted attit
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude, led_acceleration, led_filter
-from quadstep.control.command_filter import Filtered, command_filter
+from quadstep.control.command_filter import (
+    Filtered,
+    FilteredAttitude,
+    LedAttitude,
+    command_filter,
+    led_acceleration,
+    led_filter,
+)
 from quadstep.control.networks import NODES, growth, hats, values
 from quadstep.control.projection import project_weights
 from quadstep.control.rotation_backstepping import AIRBORNE

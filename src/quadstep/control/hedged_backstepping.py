@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.actuators import AchievedCommand, lagged
-from quadstep.control.attitude_filter import LedAttitude, led_acceleration, led_filter
+from quadstep.control.command_filter import LedAttitude, led_acceleration, led_filter
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
     TORQUE_INPUTS,

@@ -18,7 +18,7 @@ the command's error alone. The nets are linear in their weights as those of [16]
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.attitude_filter import FilteredAttitude, LedAttitude, led_acceleration, led_filter
+from quadstep.control.command_filter import FilteredAttitude, LedAttitude, led_acceleration, led_filter
 from quadstep.control.networks import basis, output, weight_rate
 from quadstep.control.projection import project_weights
 from quadstep.control.rotation_backstepping import (

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
+from quadstep.control.command_filter import FilteredAttitude, attitude_filter
 from quadstep.control.networks import basis, output, weight_rate
 from quadstep.control.projection import project, project_weights
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within

@@ -8,8 +8,7 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, Limits, Margins, margins
-from quadstep.linear.modes import STILL, Modes, Pole, poles
-from quadstep.linear.reduced import Reduced
+from quadstep.linear.modes import STILL, Modes, Pole, Reduced, poles
 from quadstep.linear.sampled import WANTED, linearising
 from quadstep.linear.states import Array, Channel
 from quadstep.linear.transfer import frequencies, loci, opened

@@ -8,8 +8,8 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
+from quadstep.linear.modes import Reduced, reduced
 from quadstep.linear.nearby import MOVED, NEAR, bending, nearby
-from quadstep.linear.reduced import Reduced, reduced
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
 from quadstep.linear.states import Array, Flown, commanded, states, with_states

@@ -8,8 +8,7 @@ tell whether the set has more than one element: of a smooth loop they are its sl
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.linear.modes import scales
-from quadstep.linear.reduced import Reduced, reduced
+from quadstep.linear.modes import Reduced, reduced, scales
 from quadstep.linear.sampled import Loops, approached
 from quadstep.linear.states import Array, Flown, states, with_states
 

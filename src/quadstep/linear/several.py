@@ -17,8 +17,8 @@ from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, studied, worst_of
 from quadstep.linear.equilibrium import flown_to, quiet
 from quadstep.linear.margins import Limits
+from quadstep.linear.modes import reduced
 from quadstep.linear.picture import draw_over
-from quadstep.linear.reduced import reduced
 from quadstep.linear.run import MARGIN_COLUMNS, margin_numbers, record
 from quadstep.linear.sampled import Loops, linearised, linearising
 from quadstep.linear.side import NotLinearError

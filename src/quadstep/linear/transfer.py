@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.linear.modes import scales
-from quadstep.linear.reduced import Reduced
+from quadstep.linear.modes import Reduced, scales
 from quadstep.linear.states import Array
 
 Complex = NDArray[np.complex128]

@@ -21,8 +21,7 @@ from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import section_of
 from quadstep.mission.fields import Name, Positive, Quantity
 from quadstep.mission.own_controller import any_controller
-from quadstep.mission.own_metrics import OwnMetrics
-from quadstep.mission.own_thing import NumbersSection, numbers_section, own_class, the_only, unknown_type
+from quadstep.mission.own_thing import NumbersSection, OwnMetrics, numbers_section, own_class, the_only, unknown_type
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.tune import TuneSection

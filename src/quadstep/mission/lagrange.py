@@ -18,8 +18,7 @@ from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.fields import Angles, Finite, Name, Positive, Quantity, Section, Triple
 from quadstep.mission.own_controller import any_controller
-from quadstep.mission.own_metrics import OwnMetrics
-from quadstep.mission.own_thing import OwnSection, own_or
+from quadstep.mission.own_thing import OwnMetrics, OwnSection, own_or
 from quadstep.mission.paths import AnyPath, BuiltPath, path_warnings
 from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.tune import TuneSection

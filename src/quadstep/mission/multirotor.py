@@ -1,11 +1,11 @@
-"""A mission for a real vehicle, as a user writes it."""
+"""A mission for a real vehicle, as a user writes it, and the events that change the vehicle in flight."""
 
 import math
 from collections.abc import Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Annotated, ClassVar, cast
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, cast
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.control.geometric import Geometric
 from quadstep.interfaces.controller import Measured
@@ -20,10 +20,9 @@ from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, section_of
-from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
-from quadstep.mission.fields import Angles, Name, NonNegative, Positive, Quantity, Section, Triple, as_tuple
+from quadstep.mission.fields import Angles, Name, NonNegative, Positive, Quantity, Section, Share, Triple, as_tuple
 from quadstep.mission.own_controller import any_controller
-from quadstep.mission.own_metrics import OwnMetrics
+from quadstep.mission.own_thing import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath, path_warnings
 from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.sensing import SensorsSection
@@ -33,7 +32,101 @@ from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import from_yaw_pitch_roll
 from quadstep.vehicle.airframe.allocation import allocate
 from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.airframe.plant import Events, Payload, RotorFault
 from quadstep.vehicle.plants.multirotor import AirframeLimits, AirframeParameters, Multirotor
+
+NEVER = 1e9
+"""A time that no flight reaches [s]."""
+
+
+class LastingSection(Section):
+    """Something that lasts for a time."""
+
+    time: Annotated[NonNegative, Quantity("s", "start of the event")]
+    until: Annotated[Positive | None, Quantity("s", "end of the event; default: never")] = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "LastingSection":
+        if self.until is not None and self.until <= self.time:
+            raise ValueError(f"until = {self.until:g} s must be after time = {self.time:g} s")
+        return self
+
+    @property
+    def end(self) -> float:
+        """When it is over [s]."""
+        return NEVER if self.until is None else self.until
+
+
+class PayloadSection(LastingSection):
+    """A point mass: it adds weight and inertia, and moves the centre of gravity."""
+
+    type: Literal["payload"]
+    mass: Annotated[Positive, Quantity("kg", "mass of the payload, a point mass")]
+    position: Annotated[Triple, Quantity("m", "position of the payload in body axes")] = (0.0, 0.0, 0.0)
+
+    def payloads(self, mass: float) -> list[Payload]:
+        """The payload, on a vehicle of `mass` [kg]."""
+        return [Payload(self.time, self.end, self.mass, Vector(self.position))]
+
+
+class CentreSection(LastingSection):
+    """The centre of gravity moves; the mass and the inertia about it stay the same.
+
+    It is as if the whole vehicle but its rotors were moved: its mass is taken from the body's origin and put at `shift`.
+    """
+
+    type: Literal["centre-of-gravity"]
+    shift: Annotated[Triple, Quantity("m", "shift of the centre of gravity in body axes")]
+
+    def payloads(self, mass: float) -> list[Payload]:
+        """Two payloads that move `mass` [kg]."""
+        return [
+            Payload(self.time, self.end, -mass, Vector((0.0, 0.0, 0.0))),
+            Payload(self.time, self.end, mass, Vector(self.shift)),
+        ]
+
+
+class RotorFaultSection(Section):
+    """A rotor that makes less thrust and torque than its speed should."""
+
+    type: Literal["rotor"]
+    time: Annotated[NonNegative, Quantity("s", "start of the event")]
+    rotor: Annotated[int, Field(ge=1), Quantity("", "number of the rotor, counted from 1")]
+    efficiency: Annotated[Share, Quantity("", "remaining share of thrust and torque")]
+
+
+AnyEvent = Annotated[PayloadSection | CentreSection | RotorFaultSection, Field(discriminator="type")]
+
+
+def check_events(events: Sequence[AnyEvent], rotors: int, duration: float) -> None:
+    """Raises ValueError for an event that this vehicle of `rotors` rotors, or a flight of `duration` [s], does not have."""
+    for place, event in enumerate(events):
+        if event.time >= duration:
+            raise ValueError(f"events[{place}].time: {event.time:g} s is not before the flight's end at {duration:g} s")
+        if isinstance(event, RotorFaultSection) and event.rotor > rotors:
+            raise ValueError(f"events[{place}].rotor: {event.rotor} is not one of the vehicle's rotors, 1 to {rotors}")
+
+
+def build_events(events: Sequence[AnyEvent], mass: float) -> Events:
+    """The events as numbers, for a vehicle of `mass` [kg]."""
+    payloads = [payload for event in events if not isinstance(event, RotorFaultSection) for payload in event.payloads(mass)]
+    faults = [
+        RotorFault(event.time, float(event.rotor - 1), event.efficiency)
+        for event in events
+        if isinstance(event, RotorFaultSection)
+    ]
+    return Events(payloads=tuple(payloads), faults=tuple(faults))
+
+
+def event_warnings(events: Sequence[AnyEvent], places: Sequence[tuple[float, float, float]]) -> list[str]:
+    """Events that no controller could fly with: a centre of gravity beyond all rotors. places: of the rotors [m]."""
+    reach = max(Vector(place).norm() for place in places)
+    return [
+        f"events[{place}].shift: {Vector(event.shift).norm():g} m is beyond the rotors, at {reach:g} m"
+        for place, event in enumerate(events)
+        if isinstance(event, CentreSection) and Vector(event.shift).norm() >= reach
+    ]
+
 
 USUAL_AIRFRAME_CONTROLLER = section_of(Geometric)(type="geometric")
 

@@ -1,19 +1,25 @@
-"""A thing of the user's own in a mission: its table says `type = "my_path.py:Lissajous"`, and the numbers that it declares."""
+"""A thing of the user's own in a mission: its table says `type = "my_path.py:Lissajous"`, and the numbers that it declares.
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+A mission names metrics likewise: of effort, `metrics = ["energy"]`, or of the user's own, `["my_metrics.py:Overshoot"]`.
+"""
+
+import re
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
-from pydantic import BaseModel, ValidationError, ValidationInfo, create_model
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, ValidationError, ValidationInfo, create_model
 from pydantic_core import PydanticCustomError
 
 from quadstep.interfaces.gain import Gain, cached_by_class, declared, gains_in
+from quadstep.interfaces.metric import Metric
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.installed import allowed, own_place
+from quadstep.io.user_code.installed import METRICS, allowed, own_place
 from quadstep.io.user_code.loading import load
+from quadstep.metrics.effort import EFFORT
 from quadstep.mission.check import INSIDE, shorten
 from quadstep.mission.derived import key_field
-from quadstep.mission.fields import Section
+from quadstep.mission.fields import Quantity, Section, as_tuple
 from quadstep.numbers import Vector
 
 
@@ -152,3 +158,78 @@ def new_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSe
     made: type[OwnSection] = numbers_section(f"{thing.__name__}Section", thing.Numbers, section, type=(Literal[kind], ...))
     made.thing = the_only(thing)
     return made
+
+
+TAKEN = (
+    "flight",
+    "outcome",
+    "ended",
+    "time_of_failure",
+    "success",
+    "name",
+    "version",
+    "engine",
+    "warnings",
+    "mission",
+    "requirements",
+)
+"""What else is in results."""
+
+NAMED = re.compile(r"[A-Za-z_]\w{0,59}")
+UNIT = re.compile(r"[^\[\],\"]{0,20}")
+
+
+def own_metrics(named: Sequence[str], folder: Path) -> tuple[Metric, ...]:
+    """The metrics that a mission names. folder: the mission's. Raises UserError."""
+    return tuple(own_metric(one, folder) for one in named)
+
+
+def own_metric(kind: str, folder: Path) -> Metric:
+    if kind in EFFORT:
+        return EFFORT[kind]()
+    thing: type[Metric] | None = own_class(kind, Metric, METRICS, folder)
+    if thing is None:
+        raise unknown_type(kind, EFFORT, METRICS)
+    name, unit = getattr(thing, "name", None), thing.unit
+    if not (isinstance(name, str) and NAMED.fullmatch(name)):
+        raise UserError(f"{kind}: its `name` should be letters, digits and _, at most 60, not {name!r:.60}")
+    if name in TAKEN:
+        raise UserError(f"{kind}: its `name` is {name}, which already has another meaning in results")
+    if not (isinstance(unit, str) and unit.isprintable() and UNIT.fullmatch(unit)):
+        raise UserError(f"{kind}: its `unit` should be a few printable characters without brackets, not {unit!r:.60}")
+    found: Metric = the_only(thing)
+    return found
+
+
+def check_names(named: Sequence[Metric], scores: Container[str], with_rotors: bool) -> None:
+    """Refuses metrics that the flights of a mission have anyway, or cannot have. Raises ValueError.
+
+    scores: names of those that all its flights have. with_rotors: whether its vehicle has rotors of its own.
+    """
+    for one in named:
+        if one.name in EFFORT and not with_rotors:
+            raise ValueError(f"metrics: {one.name}: only for real vehicles; name one in [vehicle]")
+        if one.name in scores:
+            raise ValueError(f"metrics: {one.name}: every flight already has a metric of this name")
+
+
+def checked_metrics(named: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+    """Refuses a name of nothing, and a metric named twice."""
+    try:
+        names = [one.name for one in own_metrics(named, (info.context or {}).get("folder", Path()))]
+    except UserError as error:
+        raise ValueError(str(error)) from error
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise ValueError(f"two metrics share the name {twice[0]}")
+    return named
+
+
+OwnMetrics = Annotated[
+    tuple[str, ...],
+    BeforeValidator(as_tuple),
+    Field(max_length=32),
+    AfterValidator(checked_metrics),
+    Quantity("", f"further metrics: {', '.join(EFFORT)}, or FILE.py:NAME of your own"),
+]
+"""The key `metrics`."""

@@ -3,23 +3,14 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from quadstep.control.registry import names
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import UserError
-from quadstep.mission.check import check
-from quadstep.mission.kinds import kind_of
-from quadstep.mission.looks import MISSION, refuse_others
+from quadstep.io.errors import UserError, cut
+from quadstep.mission.check import LONGEST, check, sections, shorten, unknown
+from quadstep.mission.kinds import KINDS, MISSION, kind_of, refuse_others
 
 if TYPE_CHECKING:
     from quadstep.engines.fly import FlightPlan
-    from quadstep.mission.schema import Mission
-from typing import TYPE_CHECKING
-
-from quadstep.control.registry import names
-from quadstep.io.errors import cut
-from quadstep.mission.check import LONGEST, sections, shorten, unknown
-from quadstep.mission.kinds import KINDS
-
-if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
 
 

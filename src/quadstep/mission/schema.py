@@ -32,7 +32,7 @@ from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rat
 from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain
 from quadstep.mission.keys import with_value
 from quadstep.mission.own_controller import law_named
-from quadstep.mission.own_metrics import check_names, own_metrics
+from quadstep.mission.own_thing import check_names, own_metrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection

@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeAlias
 from quadstep.numbers.elementary import cos, exp, log, sin
 from quadstep.numbers.functions import minimum, number, sqrt, where, word
 from quadstep.numbers.kinds import Number, Word
+from quadstep.numbers.polynomials import polynomial
 from quadstep.numbers.vectors import Vector
 
 PEAK = 0.3989422804014326779
@@ -58,16 +59,8 @@ def inverse_normal(p: Number) -> Number:
 
 def ratio(x: Number, polynomials: tuple[tuple[float, ...], tuple[float, ...]]) -> Number:
     """A rational function by Horner's rule."""
-    over, under = (horner(x, coefficients) for coefficients in polynomials)
+    over, under = (polynomial(x, coefficients) for coefficients in polynomials)
     return over / under
-
-
-def horner(x: Number, coefficients: tuple[float, ...]) -> Number:
-    """Sum of coefficients[i] x^i."""
-    value: Number = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        value = value * x + coefficient
-    return value
 
 
 def probability(x: float) -> float:

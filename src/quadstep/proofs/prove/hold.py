@@ -26,10 +26,9 @@ from quadstep.io.errors import UserError
 from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.invariant import Growth, Held, Set, largest
-from quadstep.proofs.prove.modes import Modes, modes
 from quadstep.proofs.prove.rest import Rest, rest
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.spectrum import HALF_UNIT, UP
+from quadstep.proofs.prove.spectrum import HALF_UNIT, UP, Modes, modes
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.proofs.prove.verdict import up
 

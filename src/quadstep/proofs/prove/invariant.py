@@ -21,12 +21,10 @@ from quadstep.engines.loop import Numbers
 from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import Operand, UndefinedError
 from quadstep.proofs.prove.box import image, seeded, summed, widened
-from quadstep.proofs.prove.modes import ComplexArray, Modes
 from quadstep.proofs.prove.rest import Rest, after, always
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.spectrum import UP, products
-from quadstep.proofs.prove.starts import STARTS, Leaf, displaced
-from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
+from quadstep.proofs.prove.spectrum import UP, ComplexArray, Modes, products
+from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, Leaf, Unknown, displaced, with_unknown
 
 MOST_ROUNDS, MOST_STEPS, HALVINGS = 400, 40, 16
 LARGER, CLOSER, SMALLER, SPARE, GROWN = 1.01, 1.001, 0.85, 1e-9, 1e3

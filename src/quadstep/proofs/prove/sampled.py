@@ -24,8 +24,7 @@ from quadstep.linear.states import short
 from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import PLAIN, Enclosure, UndefinedError
 from quadstep.numbers.operation import Kind, Operation, Rule
-from quadstep.proofs.prove.starts import Leaf, started
-from quadstep.proofs.prove.unknown import Unknown
+from quadstep.proofs.prove.unknown import Leaf, Unknown, started
 
 Operand: TypeAlias = "Influence | float"
 

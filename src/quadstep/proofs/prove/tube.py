@@ -17,8 +17,7 @@ from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.box import UP, BoundedMatrix, image, lost, summed
 from quadstep.proofs.prove.linear import Block, Coordinates, after_each, block, through, ways
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.starts import STARTS
-from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, Unknown
+from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, Unknown
 
 SAMPLES = 25
 """Most samples of a block."""

@@ -14,7 +14,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import Number, Vector
-from quadstep.proofs.theory.region import E1, R1, R2, Region, Setting, certify_region
+from quadstep.proofs.theory.region import E1, NORMS, R1, R2, Region, Setting, certify_region, root_above
 from quadstep.studies.paper.cases import case_1
 
 DIRECTIONS: dict[str, dict[str, tuple[float, float, float]]] = {
@@ -152,3 +152,47 @@ def fly_edge(region: Region, names: Sequence[str] = tuple(DIRECTIONS)) -> list[E
     found = [over_bounds(log, region) for log in fly_all(plans)]
     nowhere = (float("inf"),) * 3
     return [Edge(name, off, found[2 * i] or nowhere, found[2 * i + 1]) for i, (name, off) in enumerate(starts.items())]
+
+
+MEANINGS = {
+    "r1": ("|r1|", "m/s"), "I1": ("|int r1|", "m"), "e1": ("|e1|: position", "m"), "e2": ("|e2|: attitude", "rad"),
+    "r2": ("|r2|", "rad/s"), "I2": ("|int r2|", "rad"), "a": ("command filter, first stage", "rad"),
+    "b": ("command filter, second stage", "rad"),
+}  # fmt: skip
+UNITS = {"position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"}
+
+
+def region_rows(region: Region, least_frequency: Fraction) -> list[tuple[str, str]]:
+    """Level, rate and their consequences, each with its unit."""
+    bounds = region.bounds
+    ending = root_above(region.ultimate / region.level)
+    rows = [
+        ("L", f"{float(region.level):g} J"),
+        ("time constant of the root of L", f"{1.0 / float(region.rate):.3g} s"),
+        ("ultimate L", f"{float(region.ultimate):.2g} J"),
+    ]
+    for name, (what, unit) in MEANINGS.items():
+        most = bounds.largest[NORMS.index(name)]
+        rows.append((what, f"{float(most):.3g} {unit}, in the end {float(most * ending):.2g}"))
+    return [
+        *rows,
+        ("thrust", f"{float(bounds.thrust):.3g} N"),
+        ("least thrust upwards", f"{float(bounds.vertical):.3g} N (at least)"),
+        ("filter frequency", f"{float(least_frequency):g} rad/s (at least)"),
+    ]
+
+
+def edge_rows(flights: list[Edge]) -> list[tuple[str, ...]]:
+    rows = []
+    for flight in flights:
+        off = "; ".join(
+            f"({', '.join(f'{number + 0.0:.3g}' for number in numbers)}) {UNITS[key]}" for key, numbers in flight.off.items()
+        )
+        learning = "diverged" if flight.learning is None else f"{max(flight.learning):.2f}"
+        rows.append((flight.name, off, *(f"{share:.2f}" for share in flight.returned), learning))
+    return rows
+
+
+def line_rows(shares: dict[tuple[str, str], float]) -> list[tuple[str, str]]:
+    """The share of each coefficient of Q that closed loops use, the least first."""
+    return [(f"{a}, {b}", f"{max(share, 0.0):.2f}") for (a, b), share in sorted(shares.items(), key=lambda one: one[1])]

@@ -7,7 +7,7 @@ from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.results.parts import key, parts_in
 from quadstep.mission.check import check
-from quadstep.mission.looks import MISSION, refuse_others
+from quadstep.mission.kinds import MISSION, refuse_others
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import check_mission
 from quadstep.report.publish import publishing

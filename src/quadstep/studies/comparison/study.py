@@ -1,6 +1,7 @@
 """A study read and laid out: every vehicle, path, scenario and controller that belong together are one cell."""
 
 from collections.abc import Iterator, Mapping
+from importlib import resources
 from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple, cast
@@ -17,9 +18,8 @@ from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.user_code.places import place
 from quadstep.mission.check import check
 from quadstep.mission.declared import PLANTS, is_plant
-from quadstep.mission.kinds import kind_of
-from quadstep.mission.looks import STUDY, refuse_others
-from quadstep.mission.own_metrics import own_metric
+from quadstep.mission.kinds import STUDY, kind_of, refuse_others
+from quadstep.mission.own_thing import own_metric
 from quadstep.mission.presets import is_airframe, preset_names
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
@@ -257,3 +257,9 @@ def check_vehicles(study: Study) -> None:
             )
         if not study.controllers(vehicle):
             raise UserError(f"{study.source}: vehicles: no controller flies {vehicle}")
+
+
+def shipped_study() -> Study:
+    """The study that comes with the package, with its gains. Raises UserError where a file of the user's own is in the way."""
+    with resources.as_file(resources.files("quadstep.studies.comparison") / "studies") as folder:
+        return read_study(folder / "controllers.toml")

@@ -3,8 +3,9 @@
 import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from quadstep.io.results.folder import Folder
 from quadstep.io.results.record import Record
@@ -12,8 +13,64 @@ from quadstep.io.results.record import opened as open_record
 from quadstep.io.version import __version__
 from quadstep.studies.campaign import draws
 from quadstep.studies.campaign.manifest import OTHERS, cannot_continue, identity, machine
-from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.rare.done import Done
+from quadstep.studies.campaign.schema import Campaign, Method
+
+Count = Annotated[int, Field(ge=0)]
+Probability = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+
+class Table(BaseModel):
+    """A table of rare.json."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class DoneEvent(Table):
+    """Failures of one kind. score: the metrics that predicted them. levels: threshold, None for failure itself; probability.
+
+    crude: flights drawn as the campaign draws, and how many of them failed; failures: all that were found at the end.
+    """
+
+    failure: str
+    score: list[str]
+    probability: Probability
+    crude: Count
+    crude_failures: Count
+    failures: Count
+    levels: list[tuple[float | None, float]]
+
+
+class Nearest(Table):
+    """The most likely failure found: its distance from the median, its values, and the deviations of each."""
+
+    deviations: float
+    values: dict[str, object]
+    deviations_by_key: dict[str, float]
+
+
+class Again(Table):
+    """Failures that were flown again with different noise, and how many of them failed again."""
+
+    flights: Count
+    failures: Count
+
+
+class Done(Table):
+    """A finished piece. kind: why it was flown."""
+
+    kind: str
+    method: Method
+    probability: Probability
+    flights: Count
+    events: Annotated[list[DoneEvent], Field(min_length=1)]
+    nearest: Nearest | None = None
+    again: Again | None = None
+
+    @property
+    def score(self) -> str:
+        """What predicted the failures, in words."""
+        return " and ".join(f"by {', '.join(event.score)}" for event in self.events)
+
 
 MANIFEST = "rare.json"
 

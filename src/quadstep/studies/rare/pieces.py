@@ -10,8 +10,8 @@ from quadstep.interfaces.closed_loop import Advance
 from quadstep.studies.campaign.flown import SUCCESS
 from quadstep.studies.campaign.schema import Campaign, Method
 from quadstep.studies.rare.cross_entropy import Replicate, cross_entropy
-from quadstep.studies.rare.done import Again, Done, DoneEvent, Nearest
 from quadstep.studies.rare.flights import Event, Failure, Flights, values
+from quadstep.studies.rare.kept import Again, Done, DoneEvent, Nearest
 from quadstep.studies.rare.mixture import A_REPLICATE, Points, Random, joined
 from quadstep.studies.rare.subset import subset_simulation
 

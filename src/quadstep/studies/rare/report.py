@@ -18,8 +18,7 @@ from quadstep.report.units import metric
 from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
-from quadstep.studies.rare.done import Done
-from quadstep.studies.rare.kept import Kept
+from quadstep.studies.rare.kept import Done, Kept
 from quadstep.studies.rare.pieces import Kind
 from quadstep.studies.rare.summary import Summary, as_json, rounded, sentences
 

@@ -10,7 +10,7 @@ from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
 from quadstep.report.units import counted
 from quadstep.studies.campaign.schema import Method
-from quadstep.studies.rare.done import Done, Nearest
+from quadstep.studies.rare.kept import Done, Nearest
 from quadstep.studies.rare.mixture import Floats
 from quadstep.studies.rare.pieces import Kind
 

@@ -20,7 +20,7 @@ from quadstep.io.errors import UserError
 from quadstep.linear.quick import margin_metrics
 from quadstep.metrics.margins import MARGINS
 from quadstep.mission.check import check
-from quadstep.mission.looks import MISSION, refuse_others
+from quadstep.mission.kinds import MISSION, refuse_others
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import TuneSection

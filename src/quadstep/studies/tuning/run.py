@@ -25,11 +25,11 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
+from quadstep.studies.tuning.gains import edited
 from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, read_request
 from quadstep.studies.tuning.picture import draw_search
 from quadstep.studies.tuning.report import caution, evidence
 from quadstep.studies.tuning.search import Candidate, Found, Search, check_budget, shown_flights
-from quadstep.studies.tuning.toml import edited
 from quadstep.studies.tuning.unseen import Compared, Row, compare
 
 TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
