@@ -40,16 +40,35 @@ def ulog(flight: FlightRecord, motors) -> bytes:
         "vehicle_angular_velocity": ("float[3] xyz", known["rates"]),
         "battery_status": ("float voltage_v", flight.channels["voltage"]),
     }
+    return ulog_of(topics, flight.time)
+
+
+def ulog_of(topics, time, parameters=()) -> bytes:
+    """A ULog of topics by name, each with its fields and values (n, fields); parameters: names and values."""
     out = [b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0), message(b"B", bytes(40))]
     for name, (fields, _) in topics.items():
         out.append(message(b"F", f"{name}:uint64_t timestamp;{fields};".encode()))
+    for name, value in dict(parameters).items():
+        key = f"float {name}".encode()
+        out.append(message(b"P", bytes([len(key)]) + key + struct.pack("<f", value)))
     for number, name in enumerate(topics):
         out.append(message(b"A", struct.pack("<BH", 0, number) + name.encode()))
-    for row, time in enumerate(flight.time):
+    for row, now in enumerate(time):
         for number, (_, values) in enumerate(topics.values()):
-            stamp = round(1e6 * time) + 10 * number
+            stamp = round(1e6 * now) + 10 * number
             out.append(message(b"D", struct.pack("<HQ", number, stamp) + values[row].astype("<f4").tobytes()))
     return b"".join(out)
+
+
+def rate_loop(setpoint, rate, command, period, parameters, **more) -> bytes:
+    """What PX4 logs of its roll's rate loop, each (n,). more: other topics."""
+    other = np.zeros((len(setpoint), 2))
+    topics = {
+        "vehicle_rates_setpoint": ("float roll;float pitch;float yaw", np.column_stack([setpoint, other])),
+        "vehicle_angular_velocity": ("float[3] xyz", np.column_stack([rate, other])),
+        "vehicle_torque_setpoint": ("float[3] xyz", np.column_stack([command, other])),
+    }
+    return ulog_of({**topics, **more}, period * np.arange(len(setpoint)), parameters)
 
 
 def message(kind: bytes, content: bytes) -> bytes:

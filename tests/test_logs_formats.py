@@ -84,7 +84,7 @@ def test_mcap(tmp_path, flight, motors):
 def test_own_readers_read_what_the_formats_own_readers_do(tmp_path, flight, motors):
     pyulog, dfreader = pytest.importorskip("pyulog"), pytest.importorskip("pymavlink.DFReader")
     (tmp_path / "a.ulg").write_bytes(made_logs.ulog(flight, motors))
-    found, damaged = ulog.read(tmp_path / "a.ulg", load_mapping("px4").names())
+    found, damaged, _ = ulog.read(tmp_path / "a.ulg", load_mapping("px4").names())
     assert damaged == 0
     theirs = {one.name: one.data for one in pyulog.ULog(str(tmp_path / "a.ulg")).data_list}
     assert len(found) > 15
@@ -92,8 +92,12 @@ def test_own_readers_read_what_the_formats_own_readers_do(tmp_path, flight, moto
         topic, _, field = name.partition(".")
         assert np.array_equal(series.value, theirs[topic][field])
         assert np.array_equal(series.time, theirs[topic]["timestamp"] * 1e-6)
+    topics, told = {"a": ("float x", np.zeros((1, 1)))}, {"MC_ROLLRATE_P": 0.15, "MC_ROLL_P": 6.5}
+    (tmp_path / "p.ulg").write_bytes(made_logs.ulog_of(topics, [0.0], told))
+    theirs = pyulog.ULog(str(tmp_path / "p.ulg")).initial_parameters
+    assert ulog.read(tmp_path / "p.ulg", ["a.x"]).parameters == theirs == pytest.approx(told)
     (tmp_path / "a.bin").write_bytes(made_logs.ardupilot(flight, motors))
-    found, damaged = ardupilot.read(tmp_path / "a.bin", load_mapping("ardupilot").names())
+    found, damaged, _ = ardupilot.read(tmp_path / "a.bin", load_mapping("ardupilot").names())
     assert damaged == 0
     assert len(found) > 15
     log = dfreader.DFReader_binary(str(tmp_path / "a.bin"))
@@ -108,7 +112,7 @@ def test_letters_of_ardupilot_that_count_in_parts_of_a_unit(tmp_path):
     out += made_logs.described(9, 3 + 8 + 2 + 4 + 4, "X", "QcLe", "TimeUS,A,B,C")
     out += struct.pack("<BBBQhii", 0xA3, 0x95, 9, 2_000_000, -1234, 471234567, 50)
     (tmp_path / "a.bin").write_bytes(out)
-    found, _ = ardupilot.read(tmp_path / "a.bin", ["X.A", "X.B", "X.C", "X.D"])
+    found, *_ = ardupilot.read(tmp_path / "a.bin", ["X.A", "X.B", "X.C", "X.D"])
     assert {name: series.value.tolist() for name, series in found.items()} == {
         "X.A": [pytest.approx(-12.34)], "X.B": [pytest.approx(47.1234567)], "X.C": [0.5],
     }  # fmt: skip
@@ -122,7 +126,7 @@ def test_layouts_of_a_ulog_within_one_another(tmp_path):
     out += made_logs.message(b"A", struct.pack("<BH", 0, 7) + b"status")
     sample = struct.pack("<HQBffBff?", 7, 3_000_000, 1, 1.0, 2.0, 2, 3.0, 4.0, True)
     (tmp_path / "a.ulg").write_bytes(out + made_logs.message(b"D", sample) + made_logs.message(b"D", sample + bytes(7)))
-    found, damaged = ulog.read(
+    found, damaged, _ = ulog.read(
         tmp_path / "a.ulg", ["status.e[1].v[0]", "status.ok", "status.e[2].v[0]", "status.e", "status.x"]
     )
     assert damaged == 0
@@ -148,7 +152,7 @@ def test_a_layout_that_no_message_can_have_is_damage(tmp_path, layout):
     out = b"ULog\x01\x12\x35\x01" + bytes(8) + made_logs.message(b"F", b"b:float[60000] x;") + made_logs.message(b"F", layout)
     out += made_logs.message(b"A", struct.pack("<BH", 0, 7) + b"a")
     (tmp_path / "a.ulg").write_bytes(out)
-    columns, damaged = ulog.read(tmp_path / "a.ulg", ["a.x"])
+    columns, damaged, _ = ulog.read(tmp_path / "a.ulg", ["a.x"])
     assert not columns
     assert damaged > 0
 

@@ -13,7 +13,10 @@ from quadstep.report.sheet import SCREEN, USUAL, sheet
 
 
 def advise(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log of a flight with an excitation.", show_default=False)],
+    log: Annotated[
+        Path,
+        typer.Argument(metavar="LOG", help="A log of a flight with an excitation, or with quick turns.", show_default=False),
+    ],
     mission: Annotated[
         Path | None,
         typer.Option(metavar="MISSION.toml", help="A mission whose modelled margins stand beside.", show_default=False),
@@ -22,7 +25,7 @@ def advise(
         str | None,
         typer.Option(
             metavar="X,Y",
-            help="Columns of the excitation, and of the command that it was added to, with it; known for ArduPilot.",
+            help="Columns of the excitation, and of the command that it was added to, with it; known for ArduPilot and PX4.",
             show_default=False,
         ),
     ] = None,

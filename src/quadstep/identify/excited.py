@@ -1,4 +1,4 @@
-"""Flights with an excitation added to a controller's command: reading them from logs, and why some tell nothing."""
+"""Flights whose log tells how a loop answers an excitation of its command: reading them, and why some tell nothing."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,26 +6,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.logs import ardupilot
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
-from quadstep.identify.logs.series import Columns, Series
-from quadstep.identify.response import Response, response
+from quadstep.identify.logs.series import Columns, Series, Topics
+from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
+from quadstep.identify.response import FREE, Response, response
+from quadstep.identify.setpoints import EXPLAINED, columns_of, made
 from quadstep.io.errors import UserError
 
-AXES = "roll", "pitch", "yaw"
+LOOPS = {".bin": ARDUPILOT, ".ulg": PX4, ".ulog": PX4}
+"""Whose logs these are."""
+
 EXCITATION = "SIDD.Targ"
-COMMANDS = dict(zip(AXES, ("RATE.ROut", "RATE.POut", "RATE.YOut"), strict=True))
-"""ArduPilot's: the waveform of its mode System Identification, and what its rate controllers command, with the waveform."""
+"""The waveform of ArduPilot's mode System Identification, which is in the commands of the rate controllers."""
 
 SHORTEST = 10.0
 """Shortest excitation [s]."""
 
 SLOWEST = 0.02
 """Longest time between two logged commands [s]."""
-
-FREE = 0.3
-"""At the highest frequencies the loop no longer answers, and the command is the excitation: largest distance of S from 1."""
 
 CLIPPED, LARGEST = 0.999, 0.1
 """A command within this share of its largest counts as held there; largest share of time in which it may be."""
@@ -36,20 +35,31 @@ Identification", 2nd edition, 2012).
 """
 
 
+FEWEST_POINTS, NARROWEST = 16, 2.0
+"""Fewest frequencies at which a setpoint must be heard, and the least ratio of the highest to the lowest."""
+
+ADVICE = {
+    "px4": "or PX4's autotune, with the high-rate profile (bit 4 of SDLOG_PROFILE)",
+    "ardupilot": "or the mode System Identification with SID_AXIS 10 (roll), 11 (pitch) or 12 (yaw)",
+}
+"""What to fly."""
+
+
 class Excited(NamedTuple):
-    """An excitation in flight. axis: which command it was added to; source: the columns. measured: what the loop answered.
+    """An excitation in flight. axis: whose command it is in; source: the columns. measured: what the loop answered.
     excitation, command (n,): samples a `period` [s] apart. parameters: of the autopilot, by name, where the log has them.
-    damaged: places of the log that could not be read.
+    damaged: places of the log that could not be read. loop: of the autopilot, where its columns are known.
     """
 
     axis: str
-    source: tuple[str, str]
+    source: tuple[str, ...]
     measured: Response
     excitation: Floats
     command: Floats
     period: float
     parameters: Mapping[str, float]
     damaged: int = 0
+    loop: RateLoop | None = None
 
     @property
     def noise(self) -> float:
@@ -60,33 +70,70 @@ class Excited(NamedTuple):
 
 
 def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
-    """The excitation in a log. columns: that of the excitation and that of the command which holds it; ArduPilot's have known
-    names. Raises UserError where there is none, or where it tells nothing of the loop.
+    """The excitation in a log. columns: that of the excitation and that of the command which holds it; autopilots' are known.
+    Raises UserError where there is none, or where it tells nothing of the loop.
     """
     if not of_topics(path):
         raise UserError(f"{path}: should be a log of topics: .bin, .ulg or .mcap")
-    if columns is None and path.suffix.lower() != ".bin":
+    loops = LOOPS.get(path.suffix.lower(), ())
+    if columns is None and not loops:
         raise UserError(f"{path}: which columns hold an excitation and the command that it was added to? give --columns X,Y")
-    wanted = [EXCITATION, *COMMANDS.values()] if columns is None else list(columns)
-    found, damaged = read_topics(path, wanted)
-    given, *commands = wanted
-    if given not in found or len(found[given].time) < 2:
-        fly = "; fly the mode System Identification with SID_AXIS 10 (roll), 11 (pitch) or 12 (yaw)" if columns is None else ""
-        broken = f" ({damage(damaged)})" if damaged else ""
-        raise UserError(
-            f"{path}: {given} is not in the log{broken}: without an excitation its margins cannot be measured{fly}"
-        )
-    commands = [one for one in commands if one in found and len(found[one].time) > 1]
+    found = read_topics(path, list(columns) if columns else [EXCITATION, *columns_of(loops)])
+    if columns is None and EXCITATION not in found.columns:
+        return by_setpoint(path, found, loops)
+    given, commands = (EXCITATION, [one.command for one in loops]) if columns is None else (columns[0], [columns[1]])
+    if missing := {given, *commands[:1]} - {*found.columns} if columns else set():
+        raise UserError(f"{path}: {' and '.join(sorted(missing))}: not in the log{broken(found)}")
+    commands = [one for one in commands if one in found.columns and len(found.columns[one].time) > 1]
     if not commands:
-        raise UserError(f"{path}: {' and '.join(wanted[1:])}: the commands are not in the log")
-    several = [sampled(path, found, given, one) for one in commands]
+        raise UserError(f"{path}: {given} is in the log, but no command that holds it{broken(found)}")
+    several = [sampled(path, found.columns, given, one) for one in commands]
     measured = [response(*one) for one in several]
     best = max(range(len(measured)), key=lambda i: float(np.median(measured[i].coherence)))
-    axis = {name: axis for axis, name in COMMANDS.items()}.get(commands[best], commands[best])
-    parameters = ardupilot.parameters(path) if path.suffix.lower() == ".bin" else {}
-    one = Excited(axis, (given, commands[best]), measured[best], *several[best], parameters, damaged)
+    loop = next((one for one in loops if columns is None and one.command == commands[best]), None)
+    axis, source = loop.axis if loop else commands[best], (given, commands[best])
+    one = Excited(axis, source, measured[best], *several[best], found.parameters, found.damaged, loop)
     refuse(path, one)
     return one
+
+
+def broken(found: Topics) -> str:
+    return f" ({damage(found.damaged)})" if found.damaged else ""
+
+
+def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excited:
+    """What setpoints excited, of the axis where they tell most. Raises UserError."""
+    logged = [
+        (place, one) for place, one in enumerate(loops)
+        if all(len(found.columns.get(name, ((),))[0]) > 1 for name in (one.setpoint, one.rate, one.command))
+    ]  # fmt: skip
+    if not logged:
+        wanted = ", ".join((loops[0].setpoint, loops[0].rate, loops[0].command))
+        raise UserError(f"{path}: has no setpoint, rate and command of a rate loop{broken(found)}, such as {wanted}")
+    several, refused = [], []
+    for place, one in logged:
+        try:
+            several.append(explained(path, found, one, place))
+        except UserError as error:
+            refused.append(error)
+    if not several:
+        raise refused[0]
+    best = max(several, key=lambda one: wide(one.measured))
+    refuse_narrow(path, best)
+    return best
+
+
+def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
+    """What the setpoint of an axis excited, where the command follows it. Raises UserError."""
+    one = made(path, found, loop, place, SLOWEST, SHORTEST)
+    if one.explained < EXPLAINED:
+        raise UserError(
+            f"{path}: {loop.command}: {100 * max(one.explained, 0.0):.0f} % of it are what {loop.stem}* of the log make of "
+            f"{loop.setpoint} and {loop.rate}; {100 * EXPLAINED:g} % are needed: gains changed, or another controller flew"
+        )
+    source = loop.setpoint, loop.rate, loop.command
+    answer = response(one.excitation, one.command, one.period, HEARD, one.told).blurred(one.late)
+    return Excited(loop.axis, source, answer, *one[:3], found.parameters, found.damaged, loop)
 
 
 def sampled(path: Path, columns: Columns, excitation: str, command: str) -> tuple[Floats, Floats, float]:
@@ -113,12 +160,37 @@ def sampled(path: Path, columns: Columns, excitation: str, command: str) -> tupl
     return values[0], values[1], period
 
 
-def refuse(path: Path, one: Excited) -> None:
-    """Raises UserError where an excitation cannot tell the margins, with the reason."""
-    u, name = one.command - np.median(one.command), one.source[1]
+def refuse_clipped(path: Path, one: Excited) -> None:
+    """Raises UserError where a command stayed at its limits."""
+    u = one.command - np.median(one.command)
     held = float(np.mean(np.abs(u) >= CLIPPED * np.abs(u).max()))
     if held > LARGEST:
-        raise UserError(f"{path}: {name}: saturated for {100 * held:.0f} % of the time; excite with a smaller magnitude")
+        what = f"{path}: {one.source[-1]}: saturated for {100 * held:.0f} % of the time"
+        raise UserError(f"{what}; excite with a smaller magnitude")
+
+
+def wide(found: Response) -> float:
+    """The ratio of the highest frequency to the lowest; 0 where there is none."""
+    return float(found.omega[-1] / found.omega[0]) if len(found.omega) >= FEWEST_POINTS else 0.0
+
+
+def refuse_narrow(path: Path, one: Excited) -> None:
+    """Raises UserError where a setpoint cannot tell the margins, with the reason."""
+    refuse_clipped(path, one)
+    omega = one.measured.omega
+    if wide(one.measured) < NARROWEST:
+        heard = f"only between {omega[0]:.3g} and {omega[-1]:.3g} rad/s" if len(omega) > 1 else "nowhere"
+        raise UserError(
+            f"{path}: the setpoints explain {100 * HEARD:g} % of the commands (coherence) {heard}, for no axis over more than "
+            f"a factor of {NARROWEST:g}: without an excitation its margins cannot be measured; snap the sticks often, "
+            + ADVICE[one.loop.form if one.loop else ""]
+        )
+
+
+def refuse(path: Path, one: Excited) -> None:
+    """Raises UserError where an excitation cannot tell the margins, with the reason."""
+    refuse_clipped(path, one)
+    name = one.source[-1]
     median = float(np.median(one.measured.coherence))
     if median < HEARD:
         raise UserError(

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.logs.flight import Floats
+from quadstep.identify.logs.flight import Flags, Floats
 from quadstep.metrics.statistics import Estimate, student_quantile
 
 Complex = NDArray[np.complex128]
@@ -36,6 +36,12 @@ POINTS = 160
 
 NEAR = 6
 """Frequencies on each side over which slopes are taken."""
+
+BESIDE = 2
+"""Neighbours of a frequency on each side with which it is judged."""
+
+FREE = 0.3
+"""At the highest frequencies the loop no longer answers, and the command is the excitation: largest distance of S from 1."""
 
 EVEN = 0.1
 """Frequencies count as excited where the excitation's smoothed amplitude is above this share of its largest."""
@@ -72,6 +78,21 @@ class Response(NamedTuple):
         found: Floats = self.error / np.abs(self.sensitivity) ** 2
         return found
 
+    def heard(self, least: float, told: Flags) -> "Response":
+        """The widest stretch that is told and whose coherence is above `least`. Where its upper end no longer answers the loop
+        (S near 1), it ends there: what is coherent beyond is noise that the excitation holds too.
+        """
+        first, last = longest(told & (typical(self.coherence) > least), self.omega)
+        free = np.flatnonzero(typical(np.abs(self.sensitivity - 1.0))[first : last + 1] < FREE)
+        last = first + int(free[-1]) if len(free) else last
+        kept = slice(first, last + 1)
+        ends = self.error[kept], self.freedom[kept], self.coherence[kept]
+        return Response(self.omega[kept], self.sensitivity[kept], *ends)
+
+    def blurred(self, late: float) -> "Response":
+        """With the error of an excitation whose time is uncertain by a standard deviation [s]."""
+        return self._replace(error=np.hypot(self.error, np.abs(self.sensitivity) * self.omega * late))
+
     def scaled(self, factor: float) -> "Response":
         """With the controller's gains times a factor."""
         opened = factor * self.opened
@@ -86,30 +107,52 @@ class Crossing(NamedTuple):
     value: Estimate
 
 
-def band(spectrum: Complex) -> tuple[int, int]:
-    """First and last line of the longest excited stretch; amplitudes are smoothed over a tenth of the frequency."""
+def amplitudes(spectrum: Complex) -> Floats:
+    """Of the lines of a spectrum, smoothed over a tenth of the frequency."""
     power = np.concatenate([[0.0], np.cumsum(np.abs(spectrum) ** 2)])
     line = np.arange(len(spectrum))
     low, high = (np.clip(np.round(line * factor).astype(int), 0, len(line) - 1) for factor in (0.95, 1.05))
-    smooth = np.sqrt((power[high + 1] - power[low]) / (high + 1 - low))
-    heard = smooth > EVEN * smooth.max()
+    found: Floats = np.sqrt((power[high + 1] - power[low]) / (high + 1 - low))
+    return found
+
+
+def band(spectrum: Complex) -> tuple[int, int]:
+    """First and last line of the longest excited stretch."""
+    smooth = amplitudes(spectrum)
+    return longest(smooth > EVEN * smooth.max(), np.maximum(np.arange(len(smooth)), 1))
+
+
+def longest(heard: Flags, at: Floats | NDArray[np.int_]) -> tuple[int, int]:
+    """First and last of the stretch that is heard over the widest ratio of frequencies; the last before the first: nowhere."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], heard.astype(int), [0]])))
-    first, past = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: math.log(one[1] / max(one[0], 1)))
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    first, past = max(pairs, key=lambda one: at[one[1] - 1] / at[one[0]], default=(0, 0))
     return int(first), int(past) - 1
 
 
-def response(excitation: Floats, command: Floats, period: float) -> Response:
+def typical(values: Floats) -> Floats:
+    """Medians over neighbours."""
+    padded = np.pad(values, BESIDE, "edge")
+    found: Floats = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * BESIDE + 1), axis=1)
+    return found
+
+
+def response(
+    excitation: Floats, command: Floats, period: float, least: float = 0.0, lines_told: Flags | None = None
+) -> Response:
     """The sensitivity from samples (n,) of the excitation and of the command that holds it, a period [s] apart, where it is
-    excited.
+    excited. lines_told: where the spectrum of an excitation that was not made to be one is not noise; it counts as far as its
+    coherence is above `least`.
     """
     count = len(excitation)
     d, u = (np.fft.rfft(one - one.mean()) for one in (excitation, command))
-    first, last = band(d)
+    first, last = band(d) if lines_told is None else (1, len(d))
     first, last = max(first, CYCLES), min(last, len(d) - FEWEST - 1)
     lines = np.unique(np.round(np.geomspace(first, max(last, first + 1), POINTS)).astype(int))
     rows = [local(d, u, int(line)) for line in lines]
     sensitivity, error, freedom, coherence = (np.array(column) for column in zip(*rows, strict=True))
-    return Response(2.0 * math.pi * lines / (count * period), sensitivity, error, freedom, coherence)
+    found = Response(2.0 * math.pi * lines / (count * period), sensitivity, error, freedom, coherence)
+    return found if lines_told is None else found.heard(least, lines_told[lines])
 
 
 def local(d: Complex, u: Complex, line: int) -> tuple[complex, float, float, float]:

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.excited import AXES, Excited, excited
+from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
 from quadstep.identify.response import Crossing, Response, crossovers, determined, gain_margins, margin
 from quadstep.io import files
 from quadstep.io.errors import UserError
+from quadstep.io.parameter_files import FORMATS
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.linear.analysis import studied
@@ -29,15 +30,8 @@ from quadstep.report.page import Fact
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 
-RATE_GAINS = {
-    axis: tuple(f"ATC_RAT_{name}_{gain}" for gain in "PID") for axis, name in zip(AXES, ("RLL", "PIT", "YAW"), strict=True)
-}
-"""ArduPilot's gains that together scale a whole command."""
-
 FACTORS = np.geomspace(1.0, 0.25, 57)
 """Factors on the gains that are tried, the largest first."""
-
-PARAMETERS = "advised.param"
 
 
 class Measured(NamedTuple):
@@ -139,7 +133,8 @@ def advise(
     with publishing(folder, f"advise-{identity}", overwrite) as out:
         found = evidence(out, path, flight, now, model, sheet)
         found.write(out)
-    return found._replace(commands=[f"Parameters to load: {folder / PARAMETERS}"] if found.record["changes"] else [])
+    written = [one.name for one in folder.glob("advised.*")]
+    return found._replace(commands=[f"Parameters to load: {folder / name}" for name in written])
 
 
 def untold(path: Path, flight: Excited, now: Measured) -> str:
@@ -180,8 +175,10 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
     advice = advised(flight.measured, now)
     changes = changed(flight, advice) if advice else {}
     if changes:
-        lines = [f"{name},{value:.6g}\n" for name, (_, value) in changes.items()]
-        (out / PARAMETERS).write_text("".join(lines), encoding="utf-8")
+        assert flight.loop
+        form = FORMATS.load(flight.loop.form)
+        text = form.write({name: value for name, (_, value) in changes.items()}, {})
+        (out / f"advised{form.suffixes[0]}").write_text(text, encoding="utf-8")
     (out / FIGURES).mkdir()
     loops = [flight.measured.opened, *([model.loop] if model else [])]
     channels = tuple(Channel(name, "") for name in ("measured", "modelled")[: len(loops)])
@@ -218,22 +215,19 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
 
 def changed(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
     """The parameters to change, now and then; empty where the log does not name them, or a feed-forward bypasses them."""
-    names = RATE_GAINS.get(flight.axis, ())
-    if not names or any(name not in flight.parameters for name in names) or bypassed(flight):
-        return {}
-    values = {name: flight.parameters[name] for name in names}
+    values = (flight.loop and not bypassed(flight) and flight.loop.gains(flight.parameters)) or {}
     return {name: (value, advice.factor * value) for name, value in values.items() if value}
 
 
 def bypassed(flight: Excited) -> bool:
     """Whether part of the command does not pass the gains."""
-    return any(flight.parameters.get(f"{name[:-1]}FF", 0.0) != 0.0 for name in RATE_GAINS.get(flight.axis, ())[:1])
+    return flight.loop is not None and flight.loop.bypassed(flight.parameters)
 
 
 HEADER = ("", "crossover [rad/s]", "phase margin [°]", "gain up [dB]", "gain down [dB]")
 METHOD = (
-    "The open loop at the controller's command, outer loops included, from an excitation that was added to it. The 95 % "
-    "intervals come from what the excitation does not explain."
+    "The open loop at the controller's command, outer loops included, from an excitation that was added to it or that the "
+    "setpoint made of it. The 95 % intervals come from what this does not explain."
 )
 
 
@@ -305,9 +299,7 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
     if bypassed(flight):
         return [f"{less}. Its feed-forward passes the gains by, so that no factor on them is advised."]
     assert advice.expected.phase
-    names = RATE_GAINS.get(flight.axis, ())
-    known = bool(names) and all(name in flight.parameters for name in names)
-    what = ", ".join(names) if known else "All gains of this command"
+    what = ", ".join((flight.loop and flight.loop.gains(flight.parameters)) or ["All gains of this command"])
     expected = degrees(advice.expected.phase.value)
     return [f"{less}. {what} times {advice.factor:.2f}: by the measured response that gives {expected[0]} ({expected[1]})."]
 

@@ -29,7 +29,8 @@ def read(path: Path, wanted: list[str]) -> Topics:
     Raises UserError for too many numbers.
     """
     fields = by_topic(wanted)
-    packed, letters, damaged = walked(files.read_bytes(path, files.LOG), list(fields))
+    packed, letters, damaged = walked(files.read_bytes(path, files.LOG), [*fields, "PARM"])
+    told = parameters(packed.pop("PARM")) if "PARM" in packed and "PARM" not in fields else {}
     rows = {}
     for topic, one in packed.items():
         messages = rows_of(one)
@@ -43,21 +44,16 @@ def read(path: Path, wanted: list[str]) -> Topics:
     for name, series in found.items():
         topic, _, field = name.partition(".")
         found[name] = series._replace(value=series.value * UNITS.get(letters[topic].get(field, ""), 1.0))
-    return Topics(found, damaged)
+    return Topics(found, damaged, told)
 
 
-def parameters(path: Path) -> dict[str, float]:
-    """The vehicle's parameters by name, as last logged (PARM); empty where the log has none."""
-    packed, _, _ = walked(files.read_bytes(path, files.LOG), ["PARM"])
-    if "PARM" not in packed:
-        return {}
-    rows = rows_of(packed["PARM"])
+def parameters(logged: Packed) -> dict[str, float]:
+    """The vehicle's parameters by name, as last logged."""
+    rows = rows_of(logged)
     if not {"Name", "Value"} <= set(rows.dtype.names or ()):
         return {}
-    return {
-        bytes(name).rstrip(b"\0").decode("latin-1"): float(value)
-        for name, value in zip(rows["Name"], rows["Value"], strict=True)
-    }
+    named = zip(rows["Name"], rows["Value"], strict=True)
+    return {bytes(name).rstrip(b"\0").decode("latin-1"): float(value) for name, value in named}
 
 
 def walked(content: bytes, topics: list[str]) -> tuple[dict[str, Packed], dict[str, dict[str, str]], int]:

@@ -30,10 +30,13 @@ Columns = dict[str, Series]
 
 
 class Topics(NamedTuple):
-    """What is read of a log. damaged: how many stretches of it are not what its format says, and were skipped."""
+    """What is read of a log. damaged: how many stretches of it are not what its format says, and were skipped. parameters: of
+    the autopilot, by name, as last logged; empty where the format has none.
+    """
 
     columns: Columns
     damaged: int
+    parameters: Mapping[str, float] = {}
 
 
 def by_topic(wanted: Iterable[str]) -> dict[str, list[str]]:

@@ -36,7 +36,7 @@ class Logged(NamedTuple):
 def read(path: Path, wanted: list[str]) -> Topics:
     """Columns of a ULog: the first instance of each topic, times in seconds. Raises UserError if it is none."""
     fields = by_topic(wanted)
-    logged, damaged = walked(path, files.read_bytes(path, files.LOG), list(fields))
+    logged, parameters, damaged = walked(path, files.read_bytes(path, files.LOG), list(fields))
     rows = {}
     for one in logged:
         messages = rows_of(one.packed)
@@ -44,15 +44,16 @@ def read(path: Path, wanted: list[str]) -> Topics:
         stamps = next((messages[name] for name in known if messages[name].any()), None)
         if stamps is not None and stamps.ndim == 1:
             rows[one.topic] = stamps.astype(np.float64) * 1e-6, messages
-    return Topics(columns_of(path, rows, fields), damaged)
+    return Topics(columns_of(path, rows, fields), damaged, parameters)
 
 
-def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[Logged], int]:
-    """The messages of the topics, and how many places are damaged. Raises UserError."""
+def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[Logged], dict[str, float], int]:
+    """The messages of the topics, the parameters, and how many places are damaged. Raises UserError."""
     if not content.startswith(MAGIC):
         raise UserError(f"{path}: cannot be read as a ULog: damaged, or another kind of file")
     formats: Formats = {}
     found: dict[bytes, Logged] = {}
+    parameters: dict[str, float] = {}
     resume = header_of(topics, [])
     at, damaged = START, 0
     while at < len(content):
@@ -66,6 +67,8 @@ def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[Logged],
                 one.packed.content.extend(content[at + 5 : at + 5 + least])
         elif fine and kind == b"F":
             fine = declare(content[at + 3 : end], formats)
+        elif fine and kind == b"P":
+            fine = tell(content[at + 3 : end], parameters)
         elif fine and kind == b"A" and content[at + 3] == 0:
             fine = add(content[at + 4 : end], topics, formats, found)
             resume = header_of(topics, found.items())
@@ -74,7 +77,7 @@ def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[Logged],
             later = resume.search(content, at + 1)
             end = later.start() if later else len(content)
         at = end
-    return list(found.values()), damaged
+    return list(found.values()), parameters, damaged
 
 
 def header_of(topics: Iterable[str], found: Iterable[tuple[bytes, Logged]]) -> re.Pattern[bytes]:
@@ -91,6 +94,16 @@ def declare(body: bytes, formats: Formats) -> bool:
     if not all(matches):
         return False
     formats.setdefault(name, [(one[1], int(one[2] or 0), one[3]) for one in matches if one])
+    return True
+
+
+def tell(body: bytes, parameters: dict[str, float]) -> bool:
+    """Takes in a parameter: how long its key is, the key, as `float NAME`, and its value. Returns whether it is one."""
+    kind, _, name = body[1 : 1 + body[0]].decode("latin-1").partition(" ") if body else ("", "", "")
+    value = body[1 + len(kind) + 1 + len(name) :]
+    if kind not in ("int32_t", "float") or len(value) != 4:
+        return False
+    parameters[name] = float(np.frombuffer(value, NUMBERS[kind])[0])
     return True
 
 

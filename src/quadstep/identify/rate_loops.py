@@ -1,0 +1,87 @@
+"""Rate loops of autopilots as their logs and parameters tell of them, and what of a command their setpoint alone made.
+
+A rate loop commands u = F r - K y of its setpoint r and the rate y. An attitude loop answers the angle: r = w - P (angle).
+What is left, w, comes from sticks, an attitude setpoint or an autotune and answers no gyro. With y = G u, then,
+u = F w - (K + F P / s) G u: d = F w excites the command as if it were added there, and u / d is the sensitivity 1 / (1 + L).
+"""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.io.errors import UserError
+
+Complex = NDArray[np.complex128]
+
+
+class RateLoop(NamedTuple):
+    """One axis. setpoint, rate, command: columns; unit: of the first two [rad/s]. form: of a file of its parameters, as in
+    `io/parameter_files.py`. stem: what the names of its gains begin with. scaled: endings of those that together scale all of
+    its command but feed-forward. attitude: gain of the loop around it [1/s].
+    """
+
+    axis: str
+    setpoint: str
+    rate: str
+    command: str
+    unit: float
+    form: str
+    stem: str
+    scaled: tuple[str, ...]
+    attitude: str
+
+    def gains(self, parameters: Mapping[str, float]) -> dict[str, float] | None:
+        """The parameters that together scale its command; None where the log has them not."""
+        names = [f"{self.stem}{ending}" for ending in self.scaled]
+        return {name: parameters[name] for name in names} if all(name in parameters for name in names) else None
+
+    def bypassed(self, parameters: Mapping[str, float]) -> bool:
+        """Whether a feed-forward makes part of the command, which these do not scale."""
+        return parameters.get(f"{self.stem}FF", 0.0) != 0.0
+
+    def transfers(self, parameters: Mapping[str, float], s: Complex) -> tuple[Complex, Complex]:
+        """F and K at s = j omega [rad/s]. Raises UserError for a gain that is not known."""
+
+        def known(ending: str, otherwise: float | None = None) -> float:
+            found = parameters.get(f"{self.stem}{ending}", otherwise)
+            if found is None:
+                raise UserError(f"{self.stem}{ending} is not among the log's parameters")
+            return found
+
+        if self.form == "px4":
+            scale, cuts, on_rate = known("K", 1.0), (0.0, 0.0, parameters.get("IMU_DGYRO_CUTOFF", 30.0)), True
+        else:
+            scale, cuts, on_rate = 1.0, (known("FLTT", 0.0), known("FLTE", 0.0), known("FLTD", 0.0)), False
+        target, error, slope = (1.0 / (1.0 + s / (2.0 * math.pi * cut)) if cut > 0.0 else 1.0 + 0.0 * s for cut in cuts)
+        p, i, d = (scale * known(ending) for ending in "PID")
+        inner, sloped = p + i / s, d * s * slope
+        forward = inner if on_rate else inner + sloped
+        return target * (error * forward + known("FF", 0.0)), error * (inner + sloped)
+
+    def unfiltered(self, parameters: Mapping[str, float], s: Complex) -> Complex:
+        """What undoes the low-pass of the gyro (Butterworth's, of second order) at s = j omega [rad/s]: angles have none."""
+        px4 = self.form == "px4"
+        cut = 2.0 * math.pi * parameters.get("IMU_GYRO_CUTOFF" if px4 else "INS_GYRO_FILTER", 40.0 if px4 else 20.0)
+        found: Complex = 1.0 + math.sqrt(2.0) * s / cut + (s / cut) ** 2 if cut > 0.0 else 1.0 + 0.0 * s
+        return found
+
+
+AXES = "roll", "pitch", "yaw"
+NAMES = ("ROLL", "RLL"), ("PITCH", "PIT"), ("YAW", "YAW")
+PX4 = tuple(
+    RateLoop(
+        axis, f"vehicle_rates_setpoint.{axis}", f"vehicle_angular_velocity.xyz[{place}]",
+        f"vehicle_torque_setpoint.xyz[{place}]", 1.0, "px4", f"MC_{name}RATE_", ("K",), f"MC_{name}_P",
+    )
+    for place, (axis, (name, _)) in enumerate(zip(AXES, NAMES, strict=True))
+)  # fmt: skip
+ARDUPILOT = tuple(
+    RateLoop(
+        axis, f"RATE.{axis[0].upper()}Des", f"RATE.{axis[0].upper()}", f"RATE.{axis[0].upper()}Out", math.radians(1.0),
+        "ardupilot", f"ATC_RAT_{name}_", ("P", "I", "D"), f"ATC_ANG_{name}_P",
+    )
+    for axis, (_, name) in zip(AXES, NAMES, strict=True)
+)  # fmt: skip

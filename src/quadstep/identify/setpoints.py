@@ -1,0 +1,133 @@
+"""What a setpoint alone made of a rate loop's command, from a flight in which nothing else was added to it."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.identify.logs.flight import Flags, Floats
+from quadstep.identify.logs.series import Columns, Series, Topics
+from quadstep.identify.rate_loops import Complex, RateLoop
+from quadstep.identify.response import amplitudes
+from quadstep.io.errors import UserError
+
+LANDED, LEVELLED, THROTTLE = (
+    "vehicle_land_detected.landed", "vehicle_control_mode.flag_control_attitude_enabled", "RATE.AOut",
+)  # fmt: skip
+"""PX4's: on the ground; whether the attitude loop gives the rate setpoint. ArduPilot's: the throttle."""
+
+FLYING = 0.1
+"""Least throttle of a flight."""
+
+LONGEST_GAP = 5.0
+"""Longest time between two commands of a stretch, in their periods."""
+
+OWN = 0.5
+"""Least amplitude of what is left of a setpoint, as a share of the attitude loop's answer that was taken from it: below, it is
+what the subtraction of the two left over.
+"""
+
+EXPLAINED = 0.9
+"""Least share of a command that the logged gains make of the logged setpoint and rate."""
+
+
+class Made(NamedTuple):
+    """excitation: what the setpoint made of the command, both (n,), a `period` [s] apart. explained: share of the command's
+    power that the loop's gains make of setpoint and rate. told: the lines of its spectrum that are no noise. late: how
+    uncertain the setpoint's time is, a standard deviation [s].
+    """
+
+    excitation: Floats
+    command: Floats
+    period: float
+    explained: float
+    told: Flags
+    late: float
+
+
+def autotune(axis: int) -> str:
+    """PX4's own excitation of an axis, added to the rate setpoint; logged too rarely to be followed, it says when."""
+    return f"autotune_attitude_control_status.rate_sp[{axis}]"
+
+
+def columns_of(loops: tuple[RateLoop, ...]) -> list[str]:
+    """What is read of a log."""
+    signals = [name for loop in loops for name in (loop.setpoint, loop.rate, loop.command)]
+    return [*signals, LANDED, LEVELLED, THROTTLE, *map(autotune, range(len(loops)))]
+
+
+def made(path: Path, found: Topics, loop: RateLoop, place: int, slowest: float, shortest: float) -> Made:
+    """Of one axis. slowest: longest period of the command [s]; shortest: least time flown [s]. Raises UserError."""
+    r, y, u = (found.columns[name] for name in (loop.setpoint, loop.rate, loop.command))
+    for name, one in ((loop.setpoint, r), (loop.rate, y), (loop.command, u)):
+        if (np.diff(one.time) < 0.0).any():
+            raise UserError(f"{path}: {name}: time goes backward")
+    period, steps = (float(np.median(np.diff(one.time))) for one in (u, r))
+    if not 0.0 < max(period, steps) <= slowest:
+        raise UserError(
+            f"{path}: {loop.setpoint}, {loop.command}: logged every {1e3 * max(period, steps):.3g} ms; margins need "
+            f"{1e3 * slowest:g} ms or less (PX4: high rate, bit 4 of SDLOG_PROFILE; ArduPilot: bit 0 of LOG_BITMASK)"
+        )
+    levelled = latest(found.columns.get(LEVELLED), u.time, 1.0)
+    first, last = stretch(u.time, flown(found.columns, place, u.time), levelled, LONGEST_GAP * period)
+    if last - first < 2 or u.time[last] - u.time[first] < shortest:
+        raise UserError(f"{path}: {loop.command}: no {shortest:g} s of flight in one mode, without a gap in the log")
+    time = np.arange(u.time[first], u.time[last], period)
+    command = np.interp(time, u.time, u.value)
+    setpoint, rate = (loop.unit * value for value in (latest(r, time + 0.25 * period, 0.0), np.interp(time, y.time, y.value)))
+    if not all(np.isfinite(one).all() for one in (command, setpoint, rate)):
+        raise UserError(f"{path}: {loop.setpoint}, {loop.rate}, {loop.command}: hold numbers that are not finite")
+    if not np.ptp(setpoint) > 0.0 or not np.ptp(command) > 0.0:
+        raise UserError(f"{path}: {loop.setpoint}, {loop.command}: one of them never changes; nothing was excited")
+    around = found.parameters.get(loop.attitude) if levelled[first] else 0.0
+    if around is None:
+        raise UserError(f"{path}: {loop.attitude} is not among the log's parameters")
+    s: Complex = (2j * np.pi * np.fft.rfftfreq(len(time), period)[1:]).astype(np.complex128)
+    big_r, big_y, big_u = (spectral(one) for one in (setpoint, rate, command))
+    try:
+        f, k = loop.transfers(found.parameters, s)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+    answer = around * loop.unfiltered(found.parameters, s) * big_y / s
+    given = big_r + answer
+    excitation = np.fft.irfft(np.concatenate([[0.0], f * given]), len(time))
+    told = np.concatenate([[False], amplitudes(given) > OWN * amplitudes(answer)])
+    slow = np.abs(s) < np.pi / (4.0 * period)
+    rest = big_u - f * big_r + k * big_y
+    explained = 1.0 - float((np.abs(rest[slow]) ** 2).sum() / max(float((np.abs(big_u[slow]) ** 2).sum()), 1e-300))
+    return Made(excitation, command, period, explained, told, steps / 12.0**0.5)
+
+
+def spectral(signal: Floats) -> Complex:
+    """The spectrum of a signal without its mean and trend, from the first line on."""
+    line = np.linspace(-1.0, 1.0, len(signal))
+    level = signal - signal.mean()
+    found: Complex = np.fft.rfft(level - line * float(level @ line) / float(line @ line))[1:]
+    return found
+
+
+def latest(series: Series | None, time: Floats, otherwise: float) -> Floats:
+    """The last value that was logged by each time."""
+    if series is None or not len(series.time):
+        return np.full(len(time), otherwise)
+    return series.value[np.maximum(np.searchsorted(series.time, time, side="right") - 1, 0)]
+
+
+def flown(columns: Columns, place: int, time: Floats) -> Flags:
+    """When the vehicle flies, and its autotune, if there was one, excites this axis."""
+    aloft: Flags = (latest(columns.get(LANDED), time, 0.0) < 0.5) & (latest(columns.get(THROTTLE), time, 1.0) > FLYING)
+    excited = columns.get(autotune(place))
+    if excited is not None and (excited.value != 0.0).any():
+        on = excited.time[excited.value != 0.0]
+        aloft &= (time >= on[0]) & (time <= on[-1])
+    return aloft
+
+
+def stretch(time: Floats, wanted: Flags, same: Floats, gap: float) -> tuple[int, int]:
+    """First and last sample of the longest stretch that is wanted, in which nothing changes, without a gap [s]."""
+    joined = wanted[1:] & wanted[:-1] & (np.diff(same) == 0.0) & (np.diff(time) < gap)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], joined.astype(int), [0]])))
+    if not len(edges):
+        return 0, 0
+    first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: time[one[1]] - time[one[0]])
+    return int(first), int(last)

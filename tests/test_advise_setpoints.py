@@ -1,0 +1,111 @@
+"""Margins from a rate loop's own setpoint, as PX4 and ArduPilot log it, against those of the flown loop; and refusals."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from quadstep.identify.excited import excited
+from quadstep.io.errors import UserError
+from quadstep.io.parameter_files import read_parameters
+from quadstep.report.sheet import sheet
+from quadstep.studies.advise import advise, measured
+from tests.made_logs import rate_loop
+from tests.rate_flights import Axis, flown, stepped
+
+STEP = 0.004
+WEAK, SOUND = 0, 1
+
+
+def axes() -> Axis:
+    """A fragile rate loop and a sound one."""
+    same = {"effect": 100.0, "lag": 0.02, "delay": 4, "cut": 60.0, "slope": 30.0}
+    fragile, sound = {"p": 0.75, "i": 3.75, "d": 0.003, "attitude": 5.0}, {"p": 0.25, "i": 0.25, "d": 0.002, "attitude": 4.0}
+    return Axis(**{name: np.array([{**same, **one}[name] for one in (fragile, sound)]) for name in Axis._fields})
+
+
+@cache
+def flight():
+    """Setpoint, rate and command of both, led by snaps of a stick, with a gyro's noise, in gusts."""
+    angle = stepped(np.random.default_rng(3), 30.0)
+    return flown(axes(), angle[:, None] * axes().attitude, noise=5e-4, gust=0.1)
+
+
+def parameters(place: int) -> dict[str, float]:
+    one = axes()
+    gains = {"P": one.p, "I": one.i, "D": one.d}
+    found = {f"MC_ROLLRATE_{name}": value[place] / 0.5 for name, value in gains.items()}
+    cuts = {"IMU_GYRO_CUTOFF": one.cut[place], "IMU_DGYRO_CUTOFF": one.slope[place]}
+    return {**found, "MC_ROLLRATE_K": 0.5, "MC_ROLL_P": one.attitude[place], **cuts}
+
+
+def logged(tmp_path, place: int, change=None, **more):
+    """A ULog of one of them. change: of the parameters."""
+    path = tmp_path / "flight.ulg"
+    r, y, u = (column[:, place] for column in flight())
+    path.write_bytes(rate_loop(r, y, u, STEP, {**parameters(place), **(change or {})}, **more))
+    return path
+
+
+def truth(place: int) -> tuple[float, float]:
+    """Crossover [rad/s] and phase margin [rad] of the flown loop."""
+    omega = np.geomspace(1.0, 300.0, 20_000)
+    loop = axes().opened(omega)[place]
+    at = np.flatnonzero(np.diff(np.abs(loop) > 1.0))
+    margins = np.abs(np.angle(-loop[at]))
+    return float(omega[at[margins.argmin()]]), float(margins.min())
+
+
+@pytest.mark.parametrize("place", [WEAK, SOUND])
+def test_a_ulog_of_an_ordinary_flight_tells_crossover_and_phase_margin(tmp_path, place):
+    now = measured(excited(logged(tmp_path, place), None).measured)
+    at, phase = truth(place)
+    assert now.phase.at.value == pytest.approx(at, rel=0.05)
+    assert now.phase.value.value == pytest.approx(phase, abs=math.radians(3.0))
+    assert now.phase.value.low < phase < now.phase.value.high
+
+
+def test_a_fragile_loop_of_px4_gets_a_file_with_nothing_but_its_k(tmp_path):
+    found = advise(logged(tmp_path, WEAK), None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
+    written = read_parameters(tmp_path / "out" / "advised.params", "px4").values
+    assert dict(written) == pytest.approx({"MC_ROLLRATE_K": 0.5 * found.record["factor"]})
+    assert found.commands == [f"Parameters to load: {tmp_path / 'out' / 'advised.params'}"]
+    assert "MC_ROLLRATE_K times" in found.more[0]
+
+
+def test_only_the_stretch_in_the_air_and_of_the_autotune_counts(tmp_path):
+    count = len(flight()[0])
+    landed = np.zeros((count, 1))
+    landed[: count // 4] = 1.0
+    one = excited(logged(tmp_path, SOUND, vehicle_land_detected=("float landed", landed)), None)
+    assert len(one.command) == pytest.approx(0.75 * count, abs=3)
+    tuned = np.zeros((count, 3))
+    tuned[count // 2 :: 25, 0] = 0.7
+    one = excited(logged(tmp_path, SOUND, autotune_attitude_control_status=("float[3] rate_sp", tuned)), None)
+    assert len(one.command) == pytest.approx(0.5 * count, abs=30)
+
+
+def test_what_a_setpoint_does_not_tell_is_refused_with_the_reason(tmp_path):
+    with pytest.raises(
+        UserError, match=r"vehicle_torque_setpoint.xyz\[0\]: \d+ % of it are what MC_ROLLRATE_\* of the log make"
+    ):
+        excited(logged(tmp_path, SOUND, {"MC_ROLLRATE_K": 1.0}), None)
+    with pytest.raises(UserError, match="no 10 s of flight in one mode"):
+        excited(logged(tmp_path, SOUND, vehicle_land_detected=("float landed", np.ones((len(flight()[0]), 1)))), None)
+    bare = tmp_path / "bare.ulg"
+    r, y, u = (column[:, SOUND] for column in flight())
+    bare.write_bytes(rate_loop(r, y, u, STEP, {}))
+    with pytest.raises(UserError, match="MC_ROLL_P is not among the log's parameters"):
+        excited(bare, None)
+    bare.write_bytes(rate_loop(r[::8], y[::8], u[::8], 8 * STEP, parameters(SOUND)))
+    with pytest.raises(UserError, match=r"logged every 32 ms; margins need 20 ms or less .PX4: high rate"):
+        excited(bare, None)
+
+
+def test_a_hover_in_gusts_is_no_excitation(tmp_path):
+    still = flown(axes(), np.zeros((20_000, 2)), noise=0.01, gust=2.0)
+    path = tmp_path / "hover.ulg"
+    path.write_bytes(rate_loop(*(column[:, SOUND] for column in still), STEP, parameters(SOUND)))
+    with pytest.raises(UserError, match=r"setpoints explain 60 % of the commands .* without an excitation"):
+        excited(path, None)
