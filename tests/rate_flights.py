@@ -56,7 +56,7 @@ def random_axes(random: np.random.Generator, count: int) -> Axis:
 
     lag, delay, cut = between(0.012, 0.07), random.integers(1, 8, count), between(25.0, 100.0)
     slow = lag + delay * PERIOD + 1.4 / (2.0 * math.pi * cut) + 0.5 * PERIOD
-    crossover = between(0.25, 0.9) / slow
+    crossover = between(0.25, 1.4) / slow
     effect = between(20.0, 400.0)
     p = crossover / effect
     d = p * random.uniform(0.0, 0.5, count) * lag

@@ -40,6 +40,9 @@ NEAR = 6
 BESIDE = 2
 """Neighbours of a frequency on each side with which it is judged."""
 
+VAGUE = 0.5
+"""Standard deviation of L, as a share of it, from which on it is not told."""
+
 FREE = 0.3
 """At the highest frequencies the loop no longer answers, and the command is the excitation: largest distance of S from 1."""
 
@@ -85,13 +88,18 @@ class Response(NamedTuple):
         first, last = longest(told & (typical(self.coherence) > least), self.omega)
         free = np.flatnonzero(typical(np.abs(self.sensitivity - 1.0))[first : last + 1] < FREE)
         last = first + int(free[-1]) if len(free) else last
+        return self.only(first, last)
+
+    def only(self, first: int, last: int) -> "Response":
         kept = slice(first, last + 1)
         ends = self.error[kept], self.freedom[kept], self.coherence[kept]
         return Response(self.omega[kept], self.sensitivity[kept], *ends)
 
     def blurred(self, late: float) -> "Response":
-        """With the error of an excitation whose time is uncertain by a standard deviation [s]."""
-        return self._replace(error=np.hypot(self.error, np.abs(self.sensitivity) * self.omega * late))
+        """With the error of an excitation whose time is uncertain by a standard deviation [s], up to where L is told."""
+        found = self._replace(error=np.hypot(self.error, np.abs(self.sensitivity) * self.omega * late))
+        told = np.flatnonzero(typical(found.opened_error / np.abs(found.opened)) < VAGUE)
+        return found.only(0, int(told[-1]) if len(told) else -1)
 
     def scaled(self, factor: float) -> "Response":
         """With the controller's gains times a factor."""
@@ -132,6 +140,8 @@ def longest(heard: Flags, at: Floats | NDArray[np.int_]) -> tuple[int, int]:
 
 def typical(values: Floats) -> Floats:
     """Medians over neighbours."""
+    if not len(values):
+        return values
     padded = np.pad(values, BESIDE, "edge")
     found: Floats = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * BESIDE + 1), axis=1)
     return found

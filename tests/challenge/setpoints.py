@@ -1,0 +1,125 @@
+"""Random vehicles whose sticks snap, without an excitation: what `advise` measures and advises, against the flown loop.
+
+`python -m tests.challenge.setpoints [COUNT]` flies so many vehicles and counts.
+"""
+
+import math
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.identify.excited import explained, refuse_narrow
+from quadstep.identify.logs.series import Series, Topics
+from quadstep.identify.rate_loops import PX4
+from quadstep.io.errors import UserError
+from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
+from quadstep.studies.advise import advised, measured
+from tests.challenge.advice import CLOSE
+from tests.challenge.search import Attempt, Search
+from tests.rate_flights import PERIOD, Axis, flown, random_axes, stepped
+
+EVERY, DURATION, BATCH = 2, 90.0, 50
+OMEGA = np.geomspace(0.3, 1000.0, 8_000)
+LOOP = PX4[0]
+
+
+class Flown(NamedTuple):
+    """A vehicle: what is off, crossover as a share and phase margin [rad], and whether its interval held; least margins before
+    and after what was advised, as shares of a sound loop's, None where nothing was. refusal: why there is no measurement.
+    """
+
+    crossover: float = 0.0
+    phase: float = 0.0
+    held: bool = True
+    before: float = 0.0
+    after: float | None = None
+    grade: str = ""
+    refusal: str = ""
+
+
+def least(opened: np.ndarray) -> tuple[float, float, float]:
+    """Crossover [rad/s] and phase margin [rad], negative where unstable, and the least margin as a share of a sound loop's."""
+    level, phase = 20.0 * np.log10(np.abs(opened)), np.unwrap(np.angle(-opened))
+    at = np.flatnonzero(np.diff(level > 0.0))
+    margins = np.array([math.remainder(float(phase[i]), 2.0 * math.pi) for i in at])
+    turns = np.flatnonzero(np.diff(np.floor(phase / (2.0 * math.pi))))
+    place = int(np.abs(margins).argmin())
+    shares = [margins[place] / LEAST_PHASE, *(abs(level[turns]) / LEAST_GAIN)]
+    return float(OMEGA[at[place]]), float(margins[place]), float(min(shares))
+
+
+def vehicles(random: np.random.Generator, count: int) -> Iterator[Flown]:
+    """Stable ones, as PX4 logs them every 2 ms, with noisy gyros in gusts."""
+    axes = random_axes(random, count)
+    angle = stepped(random, DURATION)
+    with np.errstate(all="ignore"):
+        noise, number = 10.0 ** random.uniform(-3.5, -2.0), int(random.integers(1 << 30))
+        columns = flown(axes, angle[:, None] * axes.attitude, noise, 0.3, number, EVERY)
+    time = EVERY * PERIOD * np.arange(len(columns[0]))
+    opened = axes.opened(OMEGA)
+    for place in range(count):
+        signals = [column[:, place] for column in columns]
+        at, phase, before = least(opened[place])
+        if not np.isfinite(signals[2]).all() or phase <= 0.0 or np.abs(signals[1]).max() > 50.0:
+            continue
+        one = Axis(*(float(field[place]) for field in axes))
+        gains = {"P": one.p, "I": one.i, "D": one.d, "K": 1.0}
+        told = {f"{LOOP.stem}{name}": value for name, value in gains.items()} | {LOOP.attitude: one.attitude}
+        told |= {"IMU_GYRO_CUTOFF": one.cut, "IMU_DGYRO_CUTOFF": one.slope}
+        names = LOOP.setpoint, LOOP.rate, LOOP.command
+        found = Topics({name: Series(time, values) for name, values in zip(names, signals, strict=True)}, 0, told)
+        try:
+            flight = explained(Path("flight.ulg"), found, LOOP, 0)
+            refuse_narrow(Path("flight.ulg"), flight)
+        except UserError as error:
+            yield Flown(refusal=str(error))
+            continue
+        now = measured(flight.measured)
+        if now.phase is None:
+            yield Flown(refusal="no phase margin is told")
+            continue
+        advice = advised(flight.measured, now)
+        after = least(axes.scaled(advice.factor).opened(OMEGA)[place])[2] if advice else None
+        held = now.phase.value.low <= phase <= now.phase.value.high
+        yield Flown(now.phase.at.value / at - 1.0, now.phase.value.value - phase, held, before, after, now.grade)
+
+
+def searched(seed: int) -> Iterable[Attempt]:
+    random = np.random.default_rng(seed)
+    while True:
+        for one in vehicles(random, BATCH):
+            if one.after is not None or one.grade == SOUND:
+                said = f"{one.grade}, with {one.before:.3g} of a sound loop's margins, and {one.after} as advised"
+                right = one.before > CLOSE if one.after is None else one.after > max(one.before, CLOSE)
+                yield Attempt(0.0 if right else 2.0, said)
+
+
+SEARCHES = [Search("advice from setpoints", "no loop is called sound, as flown or as advised, that is not", searched)]
+
+
+def main() -> None:
+    """Counts of so many vehicles."""
+    wanted, random = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(20261126)
+    every: list[Flown] = []
+    while len(every) < wanted:
+        every += vehicles(random, BATCH)
+    told = [one for one in every[:wanted] if not one.refusal]
+    close = [one for one in told if abs(one.crossover) < 0.05 and abs(one.phase) < math.radians(3.0)]
+    after = [one.after for one in told if one.after is not None]
+    better = sum(one.after > one.before for one in told if one.after is not None)
+    sound = [one.before for one in told if one.grade == SOUND]
+    off = np.abs([(100.0 * one.crossover, math.degrees(one.phase)) for one in told])
+    held = sum(one.held for one in told)
+    counts = f"{len(told)} of {wanted} measured, {len(close)} within 5 % and 3 degrees; {held} intervals hold"
+    errors = f"crossover [%] and phase margin [deg] off by: median, 95 %, largest {np.quantile(off, (0.5, 0.95, 1.0), axis=0)}"
+    weak = f"{sum(one.before < 1.0 for one in told)} lack margin; {len(after)} advised, {better} better, "
+    weak += f"at least {min(after, default=0.0):.3g} of a sound loop's margins"
+    good = f"{len(sound)} called sound, at least {min(sound, default=0.0):.3g}"
+    sys.stdout.write("\n".join([counts, errors, weak, good, ""]))
+
+
+if __name__ == "__main__":
+    main()
