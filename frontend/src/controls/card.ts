@@ -1,7 +1,7 @@
 // One control with all its components: one slider while they are equal, one each when split.
 
 import type { Control } from "../data/contract";
-import { h } from "../view/dom";
+import { append, h } from "../view/dom";
 import { join, plain, plainUnit } from "../view/format";
 import { closed, flat, prose, rich } from "../view/notation";
 import { type Slider, slider } from "./slider";
@@ -70,10 +70,8 @@ function sliderCard(control: Control, tell: Tell): Card {
   const { button, line, original } = about(control);
   const label = flat(control.label);
   const all: Slider = slider(control, label, "", original, line.id, (v) => send(every(v), false), (v) => send(every(v), true));
-  const each: Slider[] = control.components.map((component, i) =>
-    slider(control, `${label} ${flat(component.label)}`.trim(), flat(component.label), component.value, line.id, (v) => send(one(i, v), false), (v) => send(one(i, v), true)),
-  );
-  const parts = h("div", { class: worded(control) ? "parts worded" : "parts" }, ...each.map((part) => part.element));
+  let each: Slider[] = []; // made once they are seen
+  const parts = h("div", { class: worded(control) ? "parts worded" : "parts" });
   const splitter = h("button", { type: "button", class: "split" });
   const reset = h("button", { type: "button", class: "reset", title: "Restore original value", "aria-label": `${label}: restore original value` }, "↺");
   const head = h("div", { class: "head" }, title(control), reset, several ? splitter : null, button);
@@ -85,6 +83,12 @@ function sliderCard(control: Control, tell: Tell): Card {
     reset.hidden = !changed;
   };
   const layout = (): void => {
+    if (split && !each.length) {
+      each = control.components.map((component, i) =>
+        slider(control, `${label} ${flat(component.label)}`.trim(), flat(component.label), component.value, line.id, (v) => send(one(i, v), false), (v) => send(one(i, v), true)),
+      );
+      append(parts, ...each.map((part) => part.element));
+    }
     all.element.hidden = split;
     parts.hidden = !split;
     splitter.textContent = split ? "together" : "split";
@@ -103,9 +107,9 @@ function sliderCard(control: Control, tell: Tell): Card {
   const refresh = (): void => {
     const equal = values.every((value) => value === values[0]);
     if (several && !equal) split = true;
+    layout();
     all.show(equal ? values[0]! : null);
     each.forEach((part, i) => part.show(values[i]!));
-    layout();
     mark();
   };
   return {

@@ -10,6 +10,8 @@ import { choice } from "./choices";
 
 const FIRST = ["Gains", "Nets", "Path"]; // open, and in this order before all others
 
+type Entry = ReturnType<typeof controlsOf>[number];
+
 export class ControlPane {
   private cards: { card: Card; owner: Controller | undefined }[] = [];
   private built = "";
@@ -44,26 +46,33 @@ export class ControlPane {
       return;
     }
     const controller = controllerOf(data, settings.controller);
-    const groups = new Map<string, HTMLElement[]>();
+    const groups = new Map<string, Entry[]>();
     // A controller's own groups come first: they are what one turns most.
     const entries = [...controlsOf(data, controller)].sort((a, b) => Number(b[1] !== undefined) - Number(a[1] !== undefined));
-    for (const [control, owner] of entries) {
-      const made = card(control, (which, values, final) => this.changes.moved(which, owner, values, final));
-      this.cards.push({ card: made, owner });
-      const group = groups.get(control.group) ?? [];
-      group.push(made.element);
-      groups.set(control.group, group);
-    }
+    for (const entry of entries) groups.set(entry[0].group, [...(groups.get(entry[0].group) ?? []), entry]);
     const rank = (name: string): number => (FIRST.includes(name) ? FIRST.indexOf(name) : FIRST.length);
     const ordered = [...groups].sort((a, b) => rank(a[0]) - rank(b[0]));
     const picks = (["controller", "ghost"] as const).map((which) => choice(which, which, data, settings, this.session, this.changes));
-    fill(this.host, h("div", { class: "choices" }, ...picks), ...ordered.map(([name, cards]) => this.group(name, cards)), this.foot(data));
+    fill(this.host, h("div", { class: "choices" }, ...picks), ...ordered.map(([name, inside]) => this.group(name, inside)), this.foot(data));
   }
 
-  private group(name: string, cards: HTMLElement[]): HTMLElement {
-    const open = this.open.get(name) ?? FIRST.includes(name);
-    const details = h("details", { class: "group", open }, h("summary", {}, h("span", {}, name)), ...cards);
-    details.addEventListener("toggle", () => this.open.set(name, details.open));
+  /** Its cards are made once it is open. */
+  private group(name: string, entries: readonly Entry[]): HTMLElement {
+    const details = h("details", { class: "group", open: this.open.get(name) ?? FIRST.includes(name) }, h("summary", {}, h("span", {}, name)));
+    const make = (): void => {
+      if (!details.open || details.childElementCount > 1) return;
+      for (const [control, owner] of entries) {
+        const made = card(control, (which, values, final) => this.changes.moved(which, owner, values, final));
+        this.cards.push({ card: made, owner });
+        details.append(made.element);
+        made.show(valuesOf(this.changes.settings(), control, owner));
+      }
+    };
+    make();
+    details.addEventListener("toggle", () => {
+      this.open.set(name, details.open);
+      make();
+    });
     return details;
   }
 

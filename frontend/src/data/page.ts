@@ -32,12 +32,13 @@ export function readPage(): PageData {
   return { ...EMPTY, ...(resolve(rest, shared) as Partial<PageData>) };
 }
 
-/** What { "$": n } stands for, in all of a value. */
+/** The value with what { "$": n } stands for in its place, everywhere in it. */
 function resolve(value: unknown, shared: readonly unknown[]): unknown {
-  if (Array.isArray(value)) return value.map((part) => resolve(part, shared));
   if (typeof value !== "object" || value === null) return value;
   if ("$" in value) return shared[Number(value.$)];
-  return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, resolve(part, shared)]));
+  const parts = value as Record<string, unknown>;
+  for (const key in parts) if (typeof parts[key] === "object") parts[key] = resolve(parts[key], shared);
+  return parts;
 }
 
 /** A compiled law, if the page has it. */

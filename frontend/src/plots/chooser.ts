@@ -19,15 +19,21 @@ export interface Choosable {
 export class Chooser {
   private readonly list = h("fieldset", { class: "pickables" });
   private readonly own = h("div");
+  private readonly details = h("details", {}, h("summary", {}, "Choose and add plots"), this.list, this.own);
+  private latest: Choosable | undefined;
   private boxes = new Map<string, HTMLInputElement>();
   private readonly keys = { panels: "", columns: "" };
 
   constructor(private readonly arrangement: Arrangement) {
-    fill(byId("chooser"), h("details", {}, h("summary", {}, "Choose and add plots"), this.list, this.own));
+    this.details.addEventListener("toggle", () => this.latest && this.show(this.latest));
+    fill(byId("chooser"), this.details);
   }
 
-  /** Anew only where there is something else to choose, so that choices and the keyboard's place stay. */
-  show({ panels, columns }: Choosable): void {
+  /** Once it is open; anew only where there is something else to choose, so that choices and the keyboard's place stay. */
+  show(latest: Choosable): void {
+    this.latest = latest;
+    if (!this.details.open) return;
+    const { panels, columns } = latest;
     const keys = { panels: JSON.stringify(panels.map(({ id, title }) => [id, title])), columns: JSON.stringify(columns) };
     if (keys.panels !== this.keys.panels) this.fillList(panels);
     if (keys.columns !== this.keys.columns) fill(this.own, this.form(columns));

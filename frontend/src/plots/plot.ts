@@ -28,7 +28,7 @@ export class Plot {
   private size = { width: 0, height: 0 };
   private greatest = 0;
   private stale = true;
-  private seen = true;
+  private seen = false;
   private hover: number | undefined;
   private brush: { from: number; to: number } | undefined;
   private time = 0;
@@ -87,9 +87,8 @@ export class Plot {
 
   setTime(t: number): void {
     this.time = t;
-    if (!this.seen) return;
-    this.drawOverlay();
     this.foot?.setTime(t);
+    if (this.seen) this.drawOverlay();
   }
 
   /** Time under the pointer, here or on another plot; values are told where it is. */
@@ -132,6 +131,8 @@ export class Plot {
       canvas.width = Math.round(width * devicePixelRatio);
       canvas.height = Math.round(height * devicePixelRatio);
     }
+    const { top, bottom } = this.stage.getBoundingClientRect();
+    this.seen ||= bottom > 0 && top < innerHeight; // its observer tells only after the first picture
     this.redraw();
   }
 
