@@ -7,7 +7,7 @@ import tomlkit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quadstep.studies.tuning.gains import edited
+from quadstep.studies.tuning.run import edited
 
 NEW = [9.0, 8.0, 7.5]
 

@@ -38,7 +38,6 @@ def serve(
     """
     from quadstep.page.serve import serve as run
     from quadstep.page.sharing import access, qr_text
-    from quadstep.studies.class_server import serve_class
 
     refuse("`quadstep serve` runs no code of users")
     allowed = access(host)
@@ -63,6 +62,8 @@ def serve(
         if of is None:
             run(folder, port, allowed, ready)
         else:
+            from quadstep.studies.class_server import serve_class
+
             serve_class(of, folder, port, allowed, open_class)
     except KeyboardInterrupt:
         say("Stopped.")

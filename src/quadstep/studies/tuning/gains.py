@@ -4,14 +4,11 @@ A candidate is a point in the unit box: a place in each gain's range. Its number
 is flown, so that the file with the tuned gains says exactly what was flown.
 """
 
-import tomllib
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from typing import NamedTuple, cast
 
-import tomlkit
 from pydantic import BaseModel
-from tomlkit.exceptions import TOMLKitError
 
 from quadstep.interfaces import gain as declaration
 from quadstep.interfaces.learning import DeclaredNet
@@ -20,32 +17,6 @@ from quadstep.mission.keys import parts, with_value
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range, TuneSection
 from quadstep.numbers import Vector
-
-
-def edited(text: str, old: dict[str, object], new: dict[str, object]) -> str:
-    """The text, whose content is `old`, with the content `new`."""
-    try:
-        content = tomlkit.parse(text)
-        change(content, old, new)
-        changed = content.as_string()
-        good = tomllib.loads(changed) == new
-    except (TOMLKitError, tomllib.TOMLDecodeError):
-        good = False
-    return changed if good else tomlkit.dumps(new)
-
-
-def change(table: MutableMapping[str, object], old: dict[str, object], new: dict[str, object]) -> None:
-    """Set every value in a table that is not as it was."""
-    for name, value in new.items():
-        before = old.get(name)
-        if isinstance(value, dict) and isinstance(before, dict):
-            change(cast(MutableMapping[str, object], table[name]), before, value)
-        elif name not in old or value != before:
-            if isinstance(value, dict) and isinstance(table, tomlkit.TOMLDocument):
-                for _ in range(1 if table.as_string().endswith("\n") else 2):
-                    table.add(tomlkit.nl())  # a blank line before a new table
-            table[name] = value
-
 
 DIGITS = 6
 

@@ -7,9 +7,12 @@ import math
 import os
 import shutil
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
 
 from quadstep.io.errors import UserError
 from quadstep.io.files import ANY, is_file, read_bytes
@@ -25,7 +28,6 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
-from quadstep.studies.tuning.gains import edited
 from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, read_request
 from quadstep.studies.tuning.picture import draw_search
 from quadstep.studies.tuning.report import caution, evidence
@@ -198,3 +200,28 @@ def as_json(wanted: Asked, found: Found, compared: Compared, budget: int, seed: 
             "verdict": compared.verdict,
         },
     }
+
+
+def edited(text: str, old: dict[str, object], new: dict[str, object]) -> str:
+    """The text, whose content is `old`, with the content `new`."""
+    try:
+        content = tomlkit.parse(text)
+        change(content, old, new)
+        changed = content.as_string()
+        good = tomllib.loads(changed) == new
+    except (TOMLKitError, tomllib.TOMLDecodeError):
+        good = False
+    return changed if good else tomlkit.dumps(new)
+
+
+def change(table: MutableMapping[str, object], old: dict[str, object], new: dict[str, object]) -> None:
+    """Set every value in a table that is not as it was."""
+    for name, value in new.items():
+        before = old.get(name)
+        if isinstance(value, dict) and isinstance(before, dict):
+            change(cast(MutableMapping[str, object], table[name]), before, value)
+        elif name not in old or value != before:
+            if isinstance(value, dict) and isinstance(table, tomlkit.TOMLDocument):
+                for _ in range(1 if table.as_string().endswith("\n") else 2):
+                    table.add(tomlkit.nl())  # a blank line before a new table
+            table[name] = value
