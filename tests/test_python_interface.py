@@ -299,3 +299,48 @@ def test_a_flight_that_ends_at_once_is_an_outcome_like_any_other():
     assert "Lost at 0\N{NO-BREAK SPACE}s" in lost._repr_html_()
     with pytest.raises(UserError, match="ended before its second row"):
         lost.plot()
+
+
+CORE = """
+import sys
+from quadstep.io.extras import EXTRAS
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name in EXTRAS:
+            raise ModuleNotFoundError(name, name=name)
+sys.meta_path.insert(0, Absent())
+import quadstep.studies.class_server, quadstep.studies.lessons, quadstep.studies.flights.fly
+"""
+
+
+def test_check_serve_and_fly_need_no_extra():
+    ran = subprocess.run([sys.executable, "-c", CORE], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+BROWSER = """
+import sys
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name in ("llvmlite", "multiprocessing.forkserver", "resource"):
+            raise ModuleNotFoundError(name, name=name)
+sys.meta_path.insert(0, Absent())
+from quadstep import Mission, UserError, fly
+mission = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 0.1})
+flight = fly(mission, engine="python")
+print(flight.ended, flight.column("x")[-1].hex())
+for use in (lambda: fly(mission), lambda: flight.save("nowhere")):
+    try:
+        use()
+    except UserError as error:
+        print(error)
+"""
+
+
+def test_without_a_compiler_and_processes_as_in_a_browser_python_flies():
+    ran = subprocess.run([sys.executable, "-c", BROWSER], capture_output=True, text=True, check=True)
+    log = fly(Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 0.1}))
+    flown, lanes, saved = ran.stdout.splitlines()
+    assert flown == f"0.1 {log.column('x')[-1].hex()}"
+    assert lanes == "engine 'lanes' needs llvmlite, which this Python does not have; engine 'python' flies without"
+    assert saved.startswith("no process to draw figures could be started")

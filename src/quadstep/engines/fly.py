@@ -77,8 +77,15 @@ def on_floats(plans: Sequence[FlightPlan]) -> Flown:
 
 
 def on_lanes(plans: Sequence[FlightPlan]) -> Flown:
-    """What flies these in groups of the same structure and clock."""
-    from quadstep.engines.lanes import fly_lanes  # noqa: PLC0415 (the compiler is loaded only where it is used)
+    """What flies these in groups of the same structure and clock. Raises UserError where there is no compiler."""
+    try:
+        from quadstep.engines.lanes import fly_lanes  # noqa: PLC0415 (the compiler is loaded only where it is used)
+    except ModuleNotFoundError as error:
+        if error.name != "llvmlite":
+            raise
+        raise UserError(
+            "engine 'lanes' needs llvmlite, which this Python does not have; engine 'python' flies without"
+        ) from None
 
     groups: dict[object, list[int]] = defaultdict(list)
     for i, plan in enumerate(plans):

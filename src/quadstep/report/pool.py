@@ -12,13 +12,17 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import forkserver, resource_tracker
 from types import ModuleType
 from typing import ParamSpec, TypeVar
 
 from quadstep.io.errors import UserError
 from quadstep.io.results.interrupts import interrupts_held
 from quadstep.report.writable import provide_writable
+
+try:
+    from multiprocessing import forkserver, resource_tracker
+except ImportError:  # a Python that starts no processes, that of a browser
+    forkserver = None  # type: ignore[assignment]
 
 PRELOADED = "quadstep.report.preloaded"
 MOST_WORKERS = 4
@@ -51,8 +55,10 @@ class DrawingPool(ProcessPoolExecutor):
 def start_server() -> None:
     """Load matplotlib in the background, so that the first figure need not wait for it. Raises UserError."""
     provide_writable()
-    multiprocessing.get_context("forkserver").set_forkserver_preload([PRELOADED])
     with failures_named():
+        if forkserver is None:
+            raise OSError("this Python has none")
+        multiprocessing.get_context("forkserver").set_forkserver_preload([PRELOADED])
         resource_tracker.ensure_running()  # which the server needs, and which would let Ctrl-C through again
         with starting():
             forkserver.ensure_running()
