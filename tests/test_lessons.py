@@ -7,12 +7,14 @@ from pathlib import Path
 import pytest
 import tomlkit
 
+from docs.site.notebooks import lessons, notebook
 from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.mission.fields import plain
 from quadstep.studies.lessons import Measured, Task, checked, judged, tasks
 from tests.commands import quadstep
 
+ROOT = Path(__file__).parent.parent
 LESSONS = {path.name[:2]: path for path in sorted(Path("docs/lessons").glob("[01]*.toml"))}
 
 CIRCLE = {"type": "circle", "radius": 2.0, "period": 5.0, "ramp": 2.2}
@@ -65,10 +67,39 @@ def test_every_exercise_that_grades_itself_has_a_solution_here_and_stands_in_its
 def test_an_exercise_is_solved_by_a_solution_and_not_by_the_lesson_s_mission(name, tmp_path):
     (tmp_path / "own_controller.py").write_text(Path("examples/own_controller.py").read_text())
     (one,) = tasks(name)
-    (solved,) = checked([one], mission_of(name, tmp_path, SOLUTIONS[name]))
+    (solved,) = checked([one], read_mission(mission_of(name, tmp_path, SOLUTIONS[name])))
     assert solved.solved, solved.cases
-    (given,) = checked([one], mission_of(name, tmp_path, {}))
+    (given,) = checked([one], read_mission(mission_of(name, tmp_path, {})))
     assert not given.solved
+
+
+def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for page in lessons():
+        made = notebook(page)["cells"]
+        graded = [one for one in made if "nbgrader" in one["metadata"]]
+        named = [one["metadata"]["nbgrader"]["grade_id"] for one in graded]
+        numbers = [one.name.replace(".", "-") for one in tasks(f"{int(page.name[:2])}")]
+        assert named == [f"{kind}-{number}" for number in numbers for kind in ("exercise", "check")]
+        assert len({one["id"] for one in made}) == len(made)
+    made = notebook(lessons()[3])["cells"]
+    assert [one["metadata"]["nbgrader"] for one in made if "nbgrader" in one["metadata"]][:2] == [
+        {"schema_version": 3, "grade_id": "exercise-4-4", "grade": False, "solution": True, "locked": False, "task": False},
+        {
+            "schema_version": 3,
+            "grade_id": "check-4-4",
+            "grade": True,
+            "solution": False,
+            "locked": True,
+            "task": False,
+            "points": 1,
+        },
+    ]
+    check = next(one["source"] for one in made if one["metadata"].get("nbgrader", {}).get("grade_id") == "check-4-4")
+    mission = read_mission(ROOT / LESSONS["04"])
+    exec(check, {"exercise_4_4": mission.with_(path__duration=4.25)})
+    with pytest.raises(AssertionError, match=r"path\.duration should be at most 4\.3, but is 5"):
+        exec(check, {"exercise_4_4": mission})
 
 
 def test_check_says_what_is_not_met_and_gives_a_hint(tmp_path):

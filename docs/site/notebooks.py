@@ -1,4 +1,8 @@
-"""The lessons as notebooks: their text, their mission, and their Python; commands are shown."""
+"""The lessons as notebooks: their text, their mission, and their Python; commands are shown.
+
+At the end a notebook has two cells for each exercise that grades itself, one to fill and one that grades it, which nbgrader
+knows by their metadata (version 3 of its schema).
+"""
 
 import json
 import re
@@ -7,6 +11,7 @@ from typing import Any
 
 from docs.site.listings import MARK, Kind, listings
 from docs.site.pages import DOCS
+from quadstep.studies.lessons import tasks
 
 LESSONS = DOCS / "lessons"
 
@@ -14,6 +19,10 @@ FOLD = re.compile(r"<details><summary>(.*)</summary>|</details>")
 """What is folded away on the site. A notebook has cells for it, whose code is hidden until asked for."""
 
 ANSWERS = "## Answers"
+
+OWN = """## Your solutions
+
+Exercises 4 and 5 grade themselves: change the mission in the first cell of each, and run the second."""
 
 
 def cell(kind: str, text: str, number: int, hidden: bool) -> dict[str, Any]:
@@ -45,11 +54,33 @@ def headed(fold: re.Match[str]) -> str:
     return f"**{fold[1]}**" if fold[1] else ""
 
 
+def graded(name: str) -> list[dict[str, Any]]:
+    """The cell in which an exercise is solved, and the one that grades it."""
+    number, mine = name.replace(".", "-"), f"exercise_{name.replace('.', '_')}"
+    sources = {
+        "exercise": f"{mine} = mission  # change it: mission.with_(path__duration=9.0), say",
+        "check": f'from quadstep.studies.lessons import grade_cell\n\ngrade_cell("{name}", {mine})',
+    }
+    made = []
+    for kind, source in sources.items():
+        check = kind == "check"
+        known = {"schema_version": 3, "grade_id": f"{kind}-{number}", "grade": check, "solution": not check, "locked": check}
+        one = cell("code", source, 0, False)
+        one |= {
+            "id": f"{kind}-{number}",
+            "metadata": {"nbgrader": {**known, "task": False, **({"points": 1} if check else {})}},
+        }
+        made.append(one)
+    return made
+
+
 def notebook(page: Path) -> dict[str, Any]:
     """A lesson in Jupyter's format, version 4.5."""
     found = cells(page)
     answers = next((place for place, (_, text) in enumerate(found) if ANSWERS in text), len(found))
     made = [cell(kind, text, place + 1, place > answers) for place, (kind, text) in enumerate(found)]
+    made.append(cell("markdown", OWN, len(made) + 1, False))
+    made += [part for one in tasks(f"{int(page.name[:2])}") for part in graded(one.name)]
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
     return {"nbformat": 4, "nbformat_minor": 5, "metadata": kernel, "cells": made}
 

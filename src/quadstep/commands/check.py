@@ -30,9 +30,10 @@ def check(
     started = time.perf_counter()
     if junit:
         check_junit(junit)
+    from quadstep.mission.read import read_mission
     from quadstep.studies.lessons import OWN, checked, tasks
 
-    found = checked(tasks(lesson, course or OWN), mission)
+    found = checked(tasks(lesson, course or OWN), read_mission(mission))
     others = [one for one in found if one.strange]
     chosen = found if len(others) == len(found) else [one for one in found if not one.strange]
     if not as_json:

@@ -19,7 +19,6 @@ from quadstep.metrics.margins import SOUND
 from quadstep.mission.check import check
 from quadstep.mission.fields import Finite, Name, Section, as_tuple, plain
 from quadstep.mission.keys import parts
-from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
 from quadstep.studies.flights.interface import fly
 from quadstep.studies.tuning.gains import looked_up
@@ -76,9 +75,8 @@ def tasks(lesson: str, source: Path = OWN) -> list[Task]:
     return chosen
 
 
-def checked(asked: list[Task], file: Path) -> list[Checked]:
-    """Tasks held against the mission of a file, which flies once, if it is the mission of one of them. Raises UserError."""
-    mission = read_mission(file)
+def checked(asked: list[Task], mission: Mission) -> list[Checked]:
+    """Tasks held against a mission, which flies once, if it is the mission of one of them. Raises UserError."""
     content = plain(mission.model_dump())
     strange = [differing(one, mission, content) for one in asked]
     if all(strange):
@@ -88,6 +86,13 @@ def checked(asked: list[Task], file: Path) -> list[Checked]:
         Checked(one, cases or judged(one, mission, content, measured), bool(cases))
         for one, cases in zip(asked, strange, strict=True)
     ]
+
+
+def grade_cell(name: str, mission: Mission) -> None:
+    """For a notebook that is graded. Raises AssertionError, with what is not met, where a mission does not solve a task."""
+    (found,) = checked(tasks(name), mission)
+    if not found.solved:
+        raise AssertionError("; ".join(case.failure for case in found.cases if case.failure))
 
 
 def flown(mission: Mission, rest: bool) -> Measured:
