@@ -302,7 +302,7 @@ def flown_apart(text: str, ground: Ground, out: Path, seconds: float) -> Result:
     theirs.close()
     ended = Result(f"It was not flown: it takes more memory, or more than {seconds:g} s of computing.")
     try:
-        return ours.recv() if ours.poll(SLOWER * seconds) else ended  # type: ignore[no-any-return]
+        return ours.recv() if ours.poll(SLOWER * seconds) else ended
     except EOFError:
         return ended
     finally:
