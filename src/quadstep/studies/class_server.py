@@ -83,6 +83,8 @@ class ClassHandler(Handler):
         if path == "/":
             policy = POLICY.replace("form-action 'none'", "form-action 'self'")
             return Answer(HTTPStatus.OK, KINDS[".html"], board(self.room, member), headers={"Content-Security-Policy": policy})
+        if path == "/favicon.ico":  # what browsers ask for of themselves
+            return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
         if path == "/mission.toml":
             return Answer(HTTPStatus.OK, KINDS[".toml"], self.room.text)
         if path == "/mine" and member.latest and files.is_file(page):
