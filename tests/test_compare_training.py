@@ -4,11 +4,13 @@ import math
 
 import pytest
 
+from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection
-from quadstep.studies.comparison import training
+from quadstep.studies.comparison import jobs, training
+from quadstep.studies.comparison.entrants import trained_of
 from quadstep.studies.comparison.training import Journal, Place, over_all, read_lines, train
 from quadstep.studies.tuning.judge import Judge, Judged
 from quadstep.studies.tuning.trial import Tried
@@ -58,6 +60,16 @@ def test_it_keeps_to_its_budget_and_to_its_ranges(trained):
     assert all(1.0 <= found.values[f"controller.velocity.{axis}"] <= 20.0 for axis in range(3))
     assert found.values.keys() == {f"controller.{name}.{axis}" for name in ("position", "velocity") for axis in range(3)}
     assert read_lines(journal)[-1]["flights"] == found.flights
+
+
+def test_gains_with_which_no_flight_survives_are_kept_and_read_again():
+    asked = task()
+    hopeless = tuple({**one, "limits": {"distance": 1e-9}} for one in asked.missions)
+    kept = jobs.search(asked._replace(missions=hopeless, margins={}), None)
+    found = trained_of(parse_json(kept.content, "gains"))
+    assert (found.objective, found.objective_before) == (None, None)
+    assert found.lost == 64
+    assert min([found, found._replace(objective=1.0)], key=lambda one: one.order).objective == 1.0
 
 
 def test_a_search_that_was_stopped_goes_on_and_ends_as_if_nothing_had_been(trained, tmp_path, monkeypatch):

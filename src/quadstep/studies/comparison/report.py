@@ -170,7 +170,7 @@ def as_json(found: Comparison, flights: Sequence[Job[Cell]]) -> dict[str, object
                 "vehicle": one.vehicle,
                 "controller": one.name,
                 "gains": one.origin,
-                "tuned": one.trained._asdict() if one.trained and one.trained.objective == one.trained.objective else None,
+                "tuned": one.trained and one.trained._asdict(),
             }
             for one in found.entrants
         ],

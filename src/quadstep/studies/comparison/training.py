@@ -66,15 +66,15 @@ class Task(NamedTuple):
 
 class Trained(NamedTuple):
     """Gains that were found. values: by key of the mission; before: what they were. objective: of the former on the flights
-    that were tuned on [m, where it is a length]. lost: of these flights. flights: used of the budget. tuned: how many
-    gains. seed: of the search. violation: by what share constraints are missed. margins: those that were asked for;
-    unconstrained: why there are none.
+    that were tuned on [m, where it is a length], None where one situation lost all of its own. lost: of these flights.
+    flights: used of the budget. tuned: how many gains. seed: of the search. violation: by what share constraints are missed.
+    margins: those that were asked for; unconstrained: why there are none.
     """
 
     values: dict[str, float]
     before: dict[str, float]
-    objective: float
-    objective_before: float
+    objective: float | None
+    objective_before: float | None
     lost: int
     flights: int
     seeds: int
@@ -87,7 +87,7 @@ class Trained(NamedTuple):
     @property
     def order(self) -> tuple[bool, int, float]:
         """Of searches for the same controller: the first is the best."""
-        return self.violation > 0.0, self.lost, self.objective
+        return self.violation > 0.0, self.lost, math.inf if self.objective is None else self.objective
 
 
 def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controller: Content, repeat: int = 0) -> Task:
@@ -290,8 +290,8 @@ def train(asked: Task, journal: Place | None = None) -> Trained:
     return Trained(
         values=found.best.values,
         before=found.present.values,
-        objective=best.objective,
-        objective_before=before.objective,
+        objective=None if math.isnan(best.objective) else best.objective,
+        objective_before=None if math.isnan(before.objective) else before.objective,
         lost=best.lost,
         flights=search.flights,
         seeds=search.each.every,
