@@ -36,7 +36,7 @@ def chain(axes: Axes) -> None:
     axes.set_axis_off()
     axes.set(xlim=(0, len(BOXES)), ylim=(0, 1))
     for i, (name, text) in enumerate(BOXES):
-        axes.text(i + 0.5, 0.72, name, ha="center", va="center", weight="bold", fontsize=10)
+        axes.text(i + 0.5, 0.72, name, ha="center", va="center", fontsize=10)
         axes.text(i + 0.5, 0.42, text, ha="center", va="center", fontsize=8)
         frame = FancyBboxPatch((i + 0.06, 0.2), 0.88, 0.68, boxstyle="round,pad=0,rounding_size=0.04", fill=False)
         axes.add_patch(frame)

@@ -34,7 +34,7 @@ def draw(axes: Axes, geometry: Geometry, name: str, below: str) -> None:
     for number, mount in enumerate(geometry.mounts, start=1):
         x, y = -mount.position[1] / reach, mount.position[0] / reach
         axes.plot([0.0, 0.75 * x], [0.0, 0.75 * y], color="0.6", linewidth=2, zorder=0)
-        axes.text(x, y, str(number), ha="center", va="center", fontsize=10, weight="bold", color=COLOURS[mount.spin])
+        axes.text(x, y, str(number), ha="center", va="center", fontsize=10, color=COLOURS[mount.spin])
         turn = [math.radians(90.0 + mount.spin * degrees) for degrees in range(-150, 121, 5)]  # ccw: angles grow
         circle = Path([(x + disc * math.cos(angle), y + disc * math.sin(angle)) for angle in turn])
         arrow = {"arrowstyle": "-|>", "mutation_scale": 13, "linewidth": 1.6, "color": COLOURS[mount.spin]}
