@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from quadstep.identify import report
 from quadstep.identify.averages import blocks, rotor_speeds, torques
 from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
 from quadstep.identify.errors import differences
@@ -20,7 +21,6 @@ from quadstep.identify.parameters import LIMITS, numbers_of
 from quadstep.identify.predictor import Predictor, leaning
 from quadstep.identify.problem import PredictionBatch, as_states
 from quadstep.identify.replay import predictions_of, read_starts, ready
-from quadstep.identify.report import write as write_report
 from quadstep.identify.residual import trained
 from quadstep.identify.run import Identification
 from quadstep.identify.search import solved
@@ -380,7 +380,8 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
     found = Identified(
         truth, None, {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", "made")}, {"command.exponent": "the reason"}
     )
-    write_report(tmp_path / "r.html", Identification(vehicle, with_fitted(found), [], None, None, None), flights[:1], start())
+    run = Identification(vehicle, with_fitted(found), [], None, None, None)
+    report.write(tmp_path / "r.html", report.evidence(run, flights[:1], start(), "made"), run, flights[:1], start())
     text = (tmp_path / "r.html").read_text()
     for words in (
         "rotor.rise_time",

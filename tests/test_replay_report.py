@@ -150,9 +150,9 @@ def test_motors_that_never_run_or_are_beyond_full_are_named(tmp_path, logs, fact
 
 def test_the_thrust_of_one_flight_has_no_range(tmp_path, logs):
     one, two = (replayed(logs, tmp_path / str(count), count=count).out for count in (1, 2))
-    assert re.search(r"over the thrust needed: \d\.\d{3}; relative to that of a flight's first seconds \d\.\d{3}\n", one)
+    assert re.search(r"over the thrust needed: \d\.\d{3}; relative to that of a flight's first seconds \d\.\d{3}\.\n", one)
     assert re.search(
-        r"needed: \d\.\d{3} on average, \d\.\d{3} to \d\.\d{3}; relative .* seconds \d\.\d{3} to \d\.\d{3}\n", two
+        r"needed: \d\.\d{3} on average, \d\.\d{3} to \d\.\d{3}; relative .* seconds \d\.\d{3} to \d\.\d{3}\.\n", two
     )
 
 

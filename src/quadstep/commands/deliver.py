@@ -62,21 +62,21 @@ def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float)
         raise typer.Exit(verdict.exit_code)
 
 
-def show(evidence: "Evidence", folder: Path) -> None:
-    """Say what a study has found, and where it is."""
-    for table in evidence.tables:
-        if table.shown:
-            rows = [[cell if isinstance(cell, str) else cell[0] for cell in row] for row in table.rows[: table.most]]
-            show_table(table.shown, table.header, rows)
+def show(evidence: "Evidence", folder: Path | None) -> None:
+    """Say what a study has found, and where it is, if it is kept."""
+    for table in evidence.shown:
+        rows = [[cell if isinstance(cell, str) else cell[0] for cell in row] for row in table.rows[: table.most]]
+        show_table(table.shown, table.header, rows)
     for sentence in evidence.lines:
         say(sentence)
     for line in evidence.commands:
         say_whole(line)
-    for one in evidence.figures:
-        drawn = next((path for ending in FORMATS if (path := folder / f"{one.name}.{ending}").is_file()), None)
-        if drawn and one.label:
-            say_whole(f"{one.label}: {drawn}")
-    say_whole(f"Report: {folder / 'report.html'}")
+    if folder:
+        for one in evidence.figures:
+            drawn = next((path for ending in FORMATS if (path := folder / f"{one.name}.{ending}").is_file()), None)
+            if drawn and one.label:
+                say_whole(f"{one.label}: {drawn}")
+        say_whole(f"Report: {folder / 'report.html'}")
     for case in evidence.cases[1:]:
         say(case.sentence)
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, show_compared, vehicle_of
+from quadstep.commands.deliver import show
+from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, vehicle_of
 from quadstep.commands.options import ReplaceOption
 from quadstep.io.errors import UserError
 from quadstep.report.terminal.screen import complain, say, say_whole
-from quadstep.report.terminal.tables import show_table
 from quadstep.report.units import counted
 
 if TYPE_CHECKING:
@@ -51,8 +51,8 @@ def identify(
 
     Logs cannot reveal the mass; it comes from --vehicle or --mass.
     """
-    from quadstep.identify.report import write as write_report
-    from quadstep.identify.run import answer, run
+    from quadstep.identify.report import evidence, write
+    from quadstep.identify.run import run
     from quadstep.identify.vehicle_file import as_toml
     from quadstep.io.atomic import refuse_other, write_beside
 
@@ -72,41 +72,14 @@ def identify(
     check_logs(flights, section, trust)
     result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"), residual, still_air)
     write_beside(out, as_toml(result.vehicle))
+    told = evidence(result, flights, section, source)
     if report:
         complain("drawing: the report")
-        write_report(out.with_suffix(".html"), result, flights, section)
-    say(answer(result))
-    rows = []
-    for key, one in result.found.fitted.items():
-        rows.append((key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source))
-    show_table("Identified", ("key", "value", "95 % interval", "unit", "from"), rows)
-    for key, reason in result.found.kept.items():
-        say(f"{key} stays as in {vehicle}: {reason}")
-    say(f"mass = {section.mass:g} kg: {source}")
-    names = ", ".join(result.held_out)
-    for found, knows in (
-        (result.commands, "commands alone"),
-        (result.guided, "commands and setpoints"),
-        (result.commands_residual, "commands alone, with the learned residual"),
-        (result.guided_residual, "commands and setpoints, with the learned residual"),
-    ):
-        if found:
-            show_compared(f"Held out of the first fit: {names}, predicted from {knows}", found)
-    if result.shares:
-        say(said_of_residual(result.shares, result.residual is not None))
-    if not result.held_out:
-        say("No flight was held out: only the intervals say how well this holds for other flights.")
+        write(out.with_suffix(".html"), told, result, flights, section)
+    show(told, None)
     say(f"{counted(len(flights), 'flight')} in {time.monotonic() - begun:.0f} s")
     pages = f" and {out.with_suffix('.html')}" if report else ""
     say_whole(f"Wrote {out}{pages}")
-
-
-def said_of_residual(shares: tuple[float, ...], kept: bool) -> str:
-    """What held-out flights say of the residual."""
-    much = " and ".join(f"{share:.3f}" for share in shares)
-    if kept:
-        return f"With the residual errors are {much} times as large; the vehicle has it, switched off (effects.residual)."
-    return f"With the residual errors are {much} times as large on flights held out, so it is left out of the vehicle."
 
 
 def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> None:

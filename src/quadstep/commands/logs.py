@@ -1,6 +1,5 @@
 """What commands that read logs share."""
 
-import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,11 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.io.errors import UserError
-from quadstep.report.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.identify.logs.flight import FlightRecord
-    from quadstep.identify.table import ErrorTable
     from quadstep.mission.airframe import AirframeSection
 
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of flights.", show_default=False)]
@@ -46,22 +43,3 @@ def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]"
         depth = next(n for n in range(1, len(one) + 1) if sum(each[-n:] == one[-n:] for each in named) == 1)
         flights.append(replace(read_log(log, mapping), name="/".join(one[-depth:])))
     return flights
-
-
-def show_compared(title: str, found: "ErrorTable") -> None:
-    """The table of mean errors, and of their ratios to those of "constant" and of "zero rate"; it fits 80 columns."""
-    from quadstep.identify.errors import GROUPS, HORIZONS, SHOWN, UNITS
-
-    rows = []
-    for horizon in HORIZONS:
-        for group in GROUPS:
-            error, constant, zero = (SHOWN[group] * one for one in found.means(horizon, group))
-            ratio = found.ratio(horizon, group)
-            beside = f"{found.ratio(horizon, group, 'zero').value:.2f}"
-            shown = f"{ratio.value:.2f}"
-            if math.isfinite(ratio.low):
-                shown += f" ({ratio.low:.2f} to {ratio.high:.2f})"
-            what = f"{group}, {horizon} [{UNITS[group]}]"
-            rows.append((what, f"{error:.3g}", f"{constant:.3g}", f"{zero:.3g}", shown, beside))
-    header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")
-    show_table(title, header, rows)

@@ -1,23 +1,20 @@
 """`quadstep replay`."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, show_compared, vehicle_of
+from quadstep.commands.deliver import show
+from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, vehicle_of
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.io.errors import UserError
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.report.terminal.screen import complain, say, say_whole
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import complain, say
 from quadstep.report.units import counted
 
 if TYPE_CHECKING:
-    from quadstep.identify.closed_loop import Beside
-    from quadstep.identify.estimator import Estimated
     from quadstep.identify.logs.flight import FlightRecord
     from quadstep.mission.airframe import AirframeSection
 
@@ -58,6 +55,7 @@ def replay(
     """
     from quadstep.identify.logs.judge import judge
     from quadstep.identify.replay import ReplayRequest, replayed
+    from quadstep.identify.replay_report import evidence, identity, write
     from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):
@@ -77,25 +75,13 @@ def replay(
         return
     asked = ReplayRequest(Path(vehicle).stem, section, chosen, estimator, commands_only, residual, out is not None)
     if out:
-        from quadstep.identify.replay_report import identity
-
         files_to_replace(out, identity(flights, asked), overwrite)  # before anything is computed
     found = replayed(flights, asked)
-    warn(warnings)
-    if found.estimates:
-        show_estimates(found.estimates)
-    if chosen:
-        show_flown(found.flown, str(chosen["type"]))
-    if not (estimator or chosen):
-        for one in found.predictions:
-            show_compared(one.title, one.compared)
-        if found.thrust:
-            say(found.thrust)
+    told = evidence(flights, asked, found, warnings)
     if out:
-        from quadstep.identify.replay_report import REPORT, write
-
-        write(out, flights, asked, found, warnings, overwrite, drawn_on)
-        say_whole(f"Report: {out / REPORT}")
+        write(out, flights, asked, found, told, overwrite, drawn_on)
+    warn(warnings)
+    show(told._replace(warnings=()), out)
 
 
 def warn(warnings: Sequence[str]) -> None:
@@ -141,39 +127,3 @@ def controller_of(given: str) -> dict[str, object]:
     if not isinstance(table, dict) or "type" not in table:
         raise UserError(f"{given}: should have a table [controller] with a type")
     return table
-
-
-def show_flown(found: "Sequence[Beside]", controller: str) -> None:
-    """Real flights beside simulated ones."""
-    rows = []
-    for one in found:
-        real, flown = one.real, one.simulated
-        rows.append(
-            (
-                one.name,
-                f"{100 * real.rmse:.1f} / {100 * flown.rmse:.1f}",
-                f"{1e3 * real.lead:.0f} / {1e3 * flown.lead:.0f}",
-                f"{math.degrees(real.tilt):.1f} / {math.degrees(flown.tilt):.1f}",
-                f"{real.rate:.2f} / {flown.rate:.2f}",
-                one.lost,
-            )
-        )
-    header = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [rad/s]", "lost")
-    show_table(f"Logged setpoints simulated with {controller}", header, rows)
-    count = len(found)
-    near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found)
-    lead = sum(abs(one.simulated.lead - one.real.lead) <= 0.08 + 1e-9 for one in found)
-    tilt = sum(abs(math.degrees(one.simulated.tilt - one.real.tilt)) <= 4.0 for one in found)
-    say(f"RMSE within a factor of 2 on {near} of {count} flights, lead within 80 ms on {lead}, tilt within 4° on {tilt}.")
-
-
-def show_estimates(found: "Sequence[Estimated]") -> None:
-    """The filter beside the log's own estimate."""
-    rows = []
-    for flight in found:
-        for who, one in (("filter", flight.filter), ("the log's own", flight.own)):
-            if one:
-                numbers = (f"{1e3 * one.position:.1f}", f"{one.velocity:.3f}", f"{math.degrees(one.tilt):.2f}")
-                rows.append((f"{flight.name}, {who}", *numbers, f"{math.degrees(one.yaw):.2f}"))
-    header = ("flight, estimate", "position [mm]", "velocity [m/s]", "tilt [°]", "yaw [°]")
-    show_table("RMS errors; the filter gets gyro, accelerometer and a position at 20 Hz with 5 mm noise", header, rows)

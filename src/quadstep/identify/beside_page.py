@@ -3,18 +3,18 @@
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from quadstep.identify.closed_loop import Beside, Tracking
+from quadstep.io.results.record import FIGURES
 from quadstep.report.drawing import FigureJob
-from quadstep.report.page import figure, heading, paragraph, table
+from quadstep.report.evidence import Figure, Table
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import counted, quantity
+from quadstep.report.units import counted, number, quantity
 
-SVG = Sheet(formats=("svg",))
+HEADER = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [rad/s]", "lost")
 
 
 def answer(found: Sequence[Beside]) -> str:
@@ -29,41 +29,36 @@ def answer(found: Sequence[Beside]) -> str:
     return f"{said}, and the simulated position is {span} from the real one (RMS){lost}."
 
 
-def sections(found: Sequence[Beside], controller: str, pictures: Sequence[str]) -> list[str]:
-    """Each flight with its figure, if that is not shown elsewhere, and how it follows its setpoints."""
-    parts = []
-    for place, (one, picture) in enumerate(zip(found, pictures, strict=True)):
-        parts.append(heading(f"{one.name}, simulated", f"{one.name}-again", escape))
-        if not place:
-            parts.append(paragraph(f"Logged setpoints simulated with {controller}, starting from the measured state."))
-        if one.lost:
-            parts.append(paragraph(f"The simulated flight ended: {one.lost}."))
-        rows = [(who, *numbers(tracking)) for who, tracking in (("real", one.real), ("simulated", one.simulated))]
-        parts += [table(("", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [rad/s]"), rows), picture]
-    return parts
+def table(found: Sequence[Beside], controller: str) -> Table:
+    """How each flight, and its simulation, follows its setpoints."""
+    rows = [
+        (one.name, *map(" / ".join, zip(numbers(one.real), numbers(one.simulated), strict=True)), one.lost) for one in found
+    ]
+    title = f"Logged setpoints simulated with {controller}"
+    text = f"{title}, starting from the measured state."
+    return Table("Real and simulated flights", "simulated", HEADER, rows, text, escape, shown=title)
 
 
-def flight_picture(one: Beside, place: int) -> tuple[FigureJob, str]:
-    """The figure of a flight, and its caption. place: of the flight among the others."""
+def flight_picture(one: Beside, place: int) -> FigureJob:
+    """The figure of a flight. place: of the flight among the others."""
     lines = {"setpoint": one.setpoint, "real": one.real_position, "simulated": one.flown_position}
     reach = max(float(np.abs(values).max(initial=0.0)) for values in lines.values())
     panels = [
         Panel(name, "m", {key: values[:, i] for key, values in lines.items()}, reach=reach) for i, name in enumerate("xyz")
     ]
-    return FigureJob(f"again{place}", "", one.time, panels), f"{one.name}: setpoint, real and simulated position"
+    apart = f"the simulation was lost: {one.lost}" if one.lost else f"they are {quantity(one.apart, 'm')} apart (RMS)"
+    return FigureJob(
+        f"{FIGURES}/again{place}", f"{one.name}: setpoint, real and simulated position; {apart}.", one.time, panels
+    )
 
 
-def drawn(job: FigureJob, caption: str) -> str:
-    with TemporaryDirectory() as folder:
-        return drawn_in(Path(folder), job, caption, SVG)
-
-
-def drawn_in(folder: Path, job: FigureJob, caption: str, sheet: Sheet) -> str:
-    """The same, kept in a folder. The caption has names of files, not symbols."""
-    job.draw(folder, sheet)
-    return figure(folder / job.name, caption, set_as=escape)
+def drawn(out: Path, job: FigureJob, sheet: Sheet) -> Figure:
+    """A figure in the folder of a report. Its caption has names of files, not symbols."""
+    job.draw(out, sheet)
+    return Figure(job.name, job.caption, set_as=escape)
 
 
 def numbers(one: Tracking) -> tuple[str, str, str, str]:
     """How a flight follows its setpoints, as text."""
-    return f"{100 * one.rmse:.1f}", f"{1e3 * one.lead:.0f}", f"{np.degrees(one.tilt):.1f}", f"{one.rate:.2f}"
+    cm, ms, degrees, rate = map(number, (100 * one.rmse, 1e3 * one.lead, np.degrees(one.tilt), one.rate))
+    return cm, ms, degrees, rate

@@ -11,8 +11,6 @@ from quadstep.identify.starts import Starts
 
 HORIZONS = (1, 10, 50)
 GROUPS = ("position", "velocity", "attitude", "rates")
-UNITS = {"position": "mm", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"}
-SHOWN = {"position": 1e3, "velocity": 1.0, "attitude": 1.0, "rates": 1.0}
 
 
 class States(NamedTuple):

@@ -174,7 +174,7 @@ def predicted_errors(flights: Sequence[FlightRecord], asked: ReplayRequest) -> l
 
 
 def thrust(flights: Sequence[FlightRecord], section: AirframeSection) -> str:
-    """How far modelled and needed thrust differ."""
+    """How far modelled and needed thrust differ, in a sentence; empty where too little is flown."""
     ratios, later = (
         [one for one in (of(flight, section) for flight in flights) if math.isfinite(one)] for of in (hover_ratio, later_ratio)
     )
@@ -184,7 +184,7 @@ def thrust(flights: Sequence[FlightRecord], section: AirframeSection) -> str:
     said = f"Modelled thrust from the logged commands over the thrust needed: {mean:.3f}"
     if len(ratios) > 1:
         said += f" on average, {least_to_most(ratios)}"
-    return said + f"; relative to that of a flight's first seconds {least_to_most(later)}" if later else said
+    return f"{said}; relative to that of a flight's first seconds {least_to_most(later)}." if later else f"{said}."
 
 
 def least_to_most(values: Sequence[float]) -> str:

@@ -1,4 +1,4 @@
-"""`quadstep replay --out`: the report, with its figures and tables."""
+"""What `quadstep replay` has found, for its readers; with --out its figures and tables too."""
 
 import hashlib
 from collections.abc import Sequence
@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.identify import beside_page
-from quadstep.identify.beside_page import drawn_in, flight_picture
+from quadstep.identify.beside_page import flight_picture
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Deviation, Estimated
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.replay import Predictions, Replayed, ReplayRequest
+from quadstep.identify.replay import Replayed, ReplayRequest
 from quadstep.identify.table import ErrorTable
+from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.report import page
@@ -21,11 +22,12 @@ from quadstep.report.axes import logarithmic, plain_decades
 from quadstep.report.canvas import LINES, drawing, margins, new_figure
 from quadstep.report.canvas import write as write_figure
 from quadstep.report.drawing import FigureJob
+from quadstep.report.evidence import Evidence, Figure, Section, Table
 from quadstep.report.panel import Panel
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
-from quadstep.report.units import after, counted, handy, interval, number, percent, quantity
+from quadstep.report.units import counted, handy, interval, listed, number, percent, quantity
 
 UNIT = {"position": "m", "velocity": "m/s", "attitude": "°", "rates": "rad/s"}
 """Units in which errors are drawn and said."""
@@ -59,8 +61,8 @@ def draw_errors(path: Path, found: ErrorTable, period: float, sheet: Sheet) -> N
         write_figure(figure, path, sheet)
 
 
-def estimate_picture(one: Estimated, place: int) -> tuple[FigureJob, str]:
-    """Errors of the filter and of the log's own estimate over time, and the caption. place: of the flight among the others."""
+def estimate_picture(one: Estimated, place: int) -> FigureJob:
+    """Errors of the filter and of the log's own estimate over time. place: of the flight among the others."""
     several = {"filter": sizes(one.filter_deviation)}
     if one.own_deviation:
         several["estimate in the log"] = sizes(one.own_deviation)
@@ -69,7 +71,8 @@ def estimate_picture(one: Estimated, place: int) -> tuple[FigureJob, str]:
         Panel(name, unit, {who: parts[i][known] for who, parts in several.items()})
         for i, (name, unit) in enumerate((("position", "m"), ("velocity", "m/s"), ("tilt", "°"), ("yaw", "°")))
     ]
-    return FigureJob(f"estimate{place}", "", one.time[known], panels, 2), f"{one.name}: how far estimates are from the truth"
+    caption = f"{one.name}: how far estimates are from the truth."
+    return FigureJob(f"{FIGURES}/estimate{place}", caption, one.time[known], panels, 2)
 
 
 def sizes(one: Deviation) -> tuple[Floats, ...]:
@@ -78,9 +81,10 @@ def sizes(one: Deviation) -> tuple[Floats, ...]:
     return (*lengths, np.degrees(one.tilt), np.degrees(np.abs(one.yaw)))
 
 
-REPORT = "report.html"
 AHEAD = 50
 """Samples ahead, of which the summary speaks."""
+
+ERRORS = f"{FIGURES}/errors"
 
 TIMES = 2.0
 """From this ratio on it is said how many times."""
@@ -98,20 +102,14 @@ def identity(flights: Sequence[FlightRecord], asked: ReplayRequest) -> str:
 
 
 def write(
-    folder: Path, flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, warnings: Sequence[str],
-    overwrite: bool,
+    folder: Path, flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, told: Evidence, overwrite: bool,
     sheet: Sheet,
 ) -> None:  # fmt: skip
-    """Write every file of the folder. Raises UserError."""
-    named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
-    title = f"{asked.vehicle}, {named}"
+    """Write every file of the folder. told: what was found. Raises UserError."""
     with publishing(folder, identity(flights, asked), overwrite) as out:
+        (out / FIGURES).mkdir()
         write_tables(out, found)
-        (out / "figures").mkdir()
-        body = sections(out / "figures", flights, asked, found, warnings, sheet.with_svg())
-        page.write_page(out / REPORT, title, body, "Replay")
-        compared = found.predictions[0].compared
-        write_json(out / MANIFEST, {"name": title, "version": __version__, **numbers(compared)})
+        illustrated(told, found, out, sheet.with_svg()).write(out)
 
 
 def write_tables(out: Path, found: Replayed) -> None:
@@ -153,57 +151,79 @@ def numbers(found: ErrorTable) -> dict[str, object]:
     return said
 
 
-def sections(
-    folder: Path, flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, warnings: Sequence[str], sheet: Sheet
-) -> list[str]:
-    """The body of the report; draws the figures into a folder."""
-    compared = found.predictions[0].compared
-    draw_errors(folder / "errors", compared, found.period, sheet)
-    caption = "Mean prediction error against horizon, with two model-free baselines"
-    glance = [page.figure(folder / "errors", caption)]
-    flown = [drawn_in(folder, *flight_picture(one, place), sheet) for place, one in enumerate(found.flown)]
-    estimated = [drawn_in(folder, *estimate_picture(one, place), sheet) for place, one in enumerate(found.estimates)]
-    parts = [
-        page.summary(answer(found), facts(found), [*glance, *flown[:1], *estimated[:1]]),
-        page.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
-        page.heading("Predictions", "predictions"),
-        page.paragraph(
-            "Means over all predictions of a flight, then over flights. “Constant”: velocity and rates stay what they are; "
-            "“zero rate”: velocity stays and the rates are zero. The ratios are means of those of the flights, with 95 % "
-            "intervals where there are several."
-        ),
-    ]
-    for one in found.predictions:
-        parts += [page.subheading(one.title), error_table(one, found.period)]
-    if found.thrust:
-        parts.append(page.paragraph(f"{found.thrust}."))
+METHOD = (
+    "Means over all predictions of a flight, then over flights. “Constant”: velocity and rates stay what they are; "
+    "“zero rate”: velocity stays and the rates are zero. The ratios are means of those of the flights, with 95 % "
+    "intervals where there are several."
+)
+
+
+def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, warnings: Sequence[str]) -> Evidence:
+    """What was found, for its readers. warnings: where the logs contradict their mapping."""
+    named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
+    name, first = f"{asked.vehicle}, {named}", found.predictions[0].compared if found.predictions else None
+    sections: list[Section] = [page.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape)]
+    sections += [page.heading("Predictions", "predictions"), page.paragraph(METHOD)] if first else []
+    sections += [error_table(one.title, one.compared, found.period) for one in found.predictions]
+    sections += [page.paragraph(found.thrust)] if found.thrust else []
     if found.flown and asked.controller:
-        parts.append(page.heading("Real and simulated flights", "simulated"))
-        parts += beside_page.sections(found.flown, str(asked.controller["type"]), ["", *flown[1:]])
+        sections.append(beside_page.table(found.flown, str(asked.controller["type"])))
     if found.estimates:
-        parts += [page.heading("Estimates", "estimates"), estimate_table(found.estimates), *estimated[1:]]
-    if warnings:
-        parts += [page.heading("What the logs contradict", "warnings"), *(page.paragraph(one, escape) for one in warnings)]
-    return parts
+        sections.append(estimate_table(found.estimates))
+    said = answer(found)
+    return Evidence(
+        name=name,
+        kind="Replay",
+        answer=said,
+        sentences=[said, *filter(None, [found.thrust])],
+        record={"name": name, "version": __version__, **(numbers(first) if first else {})},
+        facts=facts(first, found.period) if first else (),
+        sections=sections,
+        warnings=warnings,
+    )
+
+
+def illustrated(told: Evidence, found: Replayed, out: Path, sheet: Sheet) -> Evidence:
+    """The same with its figures, which are drawn into a folder: one of each kind at the top, the others below."""
+    draw_errors(out / ERRORS, found.predictions[0].compared, found.period, sheet)
+    flown = [beside_page.drawn(out, flight_picture(one, place), sheet) for place, one in enumerate(found.flown)]
+    estimated = [beside_page.drawn(out, estimate_picture(one, place), sheet) for place, one in enumerate(found.estimates)]
+    caption = "Mean error of predictions over the time ahead: the vehicle helps where its line is below those of both guesses."
+    rest = [*flown[1:], *estimated[1:]]
+    more = [page.heading("The other flights", "others")] if rest else []
+    figures = [Figure(ERRORS, caption), *flown[:1], *estimated[:1]]
+    return told._replace(figures=figures, sections=[*told.sections, *more, *rest])
 
 
 def answer(found: Replayed) -> str:
-    compared = found.predictions[0].compared
-    error, _, _ = compared.means(AHEAD, "position")
-    ratio = compared.ratio(AHEAD, "position")
-    low, high = (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
-    than = "predicts better" if high < 1.0 else "predicts worse" if low > 1.0 else "is not shown to predict better"
-    said = [
-        f"The vehicle {than} than no model: {in_time(AHEAD, found.period)} ahead the predicted position is off by "
-        f"{quantity(error, 'm')} on average, "
-        f"{share(ratio, 'the error')} if velocity and rates stayed constant"
-    ]
+    """What was asked, in a sentence: predictions, simulated flights, estimates."""
+    said = [predicting(found.predictions[0].compared, found.period)] if found.predictions else []
     if found.flown:
         said.append(beside_page.answer(found.flown).rstrip("."))
     if found.estimates:
-        said.append(f"the Kalman filter's position is off by {quantity(filtered(found.estimates), 'm')} (RMS)")
+        said.append(f"The Kalman filter's position is off by {quantity(filtered(found.estimates), 'm')} (RMS)")
     first, *rest = said
     return "; ".join([first, *(one[0].lower() + one[1:] for one in rest)]) + "."
+
+
+def predicting(compared: ErrorTable, period: float) -> str:
+    """How well the position is predicted, and what of the rest is not."""
+    error, ratio = compared.means(AHEAD, "position")[0], compared.ratio(AHEAD, "position")
+    low, high = ends(ratio)
+    than = "predicts better" if high < 1.0 else "predicts worse" if low > 1.0 else "is not shown to predict better"
+    worse = [group for group in GROUPS[1:] if ends(compared.ratio(AHEAD, group))[1] >= 1.0]
+    flights = len(compared.names)
+    who = "The" if ratio.bounded else f"In {f'these {flights} flights' if flights > 1 else 'this flight'} the"
+    return (
+        f"{who} vehicle {than} than no model: {in_time(AHEAD, period)} ahead the predicted position is off by "
+        f"{quantity(error, 'm')} on average, {share(ratio, 'the error')} if velocity and rates stayed constant"
+        f"{f' (not so {listed(worse)})' if worse and high < 1.0 else ''}"
+    )
+
+
+def ends(ratio: Estimate) -> tuple[float, float]:
+    """Of its interval, or itself where it has none."""
+    return (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
 
 
 def share(ratio: Estimate, of: str) -> str:
@@ -217,14 +237,13 @@ def filtered(found: Sequence[Estimated]) -> float:
     return float(np.sqrt(np.mean([one.filter.position**2 for one in found])))
 
 
-def facts(found: Replayed) -> list[page.Fact]:
-    """Errors half a second ahead, how close the simulation is, and the filter."""
-    compared = found.predictions[0].compared
+def facts(compared: ErrorTable, period: float) -> list[page.Fact]:
+    """Errors half a second ahead."""
     shown = []
     for group in GROUPS:
         ratio = compared.ratio(AHEAD, group)
         error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
-        more = f"{in_time(AHEAD, found.period)} ahead: {share(ratio, 'constant')}"
+        more = f"{in_time(AHEAD, period)} ahead: {share(ratio, 'constant')}"
         shown.append(page.Fact(group, error, more))
     return shown
 
@@ -238,19 +257,18 @@ def in_time(horizon: int, period: float) -> str:
     return f"{horizon * period:.2g}\u00a0s"
 
 
-def error_table(found: Predictions, period: float) -> str:
+def error_table(title: str, found: ErrorTable, period: float) -> Table:
     """Mean errors at each of `HORIZONS`."""
     rows: list[Sequence[page.Cell]] = []
     for group in GROUPS:
         for horizon in HORIZONS:
-            means = [FACTOR[group] * one for one in found.compared.means(horizon, group)]
+            means = [FACTOR[group] * one for one in found.means(horizon, group)]
             unit, factor = handy(UNIT[group], max(means))
-            texts = [number(factor * one) + after(unit) for one in means]
-            to_zero = number(found.compared.ratio(horizon, group, "zero").value)
-            rows.append((group, f"{in_time(horizon, period)} ({horizon})", *texts,
-                         said(found.compared.ratio(horizon, group)), to_zero))  # fmt: skip
-    header = ("what", "ahead (samples)", "error", "constant", "zero rate", "error to constant", "to zero rate")
-    return page.table(header, rows)
+            texts = [number(factor * one) for one in means]
+            to_zero = number(found.ratio(horizon, group, "zero").value)
+            rows.append((f"{group}, {horizon} [{unit}]", *texts, said(found.ratio(horizon, group)), to_zero))
+    header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")
+    return Table("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", shown=title)
 
 
 def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:
@@ -258,14 +276,15 @@ def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:
     return [(who, *of) for who, of in (("filter", one.filter), ("the log's own", one.own)) if of]
 
 
-def estimate_table(found: Sequence[Estimated]) -> str:
+def estimate_table(found: Sequence[Estimated]) -> Table:
     rows = []
     for one in found:
         for who, position, velocity, tilt, yaw in estimators(one):
             angles = [quantity(np.degrees(angle), "°") for angle in (tilt, yaw)]
-            rows.append((one.name, who, quantity(position, "m"), quantity(velocity, "m/s"), *angles))
-    sensors = page.paragraph(
-        f"RMS errors. The filter gets gyro, accelerometer, and a position at {1.0 / FIX_EVERY:.0f} Hz with "
-        f"{quantity(FIX_NOISE, 'm', 1)} noise."
+            rows.append((f"{one.name}, {who}", quantity(position, "m"), quantity(velocity, "m/s"), *angles))
+    sensors = (
+        f"RMS errors; the filter gets gyro, accelerometer, and a position at {1.0 / FIX_EVERY:.0f} Hz with "
+        f"{quantity(FIX_NOISE, 'm', 1)} noise"
     )
-    return sensors + page.table(("flight", "estimate", "position", "velocity", "tilt", "yaw"), rows, escape)
+    header = ("flight, estimate", "position", "velocity", "tilt", "yaw")
+    return Table("Estimates", "estimates", header, rows, f"{sensors}.", escape, shown=sensors)

@@ -155,7 +155,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: S
         answer=said[0],
         sentences=said,
         record={**about, **record(found, moves), "sentences": said},
-        tables=[poles],
+        sections=[poles],
         more=said[1:],
     )
     if not found.stable:
@@ -165,7 +165,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: S
     return done._replace(
         facts=worst.facts([("", found)]),
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
-        tables=[
+        sections=[
             Table("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
             poles,
             Table("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),

@@ -187,7 +187,7 @@ def evidence(done: Several, path: Path, figures: list[Figure]) -> Evidence:
         record={**about, "worst": [one._asdict() for one in least], "loops": loops},
         facts=worst.facts(done.found),
         figures=figures,
-        tables=[
+        sections=[
             Table("Worst margins", "worst", worst.WORST_HEADER, least, tables.METHOD, shown=shown),
             Table(
                 "Every loop: smallest margins over its channels", "loops", worst.ROW_HEADER, worst.rows(done.found), shown=each

@@ -1,8 +1,9 @@
 """What a study has found, worded once for all readers: the terminal, report.html, metrics.json, `--json`, JUnit, LaTeX."""
 
 from collections.abc import Callable, Mapping, Sequence
+from html import escape
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from quadstep.io.errors import UNMET
 from quadstep.io.results.record import REPORT
@@ -19,7 +20,7 @@ TABLE = "table.tex"
 class Table(NamedTuple):
     """A section of the report; without a title, more of the one before. text: a paragraph, before the table if there is one.
 
-    set_as: how the table is set as HTML. shown: its title on the terminal, which leaves it out without one. most: rows there.
+    set_as: how its texts are set as HTML. shown: its title on the terminal, which leaves it out without one. most: rows there.
     """
 
     title: str = ""
@@ -31,33 +32,40 @@ class Table(NamedTuple):
     shown: str = ""
     most: int | None = None
 
-    @property
-    def html(self) -> list[str]:
-        title = [page.heading(self.title, self.anchor)] if self.title else []
-        text = [page.paragraph(self.text)] if self.text else []
-        table = [page.table(self.header, self.rows, self.set_as)] if self.rows else []
-        return [*title, *text, *table]
+    def html(self, _: Path) -> str:
+        title = page.heading(self.title, self.anchor, self.set_as) if self.title else ""
+        text = page.paragraph(self.text, self.set_as) if self.text else ""
+        return title + text + (page.table(self.header, self.rows, self.set_as) if self.rows else "")
 
 
 class Figure(NamedTuple):
-    """A figure at the top of the report. name: of its file, without ending. coded: whether its colours are values.
+    """A figure. name: of its file in the folder, without ending. coded: whether its colours are values.
 
-    label: what it is, in a word, for the terminal, which does not name it without one.
+    label: what it is, in a word, for the terminal, which does not name it without one. set_as: how its caption is set as HTML.
     """
 
     name: str
     caption: str
     coded: bool = False
     label: str = ""
+    set_as: Callable[[str], str] = rich
+
+    def html(self, out: Path) -> str:
+        return page.figure(out / self.name, self.caption, self.coded, self.set_as)
+
+
+Section: TypeAlias = Table | Figure | str
+"""A part of the report; a string is markup of `report/page.py`, which only the report shows."""
 
 
 class Evidence(NamedTuple):
     """What a study has found.
 
     name: of what was studied; kind: of study, in a word. answer: to its question, in a sentence; sentences: the same for the
-    terminal. record: everything measured, as JSON can hold it. paper: a table of LaTeX. cases: the points on
-    which it is judged. more: paragraphs below the answer. warnings: what speaks against it. grade: "grade" and "why" of the
-    loop at rest, if known; whose: which loop that is. commands: lines for the terminal with something to copy.
+    terminal. record: everything measured, as JSON can hold it. figures: at the top; sections: below them. paper: a table of
+    LaTeX. cases: the points on which it is judged. more: paragraphs below the answer. warnings: what speaks against it.
+    grade: "grade" and "why" of the loop at rest, if known; whose: which loop that is. commands: lines for the terminal with
+    something to copy.
     """
 
     name: str
@@ -67,7 +75,7 @@ class Evidence(NamedTuple):
     record: dict[str, object]
     facts: Sequence[page.Fact] = ()
     figures: Sequence[Figure] = ()
-    tables: Sequence[Table] = ()
+    sections: Sequence[Section] = ()
     paper: str = ""
     cases: tuple[Case, ...] = (Case("flown"),)
     more: Sequence[str] = ()
@@ -87,6 +95,11 @@ class Evidence(NamedTuple):
         return [*self.sentences, *self.graded, *warned]
 
     @property
+    def shown(self) -> list[Table]:
+        """The tables of the terminal."""
+        return [one for one in self.sections if isinstance(one, Table) and one.shown]
+
+    @property
     def content(self) -> dict[str, object]:
         return {**self.record, **({AT_REST: dict(self.grade)} if self.grade else {})}
 
@@ -95,13 +108,16 @@ class Evidence(NamedTuple):
         cases = (*self.cases, share.case) if share else self.cases
         return self._replace(cases=cases, record={**self.record, "requirement": share.as_json() if share else None})
 
+    def html(self, out: Path) -> str:
+        """report.html. out: where its figures are."""
+        texts = [*map(page.paragraph, self.more), *(page.paragraph(f"Warning: {one}", escape) for one in self.warnings)]
+        summary = page.summary(" ".join([self.answer, *self.graded]), self.facts, [one.html(out) for one in self.figures])
+        sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]
+        return page.page_text(self.name, [summary, *texts, *sections], self.kind)
+
     def write_report(self, out: Path) -> None:
         """Write report.html, and table.tex where there is one. Its figures are in the folder."""
-        figures = [page.figure(out / one.name, one.caption, coded=one.coded) for one in self.figures]
-        texts = map(page.paragraph, [*self.more, *(f"Warning: {one}" for one in self.warnings)])
-        sections = [part for one in self.tables for part in one.html]
-        summary = page.summary(" ".join([self.answer, *self.graded]), self.facts, figures)
-        page.write_page(out / REPORT, self.name, [summary, *texts, *sections], self.kind)
+        (out / REPORT).write_text(self.html(out), encoding="utf-8")
         if self.paper:
             (out / TABLE).write_text(self.paper, encoding="utf-8")
 

@@ -207,7 +207,7 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
         },
         facts=[Fact("phase margin", *degrees(now.phase.value)), Fact("crossover", *hertz(now.phase.at))],
         figures=[Figure(f"{FIGURES}/bode", "The open loop at the controller's command", label="Open loop")],
-        tables=tables,
+        sections=tables,
         more=more,
         warnings=[f"{damage(flight.damaged)}; what could not be read is left out"] if flight.damaged else [],
     )  # fmt: skip

@@ -82,7 +82,7 @@ def evidence(
         answer=found[0],
         sentences=[*(until.sentences(decided, file) if decided else ()), *found],
         record=record,
-        tables=[Table(header=WORST, rows=rows, shown="The worst flights")],
+        sections=[Table(header=WORST, rows=rows, shown="The worst flights")],
         cases=(Case("flown"), *([until_case(decided)] if decided else [])),
         commands=["To replay each of them, with its full log:", *(f"  {line}" for line in again)],
     ).required(None if least is None else JudgedShare(least, summary.success, summary.flights))

@@ -72,7 +72,7 @@ class Map(Study[Envelope]):
             record=as_json(found),
             facts=[fact(one) for one in found.panels],
             figures=[Figure(PICTURE, caption(found), coded=True, label="Map")],
-            tables=[
+            sections=[
                 Table("Panel by panel", "panels", HEADER, rows),
                 Table("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
             ],

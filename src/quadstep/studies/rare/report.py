@@ -85,7 +85,7 @@ def evidence(kept: Kept, campaign: Campaign, summary: Summary, path: Path) -> Ev
         record={**about, **as_json(summary)},
         facts=facts,
         figures=[Figure(LEVELS, SHOWN)],
-        tables=[
+        sections=[
             Table("Replicates", "replicates", REPLICATES, replicate_rows(kept.pieces)),
             nearest(summary),
             Table("Settings", "flown", ("", ""), flown),

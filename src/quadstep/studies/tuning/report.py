@@ -48,7 +48,7 @@ def evidence(
                 "Below, the gains of the best so far, each from the low to the high end of its range.",
             )
         ],
-        tables=[
+        sections=[
             Table("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=lambda text: prose(escape(text))),
             Table("On unseen flights" if many else "Both flights", "unseen", HEADER, measured, both if many else alone),
             Table("The search", "search", text=search),

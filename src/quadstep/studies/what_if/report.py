@@ -108,7 +108,7 @@ def evidence(
             page.Fact(f"fail in gusts, {name}", units.percent(one.value)) for name, one in zip(SIDES, failed, strict=False)
         ],
         figures=[Figure(PICTURE, "A step in calm air, before and after", label="Step")],
-        tables=tables,
+        sections=tables,
         warnings=mission.controller.warnings(mission.modelled),
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
         whose="the hovering loop with the change",
