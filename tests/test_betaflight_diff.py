@@ -74,7 +74,7 @@ def test_the_profile_that_is_chosen_is_flown(tmp_path):
 def test_what_is_not_modelled_is_listed(tmp_path):
     read = mission(tmp_path, DIFF.replace("{profile}", "1"))
     said = read.controller.warnings(read.modelled)
-    left = "acc_calibration, motor_pwm_protocol, roll_rc_rate, simplified_master_multiplier"
+    left = "motor_pwm_protocol, acc_calibration, roll_rc_rate, simplified_master_multiplier"
     assert said == [f"diff.txt: betaflight-rates does without {left}"]
 
 

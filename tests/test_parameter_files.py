@@ -4,10 +4,14 @@ import tomllib
 
 import pytest
 
-from quadstep import Mission
+from quadstep import Mission, fly
+from quadstep.control.registry import STOCK, controller
+from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import ArduPilotParm, CrazyflieYaml, QgcParams
 from quadstep.mission.read import check_mission
+from quadstep.mission.saved_parameters import under
+from quadstep.studies.flights.report import write_report
 from quadstep.studies.tuning.run import tune
 from tests.needs import package
 
@@ -59,7 +63,7 @@ def test_what_cfclient_saves_is_read_as_yaml_reads_it():
 def test_what_is_written_is_read_again_and_is_yaml():
     values, defaults = {"pid_rate.roll_kp": 212.5, "ctrlMel.kp_z": 1.5}, {"pid_rate.roll_kp": 250.0, "ctrlMel.kp_z": 1.25}
     text = CrazyflieYaml.write(values, defaults)
-    assert CrazyflieYaml.read(text) == (values, defaults)
+    assert CrazyflieYaml.read(text) == (values, defaults, "")
     assert yaml.safe_load(text)["params"]["ctrlMel.kp_z"] == {"default_value": 1.25, "is_stored": True, "stored_value": 1.5}
     assert CrazyflieYaml.read(CrazyflieYaml.write({}, {})).values == {}
 
@@ -157,9 +161,22 @@ def test_a_mission_flies_with_what_qgroundcontrol_saved(tmp_path):
     assert rates.roll_p == pytest.approx(0.14)
     assert px4(tmp_path, QGC, MC_ROLLRATE_P=0.2).plan(warn=False).parameters.gains.rates.roll_p == 0.2
     assert read.controller.warnings(read.modelled) == ["saved.params: px4-cascade does without MPC_LAND_SPEED"]
-    many = QGC + "".join(f"1\t1\tNAV_{i}\t1\t9\n" for i in range(20))
-    said = px4(tmp_path, many).controller.warnings(read.modelled)
-    assert said == ["saved.params: px4-cascade does without MPC_LAND_SPEED, 20 of other modules"]
+
+
+def test_a_whole_file_is_a_short_warning_and_a_list_in_the_report(tmp_path):
+    header = "# Onboard parameters for Vehicle 1\n#\n# Stack: PX4 Pro\n# Vehicle: Multi-Rotor\n# Version: 1.14.3 \n"
+    others = "".join(f"1\t1\tNAV_{i:03}\t1\t9\n" for i in range(1000)) + "1\t154\tMNT_RC\t1\t2\n"  # the last: a gimbal's
+    read = px4(tmp_path, header + QGC + others)
+    assert read.controller.warnings(read.modelled) == [
+        "saved.params: is of version 1.14, and px4-cascade is PX4 v1.15's",
+        "saved.params: px4-cascade does without 1001 of 1004 parameters: MPC_LAND_SPEED, NAV_000, NAV_001, NAV_002, NAV_003 "
+        "and 996 more",
+    ]
+    assert len(read.controller.left) == 1001
+    file = tmp_path / "report.html"
+    write_report(file, read, fly(read), {}, (), {})
+    assert "1001 parameters of its file that px4-cascade does without" in file.read_text()
+    assert "NAV_999" in file.read_text()
 
 
 WRONG_QGC = {
@@ -167,6 +184,12 @@ WRONG_QGC = {
     "another type": (QGC.replace("\t9\n", "\tfloat\n"), "line 6 is not one of QGroundControl's"),
     "twice": (QGC + "1\t1\tMC_AIRMODE\t0\t6\n", "line 8: MC_AIRMODE is given twice"),
     "no number": (QGC.replace("0.140000000596046448", "nan"), "line 6: MC_ROLLRATE_P should be a number, not 'nan'"),
+    "by its name": (QGC.replace("Onboard", "Stack: ArduPilot\n# Onboard"), "has parameters of ArduPilot, not of PX4"),
+    "of another release": (
+        QGC + "1\t1\tIMU_GYRO_NF_FREQ\t80\t9\n",
+        "IMU_GYRO_NF_FREQ is of another release than PX4 v1.15, where it is IMU_GYRO_NF0_FRQ",
+    ),
+    "a choice": (QGC.replace("MC_AIRMODE\t1", "MC_AIRMODE\t3"), "controller.MC_AIRMODE: should be less than or equal to 2"),
     "empty": ("# Stack: PX4 Pro\n", "is not one of QGroundControl's files of parameters: it has none"),
     "a frame": (QGC.replace("CA_AIRFRAME\t0", "CA_AIRFRAME\t2"), "CA_AIRFRAME is 2, and px4-cascade flies only 0"),
     "out of range": (QGC.replace("MC_ROLLRATE_P\t0", "MC_ROLLRATE_P\t-0"), "controller.MC_ROLLRATE_P: should be greater"),
@@ -206,3 +229,48 @@ def test_a_mission_flies_with_what_a_ground_station_saved_of_ardupilot(tmp_path)
     assert found.controller.warnings(found.modelled) == ["saved.param: ardupilot-cascade does without ATC_RAT_RLL_SMAX"]
     with pytest.raises(UserError, match="FRAME_CLASS is 6, and ardupilot-cascade flies only 1 or 2 or 3"):
         read("FRAME_CLASS 6\n")
+    with pytest.raises(UserError, match=r"PSC_D_ACC_FLTE is of another release .* Copter 4.6, where it is PSC_ACCZ_FLTE"):
+        read("PSC_D_ACC_FLTE 20\n")
+
+
+STOCK_LAWS = {name: controller(Measured, name) for name in STOCK}
+
+
+@pytest.mark.parametrize("name", STOCK_LAWS)
+def test_parameters_that_contradict_each_other_are_refused_by_their_names(name):
+    law = STOCK_LAWS[name]
+    keys = law.by_key()
+    defaults = {key: gain.fixed for key, (_, gain) in keys.items() if gain.fixed is not None}
+
+    def mission(**values):
+        table = under({"type": name}, values)
+        return check_mission({"vehicle": {"preset": "crazyflie"}, "path": HOVER, "controller": table}, "m.toml")
+
+    assert mission().controller.warnings(mission().modelled) == []
+    assert all(here in keys and other not in keys for other, here in law.renamed.items())
+    for text in law.ordered:
+        lower, relation, upper = text.split()
+        above = keys[upper][1].high or 2.0 * (defaults[upper] or 1.0)
+        values = {lower: above, upper: 0.5 * above}
+        with pytest.raises(UserError) as error:
+            mission(**values)
+        assert f"controller.{lower} = {above:g} and {upper} = {0.5 * above:g} contradict each other" in str(error.value)
+        if relation == "<":
+            with pytest.raises(UserError, match=f"{lower} = .* contradict"):
+                mission(**{lower: 0.5 * above, upper: 0.5 * above})
+        elif all(other == text or not {lower, upper} & set(other.split()) for other in law.ordered):
+            mission(**{lower: 0.5 * above, upper: 0.5 * above})
+    for key, (_, gain) in keys.items():
+        if gain.only:
+            with pytest.raises(UserError, match=f"controller.{key}: should be less than or equal to {gain.high:g}"):
+                mission(**{key: gain.high + 1.0})
+        if gain.only == "whole":
+            with pytest.raises(UserError, match=f"controller.{key}: .*multiple of 1"):
+                mission(**{key: 0.5})
+
+
+def test_what_px4_takes_but_does_not_advise_is_flown_and_said(tmp_path):
+    read = px4(tmp_path, QGC, MC_ROLLRATE_P=0.6)
+    assert "controller.MC_ROLLRATE_P = 0.6 is outside what PX4 v1.15 says of it, from 0.01 to 0.5" in read.controller.warnings(
+        read.modelled
+    )

@@ -30,7 +30,7 @@ from quadstep.control.ardupilot_mixer import factors_of, mixed
 from quadstep.control.low_pass import low_pass, smoothed
 from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
-from quadstep.interfaces.gain import BELIEF, gain, given, parameter
+from quadstep.interfaces.gain import BELIEF, gain, given, parameter, switch
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import (
@@ -60,6 +60,30 @@ LEAN_SHARE = 0.8
 """Of the throttle from which the lean is limited so that the height can be kept."""
 
 ZERO = vector(0.0, 0.0, 0.0)
+
+RENAMED = {
+    f"{other}{ending}": f"{here}{ending}"
+    for other, here, endings in (
+        ("PSC_NE_POS_", "PSC_POSXY_", "P"),
+        ("PSC_NE_VEL_", "PSC_VELXY_", "P I D FF IMAX FLTE FLTD"),
+        ("PSC_D_POS_", "PSC_POSZ_", "P"),
+        ("PSC_D_VEL_", "PSC_VELZ_", "P I D FF IMAX FLTE FLTD"),
+        ("PSC_D_ACC_", "PSC_ACCZ_", "P I D FF D_FF IMAX PDMX FLTT FLTE FLTD"),
+        ("POS_XY_", "PSC_POSXY_", "P"),
+        ("VEL_XY_", "PSC_VELXY_", "P I IMAX"),
+        ("POS_Z_", "PSC_POSZ_", "P"),
+        ("VEL_Z_", "PSC_VELZ_", "P"),
+        ("ACCEL_Z_", "PSC_ACCZ_", "P I D IMAX"),
+        ("STB_RLL_", "ATC_ANG_RLL_", "P"),
+        ("STB_PIT_", "ATC_ANG_PIT_", "P"),
+        ("STB_YAW_", "ATC_ANG_YAW_", "P"),
+        ("RATE_RLL_", "ATC_RAT_RLL_", "P I D IMAX"),
+        ("RATE_PIT_", "ATC_RAT_PIT_", "P I D IMAX"),
+        ("RATE_YAW_", "ATC_RAT_YAW_", "P I D IMAX"),
+    )
+    for ending in endings.split()
+}
+"""Names of Copter 4.7, and of 3.5 and before."""
 
 
 class RollParameters(NamedTuple):
@@ -121,8 +145,8 @@ class AttitudeParameters(NamedTuple):
     yaw_most: Number = parameter("ATC_RATE_Y_MAX", 0.0, "deg/s", "largest yaw rate; 0: none", tunable=False)
     slew: Number = parameter("ATC_SLEW_YAW", 6000.0, "cdeg/s", "largest rate of the heading's target", tunable=False)
     constant: Number = parameter("ATC_INPUT_TC", 0.15, "s", "time constant of the target", high=1.0, tunable=False)
-    ahead: Number = parameter("ATC_RATE_FF_ENAB", 1.0, "-", "1: the target is shaped and its rates fed forward", tunable=False)
-    boost: Number = parameter("ATC_ANGLE_BOOST", 1.0, "-", "1: more throttle when leaning", tunable=False)
+    ahead: Number = switch("ATC_RATE_FF_ENAB", 1.0, "1: the target is shaped and its rates fed forward")
+    boost: Number = switch("ATC_ANGLE_BOOST", 1.0, "1: more throttle when leaning")
     lean_constant: Number = parameter(
         "ATC_ANG_LIM_TC", 1.0, "s", "time constant of the lean's limit", zero=False, tunable=False
     )
@@ -174,7 +198,7 @@ class MotorParameters(NamedTuple):
     spin_min: Number = parameter("MOT_SPIN_MIN", 0.15, "-", "command of no thrust", tunable=False)
     spin_max: Number = parameter("MOT_SPIN_MAX", 0.95, "-", "command of full thrust", zero=False, tunable=False)
     hover: Number = parameter("MOT_THST_HOVER", 0.35, "-", "throttle of a hover", zero=False, tunable=False)
-    learn: Number = parameter("MOT_HOVER_LEARN", 2.0, "-", "above 0: the throttle of a hover is learnt", tunable=False)
+    learn: Number = switch("MOT_HOVER_LEARN", 2.0, "above 0: the throttle of a hover is learnt", most=2)
     headroom: Number = parameter("MOT_YAW_HEADROOM", 200.0, "0.001", "room that yaw keeps", tunable=False)
     gyro_cut: Number = parameter("INS_GYRO_FILTER", 20.0, "Hz", "cut-off of the gyro; 0: none", tunable=False)
     acc_cut: Number = parameter("INS_ACCEL_FILTER", 20.0, "Hz", "cut-off of the accelerometer; 0: none", tunable=False)
@@ -359,6 +383,8 @@ class ArduPilotCascade(Controller[ArduPilotCascadeMemory, Measured, ArduPilotCas
     stock = True
     parameter_file = "ardupilot"
     supported: ClassVar = {"FRAME_CLASS": (1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 12.0, 14.0)}
+    renamed: ClassVar = RENAMED
+    ordered = ("MOT_SPIN_MIN < MOT_SPIN_MAX",)
 
     def start(self, measured: Measured, gains: ArduPilotCascadeGains) -> ArduPilotCascadeMemory:
         """In the air: nothing integrated, the throttle that of a hover."""

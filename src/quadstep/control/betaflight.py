@@ -6,32 +6,35 @@ Choices are numbers in the order of `CHOICES`, as `dterm_lpf1_type = 1` for BIQU
 
 from typing import NamedTuple
 
-from quadstep.interfaces.gain import parameter
+from quadstep.interfaces.gain import parameter, switch
 from quadstep.io.betaflight_diff import CHOICES
 from quadstep.numbers import Number
 
-MOST_HZ = 1000.0
 
-
-def hertz(name: str, default: float, meaning: str) -> Number:
-    """Declares a cut-off or centre, of which 0 switches the filter off."""
-    declared: Number = parameter(name, default, "Hz", f"{meaning}; 0: none", low=0.0, high=MOST_HZ, tunable=False)
+def setting(
+    name: str, default: float, unit: str, meaning: str, low: float, high: float, zero: bool = True, tunable: bool = False
+) -> Number:
+    """Declares a setting, which the command line takes from `low` to `high` only."""
+    declared: Number = parameter(name, default, unit, meaning, low=low, high=high, zero=zero, tunable=tunable, only="range")
     return declared
+
+
+def hertz(name: str, default: float, meaning: str, most: float = 1000.0) -> Number:
+    """Declares a cut-off or centre, of which 0 switches the filter off."""
+    return setting(name, default, "Hz", f"{meaning}; 0: none", 0.0, most)
 
 
 def choice(name: str, default: str, meaning: str) -> Number:
     """Declares one of `CHOICES`."""
     every = CHOICES[name]
     said = ", ".join(f"{place} {one}" for place, one in enumerate(every))
-    number, most = float(every.index(default)), len(every) - 1.0
-    declared: Number = parameter(name, number, "-", f"{meaning}: {said}", low=0.0, high=most, tunable=False)
+    declared: Number = switch(name, float(every.index(default)), f"{meaning}: {said}", len(every) - 1)
     return declared
 
 
 def scale(name: str, default: float, meaning: str, most: float = 250.0, tunable: bool = True) -> Number:
     """Declares a number without unit."""
-    declared: Number = parameter(name, default, "-", meaning, low=0.0, high=most, tunable=tunable)
-    return declared
+    return setting(name, default, "-", meaning, 0.0, most, tunable=tunable)
 
 
 class Roll(NamedTuple):
@@ -87,9 +90,7 @@ class Filters(NamedTuple):
     d_expo: Number = scale("dterm_lpf1_dyn_expo", 5.0, "bend of the way from least to most", 10.0, tunable=False)
     d2: Number = hertz("dterm_lpf2_static_hz", 150.0, "cut-off of the D part's second low-pass")
     d2_type: Number = choice("dterm_lpf2_type", "PT1", "kind of that")
-    yaw: Number = parameter(
-        "yaw_lowpass_hz", 100.0, "Hz", "cut-off of yaw's P part; 0: none", low=0.0, high=500.0, tunable=False
-    )
+    yaw: Number = hertz("yaw_lowpass_hz", 100.0, "cut-off of yaw's P part", 500.0)
 
 
 class Shared(NamedTuple):
@@ -101,39 +102,22 @@ class Shared(NamedTuple):
     windup: Number = scale("iterm_windup", 85.0, "range of the motors' mix from which I goes slower [%]", 100.0, False)
     relax: Number = choice("iterm_relax", "RP", "axes whose I part waits for a setpoint that changes")
     relax_type: Number = choice("iterm_relax_type", "SETPOINT", "what it waits by")
-    relax_cut: Number = parameter(
-        "iterm_relax_cutoff", 15.0, "Hz", "cut-off that tells a change", zero=False, low=1.0, high=50.0, tunable=False
-    )
+    relax_cut: Number = setting("iterm_relax_cutoff", 15.0, "Hz", "cut-off that tells a change", 1.0, 50.0, zero=False)
     limit: Number = scale("pidsum_limit", 500.0, "limit of the sum in roll and pitch", 1000.0, tunable=False)
     limit_yaw: Number = scale("pidsum_limit_yaw", 400.0, "limit of the sum in yaw", 1000.0, tunable=False)
     gravity_gain: Number = scale("anti_gravity_gain", 80.0, "how much I rises with a moving throttle", tunable=False)
     gravity_p: Number = scale("anti_gravity_p_gain", 100.0, "how much P rises with it", tunable=False)
-    gravity_cut: Number = parameter(
-        "anti_gravity_cutoff_hz",
-        5.0,
-        "Hz",
-        "cut-off that tells a moving throttle",
-        zero=False,
-        low=2.0,
-        high=50.0,
-        tunable=False,
+    gravity_cut: Number = setting(
+        "anti_gravity_cutoff_hz", 5.0, "Hz", "cut-off that tells a moving throttle", 2.0, 50.0, zero=False
     )
     tpa_mode: Number = choice("tpa_mode", "D", "what throttle attenuates")
-    tpa_rate: Number = parameter("tpa_rate", 65.0, "%", "attenuation at full throttle", low=0.0, high=100.0, tunable=False)
-    tpa_breakpoint: Number = parameter(
-        "tpa_breakpoint", 1350.0, "us", "throttle from which it attenuates", zero=False, low=1000.0, high=2000.0, tunable=False
+    tpa_rate: Number = setting("tpa_rate", 65.0, "%", "attenuation at full throttle", 0.0, 100.0)
+    tpa_breakpoint: Number = setting(
+        "tpa_breakpoint", 1350.0, "us", "throttle from which it attenuates", 1000.0, 2000.0, zero=False
     )
     boost: Number = scale("throttle_boost", 5.0, "how much a moving throttle is exaggerated", 100.0, tunable=False)
-    boost_cut: Number = parameter(
-        "throttle_boost_cutoff", 15.0, "Hz", "cut-off that tells it", zero=False, low=5.0, high=50.0, tunable=False
-    )
-    linear: Number = parameter(
-        "thrust_linear", 0.0, "%", "compensation for thrust that goes with the square", low=0.0, high=150.0, tunable=False
-    )
-    output_limit: Number = parameter(
-        "motor_output_limit", 100.0, "%", "most output of a motor", zero=False, low=1.0, high=100.0, tunable=False
-    )
-    idle: Number = parameter(
-        "dshot_idle_value", 550.0, "0.01 %", "least output of a motor", low=0.0, high=2000.0, tunable=False
-    )
-    airmode: Number = parameter("airmode", 1.0, "-", "1: feature AIRMODE, 0: without", low=0.0, high=1.0, tunable=False)
+    boost_cut: Number = setting("throttle_boost_cutoff", 15.0, "Hz", "cut-off that tells it", 5.0, 50.0, zero=False)
+    linear: Number = setting("thrust_linear", 0.0, "%", "compensation for thrust that goes with the square", 0.0, 150.0)
+    output_limit: Number = setting("motor_output_limit", 100.0, "%", "most output of a motor", 1.0, 100.0, zero=False)
+    idle: Number = setting("dshot_idle_value", 550.0, "0.01 %", "least output of a motor", 0.0, 2000.0)
+    airmode: Number = switch("airmode", 1.0, "1: feature AIRMODE, 0: without")

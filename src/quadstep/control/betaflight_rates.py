@@ -229,6 +229,10 @@ class BetaflightRates(Controller[BetaflightRatesMemory, Measured, BetaflightRate
     rates: ClassVar = {"guide": 0.004, "law": 0.001}
     stock = True
     parameter_file = "betaflight"
+    ordered = (
+        "gyro_lpf1_dyn_min_hz <= gyro_lpf1_dyn_max_hz", "dterm_lpf1_dyn_min_hz <= dterm_lpf1_dyn_max_hz",
+        "gyro_notch1_cutoff < gyro_notch1_hz", "dterm_notch_cutoff < dterm_notch_hz",
+    )  # fmt: skip
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:

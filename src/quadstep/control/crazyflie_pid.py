@@ -16,7 +16,7 @@ from quadstep.control.crazyflie import COUNTS, FULL, rotor_thrusts
 from quadstep.control.low_pass import LowPass, low_pass, smoothed
 from quadstep.control.quarters import quarters
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
-from quadstep.interfaces.gain import parameter
+from quadstep.interfaces.gain import parameter, switch
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, atan2, clip, cos, maximum, sin, vector, where
@@ -57,7 +57,7 @@ class RateParameters(NamedTuple):
     yaw_ki: Number = parameter("pid_rate.yaw_ki", 16.7, "counts/deg", "I gain of the yaw rate")
     yaw_kd: Number = parameter("pid_rate.yaw_kd", 0.0, "counts/(deg/s^2)", "D gain of the yaw rate")
     yaw_kff: Number = parameter("pid_rate.yaw_kff", 0.0, "counts/(deg/s)", "feed-forward gain of the yaw rate")
-    filtered: Number = parameter("pid_rate.rateFiltEn", 0.0, "-", "1: the D parts are filtered", tunable=False)
+    filtered: Number = switch("pid_rate.rateFiltEn", 0.0, "1: the D parts are filtered")
     roll_cut: Number = parameter("pid_rate.omxFiltCut", 30.0, "Hz", "cut-off for roll", zero=False, tunable=False)
     pitch_cut: Number = parameter("pid_rate.omyFiltCut", 30.0, "Hz", "cut-off for pitch", zero=False, tunable=False)
     yaw_cut: Number = parameter("pid_rate.omzFiltCut", 30.0, "Hz", "cut-off for yaw", zero=False, tunable=False)
@@ -78,7 +78,7 @@ class AttitudeParameters(NamedTuple):
     yaw_ki: Number = parameter("pid_attitude.yaw_ki", 1.0, "1/s^2", "I gain of yaw")
     yaw_kd: Number = parameter("pid_attitude.yaw_kd", 0.35, "-", "D gain of yaw")
     yaw_kff: Number = parameter("pid_attitude.yaw_kff", 0.0, "1/s", "feed-forward gain of yaw")
-    filtered: Number = parameter("pid_attitude.attFiltEn", 0.0, "-", "1: the D parts are filtered", tunable=False)
+    filtered: Number = switch("pid_attitude.attFiltEn", 0.0, "1: the D parts are filtered")
     cut: Number = parameter("pid_attitude.attFiltCut", 15.0, "Hz", "their cut-off", zero=False, tunable=False)
 
 
@@ -218,6 +218,7 @@ class CrazyfliePid(Controller[CrazyfliePidMemory, Measured, CrazyfliePidGains, R
     stock = True
     parameter_file = "crazyflie"
     unmodelled = ("pid_attitude.yawMaxDelta",)
+    ordered = ("posCtlPid.thrustMin <= posCtlPid.thrustBase",)
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:

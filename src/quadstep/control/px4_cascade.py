@@ -27,7 +27,7 @@ from quadstep.control.px4_loops import (
 from quadstep.control.px4_mixer import Mixer, missed_torques, mixed, mixer_of
 from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
-from quadstep.interfaces.gain import BELIEF, gain, given, parameter
+from quadstep.interfaces.gain import BELIEF, gain, given, parameter, switch
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, clip, maximum, sqrt, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
@@ -58,7 +58,7 @@ class RateParameters(NamedTuple):
     yaw_ff: Number = parameter("MC_YAWRATE_FF", 0.0, "s/rad", "feed-forward gain of the yaw rate")
     yaw_k: Number = parameter("MC_YAWRATE_K", 1.0, "-", "factor of P, I and D of the yaw rate", high=5.0)
     yaw_most: Number = parameter("MC_YR_INT_LIM", 0.3, "-", "limit of its integral", tunable=False)
-    airmode: Number = parameter("MC_AIRMODE", 0.0, "-", "1: thrust may grow for roll and pitch; 2: for yaw too", tunable=False)
+    airmode: Number = switch("MC_AIRMODE", 0.0, "1: thrust may grow for roll and pitch; 2: for yaw too", most=2)
     factor: Number = parameter("THR_MDL_FAC", 0.0, "-", "share of a motor's thrust that goes with the square", tunable=False)
 
 
@@ -103,11 +103,11 @@ class PositionParameters(NamedTuple):
     least: Number = parameter("MPC_THR_MIN", 0.12, "-", "least thrust", tunable=False)
     most: Number = parameter("MPC_THR_MAX", 1.0, "-", "largest thrust", zero=False, tunable=False)
     hover: Number = parameter("MPC_THR_HOVER", 0.5, "-", "thrust of a hover", zero=False, tunable=False)
-    estimated: Number = parameter("MPC_USE_HTE", 1.0, "-", "1: the thrust of a hover is estimated in flight", tunable=False)
+    estimated: Number = switch("MPC_USE_HTE", 1.0, "1: the thrust of a hover is estimated in flight")
     reach: Number = parameter("HTE_THR_RANGE", 0.2, "-", "how far the estimate may be from MPC_THR_HOVER", tunable=False)
     margin: Number = parameter("MPC_THR_XY_MARG", 0.3, "-", "horizontal thrust that climbing leaves", tunable=False)
     slope: Number = parameter("MPC_VELD_LP", 5.0, "Hz", "cut-off of the velocity's slope", tunable=False)
-    decoupled: Number = parameter("MPC_ACC_DECOUPLE", 1.0, "-", "1: climbing does not change the tilt", tunable=False)
+    decoupled: Number = switch("MPC_ACC_DECOUPLE", 1.0, "1: climbing does not change the tilt")
 
 
 class Px4CascadeGains(NamedTuple):
@@ -205,6 +205,14 @@ class Px4Cascade(Controller[Px4CascadeMemory, Measured, Px4CascadeGains, RotorSp
     stock = True
     parameter_file = "px4"
     supported: ClassVar = {"CA_AIRFRAME": (0.0,), "CA_METHOD": (1.0, 2.0), "CA_R_REV": (0.0,)}
+    renamed: ClassVar = {
+        "IMU_GYRO_NF_FREQ": "IMU_GYRO_NF0_FRQ", "IMU_GYRO_NF_BW": "IMU_GYRO_NF0_BW", "MC_DTERM_CUTOFF": "IMU_DGYRO_CUTOFF",
+        **{f"MPC_{axis}_VEL_{term}": f"MPC_{axis}_VEL_{term}_ACC" for axis in ("XY", "Z") for term in "PID"},
+    }  # fmt: skip
+    ordered = (
+        "MPC_THR_MIN <= MPC_THR_MAX", "MPC_THR_MIN <= MPC_THR_HOVER", "MPC_THR_HOVER <= MPC_THR_MAX",
+        "MPC_THR_XY_MARG <= MPC_THR_MAX",
+    )  # fmt: skip
 
     def start(self, measured: Measured, gains: Px4CascadeGains) -> Px4CascadeMemory:
         """In the air: nothing integrated, the thrust that of a hover."""

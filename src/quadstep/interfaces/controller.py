@@ -130,7 +130,8 @@ class Controller(Generic[M, Y, G, U]):
     by `before_flight`, because something outside the program takes part. stock: whether its default gains are an autopilot's,
     for its own vehicle, and do not follow from the mission's. parameter_file: the format (`io/parameter_files.py`) in which
     the autopilot keeps its parameters; unmodelled: those of the law's own groups that it does without; supported: the values
-    with which it flies, of those that choose another frame or another law.
+    with which it flies, of those that choose another frame or another law; renamed: names in files of other releases, and
+    which of its parameters that is; ordered: what must hold of two of them unless one is 0, as "MPC_THR_MIN <= MPC_THR_MAX".
     """
 
     name: ClassVar[str] = ""
@@ -148,6 +149,8 @@ class Controller(Generic[M, Y, G, U]):
     parameter_file: ClassVar[str] = ""
     unmodelled: ClassVar[tuple[str, ...]] = ()
     supported: ClassVar[Mapping[str, tuple[float, ...]]] = {}
+    renamed: ClassVar[Mapping[str, str]] = {}
+    ordered: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:  # noqa: ARG003 (others need it)

@@ -60,6 +60,8 @@ Default: TypeAlias = float | tuple[float, ...] | Callable[[Model], object] | Fro
 
 Values = TypeVar("Values", float, tuple[float, ...])
 
+Only: TypeAlias = Literal["", "range", "whole"]
+
 About: TypeAlias = Literal["", "body", "rate", "yaw"]
 """What a usual gain is about: the axes of the body, of which the third turns the heading; rates about them; or yaw alone."""
 
@@ -107,7 +109,8 @@ class Gain:
 
     zero: whether it may be 0; it is never negative. signed: it may have any value. low, high, scale ("log" or "linear"): of
     the slider and of a search.
-    tunable: whether a search may change it. group: heading of its slider.
+    tunable: whether a search may change it. group: heading of its slider. only: the values that a mission may give: from low
+    to high ("range"), or whole numbers there ("whole").
     """
 
     default: Default
@@ -123,6 +126,7 @@ class Gain:
     tunable: bool = True
     group: str = GAINS
     signed: bool = False
+    only: Only = ""
 
     def decide(self, gains: object, model: Model, learning: "Learning | None") -> object:
         """The default."""
@@ -207,9 +211,20 @@ def parameter(
     high: float | None = None,
     zero: bool = True,
     tunable: bool = True,
+    only: Only = "",
 ) -> Any:
-    """Declares a gain that is one of an autopilot's parameters, by its own name there. low, high: its range there."""
-    return gain(default, unit, meaning, symbol=name, key=name, zero=zero, low=low, high=high, tunable=tunable)
+    """Declares a gain that is one of an autopilot's parameters, by its own name there. low, high: its range there; only: where
+    the autopilot itself takes no other values.
+    """
+    return replace(
+        gain(default, unit, meaning, symbol=name, key=name, zero=zero, low=low, high=high, tunable=tunable), only=only
+    )
+
+
+def switch(name: str, default: float, meaning: str, most: int = 1) -> float:
+    """Declares a parameter that chooses: a whole number, from 0 to `most`."""
+    found: float = parameter(name, default, "-", meaning, low=0.0, high=float(most), tunable=False, only="whole")
+    return found
 
 
 def believed(what: str) -> Any:

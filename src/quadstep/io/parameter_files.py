@@ -19,10 +19,13 @@ KIND = files.Kind("a file of parameters", 1 << 20)
 
 
 class Parameters(NamedTuple):
-    """values: by name, what the autopilot flies with. defaults: what the file says that its firmware has without it."""
+    """values: by name, what the autopilot flies with. defaults: what the file says that its firmware has without it. version:
+    of its firmware, as "1.15", where the file says it.
+    """
 
     values: Mapping[str, float]
     defaults: Mapping[str, float] = {}
+    version: str = ""
 
 
 class Format(Protocol):
@@ -97,6 +100,10 @@ class QgcParams:
     suffixes = (".params",)
     WHOLE, REAL = "6", "9"
     """MAVLink's types of an int32 and a float."""
+    AUTOPILOT = "1"
+    """The component that flies; a gimbal's parameters may be in the same file."""
+    STACK = re.compile(r"^# Stack: (.*\S)", re.MULTILINE)
+    VERSION = re.compile(r"^# Version: (\d+\.\d+)", re.MULTILINE)
     INTEGERS = ("CA_AIRFRAME", "CA_ROTOR_COUNT", "MC_AIRMODE", "MPC_ACC_DECOUPLE", "MPC_USE_HTE", "PWM_MAIN_FUNC")
     """Beginnings of the names of whole numbers, among those that are written here."""
 
@@ -104,12 +111,17 @@ class QgcParams:
     def read(text: str) -> Parameters:
         """One vehicle's; defaults are not in it."""
         values: dict[str, float] = {}
+        stack, version = QgcParams.STACK.search(text), QgcParams.VERSION.search(text)
+        if stack and not stack[1].startswith("PX4"):
+            raise UserError(f"has parameters of {stack[1]:.30}, not of PX4")
         for number, line in uncommented(text):
             fields = line.split("\t")
+            if len(fields) == 5 and fields[1] != QgcParams.AUTOPILOT:
+                continue
             if len(fields) != 5 or fields[4] not in (QgcParams.WHOLE, QgcParams.REAL):
                 raise UserError(f"line {number} is not one of QGroundControl's files of parameters: {line.strip()!r:.60}")
             once(values, fields[2], number_of(fields[3], f"line {number}: {fields[2]:.20}"), number)
-        return Parameters(some(values, "QGroundControl"))
+        return Parameters(some(values, "QGroundControl"), version=version[1] if version else "")
 
     @staticmethod
     def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:  # noqa: ARG004 (files do not say them)

@@ -35,7 +35,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.nets import NetsSection
-from quadstep.mission.saved_parameters import KEY, completed
+from quadstep.mission.saved_parameters import KEY, Completed, beyond, check_order, completed
 from quadstep.numbers import Number, flatten
 
 
@@ -62,8 +62,13 @@ class ControllerSection(Section):
     """Whether it is the user's own."""
 
     type: str
-    _notes: tuple[str, ...] = PrivateAttr(())
-    """On a file of parameters."""
+    _saved: Completed = PrivateAttr(Completed({}))
+    """What came of a file of parameters."""
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """The parameters of its file that the law does without."""
+        return self._saved.left
 
     @property
     def table(self) -> NetsSection | None:
@@ -100,10 +105,13 @@ class ControllerSection(Section):
         return [one for one in found if one.warned]
 
     def warnings(self, vehicle: Modelled) -> list[str]:
-        """What a file of parameters has that is not flown, and the conditions that these gains break, a line each."""
+        """What a file of parameters has that is not flown, values beyond the autopilot's own ranges, and the conditions that
+        these gains break, a line each.
+        """
+        said = [*self._saved.notes, *beyond(self.controller, self)]
         if self.controller.conditions is Controller.conditions:  # none: the vehicle's model costs more than the rest
-            return list(self._notes)
-        return [*self._notes, *(one.warning() for one in self.conditions(vehicle.model()) if not one.holds)]
+            return said
+        return [*said, *(one.warning() for one in self.conditions(vehicle.model()) if not one.holds)]
 
 
 class SectionWithFile(ControllerSection):
@@ -114,9 +122,10 @@ class SectionWithFile(ControllerSection):
     def _with_file(cls, value: object, check: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
         if not isinstance(value, Mapping):
             return check(value)
-        table, notes = completed(cls.controller, value, (info.context or {}).get("folder", Path()))
-        section = check(table)
-        section._notes = notes
+        saved = completed(cls.controller, value, (info.context or {}).get("folder", Path()))
+        section = check(saved.table)
+        check_order(cls.controller, section)
+        section._saved = saved
         return section
 
 
@@ -158,6 +167,9 @@ def checked_kind(gain: Gain) -> Any:
     number, three = (NonNegative, NonNegativeDiagonal) if gain.zero else (Positive, PositiveDiagonal)
     if gain.signed:
         number, three = Finite, Diagonal
+    if gain.only and not gain.parts:
+        whole = 1.0 if gain.only == "whole" else None
+        return Annotated[number, Field(ge=gain.low, le=gain.high, multiple_of=whole)]
     if not gain.parts:
         return number
     if gain.stands_for_three:

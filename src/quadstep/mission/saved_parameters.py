@@ -1,6 +1,7 @@
 """A file of an autopilot's parameters as part of a mission's table [controller]."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,15 +13,18 @@ from quadstep.mission.check import meant
 KEY = "parameters"
 """Names the file. It goes when the mission is read: what the file says is then in the mission."""
 
-FEW = 20
-"""Parameters without a law that are all named."""
+FEW = 5
+"""Of many names, those that a line has."""
 
 
 class Completed(NamedTuple):
-    """table: with what the file says where the table itself says nothing. notes: what is to be said of the rest."""
+    """table: with what the file says where the table itself says nothing. notes: what is to be said of the rest. left: the
+    parameters that the law does without.
+    """
 
     table: dict[str, object]
     notes: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
 
 
 def completed(law: type[Controller], table: Mapping[str, object], folder: Path) -> Completed:
@@ -35,18 +39,23 @@ def completed(law: type[Controller], table: Mapping[str, object], folder: Path) 
     refuse_unknown(law, found, name)
     merged = {key: one for key, one in table.items() if key != KEY}
     known = {key: value for key, value in found.values.items() if key in law.by_key()}
-    return Completed(under(merged, known), tuple(notes(law, found, name)))
+    groups = {group(key) for key in law.by_key()}
+    left = found.values.keys() - law.by_key().keys() - law.supported.keys()
+    near_first = tuple(sorted(left, key=lambda one: (group(one) not in groups, one)))
+    return Completed(under(merged, known), tuple(notes(law, found, name, near_first)), near_first)
 
 
 def refuse_unknown(law: type[Controller], found: Parameters, name: str) -> None:
-    """Raises ValueError for a parameter in one of the law's groups that the firmware does not have, and for a value with which
-    the law does not fly.
+    """Raises ValueError for a parameter in one of the law's groups that the firmware does not have, or has under another name,
+    and for a value with which the law does not fly.
     """
     keys = law.by_key()
     groups = {group(key) for key in keys if "." in key}
     for one, value in found.values.items():
         if one not in keys and one not in law.unmodelled and group(one) in groups:
             raise ValueError(f"{KEY}: {name}: {one} is no parameter of {law.source}{meant(one, list(keys))}")
+        if one in law.renamed:
+            raise ValueError(f"{KEY}: {name}: {one} is of another release than {law.source}, where it is {law.renamed[one]}")
         if value not in law.supported.get(one, (value,)):
             flown = " or ".join(f"{number:g}" for number in law.supported[one])
             raise ValueError(f"{KEY}: {name}: {one} is {value:g}, and {law.name} flies only {flown}")
@@ -57,20 +66,41 @@ def group(name: str) -> str:
     return name.rpartition(".")[0] if "." in name else name.partition("_")[0]
 
 
-def notes(law: type[Controller], found: Parameters, name: str) -> list[str]:
-    """What the law does without, and defaults that are not its own."""
+def notes(law: type[Controller], found: Parameters, name: str, left: tuple[str, ...]) -> list[str]:
+    """Of another release, of what the law does without, and of defaults that are not its own."""
     keys, said = law.by_key(), []
-    if left := sorted(found.values.keys() - keys.keys() - law.supported.keys()):
-        said.append(f"{name}: {law.name} does without {', '.join(briefly(left, {group(key) for key in keys}))}")
+    if found.version and found.version not in law.source:
+        said.append(f"{name}: is of version {found.version}, and {law.name} is {law.source}'s")
+    if left:
+        many = f"{len(left)} of {len(found.values)} parameters: " if len(left) > FEW else ""
+        said.append(f"{name}: {law.name} does without {many}{briefly(left)}")
     if other := sorted(key for key, one in found.defaults.items() if key in keys and keys[key][1].fixed not in (None, one)):
-        said.append(f"{name}: is of another firmware or vehicle than {law.source}: other defaults of {', '.join(other)}")
+        said.append(f"{name}: is of another firmware or vehicle than {law.source}: other defaults of {briefly(other)}")
     return said
 
 
-def briefly(names: list[str], groups: set[str]) -> list[str]:
-    """Names, of many only those in these groups, and how many others."""
-    near = names if len(names) <= FEW else [one for one in names if group(one) in groups]
-    return [*near, f"{len(names) - len(near)} of other modules"] if len(near) < len(names) else near
+def briefly(names: Sequence[str]) -> str:
+    """Names, of many the first."""
+    return ", ".join(names) if len(names) <= FEW else f"{', '.join(names[:FEW])} and {len(names) - FEW} more"
+
+
+def check_order(law: type[Controller], section: object) -> None:
+    """Raises ValueError for two parameters of which the autopilot can keep only one."""
+    for text in law.ordered:
+        lower, relation, upper = text.split()
+        least, most = (attrgetter(key)(section) for key in (lower, upper))
+        if least and most and not (least < most or (relation == "<=" and least == most)):
+            raise ValueError(f"{lower} = {least:g} and {upper} = {most:g} contradict each other: {law.source} needs {text}")
+
+
+def beyond(law: type[Controller], section: object) -> Iterator[str]:
+    """What is said of parameters beyond the ranges that the autopilot documents, but takes all the same."""
+    for key, (_, gain) in law.by_key().items() if law.parameter_file else ():
+        value = attrgetter(key)(section)
+        low, high = (one if one is not None else value for one in (gain.low, gain.high))
+        if value is not None and not low <= value <= high:
+            ends = f"from {low:g} to {high:g}" if None not in (gain.low, gain.high) else f"up to {high:g}"
+            yield f"controller.{key} = {value:g} is outside what {law.source} says of it, {ends}"
 
 
 def under(table: dict[str, object], values: Mapping[str, float]) -> dict[str, object]:

@@ -51,6 +51,9 @@ def write_report(
         page.heading("Mission", "flown"),
         f"<details><summary>all keys of the mission</summary><pre>{content}</pre></details>",
     ]
+    if left := mission.controller.left:
+        whose = f"{len(left)} parameters of its file that {mission.controller.type} does without"
+        body.append(f"<details><summary>{whose}</summary><pre>{escape(chr(10).join(left))}</pre></details>")
     page.write_page(path, mission.name, body, "Flight")
 
 

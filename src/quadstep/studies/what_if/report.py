@@ -89,7 +89,7 @@ def evidence(
     ]  # fmt: skip
     record: dict[str, object] = {
         "name": mission.name, "version": __version__, "asked": {**asked._asdict(), "changes": dict(asked.changes)},
-        "law": law.name, "before": {name: old for name, _, old, _ in changed},
+        "law": law.name, "unmodelled": mission.controller.left, "before": {name: old for name, _, old, _ in changed},
         "failed": {name: one.as_json() for name, one in zip(("before", "after", "difference"), failed, strict=True)},
         "metrics": {one.name: recorded(one) for one in rows},
         "grades": {
