@@ -1,5 +1,7 @@
 """A study file: the runs it expands to, what every controller knows, and what is refused."""
 
+import math
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -138,6 +140,24 @@ def test_the_study_that_ships_can_be_flown():
         for vehicle in one.file.vehicles:
             if entry.suits(vehicle):
                 margins.raised(one, vehicle, name, "PID", one.knowing(vehicle, {"type": "pid"}))
+
+
+def test_gains_of_three_searches_keep_the_margins_of_a_sound_loop():
+    study = shipped_study()
+    found = read_json(Path(schema.__file__).parent / "studies" / "controllers-gains-within-margins.json")["gains"]
+    entries = study.file.controllers
+    tuned = [f"{name} on {vehicle}" for name, one in entries.items() if not one.frozen for vehicle in study.file.vehicles]
+    assert Counter(one["controller"] for one in found) == dict.fromkeys(tuned, 3)
+    short = {one["controller"] for one in found if one["violation"] > 0.0 or one["unconstrained"]}
+    assert short == {f"{law} on {vehicle}" for law in ("planned LQR", "MPPI") for vehicle in study.file.vehicles}
+    for law in ("PID", "geometric", "INDI"):
+        best = next(one for one in found if one["controller"] == f"{law} on {VEHICLE}")
+        table = study.tuned(VEHICLE, study.knowing(VEHICLE, entries[law].controller), best["values"])
+        asked = training.task(study, VEHICLE, law, entries[law], table)
+        margins = training.stability(asked).margins({})
+        assert margins == pytest.approx(best["margins"])
+        assert margins["phase_margin"] >= math.radians(30.0)
+        assert min(margins["gain_margin_up"], margins["gain_margin_down"]) >= 6.0
 
 
 def test_every_controller_of_real_vehicles_takes_part_in_the_study_that_ships():

@@ -145,9 +145,8 @@ cli.main()
 """,
     "controllers --overwrite": """
 from pathlib import Path
-from quadstep.studies.comparison import shipped
-from quadstep.studies.comparison.study import read_study
-shipped.shipped_study = lambda: read_study(Path("study.toml"))
+from quadstep.studies.comparison import study
+study.shipped_study = lambda: study.read_study(Path("study.toml"))
 from quadstep.commands import cli
 cli.main()
 """,
