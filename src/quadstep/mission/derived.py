@@ -108,7 +108,7 @@ class ControllerSection(Section):
         """What a file of parameters has that is not flown, values beyond the autopilot's own ranges, and the conditions that
         these gains break, a line each.
         """
-        said = [*self._saved.notes, *beyond(self.controller, self)]
+        said = [*self._saved.notes, *(beyond(self.controller, self) if self.controller.parameter_file else ())]
         if self.controller.conditions is Controller.conditions:  # none: the vehicle's model costs more than the rest
             return said
         return [*said, *(one.warning() for one in self.conditions(vehicle.model()) if not one.holds)]

@@ -95,7 +95,7 @@ def check_order(law: type[Controller], section: object) -> None:
 
 def beyond(law: type[Controller], section: object) -> Iterator[str]:
     """What is said of parameters beyond the ranges that the autopilot documents, but takes all the same."""
-    for key, (_, gain) in law.by_key().items() if law.parameter_file else ():
+    for key, (_, gain) in law.by_key().items():
         value = attrgetter(key)(section)
         low, high = (one if one is not None else value for one in (gain.low, gain.high))
         if value is not None and not low <= value <= high:
