@@ -66,7 +66,7 @@ class Bearing(Study[Borne]):
             sentences=[answer],
             record={"key": self.key, "most": found.most},
             facts=[Fact("every flight succeeds up to", "none" if found.most is None else f"{found.most:g}")],
-            tables=[Table("Every flight", "flights", (self.key, ""), rows)],
+            sections=[Table("Every flight", "flights", (self.key, ""), rows)],
             paper=booktabs((self.key, ""), [rows], [answer]),
         )
 

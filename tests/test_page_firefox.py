@@ -42,14 +42,19 @@ def rows(page):
 
 def test_plots_are_drawn(opened):
     drawn = opened.evaluate("""
-        return new Promise((done) => setTimeout(() => done([...document.querySelectorAll("#plots-list canvas")]
-          .filter((one) => one.width && one.height)
-          .map((one) => one.getContext("2d").getImageData(0, 0, one.width, one.height).data.buffer)
-          .map((colours) => new Set(new Uint32Array(colours)).size)
-        ), 1000));
+        const colours = (one) => {
+          const { data } = one.getContext("2d").getImageData(0, 0, one.width, one.height);
+          return new Set(new Uint32Array(data.buffer)).size;
+        };
+        const plots = [...document.querySelectorAll("#plots-list canvas")].filter((one) => one.width && one.height);
+        const seen = (one) => new Promise((done) => {
+          one.scrollIntoView();
+          setTimeout(() => done(colours(one)), 300);
+        });
+        return plots.reduce(async (before, one) => [...await before, await seen(one)], Promise.resolve([]));
     """)
     assert len(drawn) >= 5
-    assert min(drawn) > 20  # colours: lines, axes, and what smooths them
+    assert min(drawn) > 20  # colours: lines, axes, and what smooths them; drawn once a plot is in sight
 
 
 def test_case_flies_as_in_python_and_again_with_another_number(opened):

@@ -12,7 +12,6 @@ import os
 import queue
 import resource
 import secrets
-import shutil
 import threading
 import time
 from collections.abc import Callable
@@ -31,6 +30,7 @@ from quadstep.io import files
 from quadstep.io.atomic import replace_file
 from quadstep.io.documents import parse_toml, read_toml
 from quadstep.io.errors import UserError, cut
+from quadstep.io.results.folder import opened
 from quadstep.io.user_code.loading import refuse
 from quadstep.metrics.judging.metrics import Requirement, with_full_names
 from quadstep.metrics.judging.verdict import graded, scalars
@@ -127,9 +127,10 @@ class Member:
 
     def tidy(self) -> None:
         """Remove what is neither."""
-        for one in numbered(self.folder):
-            if one not in (self.best, self.latest):
-                shutil.rmtree(self.folder / f"{one}", ignore_errors=True)
+        with opened(self.folder) as folder:
+            for one in numbered(self.folder):
+                if one not in (self.best, self.latest):
+                    folder.remove_tree(f"{one}")
 
 
 def numbered(folder: Path) -> list[int]:
