@@ -64,6 +64,16 @@ def test_gains_are_flown_in_the_class_s_mission_and_the_best_two_flights_are_kep
     assert (again.value, again.best, again.latest) == (member.value, 2, 3), "the board outlives the server"
 
 
+def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):
+    member = next(iter(room.members.values()))
+    flown(room, "[controller]\nK_r1 = 0\n")
+    assert not member.folder.exists(), "what is not flown leaves nothing"
+    member.folder.write_text("in the way")
+    said = flown(room, "[controller]\nK_r1 = 6.0\n").said
+    assert said.startswith("This machine could not fly it:")
+    assert not member.waits
+
+
 def test_a_whole_mission_is_taken_where_only_free_keys_differ(room):
     law = '[controller]\ntype = "backstepping"\nnets.enabled = false\n'
     assert submitted(MISSION + law, room.ground).controller.nets.enabled is False

@@ -126,8 +126,8 @@ class Member:
             self.value, self.best = value, number
 
     def tidy(self) -> None:
-        """Remove what is neither."""
-        with opened(self.folder) as folder:
+        """Remove what is neither, as far as possible: the class goes on."""
+        with contextlib.suppress(OSError, UserError), opened(self.folder) as folder:
             for one in numbered(self.folder):
                 if one not in (self.best, self.latest):
                     folder.remove_tree(f"{one}")
