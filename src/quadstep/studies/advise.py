@@ -14,7 +14,7 @@ from quadstep.identify.logs.flight import damage
 from quadstep.identify.response import Crossing, Response, crossovers, determined, gain_margins, margin
 from quadstep.io import files
 from quadstep.io.errors import UserError
-from quadstep.io.parameter_files import FORMATS
+from quadstep.io.parameter_files import FORMATS, Format
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.linear.analysis import studied
@@ -133,8 +133,8 @@ def advise(
     with publishing(folder, f"advise-{identity}", overwrite) as out:
         found = evidence(out, path, flight, now, model, sheet)
         found.write(out)
-    written = [one.name for one in folder.glob("advised.*")]
-    return found._replace(commands=[f"Parameters to load: {folder / name}" for name in written])
+    name = advised_file(flight) if found.record["changes"] else None
+    return found._replace(commands=[f"Parameters to load: {folder / name}"] if name else [])
 
 
 def untold(path: Path, flight: Excited, now: Measured) -> str:
@@ -175,10 +175,8 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
     advice = advised(flight.measured, now)
     changes = changed(flight, advice) if advice else {}
     if changes:
-        assert flight.loop
-        form = FORMATS.load(flight.loop.form)
-        text = form.write({name: value for name, (_, value) in changes.items()}, {})
-        (out / f"advised{form.suffixes[0]}").write_text(text, encoding="utf-8")
+        text = format_of(flight).write({name: value for name, (_, value) in changes.items()}, {})
+        (out / advised_file(flight)).write_text(text, encoding="utf-8")
     (out / FIGURES).mkdir()
     loops = [flight.measured.opened, *([model.loop] if model else [])]
     channels = tuple(Channel(name, "") for name in ("measured", "modelled")[: len(loops)])
@@ -211,6 +209,18 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
         more=more,
         warnings=[f"{damage(flight.damaged)}; what could not be read is left out"] if flight.damaged else [],
     )  # fmt: skip
+
+
+def format_of(flight: Excited) -> Format:
+    """In which the autopilot of a flight keeps its parameters."""
+    assert flight.loop
+    found: Format = FORMATS.load(flight.loop.form)
+    return found
+
+
+def advised_file(flight: Excited) -> str:
+    """The name of the file with what changes."""
+    return f"advised{format_of(flight).suffixes[0]}"
 
 
 def changed(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
