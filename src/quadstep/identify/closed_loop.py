@@ -9,6 +9,7 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.identify.averages import BLOCK, blocks, rotor_speeds
 from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.signals import stretches
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.starts import setpoint_of
 from quadstep.interfaces.closed_loop import Outcome
@@ -64,13 +65,12 @@ def stretch(flight: FlightRecord) -> slice:
     """The longest part of a flight in the air with setpoints and without a gap. Raises UserError if it is too short."""
     given = (setpoint_of(flight)[:, 3] > 0.5) & flight.flying & flight.measured
     given[1:] &= flight.follows[1:] | ~given[:-1]
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], given.astype(int), [0]])))
-    best = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: one[1] - one[0], default=(0, 0))
-    if (best[1] - best[0]) * flight.period < 4.0:
+    first, past = max(stretches(given), key=lambda one: one[1] - one[0], default=(0, 0))
+    if (past - first) * flight.period < 4.0:
         raise UserError(
             f"{flight.name}: less than four seconds of flight with setpoints and without a gap; nothing to simulate"
         )
-    return slice(int(best[0]), int(best[1]))
+    return slice(first, past)
 
 
 def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats, period: float) -> Tracking:

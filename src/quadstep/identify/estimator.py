@@ -6,6 +6,7 @@ import numpy as np
 
 from quadstep.identify.averages import matrices
 from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.signals import stretches
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
 from quadstep.sensing import estimator
@@ -70,8 +71,7 @@ def estimate(flight: FlightRecord) -> Estimated:
         raise UserError(f"{flight.name}: an estimator needs samples of gyro and accelerometer; the log does not have both")
     sure = flight.flying & flight.measured & np.isfinite(flight.channel("acceleration")).all(axis=1)
     sure[1:] &= flight.follows[1:] | ~sure[:-1]
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], sure.astype(int), [0]])))
-    first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: one[1] - one[0], default=(0, 0))
+    first, last = max(stretches(sure), key=lambda one: one[1] - one[0], default=(0, 0))
     last = min(last, first + round(LONGEST / flight.period))
     if (last - first) * flight.period < SETTLING + 2.0:
         raise UserError(f"{flight.name}: the flight without a gap is too short for an estimator")
@@ -82,7 +82,7 @@ def estimate(flight: FlightRecord) -> Estimated:
     own = None
     if all(f"estimated_{name}" in flight.channels for name in truth):
         own = deviation({name: flight.channel(f"estimated_{name}")[part] for name in truth}, truth)
-    time = np.arange(last - first) * flight.period
+    time: Floats = flight.period * np.arange(last - first, dtype=np.float64)
     return Estimated(flight.name, found.rms(skip), own.rms(skip) if own else None, time, found, own)
 
 

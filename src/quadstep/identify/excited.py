@@ -11,7 +11,16 @@ from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Columns, Series, Topics
 from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.identify.response import FREE, Response, response
-from quadstep.identify.setpoints import EXPLAINED, columns_of, made
+from quadstep.identify.setpoints import (
+    EXPLAINED,
+    SHORTEST,
+    SLOWEST,
+    columns_of,
+    made,
+    refuse_backward,
+    refuse_not_finite,
+    refuse_unchanged,
+)
 from quadstep.io.errors import UserError
 
 LOOPS = {".bin": ARDUPILOT, ".ulg": PX4, ".ulog": PX4}
@@ -19,12 +28,6 @@ LOOPS = {".bin": ARDUPILOT, ".ulg": PX4, ".ulog": PX4}
 
 EXCITATION = "SIDD.Targ"
 """The waveform of ArduPilot's mode System Identification, which is in the commands of the rate controllers."""
-
-SHORTEST = 10.0
-"""Shortest excitation [s]."""
-
-SLOWEST = 0.02
-"""Longest time between two logged commands [s]."""
 
 CLIPPED, LARGEST = 0.999, 0.1
 """A command within this share of its largest counts as held there; largest share of time in which it may be."""
@@ -125,7 +128,7 @@ def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excit
 
 def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
     """What the setpoint of an axis excited, where the command follows it. Raises UserError."""
-    one = made(path, found, loop, place, SLOWEST, SHORTEST)
+    one = made(path, found, loop, place)
     if one.explained < EXPLAINED:
         raise UserError(
             f"{path}: {loop.command}: {100 * max(one.explained, 0.0):.0f} % of it are what {loop.stem}* of the log make of "
@@ -139,9 +142,7 @@ def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
 def sampled(path: Path, columns: Columns, excitation: str, command: str) -> tuple[Floats, Floats, float]:
     """Both at the command's even times while the excitation was logged, and their period [s]. Raises UserError."""
     d, u = columns[excitation], columns[command]
-    for name, one in ((excitation, d), (command, u)):
-        if (np.diff(one.time) < 0.0).any():
-            raise UserError(f"{path}: {name}: time goes backward")
+    refuse_backward(path, columns, (excitation, command))
     u = Series(*(one[(u.time >= d.time[0]) & (u.time <= d.time[-1])] for one in u))
     if len(u.time) < 2 or u.time[-1] - u.time[0] < SHORTEST:
         raise UserError(f"{path}: {command}: less than {SHORTEST:g} s with an excitation; a chirp of a minute tells most")
@@ -152,12 +153,10 @@ def sampled(path: Path, columns: Columns, excitation: str, command: str) -> tupl
             "(ArduPilot: bit 0 of LOG_BITMASK, fast attitude)"
         )
     time = np.arange(u.time[0], u.time[-1], period)
-    values = [np.interp(time, one.time, one.value) for one in (d, u)]
-    if not all(np.isfinite(one).all() for one in values):
-        raise UserError(f"{path}: {excitation}, {command}: hold numbers that are not finite")
-    if not np.ptp(values[0]) > 0.0 or not np.ptp(values[1]) > 0.0:
-        raise UserError(f"{path}: {excitation}, {command}: one of them never changes; nothing was excited")
-    return values[0], values[1], period
+    signals = {name: np.interp(time, one.time, one.value) for name, one in ((excitation, d), (command, u))}
+    refuse_not_finite(path, signals)
+    refuse_unchanged(path, signals)
+    return signals[excitation], signals[command], period
 
 
 def refuse_clipped(path: Path, one: Excited) -> None:

@@ -9,12 +9,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from quadstep.identify.response import Complex
 from quadstep.io.errors import UserError
-
-Complex = NDArray[np.complex128]
 
 
 class RateLoop(NamedTuple):

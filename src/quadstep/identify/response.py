@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.identify.logs.flight import Flags, Floats
+from quadstep.identify.logs.signals import stretches
 from quadstep.metrics.statistics import Estimate, student_quantile
 
 Complex = NDArray[np.complex128]
@@ -132,10 +133,8 @@ def band(spectrum: Complex) -> tuple[int, int]:
 
 def longest(heard: Flags, at: Floats | NDArray[np.int_]) -> tuple[int, int]:
     """First and last of the stretch that is heard over the widest ratio of frequencies; the last before the first: nowhere."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], heard.astype(int), [0]])))
-    pairs = zip(edges[::2], edges[1::2], strict=True)
-    first, past = max(pairs, key=lambda one: at[one[1] - 1] / at[one[0]], default=(0, 0))
-    return int(first), int(past) - 1
+    first, past = max(stretches(heard), key=lambda one: at[one[1] - 1] / at[one[0]], default=(0, 0))
+    return first, past - 1
 
 
 def typical(values: Floats) -> Floats:

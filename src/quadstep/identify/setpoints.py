@@ -1,5 +1,6 @@
 """What a setpoint alone made of a rate loop's command, from a flight in which nothing else was added to it."""
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -7,14 +8,21 @@ import numpy as np
 
 from quadstep.identify.logs.flight import Flags, Floats
 from quadstep.identify.logs.series import Columns, Series, Topics
-from quadstep.identify.rate_loops import Complex, RateLoop
-from quadstep.identify.response import amplitudes
+from quadstep.identify.logs.signals import stretches
+from quadstep.identify.rate_loops import RateLoop
+from quadstep.identify.response import Complex, amplitudes
 from quadstep.io.errors import UserError
 
 LANDED, LEVELLED, THROTTLE = (
     "vehicle_land_detected.landed", "vehicle_control_mode.flag_control_attitude_enabled", "RATE.AOut",
 )  # fmt: skip
 """PX4's: on the ground; whether the attitude loop gives the rate setpoint. ArduPilot's: the throttle."""
+
+SHORTEST = 10.0
+"""Shortest excitation [s]."""
+
+SLOWEST = 0.02
+"""Longest time between two logged commands [s]."""
 
 FLYING = 0.1
 """Least throttle of a flight."""
@@ -56,29 +64,25 @@ def columns_of(loops: tuple[RateLoop, ...]) -> list[str]:
     return [*signals, LANDED, LEVELLED, THROTTLE, *map(autotune, range(len(loops)))]
 
 
-def made(path: Path, found: Topics, loop: RateLoop, place: int, slowest: float, shortest: float) -> Made:
-    """Of one axis. slowest: longest period of the command [s]; shortest: least time flown [s]. Raises UserError."""
+def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
+    """Of one axis. Raises UserError."""
     r, y, u = (found.columns[name] for name in (loop.setpoint, loop.rate, loop.command))
-    for name, one in ((loop.setpoint, r), (loop.rate, y), (loop.command, u)):
-        if (np.diff(one.time) < 0.0).any():
-            raise UserError(f"{path}: {name}: time goes backward")
+    refuse_backward(path, found.columns, (loop.setpoint, loop.rate, loop.command))
     period, steps = (float(np.median(np.diff(one.time))) for one in (u, r))
-    if not 0.0 < max(period, steps) <= slowest:
+    if not 0.0 < max(period, steps) <= SLOWEST:
         raise UserError(
             f"{path}: {loop.setpoint}, {loop.command}: logged every {1e3 * max(period, steps):.3g} ms; margins need "
-            f"{1e3 * slowest:g} ms or less (PX4: high rate, bit 4 of SDLOG_PROFILE; ArduPilot: bit 0 of LOG_BITMASK)"
+            f"{1e3 * SLOWEST:g} ms or less (PX4: high rate, bit 4 of SDLOG_PROFILE; ArduPilot: bit 0 of LOG_BITMASK)"
         )
     levelled = latest(found.columns.get(LEVELLED), u.time, 1.0)
     first, last = stretch(u.time, flown(found.columns, place, u.time), levelled, LONGEST_GAP * period)
-    if last - first < 2 or u.time[last] - u.time[first] < shortest:
-        raise UserError(f"{path}: {loop.command}: no {shortest:g} s of flight in one mode, without a gap in the log")
+    if last - first < 2 or u.time[last] - u.time[first] < SHORTEST:
+        raise UserError(f"{path}: {loop.command}: no {SHORTEST:g} s of flight in one mode, without a gap in the log")
     time = np.arange(u.time[first], u.time[last], period)
     command = np.interp(time, u.time, u.value)
     setpoint, rate = (loop.unit * value for value in (latest(r, time + 0.25 * period, 0.0), np.interp(time, y.time, y.value)))
-    if not all(np.isfinite(one).all() for one in (command, setpoint, rate)):
-        raise UserError(f"{path}: {loop.setpoint}, {loop.rate}, {loop.command}: hold numbers that are not finite")
-    if not np.ptp(setpoint) > 0.0 or not np.ptp(command) > 0.0:
-        raise UserError(f"{path}: {loop.setpoint}, {loop.command}: one of them never changes; nothing was excited")
+    refuse_not_finite(path, {loop.setpoint: setpoint, loop.rate: rate, loop.command: command})
+    refuse_unchanged(path, {loop.setpoint: setpoint, loop.command: command})
     around = found.parameters.get(loop.attitude) if levelled[first] else 0.0
     if around is None:
         raise UserError(f"{path}: {loop.attitude} is not among the log's parameters")
@@ -96,6 +100,25 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int, slowest: float, 
     rest = big_u - f * big_r + k * big_y
     explained = 1.0 - float((np.abs(rest[slow]) ** 2).sum() / max(float((np.abs(big_u[slow]) ** 2).sum()), 1e-300))
     return Made(excitation, command, period, explained, told, steps / 12.0**0.5)
+
+
+def refuse_backward(path: Path, columns: Columns, names: Iterable[str]) -> None:
+    """Raises UserError for a column whose time goes backward."""
+    for name in names:
+        if (np.diff(columns[name].time) < 0.0).any():
+            raise UserError(f"{path}: {name}: time goes backward")
+
+
+def refuse_not_finite(path: Path, signals: Mapping[str, Floats]) -> None:
+    """Raises UserError unless all signals, by column, are finite."""
+    if not all(np.isfinite(one).all() for one in signals.values()):
+        raise UserError(f"{path}: {', '.join(signals)}: hold numbers that are not finite")
+
+
+def refuse_unchanged(path: Path, signals: Mapping[str, Floats]) -> None:
+    """Raises UserError unless all signals, by column, change."""
+    if not all(np.ptp(one) > 0.0 for one in signals.values()):
+        raise UserError(f"{path}: {', '.join(signals)}: one of them never changes; nothing was excited")
 
 
 def spectral(signal: Floats) -> Complex:
@@ -126,8 +149,4 @@ def flown(columns: Columns, place: int, time: Floats) -> Flags:
 def stretch(time: Floats, wanted: Flags, same: Floats, gap: float) -> tuple[int, int]:
     """First and last sample of the longest stretch that is wanted, in which nothing changes, without a gap [s]."""
     joined = wanted[1:] & wanted[:-1] & (np.diff(same) == 0.0) & (np.diff(time) < gap)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], joined.astype(int), [0]])))
-    if not len(edges):
-        return 0, 0
-    first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: time[one[1]] - time[one[0]])
-    return int(first), int(last)
+    return max(stretches(joined), key=lambda one: time[one[1]] - time[one[0]], default=(0, 0))

@@ -196,9 +196,10 @@ def gain(
     tunable: bool = True,
     group: str = GAINS,
     signed: bool = False,
+    only: Only = "",
 ) -> Any:
     """Declares a gain; see `Gain`. Its key is the field's name, its parts those of three axes, unless they are given."""
-    return Gain(default, unit, meaning, symbol, key, parts, zero, low, high, scale, tunable, group, signed)
+    return Gain(default, unit, meaning, symbol, key, parts, zero, low, high, scale, tunable, group, signed, only)
 
 
 def parameter(
@@ -216,9 +217,7 @@ def parameter(
     """Declares a gain that is one of an autopilot's parameters, by its own name there. low, high: its range there; only: where
     the autopilot itself takes no other values.
     """
-    return replace(
-        gain(default, unit, meaning, symbol=name, key=name, zero=zero, low=low, high=high, tunable=tunable), only=only
-    )
+    return gain(default, unit, meaning, symbol=name, key=name, zero=zero, low=low, high=high, tunable=tunable, only=only)
 
 
 def switch(name: str, default: float, meaning: str, most: int = 1) -> float:

@@ -27,6 +27,12 @@ class Lag(NamedTuple):
     correlation: float
 
 
+def stretches(told: Flags) -> list[tuple[int, int]]:
+    """Where flags (n,) are set: the first place of each stretch, and the one past its last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], told.astype(int), [0]])))
+    return [(int(first), int(past)) for first, past in zip(edges[::2], edges[1::2], strict=True)]
+
+
 def smooth(x: Floats, period: float, span: float = 0.08) -> Floats:
     """Two moving averages over `span` [s], centred."""
     count = max(1, round(span / period)) | 1
