@@ -12,10 +12,10 @@ from quadstep.io.version import __version__
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.report import page, units
+from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.pool import drawing_pool
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.publish import publishing, write_json
 from quadstep.report.sheet import Sheet
-from quadstep.report.symbols import rich
 from quadstep.report.tables import write_log
 from quadstep.studies.paper.cases import (
     CASE_3_START,
@@ -98,14 +98,10 @@ def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = Fal
         claims = check_claims(study)
         for name, log in study.logs.items():
             write_log(out / f"{name}.csv", log)
-        write_json(out / MANIFEST, study_metrics(study))
         write_json(out / "claims.json", [claim._asdict() for claim in claims])
         for figure in drawn:
             figure.result()
-        flying = write_paper_page(out / "page.html", study, plans, claims)
-        page.write_page(
-            out / "report.html", "The paper, flown and judged", report_sections(out, study, claims, flying), "Reproduction"
-        )
+        evidence(study, claims, write_paper_page(out / "page.html", study, plans, claims)).write(out)
     return claims
 
 
@@ -184,10 +180,6 @@ def case_rows(study: Study) -> list[list[str]]:
 VERDICT_CLASS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
 
 
-AT_A_GLANCE = (4, 10, 12)
-"""Figures of the summary: Case 1 follows its path; both controllers beside each other."""
-
-
 def facts(study: Study, claims: list[Claim]) -> list[page.Fact]:
     """The claims that hold, how well Case 1 follows its path, and how many stress flights complete."""
     case, nets = study.cases["case1"], [m for (_, _, on), m in study.stress.items() if on]
@@ -208,40 +200,40 @@ def facts(study: Study, claims: list[Claim]) -> list[page.Fact]:
     ]
 
 
-def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool = False) -> list[str]:
-    """The body of report.html. flying: whether page.html stands beside it."""
+CASES_HEADER = (
+    "flight", "RMSE / largest error in x, y, z [mm]", "roll and pitch level from", "largest thrust", "total variation of u",
+    "largest torque", "largest weight norm",
+)  # fmt: skip
+
+
+def evidence(study: Study, claims: list[Claim], flying: bool = False) -> Evidence:
+    """What was found. flying: whether page.html stands beside the report."""
     header, rows = stress_table(study)
     start_header, start_rows = start_table(claims)
-    drawn = {n: page.figure(out / figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()}
-    return [
-        page.summary(answer(claims), facts(study, claims), [drawn[n] for n in AT_A_GLANCE]),
-        page.links([("page.html", "Fly these flights in your browser")]) if flying else "",
-        page.paragraph(
+    judged = [(c.name, c.sentence, c.measured, (c.verdict, VERDICT_CLASS[c.verdict])) for c in claims]
+    return Evidence(
+        name="The paper, flown and judged",
+        kind="Reproduction",
+        answer=answer(claims),
+        sentences=[answer(claims)],
+        record=study_metrics(study),
+        facts=facts(study, claims),
+        more=[
             "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009), "
             f"Section 6, replayed by quadstep {__version__}. Numbers in full: metrics.json, claims.json and the CSV files "
             "next to this page."
-        ),
-        page.heading("What the paper claims, and what was measured", "claims"),
-        page.table(
-            ["claim", "the paper's sentence", "measured", "verdict"],
-            ([c.name, c.sentence, c.measured, (c.verdict, VERDICT_CLASS[c.verdict])] for c in claims),
-            rich,
-        ),
-        page.heading("The other figures", "figures"),
-        *(one for n, one in drawn.items() if n not in AT_A_GLANCE),
-        page.heading("The cases in numbers", "cases"),
-        page.table(
-            ["flight", "RMSE / largest error in x, y, z [mm]", "roll and pitch level from", "largest thrust",
-             "total variation of u", "largest torque", "largest weight norm"],
-            case_rows(study),
-            rich,
-        ),
-        page.heading("Case 3 from other starts and with other gains of [11]", "starts"),
-        page.paragraph("Whether each claim holds for the flight; the paper gives neither the start nor the gains."),
-        page.table(start_header, start_rows, rich),
-        page.heading("Stress flights: Case 1's path in less time, under more disturbance", "stress"),
-        page.paragraph("Position RMSE and largest tilt, or the time and reason of divergence."),
-        page.table(header, rows, rich),
-        page.heading("Choices made where the paper is silent", "choices"),
-        page.table(["what", "chosen", "why"], ([c.what, c.value, c.why] for c in choices()), rich),
-    ]  # fmt: skip
+        ],
+        sections=[
+            page.links([("page.html", "Fly these flights in your browser")]) if flying else "",
+            Table("What the paper claims, and what was measured", "claims",
+                  ("claim", "the paper's sentence", "measured", "verdict"), judged),
+            page.heading("Its figures, flown", "figures"),
+            *(Figure(figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()),
+            Table("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),
+            Table("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
+                  "Whether each claim holds for the flight; the paper gives neither the start nor the gains."),
+            Table("Stress flights: Case 1's path in less time, under more disturbance", "stress", header, rows,
+                  "Position RMSE and largest tilt, or the time and reason of divergence."),
+            Table("Choices made where the paper is silent", "choices", ("what", "chosen", "why"), choices()),
+        ],
+    )  # fmt: skip
