@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from quadstep.commands.deliver import show
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
 from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.errors import BAD_INPUT, UserError
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
 from quadstep.report.terminal.bars import Bar, bar
-from quadstep.report.terminal.screen import complain, say, say_whole
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import complain
 
 if TYPE_CHECKING:
     from quadstep.studies.comparison.run import Finished, How
@@ -64,7 +64,7 @@ def compare(
         with bar("flying", "flights") as shown:
             how = how_of(shown, engine, overwrite, keep_going, retune, drawn_on)
             done = compare_missions(files, folder, seeds or USUAL_SEEDS, how)
-    show(done)
+    said(done)
 
 
 def check_seeds(seeds: int | None) -> None:
@@ -84,7 +84,7 @@ def run_study(
         study = study._replace(file=study.file.model_copy(update={"seeds": seeds}))
     with bar("tuning", "flights") as shown:
         done = compare_study(study, folder, how_of(shown, engine, overwrite, keep_going, retune, drawn_on))
-    show(done)
+    said(done)
 
 
 def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
@@ -94,30 +94,10 @@ def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune
     return How(engine, overwrite, keep_going, retune, shown, drawn_on)
 
 
-def show(done: "Finished") -> None:
-    """Print tables and sentences. Raises typer.Exit where something could not be flown."""
-    from quadstep.studies.comparison import linear, tables, words
-
-    found = done.found
-    for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
-        header, rows = tables.matrix(found, vehicle)
-        said = f"{vehicle}: " if vehicle else ""
-        show_table(f"{said}{words.title(found.metrics[found.metric])}, median (95 % quantile)", header, rows)
-    if found.linear:
-        show_table("Linear loop at rest, smallest margins over all channels", linear.HEADER, linear.rows(found.linear))
-    if found.margins:
-        show_table("Margins, 95 % intervals", tables.MARGIN_HEADER, tables.margin_rows(found))
-    show_table("Gains and cost", tables.WHO_HEADER, tables.who_rows(found))
-    for line in words.uncounted(found):
-        say(line)
-    problems = [one.line for one in found.problems]
-    for sentence in words.sentences(found):
-        if sentence not in problems:
-            say(sentence)
-    for line in found.left_out:
-        say(line)
-    say_whole(f"Report: {done.folder / 'report.html'}")
-    for line in problems:
-        complain(f"error: {line}")
-    if problems:
+def said(done: "Finished") -> None:
+    """Say what was found. Raises typer.Exit where something could not be flown."""
+    show(done.evidence, done.folder)
+    for one in done.found.problems:
+        complain(f"error: {one.line}")
+    if done.found.problems:
         raise typer.Exit(BAD_INPUT)

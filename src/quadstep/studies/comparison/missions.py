@@ -60,9 +60,9 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: Run) -> Finis
             linear=linearised(run, asked_of_laws),
             problems=tuple(run.problems),
         )
-        write_results(out, found, flights, run.how.sheet)
+        told = write_results(out, found, flights, run.how.sheet)
         run.publish(out, [*flights, *asked_of_laws])
-    return Finished(found, folder)
+    return Finished(found, told, folder)
 
 
 def cell_of(name: str, path: Path, seeds: int) -> Cell:

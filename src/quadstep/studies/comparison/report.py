@@ -7,7 +7,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
 from quadstep.page.identity import identity
 from quadstep.report import page
-from quadstep.report.publish import MANIFEST, write_json
+from quadstep.report.evidence import Evidence, Figure, Section, Table
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
 from quadstep.studies.comparison import linear, tables, words
@@ -17,26 +17,24 @@ from quadstep.studies.comparison.jobs import Job
 from quadstep.studies.comparison.picture import MANY, draw_vehicle
 from quadstep.studies.comparison.study import Cell
 
-REPORT, PAGE, SUMMARY = "report.html", "page.html", "results.md"
+PAGE, SUMMARY = "page.html", "results.md"
 
 IN_SUMMARY = 3
 """Figures."""
 
 
-def write_results(out: Path, found: Comparison, flights: Sequence[Job[Cell]], sheet: Sheet) -> None:
-    """Everything but the flights and gains. Raises UserError."""
+def write_results(out: Path, found: Comparison, flights: Sequence[Job[Cell]], sheet: Sheet) -> Evidence:
+    """Everything but the flights and gains; what they say. Raises UserError."""
     tables.write_tables(out, found)
     vehicles = list(dict.fromkeys(one.vehicle for one in found.situations))
     drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in vehicles}
     (out / SUMMARY).write_text(markdown(found, drawn), encoding="utf-8")
     (out / "figures").mkdir()
     for vehicle, name in drawn.items():
-        draw_vehicle(
-            out / name, found, vehicle, sheet if "svg" in sheet.formats else sheet._replace(formats=(*sheet.formats, "svg"))
-        )
-    links, missing = write_ghosts(out, found, flights)
-    write_json(out / MANIFEST, as_json(found, flights))
-    page.write_page(out / REPORT, found.name, sections(out, found, drawn, links, missing), "Comparison")
+        draw_vehicle(out / name, found, vehicle, sheet.with_svg())
+    done = evidence(found, flights, drawn, *write_ghosts(out, found, flights))
+    done.write(out)
+    return done
 
 
 def write_ghosts(out: Path, found: Comparison, flights: Sequence[Job[Cell]]) -> tuple[list[tuple[str, str]], str]:
@@ -49,92 +47,91 @@ def write_ghosts(out: Path, found: Comparison, flights: Sequence[Job[Cell]]) -> 
     return [(f"{PAGE}#flight={flight}{f'&ghost={ghost}' if ghost else ''}", text) for flight, ghost, text in shown.flights], ""
 
 
-def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[tuple[str, str]], missing: str) -> list[str]:
-    metric = words.title(found.metrics[found.metric])
+GAINS = (
+    "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights. Gains derived "
+    "from the vehicle use the nominal vehicle, whatever a scenario changes. Instructions are those of the exported law's "
+    f"worst sample, all its loops due, in f32; {tables.TIMES} has the time of each law alone, as scalar code on one core of "
+    "this machine."
+)
+LOOPS = (
+    "The sampled loop at rest at the start of the path, without noise: one loop is opened at a time, and the table shows the "
+    "smallest margin over all channels. An estimator is left out, together with the fix latency that it compensates. "
+    "`quadstep linear` gives details."
+)
+RAISED = (
+    "A disturbance is increased until flights fail, that is, are lost or exceed the error limit. The last column is the share "
+    "of an equal number of other flights that fail at the 50 % point."
+)
+PAIRS = "Number of situations in which the row's controller is significantly better than the column's / undecided / worse."
+
+
+def evidence(
+    found: Comparison, flights: Sequence[Job[Cell]], drawn: Mapping[str, Path], links: list[tuple[str, str]], missing: str
+) -> Evidence:
+    """What was found, for its readers. drawn: the figure of each vehicle. links: into page.html, or why it is missing."""
     first, *others = words.sentences(found)
+    problems = {one.line for one in found.problems}
+    uncounted = words.uncounted(found)
+    said = [*uncounted, *(one for one in (first, *others) if one not in problems), *found.left_out]
     if len(found.ranked) == 1 and len(found.controllers) > 1:  # who is best there is the answer
         first, others = others[0].removeprefix(f"{words.MISSIONS}: "), [first, *others[1:]]
+    metric, many = words.title(found.metrics[found.metric]), len(found.controllers) > MANY
     figures = {
-        vehicle: page.figure(
-            out / name,
+        vehicle: Figure(
+            str(name),
             f"{metric} for every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the 95 % quantile",
-            coded=len(found.controllers) > MANY,  # squares, whose colours are values
+            coded=many,  # squares, whose colours are values
         )
         for vehicle, name in drawn.items()
     }
-    shown = list(figures)[:IN_SUMMARY]
-    body = [page.summary(first, facts(found), [figures[one] for one in shown])]
-    body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.searches(found)} {words.tests(found)}")]
-    body += [page.heading("Limitations", "limits"), page.listing(found.limitations)] if found.limitations else []
-    if links:
-        body.append(page.links(links, "See the best two fly the same gust:"))
-    else:
-        body += [page.paragraph(f"There is no page of flights: {missing}.")]
-    for vehicle in drawn:
-        label = vehicle or "Missions"
-        header, rows = tables.matrix(found, vehicle)
-        body += [
-            page.heading(label, identity(label, ())),
-            *([] if vehicle in shown else [figures[vehicle]]),
-            page.paragraph(
-                f"{metric}: median (95 % quantile) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any "
-                "other."
-            ),
-            page.table(header, rows),
-        ]
-    if len(found.controllers) > 1:
-        body += [
-            page.heading("Pairwise comparison", "pairs"),
-            page.paragraph(
-                "Number of situations in which the row's controller is significantly better than the column's / "
-                "undecided / worse."
-            ),
-            page.table(("", *found.controllers), words.wins(found)),
-            page.table(
-                ("controller", f"mean rank over {words.ranked_in(found)}, from 0 (best) to 1"),
-                [[name, f"{rank:.2f}"] for name, rank in found.overall().items()],
-            ),
-        ]
-    body += [
-        page.heading("Gains and cost", "gains"),
-        page.paragraph(
-            "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights. "
-            "Gains "
-            "derived from the vehicle use the nominal vehicle, whatever a scenario changes. Instructions are those of the "
-            f"exported law's worst sample, all its loops due, in f32; {tables.TIMES} has the time of each law alone, as "
-            "scalar code on one core of this machine. " + " ".join(words.uncounted(found))
-        ),
-        page.table(tables.WHO_HEADER, tables.who_rows(found)),
-        page.paragraph("Other differences between the controllers; everything else is the same for all:"),
-        page.table(tables.DIFFERS_HEADER, tables.differing_rows(found)),
+    shown = list(figures.values())[:IN_SUMMARY]
+    sections: list[Section] = [
+        page.listing(others),
+        page.paragraph(f"{words.METHOD} {words.searches(found)} {words.tests(found)}"),
+        *([page.heading("Limitations", "limits"), page.listing(found.limitations)] if found.limitations else []),
+        page.links(links, "See the best two fly the same gust:")
+        if links
+        else page.paragraph(f"There is no page of flights: {missing}."),
     ]
+    for vehicle, figure in figures.items():
+        text = (
+            f"{metric}: median (95 % quantile) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other."
+        )
+        title = f"{vehicle + ': ' if vehicle else ''}{metric}, median (95 % quantile)"
+        label = vehicle or "Missions"
+        sections.append(Table(label, identity(label, ()), *tables.matrix(found, vehicle), text, shown=title))
+        sections += [] if figure in shown else [figure]
     if found.linear:
-        body += [
-            page.heading("Linear margins", "linear"),
-            page.paragraph(
-                "The sampled loop at rest at the start of the path, without noise: one loop is opened at a time, and "
-                "the table "
-                "shows the smallest margin over all channels. An estimator is left out, together with the fix latency that it "
-                "compensates. `quadstep linear` gives details."
-            ),
-            page.table(linear.HEADER, linear.rows(found.linear)),
-            page.listing(linear.unlinearised(found.linear)),
-        ]
+        title = "Linear loop at rest, smallest margins over all channels"
+        sections.append(Table("Linear margins", "linear", linear.HEADER, linear.rows(found.linear), LOOPS, shown=title))
+        sections.append(page.listing(linear.unlinearised(found.linear)))
     if found.margins:
-        body += [
-            page.heading("Margins", "margins"),
-            page.paragraph(
-                "A disturbance is increased until flights fail, that is, are lost or exceed the error limit. The last "
-                "column is the share of an equal number of other flights that fail at the 50 % point."
-            ),
-            page.table(tables.MARGIN_HEADER, tables.margin_rows(found)),
-        ]
-    for vehicle in drawn:
-        header, rows = tables.full_rows(found, vehicle)
+        rows, title = tables.margin_rows(found), "Margins, 95 % intervals"
+        sections.append(Table("Margins", "margins", tables.MARGIN_HEADER, rows, RAISED, shown=title))
+    if len(found.controllers) > 1:
+        ranks = [(name, f"{rank:.2f}") for name, rank in found.overall().items()]
+        header = ("controller", f"mean rank over {words.ranked_in(found)}, from 0 (best) to 1")
+        sections.append(Table("Pairwise comparison", "pairs", ("", *found.controllers), words.wins(found), PAIRS))
+        sections.append(Table(header=header, rows=ranks))
+    gains, title = " ".join([GAINS, *uncounted]), "Gains and cost"
+    sections.append(Table(title, "gains", tables.WHO_HEADER, tables.who_rows(found), gains, shown=title))
+    differ = "Other differences between the controllers; everything else is the same for all:"
+    sections.append(Table(header=tables.DIFFERS_HEADER, rows=tables.differing_rows(found), text=differ))
+    for vehicle in figures:
         label = vehicle or "missions"
-        body += [page.heading(f"All numbers: {label}", f"all-{identity(label, ())}"), page.table(header, rows)]
-        body += [page.table(tables.EFFORT_HEADER, tables.effort_rows(found, vehicle))]
-    return body
+        sections.append(Table(f"All numbers: {label}", f"all-{identity(label, ())}", *tables.full_rows(found, vehicle)))
+        sections.append(Table(header=tables.EFFORT_HEADER, rows=tables.effort_rows(found, vehicle)))
+    return Evidence(
+        name=found.name,
+        kind="Comparison",
+        answer=first,
+        sentences=said,
+        record=as_json(found, flights),
+        facts=facts(found),
+        figures=shown,
+        sections=sections,
+        paper=tables.latex_tables(found),
+    )
 
 
 def facts(found: Comparison) -> list[page.Fact]:

@@ -14,6 +14,7 @@ from quadstep.engines.engine import Engine
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError
 from quadstep.io.results.parts import COSTS, LINEAR, Parts, changed, key, parts_in
+from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Progress
@@ -53,6 +54,7 @@ class Finished(NamedTuple):
     """A comparison that is over, and where it is."""
 
     found: Comparison
+    evidence: Evidence
     folder: Path
 
 
@@ -180,10 +182,10 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
             notes=study.file.notes,
             left_out=left_out,
         )
-        write_results(out, found, flights, how.sheet)
+        told = write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)
         run.publish(out, [*jobs, *flights, *bears, *asked_of_laws])
-    return Finished(found, folder)
+    return Finished(found, told, folder)
 
 
 def cells(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Cell]:

@@ -64,14 +64,13 @@ def pair_rows(found: Comparison) -> Iterator[Row]:
 
 
 def write_tables(out: Path, found: Comparison) -> None:
-    """cells.csv, cells.parquet, pairs.csv, pairs.parquet, table.tex, and times.csv: what is measured, never twice the same."""
+    """cells.csv, cells.parquet, pairs.csv, pairs.parquet, and times.csv: what is measured, never twice the same."""
     for name, rows in (("cells", list(cell_rows(found))), ("pairs", list(pair_rows(found)))):
         if rows:
             write_csv(out / f"{name}.csv", list(rows[0]), (list(row.values()) for row in rows))
             (out / f"{name}.parquet").write_bytes(parquet(pa.Table.from_pylist(rows)))
     times = [(*controller, one.nanoseconds) for controller, one in found.costs.items()]
     write_csv(out / TIMES, ("vehicle", "controller", "nanoseconds_per_sample"), times)
-    (out / "table.tex").write_text(latex_tables(found), encoding="utf-8")
 
 
 # Text
