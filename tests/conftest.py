@@ -1,5 +1,6 @@
 """Fixtures of many files; and what was skipped, why, and how to have it run, as a table at the end of a run."""
 
+import gc
 import math
 import os
 from collections import Counter, defaultdict
@@ -11,6 +12,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; before NumPy is loaded
 os.environ.setdefault("QUADSTEP_OPTIMISE", "0")  # most tests fly little; tests/test_equal_bits.py: the bits are the same
 
+from quadstep.commands.cli import SELDOM
 from quadstep.report.terminal import bars
 from tests import durations
 from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtures)
@@ -21,6 +23,7 @@ PROOFS = tuple(f"test_{room}" for room in ("certify", "completion", "proofs", "p
 """Files on rooms that prove things or judge the paper: nothing else depends on them, so `make test-proofs` runs them."""
 
 bars.EVERY = math.inf  # on a busy machine a stage may take a minute, and would say so
+gc.set_threshold(SELDOM)  # as the command line does
 
 
 @pytest.fixture
@@ -89,6 +92,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         said = [getattr(one, "name", one) for one in parameters]
         if any(isinstance(one, str) and one == "raptor" for one in said):
             item.add_marker(needs(POLICY))
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """What has been loaded and collected stays: it is not searched for garbage again, nor copied by a fork's searches."""
+    gc.freeze()
 
 
 def need_of(reason: str) -> Need | None:
