@@ -8,7 +8,7 @@ from llvmlite import ir
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
-from quadstep.engines.kernel import host
+from quadstep.engines.kernel import host, optimise
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import score_names
 from quadstep.interfaces.closed_loop import Ticks
@@ -149,8 +149,7 @@ def compiled(text):
     target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
     module = llvm.parse_assembly(text)
     module.verify()
-    passes = llvm.create_pass_builder(target, llvm.create_pipeline_tuning_options(speed_level=2))
-    passes.getModulePassManager().run(module, passes)
+    optimise(module, target)
     engine = llvm.create_mcjit_compiler(module, target)
     engine.finalize_object()
     kinds = [ctypes.c_void_p] * 3

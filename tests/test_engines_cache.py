@@ -1,5 +1,7 @@
 """Compiled code kept between runs: used when intact, replaced when damaged, skipped when it cannot be written."""
 
+import ctypes
+import gc
 import os
 import subprocess
 import tempfile
@@ -7,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from llvmlite import binding as llvm
 
 from quadstep.engines import lanes
-from quadstep.engines.kernel import MOST, Kernel, Kernels
+from quadstep.engines.kernel import MOST, Kernel, Kernels, host, object_code
 from quadstep.engines.lanes import fly_lanes
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io import code_cache
@@ -316,3 +319,30 @@ def test_the_kernels_of_a_process_are_bounded_and_the_one_unused_for_longest_goe
     assert len(kernels) == MOST
     assert (0 in kernels, 1 in kernels) == (True, False)
     assert made == list(range(MOST + 1))
+
+
+class Allocated(ctypes.Structure):
+    """The C library's count of its memory, in bytes."""
+
+    NAMES = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
+    _fields_ = [(name, ctypes.c_size_t) for name in NAMES.split()]
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "mallinfo2"), reason="this C library does not count its memory")
+def test_compiling_leaves_no_memory_behind():
+    count = ctypes.CDLL(None).mallinfo2
+    count.restype = Allocated
+
+    def held():
+        gc.collect()
+        return count().uordblks + count().hblkhd
+
+    steps = "\n".join(f"%x{at + 1} = fadd double %x{at}, %x{at // 2}" for at in range(300))
+    text = f"define double @f(double %x0) {{\n{steps}\nret double %x300\n}}"
+    cpu, features, _ = host()
+    target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
+    object_code(text, target)
+    before = held()
+    for _ in range(3):
+        object_code(text, target)
+    assert held() - before < 20_000

@@ -86,10 +86,7 @@ def assembly(text: str, architecture: int = NEWEST) -> str:
     machine = prepare().create_target_machine(cpu=f"sm_{min(architecture, NEWEST)}", features=FEATURES, opt=3)
     module = llvm.parse_assembly(text)
     module.verify()
-    tuning = llvm.create_pipeline_tuning_options(speed_level=2)
-    tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
-    passes = llvm.create_pass_builder(machine, tuning)
-    passes.getModulePassManager().run(module, passes)
+    kernel.optimise(module, machine)
     llvm.set_option("", SCHEDULER)
     try:
         written: str = machine.emit_assembly(module)
