@@ -280,13 +280,14 @@ def test_sensors_are_filtered_and_a_start_in_motion_rings_nothing():
         assert list(filtered(cut, delays, 2.0 * values, 1.0, PERIOD)[0]) == [2.0, -4.0, 6.0]
 
 
-def test_the_tutorials_circle_is_flown_and_the_loop_is_sound():
+def test_the_tutorials_circle_is_flown_and_the_loop_is_sound_in_wind():
     circle = {"type": "circle", "centre": [0.0, 0.0, 2.0], "radius": 2.0, "period": 8.0}
     flight = fly(Mission(vehicle={"preset": "x500"}, path=circle, controller={"type": "ardupilot-cascade"}))
     assert flight.outcome is Outcome.COMPLETED
     assert flight.metrics()["position_rmse[m]"] < 0.2
     hover = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "time": 0.1, "duration": 2.0}
-    assert grade(Mission(vehicle={"preset": "x500"}, path=hover, controller={"type": "ardupilot-cascade"})).word == SOUND
+    air, law = {"mean": [3.0, -1.0, 0.0]}, {"type": "ardupilot-cascade"}
+    assert grade(Mission(vehicle={"preset": "x500"}, path=hover, wind=air, controller=law)).word == SOUND
 
 
 def test_gains_do_not_follow_from_the_vehicle_but_its_motors_and_mixer_do():

@@ -56,6 +56,11 @@ THROTTLE_CUT = 2.0
 LEAST_HOVER, MOST_HOVER = 0.125, 0.6875
 """Of the hover's throttle as it is learnt."""
 
+LEAST_BEYOND = 5e-11
+"""Of the square of what was beyond the lean's limit [m^2/s^4], which is 0 or more than this: `lean_that_lifts` is at least
+1e-6 rad. Asked for so, the 0 of a law at rest is on no edge.
+"""
+
 LEAN_SHARE = 0.8
 """Of the throttle from which the lean is limited so that the height can be kept."""
 
@@ -310,8 +315,9 @@ def horizontal(
     step = (period * p.xy_i) * new
     grown = integral + step
     before = integral @ integral
-    held = step @ beyond > 0.0
-    longer = where(held, where(grown @ grown > before, 1.0, 0.0), 0.0)
+    leaning = beyond @ beyond > LEAST_BEYOND
+    held = where(leaning, where(step @ beyond > 0.0, 1.0, 0.0), 0.0)
+    longer = where(held > 0.5, where(grown @ grown > before, 1.0, 0.0), 0.0)
     size = grown @ grown
     back = where(longer > 0.5, sqrt(before / where(size > 0.0, size, 1.0)), 1.0)
     integral = shortened(back * grown, CENTI * p.xy_most)
