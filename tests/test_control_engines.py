@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from quadstep.control.registry import STOCK
 from quadstep.engines.eager import fly_arrays, fly_floats
 from quadstep.engines.gpu_sweep import GpuSweep, ptx
 from quadstep.engines.lanes import fly_lanes
@@ -17,6 +18,12 @@ from tests.sweeps import table
 PATH = {"type": "circle", "radius": 1.0, "period": 4.0, "centre": [0.0, 0.0, 5.0], "ramp": 1.0, "yaw": 0.3}
 LAWS = ("mpc", "mppi", "raptor")
 EVERY = pytest.mark.parametrize("law", LAWS)
+STOCK_TOO = pytest.mark.parametrize("law", (*LAWS, *STOCK))
+LARGEST = "ardupilot-cascade"
+ONE_STOCK_TOO = pytest.mark.parametrize(
+    "law", (*LAWS, *(pytest.param(one, marks=() if one == LARGEST else pytest.mark.thorough) for one in STOCK))
+)
+"""Arrays and lanes of autopilots' laws are flown in `tests/test_airframe_loop.py`."""
 
 
 def mission(law, **content):
@@ -51,7 +58,7 @@ def test_arrays_and_lanes_fly_what_floats_fly(law):
 
 
 @needs_node
-@EVERY
+@STOCK_TOO
 def test_javascript_flies_what_floats_fly(law, tmp_path, monkeypatch):
     monkeypatch.setattr("quadstep.page.laws.ROOM_FOR_GHOSTS", 0)
     given = mission(law)
@@ -62,7 +69,7 @@ def test_javascript_flies_what_floats_fly(law, tmp_path, monkeypatch):
     np.testing.assert_array_equal(answer["values"][:, said], log.rows)
 
 
-@EVERY
+@ONE_STOCK_TOO
 def test_threads_of_a_graphics_processor_fly_what_lanes_fly(law, monkeypatch):
     driver = installed(monkeypatch)
     plan = mission(law).plan()
@@ -75,7 +82,7 @@ def test_threads_of_a_graphics_processor_fly_what_lanes_fly(law, monkeypatch):
     assert not driver.problems
 
 
-@EVERY
+@ONE_STOCK_TOO
 def test_loops_are_written_as_ptx(law):
     plan = mission(law).plan()
     text = ptx(scored(plan.loop, plan.ticks, 0.02)[0], plan.start, plan.parameters, frozenset(), double=True)
