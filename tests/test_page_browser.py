@@ -12,11 +12,12 @@ from quadstep import read_mission
 from quadstep.engines.fly import fly
 from quadstep.mission.paths import CirclePath
 from quadstep.page.missions import fly_missions
+from quadstep.page.serve import server
 from tests.browsers import picture
 from tests.commands import write
 from tests.frontend import FRONTEND, build_tools
 from tests.needs import BUILD_TOOLS, CHROMIUM, needs, package, without
-from tests.pages import fly_page, needs_node
+from tests.pages import fly_page, needs_node, serving
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -581,3 +582,18 @@ def test_a_typed_value_that_is_not_taken_is_said(open_page, brief_file, typed, s
     box.fill("2")
     box.press("Enter")
     assert not page.locator(".complaint:visible").count()
+
+
+def test_a_file_that_is_served_flies_but_cannot_read_the_list(browsers, brief_file):
+    script = "<script>const list = open('/'); document.title = `${origin} ${list} ${document.querySelector('p')}`</script>"
+    write(brief_file.parent, f"<p>{script}", "report.html")
+    page, errors = browsers[False].page(), []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    with serving(server(brief_file.parent, 0)) as port:
+        page.goto(f"http://127.0.0.1:{port}/files/page.html")
+        page.wait_for_selector("html[data-ready]", state="attached")
+        count, _ = page.evaluate(ROWS)
+        page.goto(f"http://127.0.0.1:{port}/files/report.html")
+        assert page.title() == "null null [object HTMLParagraphElement]"
+    browsers[False].blank()
+    assert count > 100 and errors == []

@@ -131,6 +131,7 @@ def test_files_are_sent_with_their_kind(port, path, kind):
     status, headers, content = get(port, f"/files/report/{path}")
     assert (status, headers["Content-Type"]) == (200, kind)
     assert int(headers["Content-Length"]) > 3
+    assert "; sandbox allow-scripts" in headers["Content-Security-Policy"]
     assert content
     status, headers, content = get(port, f"/files/report/{path}", method="HEAD")
     assert (status, content) == (200, "")

@@ -30,6 +30,8 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' blob:; worker-src blob:; style-src 'unsafe-inline'; "
     "img-src 'self' data: blob:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+SANDBOXED = f"{POLICY}; sandbox allow-scripts allow-downloads"
+"""Of files, which others may have written: their scripts run in an origin of their own, not in that of the list."""
 KINDS = {
     ".html": "text/html; charset=utf-8",
     ".svg": "image/svg+xml",
@@ -217,7 +219,7 @@ class Handler(BaseHTTPRequestHandler):
             "X-Content-Type-Options": "nosniff",
             "Referrer-Policy": "no-referrer",
             "Cross-Origin-Resource-Policy": "same-origin",
-            "Content-Security-Policy": POLICY,
+            "Content-Security-Policy": SANDBOXED if answer.file else POLICY,
             **answer.headers,
         }.items():
             self.send_header(name, value)
