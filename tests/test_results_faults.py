@@ -34,6 +34,12 @@ CALLS = ("open", "mkdir", "replace", "unlink", "rmdir", "fsync", "fdopen")
 """Functions of `os` that change something, or begin to."""
 
 
+@pytest.fixture(autouse=True)
+def no_disk(monkeypatch):
+    """The disk of a test may be slow, and no test looks at what a loss of power leaves."""
+    monkeypatch.setattr(os, "fsync", lambda _: None)
+
+
 class Killed(BaseException):
     """The end of the process, at which nothing more can be written or removed."""
 
@@ -85,8 +91,7 @@ def faults(how, place):
     layer = Faults(how, place)
     with pytest.MonkeyPatch.context() as patch:
         for name in CALLS:
-            real = getattr(os, name) if name != "fsync" else lambda _: None  # the disk of a test may be slow
-            through = layer.fdopen if name == "fdopen" else layer
+            real, through = getattr(os, name), layer.fdopen if name == "fdopen" else layer
             patch.setattr(os, name, lambda *given, real=real, through=through, **more: through(real, *given, **more))
         rmtree = shutil.rmtree
         patch.setattr(folder_module.shutil, "rmtree", lambda *given, **more: None if layer.dead else rmtree(*given, **more))
