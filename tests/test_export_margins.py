@@ -1,5 +1,7 @@
 """Margins of a loop in a firmware: the gyro behind its filter, the outputs late."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -27,7 +29,7 @@ def test_what_lies_between_costs_margin_and_is_said(tmp_path):
     said, short = in_firmware(mission, "px4")
     assert short
     assert said.startswith("The phase margin on PX4 is ")
-    assert "below 30°" in said
+    assert "below 30.0°: choose slower gains. " in said
     text = '[vehicle]\npreset = "x500"\n[path]\ntype = "step"\nend = [0.0, 0.0, 1.0]\nduration = 4.0\n'
     run = quadstep("export", write(tmp_path, text), "--target", "px4", "--out", tmp_path / "o")
     assert run.code == 0
@@ -35,8 +37,12 @@ def test_what_lies_between_costs_margin_and_is_said(tmp_path):
     assert "on PX4" in " ".join(run.err.split())
 
 
-def test_slow_gains_are_not_warned_of():
+def test_slow_gains_are_not_warned_of_but_where_more_is_asked():
     slow = {"k_x": [1.5] * 3, "k_v": [2.2] * 3, "k_i": [0.2] * 3, "k_R": [60.0, 60.0, 20.0], "k_Omega": [14.0, 14.0, 8.0]}
     mission = real_mission({"type": "geometric", **slow}, "x500")
     said, short = in_firmware(mission, "crazyflie")
     assert not short, said
+    strict = real_mission({"type": "geometric", **slow}, "x500", margins={"gain": 40.0})
+    said, short = in_firmware(strict, "crazyflie")
+    assert short
+    assert re.match(r"The gain margin on the Crazyflie is [\d.]+ dB, below 40.0 dB: choose slower gains\. Least", said)

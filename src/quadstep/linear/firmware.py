@@ -9,9 +9,6 @@ from quadstep.mission.airframe import CommandSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
 
-LEAST_PHASE = math.radians(30.0)
-"""Of a loop that is exported without a warning [rad]."""
-
 
 class Path(NamedTuple):
     """What lies between sensors, law and rotors of a firmware by default. cutoff: of the gyro's second-order low-pass [Hz],
@@ -66,10 +63,12 @@ def in_firmware(mission: Mission, target: str) -> tuple[str, bool]:
         return f"Margins on {path.name} ({about}): not known: {error}.", False
     if found.word == UNSTABLE:
         return f"On {path.name} ({about}) this loop is unstable: {found.why}.", True
-    phase = next((one for one in found.measures if one.what == "phase"), None)
-    if phase is None:
+    if not found.measures:
         return f"Margins on {path.name} ({about}): {found.why}.", False
-    short = phase.value < LEAST_PHASE
-    below = f"The phase margin on {path.name} is {phase.text(phase.value)}, below 30°: choose slower gains. " if short else ""
+    short = [one for one in found.measures if one.what != "delay" and not one.met]  # what is late is counted already
+    missed = " and ".join(
+        f"{one.what} margin on {path.name} is {one.text(one.value)}, below {one.text(one.limit)}" for one in short
+    )
+    below = f"The {missed}: choose slower gains. " if short else ""
     said = ", ".join(f"{one.what} {one.text(one.value)} ({one.channel})" for one in found.measures)
-    return f"{below}Least margins on {path.name} ({about}): {said}.", short
+    return f"{below}Least margins on {path.name} ({about}): {said}.", bool(short)
