@@ -27,11 +27,15 @@ def test_where_there_is_no_terminal_a_long_stage_is_told_a_line_a_minute(monkeyp
         shown.to(0, 100)
         clock[0] = 241.0
         shown.to(50, 100)
+        shown.doing("linearising and costing", "jobs")
+        clock[0] = 302.0
+        shown.to(7, 10)
     assert capsys.readouterr().err.splitlines() == [
         "quadstep: tuning: 600 of 20,000 flights, about 32 min left",
         "quadstep: tuning: 1,200 of 20,000 flights, about 31 min left",
         "quadstep: tuning: 1,800 of 20,000 flights, about 30 min left",
         "quadstep: flying: 50 of 100 flights, about 1 min left",
+        "quadstep: linearising and costing: 7 of 10 jobs",
     ]
 
 

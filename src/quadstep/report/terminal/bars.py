@@ -41,7 +41,7 @@ class Bar(Progress):
     """A bar that is being shown, or lines where standard error is no terminal that can draw one."""
 
     def __init__(self, progress: Drawn, doing: str, unit: str, total: float | None) -> None:
-        self.progress, self.lines = progress, Lines(doing, unit) if progress.disable else None
+        self.progress, self.unit, self.lines = progress, unit, Lines(doing, unit) if progress.disable else None
         self.task = progress.add_task(doing, total=total, unit=unit, note="")
 
     def to(self, done: float, total: float | None = None, note: str = "") -> None:
@@ -50,11 +50,12 @@ class Bar(Progress):
         if self.lines:
             self.lines.to(done, total)
 
-    def doing(self, what: str) -> None:
-        """Set the description to the current stage."""
-        self.progress.update(self.task, description=what)
+    def doing(self, what: str, unit: str | None = None) -> None:
+        """Set the description to the current stage. unit: of what is counted in it, if another."""
+        self.unit = unit or self.unit
+        self.progress.update(self.task, description=what, unit=self.unit)
         if self.lines:
-            self.lines = Lines(what, self.lines.unit, self.lines.last)
+            self.lines = Lines(what, self.unit, self.lines.last)
 
 
 class Lines:

@@ -4,8 +4,8 @@
 class Progress:
     """Listens to a computation, and shows nothing of it."""
 
-    def doing(self, what: str) -> None:
-        """A stage begins."""
+    def doing(self, what: str, unit: str | None = None) -> None:
+        """A stage begins. unit: of what is counted in it, if another."""
 
     def to(self, done: float, total: float | None = None, note: str = "") -> None:
         """So much is done. total: as far as known. note: to be shown beside it."""

@@ -42,7 +42,7 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: Run) -> Finis
     with publishing(folder, identity, run.how.overwrite) as out:
         flights, flown = fly(run, found_cells, seeds)
         asked_of_laws = laws(flights)
-        run.work("linearising", asked_of_laws)
+        run.work("linearising and costing", asked_of_laws)
         metrics = reported("missions", MISSION_METRICS, found_cells)
         found = Comparison(
             name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",

@@ -78,11 +78,16 @@ class Run:
 
     def work(self, what: str, jobs: Sequence[Job[object]]) -> None:
         """Do these, but for what is kept; those that want the machine to themselves one after the other, after all others."""
-        self.how.progress.doing(what)
+        counted = any(job.flights for job in jobs)
+        self.how.progress.doing(what, "flights" if counted else "jobs")
+
+        def size(job: Job[object]) -> int:
+            return job.flights if counted else 1
+
         going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None or self.failed(job)}
         missing = list(going.values())
-        total = sum(job.flights for job in jobs)
-        over = total - sum(job.flights for job in missing)
+        total = sum(map(size, jobs))
+        over = total - sum(map(size, missing))
         self.how.progress.to(over, total)
 
         def look() -> None:
@@ -92,7 +97,7 @@ class Run:
         others = [job for job in missing if job not in single]
         for job, worked in itertools.chain(work(others, self.how.engine, look), alone(single)):
             del going[job.key]
-            over += job.flights
+            over += size(job)
             for one in (other for other in jobs if other.key == job.key) if worked.wrong else (job,):
                 self.keep(one, worked)
             self.how.progress.to(over, total)
@@ -160,7 +165,7 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         bears = raises(study, run, everybody)
         run.work("raising", bears)
         asked_of_laws = laws(flights)
-        run.work("linearising", asked_of_laws)
+        run.work("linearising and costing", asked_of_laws)
         found = Comparison(
             name=study.file.name,
             source=study.source,
