@@ -1,10 +1,8 @@
 """Code of users that is wrong in every way: one line that names it, and nothing else."""
 
 import json
-import os
-import subprocess
-import sys
 import textwrap
+from contextlib import chdir
 from importlib.metadata import EntryPoint
 
 import pytest
@@ -14,11 +12,12 @@ from quadstep.control.opaque import opaque_law
 from quadstep.io import doors
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import installed
-from quadstep.io.user_code.blame import blamed, said_of
+from quadstep.io.user_code.blame import NAMED, blamed, said_of
 from quadstep.io.user_code.places import place
 from quadstep.studies.campaign.schema import digests
 from quadstep.studies.tuning.ground import read_request
 from quadstep.studies.tuning.run import named_files
+from tests.commands import quadstep, quadstep_process
 
 LAW = """
 import math
@@ -80,12 +79,10 @@ def mission(folder, text, kind="law.py:Hover"):
 
 
 def command(folder, *arguments):
-    """What the command line does with them."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    return subprocess.run(
-        [sys.executable, "-m", "quadstep", *arguments],
-        cwd=folder, env=environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    """What the command line does with them there, with no code of users' named before."""
+    NAMED.clear()
+    with chdir(folder):
+        return quadstep(*arguments)
 
 
 @pytest.mark.parametrize(
@@ -215,15 +212,15 @@ def test_an_error_of_the_user_is_told_from_others(tmp_path):
 def test_no_traceback_unless_it_is_asked_for(tmp_path, changes):
     mission(tmp_path, law(**changes))
     run = command(tmp_path, "fly", "hover.toml", "--out", "out")
-    assert run.returncode == 2
-    assert run.stderr.count("\n") == 1
-    assert "law.py" in run.stderr
+    assert run.code == 2
+    assert run.err.count("\n") == 1
+    assert "law.py" in run.err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hover.toml", "law.py"]
 
 
 def test_a_traceback_where_it_is_asked_for(tmp_path):
     mission(tmp_path, "x = 1 / 0")
-    run = command(tmp_path, "fly", "hover.toml", "--out", "out", "--traceback")
+    run = quadstep_process("fly", "hover.toml", "--out", "out", "--traceback", cwd=tmp_path)
     assert run.returncode == 2
     assert run.stderr.count("Traceback") == 1
     assert run.stderr.splitlines()[-1].startswith("quadstep: error: hover.toml: controller.type: ")
@@ -231,7 +228,7 @@ def test_a_traceback_where_it_is_asked_for(tmp_path):
 
 def test_what_user_code_prints_is_no_result(tmp_path):
     mission(tmp_path, "print('noise')\n" + law(law=f"print('more')\n{WELL}"))
-    run = command(tmp_path, "fly", "hover.toml", "--out", "out", "--json")
+    run = quadstep_process("fly", "hover.toml", "--out", "out", "--json", cwd=tmp_path)
     assert run.returncode == 0
     assert json.loads(run.stdout)["name"] == "Hover"
     assert "noise" in run.stderr
@@ -296,16 +293,16 @@ return Command(where(gains.k > 2.0, math.nan, gains.mass * gains.gravity), torqu
 @pytest.mark.parametrize("engine", ["lanes", "python"])
 def test_a_law_that_is_not_finite_later_ends_its_flight_and_is_named(tmp_path, engine):
     run = command(tmp_path, "fly", mission(tmp_path, law(law=LATE)).name, "--engine", engine)
-    assert run.returncode == 3
-    assert "Lost at 0.052 s: a number was no longer finite: the law's thrust was nan. The log" in run.stdout
+    assert run.code == 3
+    assert "Lost at 0.052 s: a number was no longer finite: the law's thrust was nan. The log" in run.out
     assert "the law&#x27;s thrust was nan" in (tmp_path / "out/hover/report.html").read_text()
 
 
 def test_a_function_that_is_not_finite_at_once_is_named_without_an_empty_table(tmp_path):
     function = "def controller(t, measured, reference):\n    return 1.0, (0.0, float('inf'), 0.0)\n"
     run = command(tmp_path, "fly", mission(tmp_path, function, "law.py:controller").name)
-    assert (run.returncode, run.stderr) == (3, "")
-    first, *_ = run.stdout.splitlines()
+    assert (run.code, run.err) == (3, "")
+    first, *_ = run.out.splitlines()
     assert first == "Lost at 0 s: a number was no longer finite: the law's torque.1 was inf. Its log is empty."
 
 
@@ -315,9 +312,9 @@ def test_a_law_that_is_never_finite_is_refused_by_every_command(tmp_path, drawn)
     (tmp_path / "many.toml").write_text(f"mission = 'hover.toml'\nflights = 8\n{drawn}")
     for given in ("fly hover.toml", "export hover.toml", "campaign many.toml", "linear hover.toml", "page hover.toml"):
         run = command(tmp_path, *given.split())
-        assert (run.returncode, run.stdout) == (2, "")
-        assert run.stderr.count("\n") == 1
-        assert "controller: law.py:Hover: law: the Command: thrust is nan at t = 0 s" in run.stderr
+        assert (run.code, run.out) == (2, "")
+        assert run.err.count("\n") == 1
+        assert "controller: law.py:Hover: law: the Command: thrust is nan at t = 0 s" in run.err
     assert not (tmp_path / "out").exists()
 
 
@@ -327,12 +324,12 @@ def test_a_drawn_flight_that_is_not_finite_at_once_is_lost_and_no_error(tmp_path
         "mission = 'hover.toml'\nflights = 8\nvary = {'controller.k' = {type = 'uniform', low = 1.0, high = 3.0}}\n"
     )
     run = command(tmp_path, "campaign", "many.toml")
-    assert (run.returncode, run.stderr) == (0, "")
-    assert "not-finite" in run.stdout
-    number = next(line.split()[-1] for line in run.stdout.splitlines() if "--flight" in line)
+    assert (run.code, run.err) == (0, "")
+    assert "not-finite" in run.out
+    number = next(line.split()[-1] for line in run.out.splitlines() if "--flight" in line)
     run = command(tmp_path, "fly", "many.toml", "--flight", number)
-    assert (run.returncode, run.stderr) == (3, "")
-    assert "the law's thrust was nan" in run.stdout
+    assert (run.code, run.err) == (3, "")
+    assert "the law's thrust was nan" in run.out
 
 
 @pytest.mark.parametrize(
@@ -342,7 +339,7 @@ def test_a_function_that_returns_no_thrust_and_torque_is_told_what_to_return(tmp
     run = command(
         tmp_path, "fly", mission(tmp_path, f"def f(t, measured, reference):\n    return {returned}\n", "law.py:f").name
     )
-    assert (run.returncode, run.stdout, run.stderr.count("\n")) == (2, "", 1)
-    assert f"Error: should return thrust and torque, like (9.8, (0.0, 0.0, 0.0)), not {returned}" in run.stderr
-    assert "error: law.py:f: " in run.stderr
+    assert (run.code, run.out, run.err.count("\n")) == (2, "", 1)
+    assert f"Error: should return thrust and torque, like (9.8, (0.0, 0.0, 0.0)), not {returned}" in run.err
+    assert "error: law.py:f: " in run.err
     assert not (tmp_path / "out").exists()
