@@ -78,7 +78,9 @@ COMMANDS = {
 }
 """What each command is tried with."""
 
-DEAR = {"campaign", "compare", "identify", "prove", "reproduce", "tune", "what-if"}
+DEAR = {
+    "advise", "campaign", "compare", "envelope", "identify", "linear", "prove", "replay", "reproduce", "tune", "what-if",
+}  # fmt: skip
 """An ordinary run has them in one terminal."""
 
 WIDTHS = (80, 200)
