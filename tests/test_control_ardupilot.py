@@ -21,6 +21,7 @@ from quadstep.control.ardupilot_cascade import (
     vertical,
 )
 from quadstep.control.ardupilot_loops import Target, apart, attitude_loop, root, rooted, shaped_target, turned, within_rates
+from quadstep.control.ardupilot_mixer import mixed
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
@@ -107,6 +108,25 @@ def test_a_hover_is_a_hover_and_each_setpoint_turns_the_rotors_its_way():
         assert sign * (row @ (found.speeds - command.speeds)) > 0.0
     found, _ = sampled(memory, g, measured(), HERE._replace(position=vector(0.0, 0.0, 0.5)), 5)
     assert all(one > hover for one in found.speeds)
+
+
+@pytest.mark.parametrize(
+    ("roll", "yaw", "throttle", "limits"),
+    [
+        (0.0, 0.0, 0.05, (0, 0, 0, 0)),
+        (0.0, 0.0, 0.0, (0, 0, 0, 1)),
+        (0.0, 0.0, 1.0, (0, 0, 1, 0)),
+        (0.6, 0.0, 0.6, (0, 0, 0, 0)),
+        (0.6, 0.0, 0.9, (0, 0, 1, 0)),  # the faster rotors are full
+        (0.6, 0.9, 0.5, (0, 1, 0, 0)),  # what roll leaves is too little for the yaw
+        (3.0, 0.0, 0.8, (1, 1, 1, 0)),
+        (3.0, 0.0, 0.3, (1, 1, 0, 0)),
+    ],
+)
+def test_the_mixer_tells_the_loops_what_it_could_not_give(roll, yaw, throttle, limits):
+    made = mixed(gains().factors, vector(roll, 0.0, yaw), throttle, 0.5, 0.2)
+    assert (made.tilting, made.turning, made.upper, made.lower) == limits
+    assert all(-1e-12 <= one <= 1.0 + 1e-12 for one in made.thrusts)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, fly
-from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, hover_of
-from quadstep.control.px4_loops import STILL, of_gyro
+from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, hover_of, position_gains
+from quadstep.control.px4_loops import STILL, of_gyro, thrust_of
 from quadstep.control.px4_mixer import missed_torques, mixer_of
 from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.closed_loop import Outcome
@@ -151,6 +151,13 @@ def test_filters_that_are_switched_off_let_the_gyro_through_and_a_start_in_motio
         axis, begun = of_gyro(usual, axis, 2.0, begun, 0.00125), 1.0
         assert axis.rate == pytest.approx(2.0)
         assert abs(axis.acceleration) < 1e-9
+
+
+@pytest.mark.parametrize(("limit", "tilt"), [(30.0, 30.0), (120.0, 89.0)])
+def test_a_thrust_leans_as_far_as_its_limit_and_keeps_its_direction(limit, tilt):
+    x, y, up = thrust_of(position_gains(gains(MPC_TILTMAX_AIR=limit)), vector(900.0, -1200.0, 0.0))
+    assert math.degrees(math.atan2(math.hypot(x, y), up)) == pytest.approx(tilt)
+    assert (x / y, up) == pytest.approx((-0.75, hover_of(gains())))
 
 
 def test_torques_that_the_rotors_miss_are_told_by_their_sign():
