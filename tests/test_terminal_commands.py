@@ -83,7 +83,7 @@ DEAR = {
 }  # fmt: skip
 """An ordinary run has them in one terminal."""
 
-WIDTHS = (80, 200)
+WIDTHS = 80, pytest.param(200, marks=pytest.mark.thorough)
 
 SAID = {
     "version": "quadstep 0",
@@ -193,7 +193,7 @@ def test_in_a_wide_and_dumb_terminal_of_ascii_without_colours(folder, name):
     assert shown.raw.isascii()
 
 
-@pytest.mark.parametrize("columns", [80, pytest.param(200, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("columns", WIDTHS)
 @pytest.mark.parametrize("study", STUDIES)
 def test_a_study_in_a_terminal(folder, study, columns):
     shown = in_terminal(STUDIES[study], "study", *study.split(), cwd=folder, program=PROGRAM, columns=columns)
