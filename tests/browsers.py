@@ -57,13 +57,23 @@ class Opened:
         self.free = True
 
 
+class Browsers(dict[bool, Opened]):
+    """With WebGL, and without, where everything but the scene is quicker; each is started where it is first asked for."""
+
+    def __init__(self, playwright):
+        self.playwright = playwright
+
+    def __missing__(self, webgl):
+        self[webgl] = Opened(start_browser(self.playwright, webgl=webgl))
+        return self[webgl]
+
+
 @pytest.fixture(scope="module")
 def browsers(playwright):
-    """With WebGL, and without, where everything but the scene is quicker."""
-    running = {webgl: start_browser(playwright, webgl=webgl) for webgl in (True, False)}
-    yield {webgl: Opened(browser) for webgl, browser in running.items()}
-    for browser in running.values():
-        browser.close()
+    running = Browsers(playwright)
+    yield running
+    for one in running.values():
+        one.context.browser.close()
 
 
 @pytest.fixture
