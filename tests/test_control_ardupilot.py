@@ -139,6 +139,8 @@ def test_an_attitudes_error_is_the_shortest_tilt_and_then_the_heading(seed):
     tilt = from_rotation_vector(vector(found.error[0], found.error[1], 0.0))
     assert abs(tilt @ found.tilt) == pytest.approx(1.0)
     assert found.angle == pytest.approx(math.hypot(found.error[0], found.error[1]))
+    over = apart(attitude, multiply(attitude, vector(0.0, 0.6, 0.8, 0.0)))  # upside down: no turn is the shortest
+    assert (over.angle, math.hypot(*over.error[:2])) == pytest.approx((math.pi, math.pi))
 
 
 def test_rates_are_asked_for_in_proportion_near_the_target_and_yaw_gives_way_far_from_it():
@@ -163,6 +165,11 @@ def test_a_heading_out_of_reach_pulls_its_target_along():
     target = Target(from_yaw_pitch_roll(vector(2.0, 0.0, 0.0)), ZERO)
     _, kept = attitude_loop(g, target, LEVEL, ZERO, PERIOD)
     assert yaw_pitch_roll(kept.attitude)[0] == pytest.approx(math.radians(45.0))
+    leaning = from_yaw_pitch_roll(vector(0.4, -0.5, 0.7))
+    before = apart(leaning, target.attitude).error
+    _, kept = attitude_loop(g, target, leaning, ZERO, PERIOD)
+    after = apart(leaning, kept.attitude).error  # its tilt is not touched
+    assert list(after) == pytest.approx([before[0], before[1], math.copysign(math.radians(45.0), before[2])])
     slow = attitude_gains(gains(ATC_RAT_YAW_P=2.0, ATC_ACCEL_Y_MAX=1000.0))
     _, kept = attitude_loop(slow, target, LEVEL, ZERO, PERIOD)  # 1/2 rad/s is stopped with 10 deg/s^2
     reach = 0.5 * math.radians(10.0) / 4.5**2 + 0.25 / (2.0 * math.radians(10.0))
@@ -179,7 +186,7 @@ def test_the_target_turns_as_fast_as_it_may_and_arrives():
     assert np.abs(np.diff(rates)).max() == pytest.approx(PERIOD * math.pi)
     assert abs(target.attitude @ wanted) == pytest.approx(1.0, abs=1e-9)
     off = attitude_gains(gains(ATC_RATE_FF_ENAB=0.0))
-    plain = shaped_target(off, Target(LEVEL, ZERO), wanted, 0.5, PERIOD)
+    plain = shaped_target(off, Target(LEVEL, vector(1.0, 1.0, 1.0)), wanted, 0.5, PERIOD)
     assert (list(plain.attitude), list(plain.rates)) == (list(wanted), [0.0, 0.0, 0.0])
     turning = shaped_target(attitude_gains(gains(ATC_SLEW_YAW=3000.0)), Target(LEVEL, ZERO), LEVEL, 5.0, 10.0)
     assert turning.rates[2] == pytest.approx(math.radians(30.0))

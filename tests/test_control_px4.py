@@ -10,7 +10,7 @@ import pytest
 
 from quadstep import Mission, fly
 from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, hover_of, position_gains
-from quadstep.control.px4_loops import STILL, of_gyro, thrust_of
+from quadstep.control.px4_loops import STILL, Flying, of_gyro, position_loop, thrust_of, within_speed
 from quadstep.control.px4_mixer import missed_torques, mixer_of
 from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.closed_loop import Outcome
@@ -158,6 +158,28 @@ def test_a_thrust_leans_as_far_as_its_limit_and_keeps_its_direction(limit, tilt)
     x, y, up = thrust_of(position_gains(gains(MPC_TILTMAX_AIR=limit)), vector(900.0, -1200.0, 0.0))
     assert math.degrees(math.atan2(math.hypot(x, y), up)) == pytest.approx(tilt)
     assert (x / y, up) == pytest.approx((-0.75, hover_of(gains())))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_velocity_beyond_its_limit_gives_up_its_second_part_first(seed):
+    first, second = (vector(*row, 0.0) for row in np.random.default_rng(seed).normal(size=(2, 2)))
+    size = math.hypot(first[0], first[1])
+    assert within_speed(first, second, 9.0) == pytest.approx((first[0] + second[0], first[1] + second[1]))
+    assert within_speed(first, first, 0.5 * size) == pytest.approx((0.5 * first[0], 0.5 * first[1]))
+    x, y = within_speed(first, 9.0 * second, 1.1 * size)
+    assert math.hypot(x, y) == pytest.approx(1.1 * size)
+    assert math.atan2(y - first[1], x - first[0]) == pytest.approx(math.atan2(second[1], second[0]))
+
+
+@pytest.mark.parametrize(
+    ("height", "acceleration", "grows"),
+    [(0.1, 0.0, 1), (-0.1, 0.0, -1), (50.0, 0.0, 0), (-0.1, 30.0, -1), (0.1, 30.0, 0), (0.1, -30.0, 1), (-0.1, -30.0, 0)],
+)
+def test_the_integral_of_the_climb_stands_where_thrust_is_at_the_limit_that_it_pushes_against(height, acceleration, grows):
+    up = vector(0.0, 0.0, 1.0)
+    wanted = Reference(height * up, ZERO, acceleration * up, 0.0, 0.0)
+    _, integral = position_loop(position_gains(gains()), ZERO, Flying(ZERO, ZERO, ZERO), wanted, 0.01)
+    assert np.sign(integral[2]) == grows
 
 
 def test_torques_that_the_rotors_miss_are_told_by_their_sign():
