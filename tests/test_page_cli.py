@@ -1,7 +1,5 @@
 """`quadstep page`, and the page that `fly` and `reproduce` leave."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,15 +8,15 @@ from quadstep.commands import page as commands
 from quadstep.io.errors import UserError
 from quadstep.page import build
 from quadstep.page.build import template
+from tests.commands import quadstep
 from tests.pages import data_of
 
 MISSION = 'name = "{name}"\n[path]\ntype = "minimum-jerk"\nend = [0.0, 0.0, 1.0]\nduration = 1.0\n{more}'
 
 
-def quadstep(*arguments, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "quadstep", *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False
-    )
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture
@@ -29,17 +27,17 @@ def mission(tmp_path):
 
 
 def test_page_writes_one_file_that_opens_by_itself(tmp_path, mission):
-    done = quadstep("page", mission, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "out/mission.html" in done.stdout
+    done = quadstep("page", mission)
+    assert (done.code, done.err) == (0, "")
+    assert "out/mission.html" in done.out
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["mission.html"]
     text = (tmp_path / "out" / "mission.html").read_text()
     assert len(text) < 3_000_000
     assert "<script>alert(1)" not in text
     assert data_of(text)["flights"][0]["name"] == "<script>alert(1)</script>"
-    assert quadstep("page", mission, mission, "--out", "two.html", "--engine", "python", cwd=tmp_path).returncode == 0
+    assert quadstep("page", mission, mission, "--out", "two.html", "--engine", "python").code == 0
     assert len(data_of((tmp_path / "two.html").read_text())["flights"]) == 2
-    assert quadstep("page", mission, cwd=tmp_path).returncode == 0  # a page is replaced
+    assert quadstep("page", mission).code == 0  # a page is replaced
 
 
 def test_page_keeps_other_files_and_says_so_in_one_line(tmp_path, mission):
@@ -49,10 +47,10 @@ def test_page_keeps_other_files_and_says_so_in_one_line(tmp_path, mission):
         (mission / "x.html", "cannot be written"),
         ("/dev/full", "/dev/full: cannot be written: not a regular file"),
     ):
-        done = quadstep("page", mission, "--out", out, cwd=tmp_path)
-        assert done.returncode == 2
-        assert words in done.stderr
-        assert done.stderr.count("\n") == 1
+        done = quadstep("page", mission, "--out", out)
+        assert done.code == 2
+        assert words in done.err
+        assert done.err.count("\n") == 1
     assert "alert" in mission.read_text()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mission.toml"]
 
@@ -63,22 +61,22 @@ def test_page_keeps_other_files_and_says_so_in_one_line(tmp_path, mission):
 )
 def test_a_mission_that_is_none_is_one_line(tmp_path, text, words):
     (tmp_path / "bad.toml").write_text(text)
-    done = quadstep("page", "bad.toml", cwd=tmp_path)
-    assert done.returncode == 2
-    assert words in done.stderr
-    assert "bad.toml" in done.stderr
-    assert done.stderr.count("\n") == 1
+    done = quadstep("page", "bad.toml")
+    assert done.code == 2
+    assert words in done.err
+    assert "bad.toml" in done.err
+    assert done.err.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 
 def test_a_diverging_mission_is_a_page_too(tmp_path):
     (tmp_path / "lost.toml").write_text(MISSION.format(name="lost", more="[limits]\ndistance = 1e-6"))
-    assert quadstep("page", "lost.toml", cwd=tmp_path).returncode == 0
+    assert quadstep("page", "lost.toml").code == 0
     assert data_of((tmp_path / "out" / "lost.html").read_text())["flights"][0]["outcome"]["code"] == 2
 
 
 def test_fly_leaves_its_page_beside_the_results(tmp_path, mission):
-    assert quadstep("fly", mission, cwd=tmp_path).returncode == 0
+    assert quadstep("fly", mission).code == 0
     data = data_of((tmp_path / "out" / "mission" / "page.html").read_text())
     assert data["flights"][0]["whyNot"] == ""
     assert '"page.html"' in (tmp_path / "out" / "mission" / "metrics.json").read_text()
@@ -93,10 +91,10 @@ def test_fly_leaves_its_page_beside_the_results(tmp_path, mission):
     ],
 )
 def test_serve_refuses_in_one_line(tmp_path, arguments, words):
-    done = quadstep(*arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert words in done.stderr
-    assert done.stderr.count("\n") == 1
+    done = quadstep(*arguments)
+    assert done.code == 2
+    assert words in done.err
+    assert done.err.count("\n") == 1
 
 
 def test_an_installation_without_its_front_end_says_so(tmp_path, monkeypatch):
