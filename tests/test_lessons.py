@@ -11,7 +11,7 @@ from docs.site.notebooks import lessons, notebook
 from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.mission.fields import plain
-from quadstep.studies.lessons import Measured, Task, checked, judged, tasks
+from quadstep.studies.lessons import Measured, Task, checked, differing, judged, tasks
 from tests.commands import quadstep
 
 ROOT = Path(__file__).parent.parent
@@ -71,6 +71,43 @@ def test_an_exercise_is_solved_by_a_solution_and_not_by_the_lesson_s_mission(nam
     assert solved.solved, solved.cases
     (given,) = checked([one], read_mission(mission_of(name, tmp_path, {})))
     assert not given.solved
+
+
+MEDDLING = {
+    "1.4": [{"vehicle.mass": 1.1}, {"controller.K_r1": 9.0}, {"start.position": [0.0, 0.0, 2.1]}],
+    "2.4": [{"vehicle.inertia": [1.0, 1.0, 1.0]}, {"simulation.duration": 2.0}],
+    "3.5": [{"vehicle.mass": 0.8}],
+    "10.4": [
+        {"vehicle.mass": 2.0},
+        {"margins.gain": 0.0},
+        {"sensors.position_noise": 0.0},
+        {"wind.turbulence.wind_20": 0.0},
+        {"path.width": 0.1},
+        {"events": [*ROTOR, {"type": "rotor", "time": 3.1, "rotor": 1, "efficiency": 1.0}]},
+    ],
+}
+
+
+@pytest.mark.parametrize(("name", "changes"), [(name, one) for name, listed in MEDDLING.items() for one in listed])
+def test_a_student_who_changes_more_than_the_exercise_lets_them_solves_nothing(name, changes, tmp_path):
+    (one,) = tasks(name)
+    (found,) = checked([one], read_mission(mission_of(name, tmp_path, {**SOLUTIONS[name], **changes})))
+    assert found.strange and not found.solved
+    assert all(case.name.startswith(next(iter(changes))) for case in found.cases), found.cases
+
+
+def test_a_course_that_leaves_out_what_a_mission_needs_says_so(tmp_path):
+    mission = read_mission(mission_of("4.4", tmp_path, {}))
+    task = Task(name="a", asks="Fly.", same={"path.type": "minimum-jerk"}, free=("path.duration",))
+    (case,) = differing(task, mission, plain(mission.model_dump()))
+    assert case.failure == "only path.type, path.duration may be given; with these alone: path.end: missing; it is needed"
+
+
+def test_what_moves_no_flight_may_be_given(tmp_path):
+    (one,) = tasks("4.4")
+    tune = {"gains": {"controller.K_r1": {"low": 1.0, "high": 9.0}}}
+    mission = read_mission(mission_of("4.4", tmp_path, {**SOLUTIONS["4.4"], "name": "Mine", "tune": tune}))
+    assert not differing(one, mission, plain(mission.model_dump()))
 
 
 def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypatch):

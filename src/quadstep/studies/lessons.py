@@ -5,7 +5,7 @@ The package's own are those of the lessons, `lessons.toml`; a course may have a 
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, cast
 
 from pydantic import BeforeValidator, Field
 
@@ -18,23 +18,28 @@ from quadstep.metrics.judging.verdict import Case, scalars
 from quadstep.metrics.margins import SOUND
 from quadstep.mission.check import check
 from quadstep.mission.fields import Finite, Name, Section, as_tuple, plain
-from quadstep.mission.keys import parts
+from quadstep.mission.keys import dotted, parts
+from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.studies.flights.interface import fly
 from quadstep.studies.tuning.gains import looked_up
 
 OWN = Path(__file__).parent / "lessons.toml"
+HARMLESS = ("name", "tune")
+"""Keys that move no flight and no grade."""
 
 
 class Task(Section):
-    """What a mission has to do. same: values that its keys must have; most: limits of metrics of its flight, or of its keys
-    and all their entries, in SI units; grade: of its loop at rest; own: whether its controller must be the student's.
+    """What a mission has to do. same: values that its keys must have; free: keys that a student may change, beside those with
+    limits: all others must be as they are by default (None: any may be changed); most: limits of metrics of its flight, or of
+    its keys and all their entries, in SI units; grade: of its loop at rest; own: whether its controller must be the student's.
     """
 
     name: Name
     asks: str
     hint: str = ""
     same: dict[str, object] = Field(default_factory=dict)
+    free: Annotated[tuple[str, ...] | None, BeforeValidator(as_tuple)] = None
     most: dict[str, Finite] = Field(default_factory=dict)
     grade: Annotated[str, Field(pattern="^(sound|fragile)?$")] = ""
     own: bool = False
@@ -112,7 +117,35 @@ def differing(task: Task, mission: Mission, content: object) -> tuple[Case, ...]
     if task.own and not mission.controller.own:
         law = shown(mission.controller.type)
         found.append(Case("controller.type", wrong("controller.type", "a law of your own, FILE.py:NAME", law)))
-    return tuple(found)
+    return tuple(found or meddled(task, mission))
+
+
+def meddled(task: Task, mission: Mission) -> list[Case]:
+    """Keys that a task neither names nor leaves to the student, and that are not as they are by default."""
+    if task.free is None:
+        return []
+    named = [parts(key) for key in (*task.same, *task.free, *task.most, *HARMLESS)]
+    given, *full = (cast("dict[str, object]", plain(mission.model_dump(exclude_unset=unset))) for unset in (True, False))
+    try:
+        full.append(cast("dict[str, object]", plain(check_mission(only(given, named), "", mission.folder).model_dump())))
+    except UserError as error:
+        return [Case("mission", f"only {', '.join((*task.same, *task.free))} may be given; with these alone{error}")]
+    found, wanted = (dotted(one, lambda _: False) for one in full)
+    return [
+        Case(key, wrong(key, shown(wanted.get(key)), shown(found.get(key))))
+        for key in dict.fromkeys((*found, *wanted))
+        if found.get(key) != wanted.get(key)
+    ]
+
+
+def only(content: object, named: list[list[str]]) -> object:
+    """What tables and lists have at these places, and on the way there."""
+    if [] in named:
+        return content
+    entries = content if isinstance(content, dict) else dict(enumerate(content)) if isinstance(content, list) else {}
+    below = {key: [rest for first, *rest in named if first == str(key)] for key in entries}
+    kept = {key: only(value, below[key]) for key, value in entries.items() if below[key]}
+    return list(kept.values()) if isinstance(content, list) else kept
 
 
 def judged(task: Task, mission: Mission, content: object, measured: Measured) -> tuple[Case, ...]:
