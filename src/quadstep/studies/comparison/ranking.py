@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import binomtest, friedmanchisquare, rankdata, wilcoxon
 
-from quadstep.metrics.statistics import LEVEL, RESAMPLES, Estimate
+from quadstep.metrics.statistics import LEVEL, Estimate, quantile
 from quadstep.studies.comparison.spread import Floats, Flown, hull
 
 ALPHA = 1.0 - LEVEL
@@ -167,16 +167,8 @@ def exact_signed_ranks(sizes: Floats, positive: Floats) -> float:
 
 
 def median_difference(gap: Floats) -> Estimate:
-    """The median with its bootstrap interval (Efron 1979), flights being drawn in pairs; the same on every call."""
-    if not len(gap):
-        return Estimate(math.nan, math.nan, math.nan)
-    value = float(np.median(gap))
-    if len(gap) == 1:
-        return Estimate(value, math.nan, math.nan)
-    random = np.random.default_rng(0)
-    medians = np.median(gap[random.integers(0, len(gap), (RESAMPLES, len(gap)))], axis=1)
-    low, high = np.quantile(medians, [0.5 * ALPHA, 1.0 - 0.5 * ALPHA])
-    return Estimate(value, float(low), float(high))
+    """The median with its exact interval; unknown where there is no flight."""
+    return quantile(gap, 0.5) if len(gap) else Estimate(math.nan, math.nan, math.nan)
 
 
 def corrected(situations: Sequence[Ranked]) -> list[Ranked]:
