@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import binom, binomtest, friedmanchisquare, rankdata, wilcoxon
 
 from quadstep.metrics.statistics import ordered_quantile
+from quadstep.studies.comparison import words
 from quadstep.studies.comparison.ranking import (
     ALPHA,
     by_chance,
@@ -234,3 +235,9 @@ def test_copies_of_one_flight_decide_nothing_and_leave_the_correction_of_others_
     assert not compare({"a": flown([1.0] * 6), "b": flown([2.0] * 5 + [2.1])}, METRIC).copies
     assert not compare({"a": flown([1.0]), "b": flown([2.0])}, METRIC).copies
     assert not compare({"a": flown([math.inf] * 6), "b": flown([math.inf] * 6)}, METRIC).copies
+
+
+def test_a_sentence_names_few_controllers_and_counts_many():
+    assert words.several(["PID"]) == "PID"
+    assert words.several(["INDI", "adaptive, nets", "PID"]) == "INDI, 'adaptive, nets' and PID"
+    assert words.several([str(number) for number in range(9)]) == "9 others"

@@ -1,6 +1,7 @@
 """What a comparison has found, in words: what is decided, and what is not."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from quadstep.linear.grade import WORST_FIRST
@@ -195,7 +196,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         return f"{text}. {losing(results)}".strip()
     words = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE")
     loses = though(results[best].lost, "its flights")
-    text = f"{where}: {best}{loses}{',' * bool(loses)} has the smallest median {words}, "
+    text = f"{where}: {several([best])}{loses}{',' * bool(loses)} has the smallest median {words}, "
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
         text += f"{value}; its {found.seeds} flights do not differ, so nothing is statistical"
@@ -213,21 +214,31 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
             other = pair.second if pair.first == best else pair.first
             (open_ if pair.winner is None else beaten if pair.winner == best else better).append(other)
     if beaten:
-        text += f"; significantly better than {'all others' if len(beaten) == len(results) - 1 > 1 else listed(beaten)}"
+        text += f"; significantly better than {'all others' if len(beaten) == len(results) - 1 > 1 else several(beaten)}"
     if open_:
-        text += f"; not significantly better than {listed(open_)}"
+        text += f"; not significantly better than {several(open_)}"
     if better:
-        text += (
-            f"; flight by flight {listed(better)} is better"
-            if len(better) == 1
-            else f"; flight by flight {listed(better)} are better"
-        )
+        text += f"; flight by flight {several(better)} {'is' if len(better) == 1 else 'are'} better"
     return f"{text}. {losing(results)}".strip()
 
 
+SEVERAL = 8
+"""Controllers that a sentence names; more are counted, and tables have them."""
+
+
+def several(names: Sequence[str]) -> str:
+    """Names as a sentence lists them, in quotes where one has a comma itself, or how many others they are."""
+    if len(names) > SEVERAL:
+        return f"{len(names)} others"
+    return listed([f"'{name}'" if "," in name else name for name in names])
+
+
 def losing(results: dict[str, Result]) -> str:
-    lost = [f"{name} {percent(one.lost)}" for name, one in results.items() if one.lost.value > 0.0]
-    return f"Lost: {', '.join(lost)}." if lost else ""
+    lost = {name: one.lost for name, one in results.items() if one.lost.value > 0.0}
+    if len(lost) > SEVERAL:
+        every = sum(share.value == 1.0 for share in lost.values())
+        return f"{len(lost)} of {len(results)} lose flights{f', {every} of them all' if every else ''}."
+    return f"Lost: {', '.join(f'{several([name])} {percent(share)}' for name, share in lost.items())}." if lost else ""
 
 
 def wins(found: Comparison) -> list[list[str]]:
