@@ -10,7 +10,7 @@ import pytest
 
 from quadstep import Mission, fly
 from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, hover_of, position_gains
-from quadstep.control.px4_loops import STILL, Flying, of_gyro, position_loop, thrust_of, within_speed
+from quadstep.control.px4_loops import STILL, Flying, attitude_loop, of_gyro, position_loop, thrust_of, within_speed
 from quadstep.control.px4_mixer import missed_torques, mixer_of
 from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.closed_loop import Outcome
@@ -19,7 +19,7 @@ from quadstep.interfaces.reference import Reference
 from quadstep.linear.grade import SOUND, grade
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
-from quadstep.numbers.rotations import yaw_pitch_roll
+from quadstep.numbers.rotations import normalised, yaw_pitch_roll
 from tests.needs import C_COMPILER, PX4_TREE, needs
 from tests.px4_stock import LOOPS, firmware, motion, ours
 
@@ -158,6 +158,16 @@ def test_a_thrust_leans_as_far_as_its_limit_and_keeps_its_direction(limit, tilt)
     x, y, up = thrust_of(position_gains(gains(MPC_TILTMAX_AIR=limit)), vector(900.0, -1200.0, 0.0))
     assert math.degrees(math.atan2(math.hypot(x, y), up)) == pytest.approx(tilt)
     assert (x / y, up) == pytest.approx((-0.75, hover_of(gains())))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_attitude_and_its_negative_are_the_same_attitude(seed):
+    random = np.random.default_rng(seed)
+    attitude, wanted = (normalised(vector(*random.normal(size=4).tolist())) for _ in range(2))
+    weak, fast = vector(6.5, 6.5, 2.8), vector(99.0, 99.0, 99.0)
+    asked = attitude_loop(weak, 0.4, fast, wanted, attitude, 0.1)
+    assert list(attitude_loop(weak, 0.4, fast, wanted, -1.0 * attitude, 0.1)) == pytest.approx(list(asked))
+    assert list(attitude_loop(weak, 0.4, fast, -1.0 * wanted, attitude, 0.1)) == pytest.approx(list(asked))
 
 
 @pytest.mark.parametrize("seed", range(4))
