@@ -173,7 +173,8 @@ def with_pieces(rest: Rest) -> Rest:
         one = reduced(linearised(rest.loops, rest.flown, rest.first, way / np.abs(way).max()))
         if all(one.map.shape != other.map.shape or apart(one.map, other.map) > SAME for other in found):
             found.append(one)
-    return rest._replace(pieces=tuple(found[1:]), tried=f"{2 * len(mixed)} sides, of which {len(found)} differ")
+    differ = f"of which {len(found)} differ" if len(found) > 1 else "all alike"
+    return rest._replace(pieces=tuple(found[1:]), tried=f"{2 * len(mixed)} sides, {differ}")
 
 
 def with_near(rest: Rest) -> Rest:
