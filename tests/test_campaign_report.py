@@ -10,6 +10,7 @@ import pyarrow.dataset
 import pytest
 from matplotlib.figure import Figure
 
+from quadstep.engines.fly import fly
 from quadstep.engines.scored import RMSE
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
@@ -20,6 +21,7 @@ from quadstep.report.flown import view
 from quadstep.studies.campaign import pictures, report, report_text
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flown import table
+from quadstep.studies.campaign.replay import replay_of
 from quadstep.studies.campaign.run import fly_campaign
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
 from quadstep.studies.campaign.sensitivity import Result, parts_of
@@ -28,6 +30,7 @@ from quadstep.studies.campaign.summary import sentences, summarise
 from quadstep.studies.campaign.varied import Bins, variation_text
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
+from tests.pages import fly_page, needs_node
 
 DOCS = Path(__file__).parent.parent / "docs"
 LOST = int(Outcome.OFF_PATH)
@@ -86,7 +89,8 @@ def test_all_files_are_there_known_to_the_manifest_and_whole(flown):
     folder, _, summary = flown
     names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert set(manifest(folder)["files"]) == names - {"campaign.json", "flights/00000.parquet"}
-    drawn = {"outcomes", "distributions", "ranking", *(f"flight-{one.flight}" for one in summary.worst)}
+    assert "flights.html" in names
+    drawn = {"outcomes", "distributions", "ranking", "points", *(f"flight-{one.flight}" for one in summary.worst)}
     assert {f"figures/{name}.{kind}" for name in drawn for kind in ("png", "svg")} <= names
     assert sum("key-" in name for name in names) == 4
     assert all(path.read_bytes()[:4] == b"\x89PNG" for path in folder.rglob("*.png"))
@@ -135,6 +139,39 @@ def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
         assert found["largest error"][place] == units.quantity(drawn[flight]["largest_error[m]"], "m", 4)
         for key, unit in (("vehicle.mass", "kg"), ("disturbance.scale", "times Eq. 67")):
             assert float(found[f"{key} [{unit}]"][place]) == pytest.approx(drawn[flight][key], rel=1e-5)
+
+
+def points(folder):
+    """The flights that open from the points of a report, and the flights.html address of each."""
+    html = (folder / "report.html").read_text(encoding="utf-8")
+    links = {flight: link for link, flight in re.findall(r'<a href="(flights.html[^"]*)">flight (\d+)</a>', html)}
+    rings = re.findall(r'<a xlink:href="([^"]*)">[^a]*<text[^>]*>(\d+)</text>', html)
+    assert {flight: link for link, flight in rings} == links
+    assert "_blank" not in html  # which `quadstep serve` does not allow
+    return links
+
+
+def test_the_points_that_open_are_the_worst_and_others_from_the_best_to_the_worst(flown):
+    folder, _, summary = flown
+    flights = [int(one) for one in points(folder)]
+    worst = [one.flight for one in summary.worst]
+    assert flights[: len(worst)] == worst
+    all_of = rows(folder)
+    rmse, through = np.array(all_of[RMSE], dtype=float), np.array(all_of["outcome"]) == "completed"
+    shown = rmse[flights[len(worst) :]]
+    assert (shown[0], shown[-1]) == (rmse[through].min(), rmse[through].max())
+    assert (np.diff(shown) > 0.0).all()
+
+
+@needs_node
+def test_a_flight_that_a_point_opens_has_the_bits_of_fly(flown):
+    folder, path, _ = flown
+    links = points(folder)
+    chosen = list(links)[::4]
+    asked = [{"flight": links[one].partition("=")[2]} for one in chosen]
+    for flight, answer in zip(chosen, fly_page(folder / "flights.html", *asked), strict=True):
+        plan = replay_of(path, int(flight), folder)[1].plan  # which `quadstep fly` flies
+        np.testing.assert_array_equal(answer["values"], fly(plan).rows)
 
 
 def test_outcomes_and_quantiles_are_a_table_for_a_paper(flown):

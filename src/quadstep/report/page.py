@@ -182,7 +182,8 @@ def figure(path: Path, caption: str, coded: bool = False, set_as: Callable[[str]
 
 def inline_figure(drawing: str, caption: str, coded: bool = False, set_as: Callable[[str], str] = rich) -> str:
     """A figure from its markup. coded, set_as: as for `figure`."""
-    shown = f'<div class="drawn" role="img" aria-label="{escape(caption)}">{drawing}</div>'
+    role = "group" if "<a " in drawing else "img"  # of which links would be no part
+    shown = f'<div class="drawn" role="{role}" aria-label="{escape(caption)}">{drawing}</div>'
     kind = ' class="coded"' if coded else ""
     return f"<figure{kind}>{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
 

@@ -1,7 +1,7 @@
 """report.html of a campaign, and its pictures."""
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,10 +9,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.engines.scored import LARGEST, RMSE
-from quadstep.interfaces.log import FlightLog
-from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES, REPORT
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.keys import label
@@ -30,9 +27,9 @@ from quadstep.studies.campaign.pictures import (
     draw_outcomes,
     draw_ranking,
 )
-from quadstep.studies.campaign.replay import Replay, replay
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction, Parts, Result, first_order, strongest_interaction
+from quadstep.studies.campaign.single import MOST_POINTS, draw_points, flown_again, others, write_flights
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import Summary
 from quadstep.studies.campaign.varied import Varied, bins, varied
@@ -50,9 +47,6 @@ GLANCE = {
 FEWEST, FEWEST_EITHER = 40, 10
 """Fewest flights for a statement on what explains the error; fewest failures and successes, each, for one on failure."""
 
-MOST_ROWS = 20_000
-"""Most rows of a log that is made for a figure."""
-
 MOST_PICTURES = 12
 """Most keys that get a figure: those that explain most."""
 
@@ -62,14 +56,6 @@ class Explained(NamedTuple):
 
     shares: dict[str, Estimate]
     pair: Interaction | None
-    said: str = ""
-
-
-class Again(NamedTuple):
-    """One of the worst flights, flown again. said: why it could not be."""
-
-    replay: Replay | None
-    log: FlightLog | None
     said: str = ""
 
 
@@ -95,7 +81,7 @@ def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, fol
     evidence = [
         *distribution_section(store, campaign, summary, flown, through, folder, sheet),
         *key_sections(store, campaign, rmse, success, summary.copies, folder, sheet),
-        *worst_section(store, campaign, summary, path, folder, sheet),
+        *worst_section(store, campaign, summary, flown, path, folder, sheet),
     ]
     drawn = [page.figure(folder / name, caption) for name, caption in GLANCE.items() if (folder / f"{name}.svg").is_file()]
     return [
@@ -207,42 +193,45 @@ def explained(result: Result, parts: Mapping[str, Parts], campaign: Campaign) ->
     return Explained(shares, None if campaign.file.correlated else strongest_interaction(result, most))
 
 
-def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet) -> list[str]:
-    """The worst flights: what was drawn, how to fly each again, and its picture, flown again."""
-    again = flown_again(campaign, [one.flight for one in summary.worst])
+def worst_section(
+    store: Store, campaign: Campaign, summary: Summary, flown: pa.Table, path: Path, folder: Path, sheet: Sheet
+) -> list[str]:
+    """Flights that can be seen to move; the worst: what was drawn, how to fly each again, and its picture, flown again."""
+    worst = [one.flight for one in summary.worst]
+    through = over_as(flown, OUTCOMES[0])
+    more = [] if summary.copies else others(np.where(through, number(flown[RMSE]), np.nan), worst)
+    again = dict(zip([*worst, *more], flown_again(campaign, [*worst, *more]), strict=True))
+    links = write_flights(folder.parent, campaign, again)
+    body = moving(campaign, flown, ~through, links, folder, sheet) if links else []
     values = [
-        {label(one.replay.mission, key): value for key, value in one.replay.values.items()} if one.replay else {}
-        for one in again
+        {label(found.mission, key): value for key, value in found.values.items()} if (found := again[one].replay) else {}
+        for one in worst
     ]
-    body = [page.heading("The worst flights", "worst"), *text.worst(summary, values, path, store.folder)]
-    for worst, (_, log, said) in zip(summary.worst, again, strict=True):
-        title = text.of_flight(worst)
-        if log is not None and len(log.rows) > 1:
-            name = f"flight-{worst.flight}"
+    body += [page.heading("The worst flights", "worst"), *text.worst(summary, values, path, store.folder)]
+    for one in summary.worst:
+        log, title = again[one.flight].log, text.of_flight(one)
+        if log is not None and again[one.flight].drawable:
+            name = f"flight-{one.flight}"
             path_job(log, name, title).draw(folder, sheet)
             body.append(page.figure(folder / f"{name}.svg", title))
         else:
-            why = f"cannot be replayed: {said}" if log is None else "it ended before it could be drawn"
+            why = f"cannot be replayed: {again[one.flight].said}" if log is None else "it ended before it could be drawn"
             body.append(page.paragraph(f"{title}; {why}."))
-        differs = text.differing(worst, log, campaign) if log else ""
+        differs = text.differing(one, log, campaign) if log else ""
         body += [page.paragraph(differs)] * bool(differs)
     return body
 
 
-def for_a_picture(plan: FlightPlan) -> FlightPlan:
-    """The same flight with no more rows than the figure can show."""
-    every = max(plan.ticks.log, -(-plan.ticks.last // MOST_ROWS))
-    return plan._replace(ticks=plan.ticks._replace(log=every))
-
-
-def flown_again(campaign: Campaign, flights: list[int]) -> list[Again]:
-    """These flights with their logs, if they can be replayed."""
-    replays: list[Replay | str] = []
-    for flight in flights:
-        try:
-            replays.append(replay(campaign, flight))
-        except UserError as error:
-            replays.append(str(error))
-    plans = [for_a_picture(one.plan) for one in replays if isinstance(one, Replay)]
-    logs: Iterator[FlightLog] = iter(fly_all(plans))
-    return [Again(one, next(logs)) if isinstance(one, Replay) else Again(None, None, one) for one in replays]
+def moving(
+    campaign: Campaign, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str], folder: Path, sheet: Sheet
+) -> list[str]:
+    """The flights as points, some of which are links to the page where they move."""
+    limits = {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
+    across, up = (Metric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
+    body = [page.heading("Flights to watch", "flights")]
+    if len(lost) > 1 and draw_points(folder / "points", (across, up), lost, links, sheet):
+        whose = f"The first {MOST_POINTS} flights" if len(lost) > MOST_POINTS else "All flights"
+        caption = f"{whose} by how far they were from their path, up to their end. Click a ring to see that flight move."
+        body.append(page.figure(folder / "points.svg", caption))
+    places = [(link, f"flight {flight}") for flight, link in links.items()]
+    return [*body, page.links(places, "See them move, flown as `quadstep fly` flies them:")]

@@ -1,0 +1,138 @@
+"""Single flights of a campaign, flown again: points of a figure that open on a page where they move."""
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from quadstep.engines.fly import FlightPlan, fly_all
+from quadstep.interfaces.log import FlightLog
+from quadstep.io.errors import UserError
+from quadstep.io.results.record import REPORT
+from quadstep.page.build import build_page
+from quadstep.page.flights import ShownFlight
+from quadstep.page.missions import flown_mission
+from quadstep.page.model import Link
+from quadstep.report import units
+from quadstep.report.canvas import drawing, margins, new_figure, write
+from quadstep.report.sheet import Sheet
+from quadstep.studies.campaign.pictures import LIMIT, LINE, Metric, logarithmic
+from quadstep.studies.campaign.replay import Replay, replay
+from quadstep.studies.campaign.schema import Campaign
+from quadstep.studies.campaign.varied import spans_decades
+
+PAGE = "flights.html"
+
+MOST_ROWS = 20_000
+"""Most rows of a log that is made for a figure."""
+
+MOST_OTHERS = 7
+"""Flights that are flown again beside the worst."""
+
+MOST_POINTS = 1000
+"""Flights that are drawn: the first of the campaign, which are as good a sample as any."""
+
+
+class Again(NamedTuple):
+    """A flight, flown again. said: why it could not be."""
+
+    replay: Replay | None
+    log: FlightLog | None
+    said: str = ""
+
+    @property
+    def drawable(self) -> bool:
+        """Whether it lasted long enough to be seen."""
+        return self.log is not None and len(self.log.rows) > 1
+
+
+def for_a_picture(plan: FlightPlan) -> FlightPlan:
+    """The same flight with no more rows than the figure can show."""
+    every = max(plan.ticks.log, -(-plan.ticks.last // MOST_ROWS))
+    return plan._replace(ticks=plan.ticks._replace(log=every))
+
+
+def flown_again(campaign: Campaign, flights: list[int]) -> list[Again]:
+    """These flights with their logs, if they can be replayed."""
+    replays: list[Replay | str] = []
+    for flight in flights:
+        try:
+            replays.append(replay(campaign, flight))
+        except UserError as error:
+            replays.append(str(error))
+    plans = [for_a_picture(one.plan) for one in replays if isinstance(one, Replay)]
+    logs: Iterator[FlightLog] = iter(fly_all(plans))
+    return [Again(one, next(logs)) if isinstance(one, Replay) else Again(None, None, one) for one in replays]
+
+
+def others(rmse: NDArray[np.float64], worst: Collection[int]) -> list[int]:
+    """Flights that completed, from the closest to its path to the farthest, evenly spread. rmse: NaN for all others."""
+    order = np.argsort(rmse)[: int(np.isfinite(rmse).sum())]
+    spread = order[np.linspace(0, len(order) - 1, MOST_OTHERS).round().astype(int)].tolist() if len(order) else []
+    return [flight for flight in dict.fromkeys(spread) if flight not in worst]
+
+
+def write_flights(out: Path, campaign: Campaign, again: Mapping[int, Again]) -> dict[int, str]:
+    """flights.html, where they move, and the address of each there; none where the package has no front end."""
+    shown: dict[int, ShownFlight] = {}
+    for flight, (found, log, _) in again.items():
+        if found is not None and log is not None and again[flight].drawable:
+            taken = [one.id for one in shown.values()]
+            one = flown_mission(found.mission, found.plan, log, campaign.folder, taken)
+            shown[flight] = one._replace(group=campaign.file.name)
+    try:
+        text = build_page(campaign.file.name, "", list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
+    except UserError:
+        return {}
+    if text:
+        (out / PAGE).write_text(text, encoding="utf-8")
+    return {flight: f"{PAGE}#flight={one.id}" for flight, one in shown.items()}
+
+
+def draw_points(
+    path: Path, metrics: tuple[Metric, Metric], lost: NDArray[np.bool_], links: Mapping[int, str], sheet: Sheet
+) -> bool:
+    """Every flight as a point; those with a ring are links. metrics: `RMSE` and `LARGEST`. Whether there was any to draw."""
+    known = np.isfinite(metrics[0].values) & np.isfinite(metrics[1].values)
+    seen = known & (np.arange(len(lost)) < MOST_POINTS)
+    seen[[flight for flight in links if known[flight]]] = True
+    if not seen.any():
+        return False
+    with drawing(sheet, {"path.simplify": False}):  # which leaves out points
+        figure = new_figure(sheet, 6.6, 4.4)
+        axes = figure.subplots()
+        margins(figure, sheet, 0.11, 0.12, 0.98, 0.97)
+        x, y = (scaled(axes, which, metric, seen) for which, metric in zip("xy", metrics, strict=True))
+        for name, chosen, marker, colour in (("completed", ~lost, "o", "0.6"), ("ended early", lost, "x", LIMIT)):
+            if (seen & chosen).any():  # a line without width is what the script of reports reads points off
+                at = (x[seen & chosen], y[seen & chosen])
+                axes.plot(*at, marker=marker, markersize=3.5, color=colour, linewidth=0.0, label=name)
+        for flight, link in links.items():
+            if known[flight]:
+                axes.scatter(x[flight], y[flight], 130.0, color=[(1.0, 1.0, 1.0, 0.01)], edgecolor=LINE, zorder=3, urls=[link])
+                axes.annotate(
+                    str(flight), (x[flight], y[flight]), (6.0, 4.0), textcoords="offset points", fontsize=8, url=link
+                )
+        axes.legend(loc="upper left")
+        write(figure, path, sheet)
+    return True
+
+
+def scaled(axes: Axes, which: str, metric: Metric, seen: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The numbers of a metric in a unit that suits them, for one axis of the figure, with the limit where it is near."""
+    words, unit = units.metric(metric.name)
+    unit, factor = units.handy(unit, float(metric.values[seen].max()))
+    values: NDArray[np.float64] = factor * metric.values
+    label, line = (axes.set_xlabel, axes.axvline) if which == "x" else (axes.set_ylabel, axes.axhline)
+    label(f"{words} [{unit}]")
+    if metric.limit is not None and factor * metric.limit <= 3.0 * values[seen].max():
+        line(factor * metric.limit, color=LIMIT, linestyle="--", linewidth=1.2)
+    low, high = float(values[seen].min()), float(values[seen].max())
+    if low > 0.0 and spans_decades(low, high):
+        margin = (high / low) ** 0.05
+        (axes.set_xlim if which == "x" else axes.set_ylim)(low / margin, high * margin)
+        logarithmic(axes, which)
+    return values
