@@ -175,7 +175,7 @@ def caption(found: Envelope) -> str:
     colour = f"Colour: median position RMSE, from {least} to {most}; lighter is larger. " if known else ""
     if grey:
         return f"{colour}Grey: {grey} cells in which fewer than half of the flights succeed, hatched by why."
-    return f"{colour}No cell is grey: the limit of flying lies beyond this map."
+    return f"{colour}No cell is grey: the limit of flying lies outside this map, or between its points."
 
 
 def fact(one: Panel) -> page.Fact:

@@ -124,12 +124,15 @@ def compared(difference: Estimate) -> str:
 
 
 def tracking(error: Row) -> str:
-    """Whether flights that end well with both stray further or less, if that is shown; a sentence and a blank."""
+    """Whether flights that end well with both stray further or less, if that is shown; a sentence and a blank.
+
+    Means before and after are of different flights where some are lost with one of them, and may say the contrary.
+    """
     if error.difference is None or not (error.difference.low > 0.0 or error.difference.high < 0.0):
         return ""
-    (words, unit), flights = units.metric(error.name), (error.present, error.tuned)
-    before, after = (units.quantity(one.value, unit) for one in flights if one)
-    return f"The {words} of completed flights {'rises' if error.difference.low > 0.0 else 'falls'} from {before} to {after}. "
+    words, unit = units.metric(error.name)
+    by = units.quantity(abs(error.difference.value), unit)
+    return f"The {words} of flights completed with both {'rises' if error.difference.low > 0.0 else 'falls'} by {by}. "
 
 
 def cells(name: str, gain: Gain, old: float, new: float) -> tuple[str, ...]:
