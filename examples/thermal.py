@@ -6,7 +6,7 @@
 import math
 from typing import Any, NamedTuple
 
-from quadstep.own import Clock, Number, Vector, Wind, exp, gain, normals, sin, sqrt, vector
+from quadstep.own import Clock, Motion, Number, Vector, Wind, exp, gain, normals, sin, sqrt, vector
 
 STREAM = 0
 """Of the noise: the sensors' begin at 1."""
@@ -38,7 +38,7 @@ class Thermal(Wind):
         fresh = Vector(normals(p.key, STREAM, clock.tick, 3))
         return kept * air + p.wind.noise * sqrt(1.0 - kept * kept) * fresh
 
-    def wind(self, air: Vector, p: Any, time: Number) -> Vector:
+    def wind(self, air: Vector, p: Any, time: Number, truth: Motion) -> Vector:
         """Breeze, pulses and noise."""
         pulse = 1.0 + sin(2.0 * math.pi / p.wind.period * time)
         return p.wind.breeze + vector(0.0, 0.0, p.wind.rising * pulse) + air

@@ -207,7 +207,7 @@ class Numbers(NamedTuple):
 
 class Steady(DeclaredWind):
     Numbers = Numbers
-    def wind(self, air, p, time):
+    def wind(self, air, p, time, truth):
         return p.wind.mean
 """
 
@@ -246,6 +246,19 @@ def test_a_steady_wind_of_ones_own_is_the_packages(folder):
     assert not read_mission(own).noisy
 
 
+def test_a_wind_that_varies_from_place_to_place_is_that_where_the_vehicle_is(folder):
+    sheared = STEADY.replace("return p.wind.mean", "return (1.0 + truth.position[0]) * p.wind.mean")
+    (folder / "own.py").write_text(sheared)
+    own = THERMAL.replace("thermal.py:Thermal", "own.py:Steady").replace("rising = 3.0", "mean = [0.5, 0.0, 0.25]")
+    plan = read_mission(written(folder, own)).plan()
+    plan = plan._replace(ticks=plan.ticks._replace(last=1500))
+    log = fly(plan)
+    assert np.ptp(log.column("x")) > 0.02
+    assert np.array_equal(log.column("wind_x"), (1.0 + log.column("x")) * 0.5)
+    assert np.array_equal(log.column("wind_z"), (1.0 + log.column("x")) * 0.25)
+    assert np.array_equal(log.rows[:3], fly(plan._replace(ticks=plan.ticks._replace(last=20)), Engine.PYTHON).rows[:3])
+
+
 def test_a_campaign_varies_a_wind(folder):
     campaign, out = flown_campaign(folder, THERMAL, '"wind.rising" = { type = "uniform", low = 0.0, high = 6.0 }')
     assert len(set(rows(out)["position_rmse[m]"].to_pylist())) == 20
@@ -262,7 +275,7 @@ def test_the_numbers_of_a_wind_have_sliders(folder):
 @pytest.mark.parametrize("case", WRONG_WINDS)
 def test_wrong_winds_are_one_line(folder, case):
     table, said = WRONG_WINDS[case]
-    code = "from quadstep.world.air import DeclaredWind as W\nclass Fails(W):\n    def wind(self, air, p, time):\n"
+    code = "from quadstep.world.air import DeclaredWind as W\nclass Fails(W):\n    def wind(self, air, p, time, truth):\n"
     numbers = "\nfrom typing import NamedTuple\nclass N(NamedTuple): pass\nFails.Numbers = N\n"
     (folder / "own.py").write_text(f"{code}        return speed{numbers}")
     mission = THERMAL.partition("[wind]")[0] + f"[wind]\n{table}\n"

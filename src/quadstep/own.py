@@ -6,7 +6,7 @@
 ...     speed: float = gain(2.0, "m/s", "largest speed of the air")
 >>> class Swell(Wind):
 ...     Numbers = SwellNumbers
-...     def wind(self, air, p, time):
+...     def wind(self, air, p, time, truth):
 ...         return vector(p.wind.speed * sin(time), 0.0, 0.0)
 """
 

@@ -203,13 +203,14 @@ class Loop:
         waiting, held = passed(cycle.waiting, self.plant.actuate(p, asked))
         return cycle._replace(memory=memory, command=command, held=held, waiting=waiting), code
 
-    def wind(self, cycle: Cycle, p: Numbers, time: Number) -> Vector:
-        """The wind [m/s] at time t [s], world axes."""
-        return self.air.wind(cycle.air, p, time) if self.air else STILL
+    def wind(self, cycle: Cycle, p: Numbers, time: Number, state: Structure) -> Vector:
+        """The wind [m/s] at time t [s] where a vehicle in this state is, world axes."""
+        return self.air.wind(cycle.air, p, time, self.plant.truth(state)) if self.air else STILL
 
     def rate(self, cycle: Cycle, p: Numbers, time: Number, state: Structure) -> tuple[Structure, ...]:
         """Rate of every state, the actuators' commands held."""
-        changing: tuple[Structure, ...] = self.plant.rate(p, state, cycle.held, self.wind(cycle, p, time), time)
+        wind = self.wind(cycle, p, time, state)
+        changing: tuple[Structure, ...] = self.plant.rate(p, state, cycle.held, wind, time)
         return changing
 
     def advance(self, cycle: Cycle, p: Numbers, clock: Clock) -> Cycle:
@@ -224,7 +225,7 @@ class Loop:
 
     def row(self, cycle: Cycle, p: Numbers, time: Number) -> list[Number]:
         """One row of the log: the state now, the commands held."""
-        reference, wind = self.path.reference(time, p.path), self.wind(cycle, p, time)
+        reference, wind = self.path.reference(time, p.path), self.wind(cycle, p, time, cycle.state)
         return self.plant.row(p, cycle.state, self.told(cycle, p), cycle.command, cycle.held, reference, wind, time)
 
     # Inputs of the score

@@ -139,9 +139,9 @@ class DeclaredWind(ABC):
     ...     strength: float = gain(2.0, "m/s", "how fast it rises")
     >>> class Thermal(DeclaredWind):
     ...     Numbers = ThermalNumbers
-    ...     def wind(self, air, p, time):
+    ...     def wind(self, air, p, time, truth):
     ...         return vector(0.0, 0.0, p.wind.strength)
-    >>> Thermal().wind((), SimpleNamespace(wind=ThermalNumbers(3.0)), 0.0)
+    >>> Thermal().wind((), SimpleNamespace(wind=ThermalNumbers(3.0)), 0.0, None)
     Vector([0.0, 0.0, 3.0])
     """
 
@@ -157,8 +157,8 @@ class DeclaredWind(ABC):
         return air
 
     @abstractmethod
-    def wind(self, air: object, p: object, time: Number) -> Vector:
-        """The wind [m/s] at time t [s], world axes."""
+    def wind(self, air: object, p: object, time: Number, truth: object) -> Vector:
+        """The wind [m/s] at time t [s], world axes. truth: the vehicle's motion, of which `position` [m] says where."""
 
 
 __all__ = ["DRAWS", "Dryden", "MovingAir", "Turbulence", "Wind", "start_turbulence", "turbulence_step", "wind_at"]
@@ -234,6 +234,6 @@ class MovingAir:
         """The turbulence one period later."""
         return turbulence_step(air, field(p.wind), normals(p.key, TURBULENCE_STREAM, clock.tick, DRAWS), clock.period)
 
-    def wind(self, air: Turbulence, p: Windy, time: Number) -> Vector:
-        """The wind [m/s] at time t [s], world axes."""
+    def wind(self, air: Turbulence, p: Windy, time: Number, truth: object) -> Vector:
+        """The wind [m/s] at time t [s], world axes; the same everywhere."""
         return wind_at(p.wind, air, time)
