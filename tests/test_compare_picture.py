@@ -63,7 +63,7 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     assert of_all(twice).startswith(f"law 0 has the best mean rank; {words}; rotor activity 0 N/s. 2 controllers")
     lossy = twice._replace(results=tuple(one._replace(lost=Estimate(0.044, 0.01, 0.1)) for one in twice.results))
     assert of_all(lossy).startswith(
-        f"law 0 has the best mean rank, though it loses 4.4 % of the flights of a situation; {words}"
+        f"law 0 has the best mean rank, though it loses flights in 1 of 2 situations, up to 4.4 % of them; {words}"
     )
     assert of_situation(lossy, situation, ranked).startswith(
         "crazyflie, hover, calm: law 0, though it loses 4.4 % of its flights, has the smallest median"

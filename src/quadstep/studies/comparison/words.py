@@ -122,8 +122,9 @@ def of_all(found: Comparison) -> str:
     first = next(iter(found.overall()))
     text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
     if many > 1:
-        most = max((one.lost for one in found.results if one.controller == first), key=lambda one: one.value)
-        loses = though(most, "the flights of a situation")
+        lost = [one.lost.value for one in found.results if one.controller == first and one.lost.value]
+        loses = f", though it loses flights in {len(lost)} of {many} situations" if lost else ""
+        loses += f", up to {end_percent(100.0 * max(lost))} % of them" if lost else ""
         text = f"{first} has the best mean rank{loses}{with_grade(found, first)}. {text}"
     if pairs and found.seeds < fewest(len(pairs)):
         text += (
@@ -136,11 +137,6 @@ def of_all(found: Comparison) -> str:
             f"{kept or 'none'}."
         )
     return text
-
-
-def though(lost: Estimate, what: str) -> str:
-    """What a winner loses, to follow its name."""
-    return f", though it loses {end_percent(100.0 * lost.value)} % of {what}" if lost.value else ""
 
 
 def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -> str:
@@ -195,7 +191,8 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         text = f"{where}: every controller loses at least half of its flights; tracking is not compared"
         return f"{text}. {losing(results)}".strip()
     words = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE")
-    loses = though(results[best].lost, "its flights")
+    share = results[best].lost.value
+    loses = f", though it loses {end_percent(100.0 * share)} % of its flights" if share else ""
     text = f"{where}: {several([best])}{loses}{',' * bool(loses)} has the smallest median {words}, "
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
