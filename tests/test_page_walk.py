@@ -23,6 +23,17 @@ A sentence that is long enough to take some room on a telephone, and another one
 """
 
 
+ASKED = """
+success = { largest = [0.0, 100.0] }
+
+[guess]
+ask = "Sooner or later?"
+choices = ["sooner", "later"]
+answer = "later"
+show = { K_r1 = 1.5 }
+"""
+
+
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory):
     """Two steps on one short flight."""
@@ -51,3 +62,21 @@ def test_a_step_begins_in_sight_and_with_the_focus(open_page, page_file, width, 
         assert_new("#guide h2")
     page.click("#guide-finish")
     assert_new("#guide-start")
+
+
+@pytest.mark.parametrize(("place", "said"), [(0, "✕"), (1, "✓")])
+def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, tmp_path, place, said):
+    write(tmp_path, LINE)
+    step = STEP.format(number=1).replace('watch = "net"', 'watch = "position-error"' + ASKED)
+    story = write(tmp_path, "# A walk\n\n" + step, "story.md")
+    page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
+    page.click("#guide-start")
+    assert page.locator(".guide-trial").is_hidden()
+    page.locator(".choice").nth(place).focus()
+    page.keyboard.press("Enter")
+    assert page.locator(".guide-trial").is_visible()
+    verdict = page.locator("#guess-verdict")
+    assert verdict.inner_text().startswith(said) and "later" in verdict.inner_text()
+    assert verdict.evaluate("one => one === document.activeElement")
+    assert "K_r1:1.5" in page.evaluate("location.hash")
+    assert page.locator(".guide-goal").inner_text().startswith("✓ Done")

@@ -66,6 +66,19 @@ export interface StepData {
   /** The stretch of time of the plots [s]; null: all. */
   readonly window: readonly [number, number] | null;
   readonly camera: "orbit" | "follow";
+  readonly guess: Guess | null;
+  /** Within what numbers of a flight that completes have to be [m, rad]. */
+  readonly success: Readonly<Partial<Record<"rmse" | "largest" | "tilt", readonly [number, number]>>>;
+}
+
+/** A question before a step's flight. */
+export interface Guess {
+  readonly ask: string;
+  readonly choices: readonly string[];
+  /** The right one's place, from 0. */
+  readonly answer: number;
+  /** Set once somebody has guessed, as settings keep them. */
+  readonly values: Readonly<Record<string, readonly number[]>>;
 }
 
 /** Facts about a compiled loop. */

@@ -10,12 +10,14 @@ import type { Session, Shown } from "../session";
 import { byId, fill, h } from "../view/dom";
 import { rich } from "../view/notation";
 import { Watched } from "../view/events";
+import { question, succeeded, wanted } from "./guess";
 
 export class Guide {
   /** The step on the screen, from 0; undefined: nobody walks. */
   readonly at = new Watched<number | undefined>(undefined);
   private readonly slot = h("div", { class: "guide-control" });
   private readonly plot = h("div", { class: "guide-plot" });
+  private readonly goal = h("p", { class: "guide-text guide-goal", role: "status" });
   private made: { card: Card; owner: Controller | undefined } | undefined;
   private key = "";
 
@@ -77,19 +79,34 @@ export class Guide {
     };
     const again = h("button", { type: "button", class: "plain", id: "guide-again" }, "Reset this step");
     again.addEventListener("click", () => this.open(place));
+    const watch = (): void => this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
+    const trial = h(
+      "div",
+      { class: "guide-trial", hidden: step.guess !== null },
+      h("h3", { class: "guide-what" }, "Move"),
+      this.slot,
+      wanted(step) ? this.goal : null,
+      step.watch === "scene" ? null : h("h3", { class: "guide-what" }, "Watch"),
+      step.watch === "scene" ? h("p", { class: "guide-text" }, "Watch the vehicle in the scene.") : this.plot,
+    );
+    const guessed = (): void => {
+      trial.hidden = false;
+      watch();
+      const { settings } = this.session.shown.value!;
+      this.session.apply({ ...settings, values: { ...settings.values, ...step.guess!.values } });
+    };
     fill(
       this.host,
       h("p", { class: "guide-place" }, `Step ${place + 1} of ${last + 1}`, button("Leave the walk", "guide-leave", undefined)),
       h("progress", { max: last + 1, value: place + 1, "aria-label": "Progress of the walk" }),
       h("h2", { tabindex: -1 }, ...rich(step.title)),
       ...step.text.map((paragraph) => h("p", { class: "guide-text" }, ...rich(paragraph))),
-      h("h3", { class: "guide-what" }, "Move"),
-      this.slot,
-      step.watch === "scene" ? null : h("h3", { class: "guide-what" }, "Watch"),
-      step.watch === "scene" ? h("p", { class: "guide-text" }, "Watch the vehicle in the scene.") : this.plot,
+      step.guess ? question(step.guess, guessed) : null,
+      trial,
       h("div", { class: "guide-ways" }, button("Back", "guide-back", place - 1), again, place < last ? button("Next", "guide-next", place + 1) : button("Finish", "guide-finish", undefined)),
     );
-    this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
+    if (step.guess) this.board.watch(undefined);
+    else watch();
   }
 
   /** To the beginning of what is new, which the scene must not cover where it stays above what scrolls. */
@@ -105,6 +122,11 @@ export class Guide {
     const { step } = this;
     if (!step) return;
     const { data, settings } = shown;
+    if (wanted(step)) {
+      const done = succeeded(step, shown);
+      fill(this.goal, done ? "✓ Done: " : "Try to reach: ", wanted(step), ".");
+      this.goal.classList.toggle("done", done);
+    }
     const key = `${data.id} ${settings.controller} ${settings.ghost}`;
     if (key !== this.key) {
       this.key = key;

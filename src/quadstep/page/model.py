@@ -219,10 +219,20 @@ class ClaimView(NamedTuple):
     panels: tuple[str, ...]
 
 
+class GuessView(NamedTuple):
+    """A question before a step's flight. answer: the right choice's place, from 0. values: set once somebody has guessed."""
+
+    ask: str
+    choices: list[str]
+    answer: int
+    values: dict[str, list[float]]
+
+
 class StepView(NamedTuple):
     """A step of a walk. values: by the key under which the page keeps settings. move: a control, "controller" or "ghost".
 
     watch: a panel's id, "net" or "scene". time: where the cursor starts [s]. window: the stretch of time of the plots [s].
+    success: within what a completed flight's numbers have to be, by the page's names of measures [m, rad].
     """
 
     title: str
@@ -236,6 +246,8 @@ class StepView(NamedTuple):
     time: float | None
     window: list[float] | None
     camera: str
+    guess: GuessView | None
+    success: dict[str, list[float]]
 
 
 class StoryView(NamedTuple):

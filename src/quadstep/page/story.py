@@ -4,9 +4,9 @@ import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.io import files
 from quadstep.io.documents import parse_toml
@@ -14,7 +14,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.fields import Section
 from quadstep.page.laws import Laws
-from quadstep.page.model import Control, Flight, StepView, StoryView
+from quadstep.page.model import Control, Flight, GuessView, StepView, StoryView
 
 OWN = Path(__file__).parent / "stories" / "paper.md"
 """The walk that ships, on the paper's page."""
@@ -45,10 +45,38 @@ def as_window(given: list[float]) -> list[float]:
     return given
 
 
+def as_range(given: list[float]) -> list[float]:
+    """The lowest and the highest value that count. Raises ValueError."""
+    if len(given) != 2 or not 0.0 <= given[0] < given[1] < math.inf:
+        raise ValueError(f"should be two numbers from 0 on, the larger one last, not {given!r:.60}")
+    return given
+
+
 Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 """A time in a flight [s]."""
 
+Measure = Literal["rmse", "largest", "tilt"]
+"""What success may ask for: RMSE and largest error of the position [m], largest tilt [rad]."""
+
 Values = Annotated[bool | float | list[float], BeforeValidator(as_values)]
+
+
+class Guess(Section):
+    """A question before the step's flight. answer: one of the choices. show: controls set once somebody has guessed."""
+
+    ask: Annotated[str, Field(min_length=1, max_length=300)]
+    choices: Annotated[list[Annotated[str, Field(min_length=1, max_length=80)]], Field(min_length=2, max_length=5)]
+    answer: str
+    show: dict[str, Values] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def answered(self) -> Self:
+        """The answer is one of unlike choices. Raises ValueError."""
+        if len(set(self.choices)) < len(self.choices):
+            raise ValueError("choices: should differ from each other")
+        if self.answer not in self.choices:
+            raise ValueError(f"answer: {self.answer!r:.60} is not one of {', '.join(self.choices)}")
+        return self
 
 
 class Settings(Section):
@@ -64,6 +92,8 @@ class Settings(Section):
     time: Moment | None = None
     window: Annotated[list[Moment], AfterValidator(as_window)] | None = None
     camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
+    guess: Guess | None = None
+    success: dict[Measure, Annotated[list[float], AfterValidator(as_range)]] = Field(default_factory=dict)
 
 
 class StoryStep(NamedTuple):
@@ -149,14 +179,26 @@ def step_view(written: StoryStep, flight: Flight, where: str, laws: Laws) -> Ste
     ghost = settings.ghost and chosen(settings.ghost, [FILE, *ids], f"{where}: ghost")
     owned = {one.id: (one, "") for one in flight.controls}
     owned |= {one.id: (one, f"{controller.id}.") for one in controller.controls}
-    values: dict[str, list[float]] = {}
-    for name, given in settings.set.items():
-        control, owner = owned[chosen(name, owned, f"{where}: set")]
-        values[f"{owner}{name}"] = components(control, given, f"{where}: set.{name}")
+
+    def placed(table: Mapping[str, Values], key: str) -> dict[str, list[float]]:
+        found = {}
+        for name, given in table.items():
+            control, owner = owned[chosen(name, owned, f"{where}: {key}")]
+            found[f"{owner}{name}"] = components(control, given, f"{where}: {key}.{name}")
+        return found
+
+    values = placed(settings.set, "set")
+    guess = settings.guess
+    asked = (
+        None
+        if guess is None
+        else GuessView(guess.ask, guess.choices, guess.choices.index(guess.answer), placed(guess.show, "guess.show"))
+    )
     moved = chosen(settings.move, [*CHOICES, *owned], f"{where}: move")
     watched = chosen(settings.watch, watchable(flight, laws.laws[controller.law].net > 0), f"{where}: watch")
     return StepView(
-        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.window, settings.camera
+        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.window, settings.camera,
+        asked, {str(name): span for name, span in settings.success.items()},
     )  # fmt: skip
 
 

@@ -1,0 +1,47 @@
+// What a step asks of its reader: a guess before the flight, and a flight whose numbers are as wanted.
+
+import type { Guess, StepData } from "../data/contract";
+import type { Shown } from "../session";
+import { fill, h } from "../view/dom";
+import { quantity } from "../view/format";
+import { rich } from "../view/notation";
+
+/** The question; made: called once, when a choice is taken. */
+export function question(guess: Guess, made: () => void): HTMLElement {
+  const host = h("div", { class: "guide-guess", role: "group", "aria-label": "Guess first" });
+  const take = (place: number): void => {
+    const right = guess.choices[guess.answer]!;
+    const said = place === guess.answer ? `✓ You guessed right: ${right}.` : `✕ You guessed “${guess.choices[place]!}”; right is: ${right}.`;
+    const verdict = h("p", { class: "guide-text", tabindex: -1, id: "guess-verdict" }, ...rich(said));
+    fill(host, h("p", { class: "guide-text" }, ...rich(guess.ask)), verdict);
+    made();
+    verdict.focus({ preventScroll: true });
+  };
+  const buttons = guess.choices.map((choice, place) => {
+    const button = h("button", { type: "button", class: "plain choice" }, ...rich(choice));
+    button.addEventListener("click", () => take(place));
+    return button;
+  });
+  fill(host, h("h3", { class: "guide-what" }, "Guess first"), h("p", { class: "guide-text" }, ...rich(guess.ask)), h("div", { class: "guide-choices" }, ...buttons));
+  return host;
+}
+
+const MEASURES = { rmse: ["RMSE", "m"], largest: ["largest error", "m"], tilt: ["largest tilt", "rad"] } as const;
+
+/** What a step wants of its flight, in words; empty: nothing. */
+export function wanted({ success }: StepData): string {
+  const parts = goals(success).map(([name, [low, high]]) => {
+    const [label, unit] = MEASURES[name];
+    return low > 0 ? `${label} from ${quantity(low, unit)} to ${quantity(high, unit)}` : `${label} up to ${quantity(high, unit)}`;
+  });
+  return parts.length ? `a completed flight with ${parts.join(" and ")}` : "";
+}
+
+/** Whether a flight is what its step wants: all of it flown, and every number within its range. */
+export function succeeded({ success }: StepData, { flight, whole, measures }: Shown): boolean {
+  return flight.held && whole === undefined && goals(success).every(([name, [low, high]]) => measures[name]! >= low && measures[name]! <= high);
+}
+
+function goals(success: StepData["success"]): ["rmse" | "largest" | "tilt", readonly [number, number]][] {
+  return Object.entries(success) as ["rmse" | "largest" | "tilt", readonly [number, number]][];
+}
