@@ -59,9 +59,6 @@ U = TypeVar("U", default=Any)
 H = TypeVar("H", default=Any)
 """What its actuators are told."""
 
-K_contra = TypeVar("K_contra", contravariant=True, default=Any)
-"""What is true of its motion, as the air is told."""
-
 K = TypeVar("K", default=Any)
 """What perfect sensors would measure."""
 
@@ -181,7 +178,7 @@ class Plant(Protocol[P_contra, X, C_contra, U, H, K, Y]):
         ...
 
 
-class Air(Protocol[A, P_contra, K_contra]):
+class Air(Protocol[A, P_contra]):
     """Moving air. Its numbers are `p.wind`, the key of its noise `p.key`."""
 
     @property
@@ -197,6 +194,6 @@ class Air(Protocol[A, P_contra, K_contra]):
         """Its state one period later."""
         ...
 
-    def wind(self, air: A, p: P_contra, time: Number, truth: K_contra) -> Vector:
+    def wind(self, air: A, p: P_contra, time: Number, truth: object) -> Vector:
         """The wind [m/s] at time t [s], world axes, where the vehicle is. truth: as `Plant.truth`."""
         ...
