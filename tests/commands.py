@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.commands import cli
+from quadstep.io.user_code import loading
 from quadstep.report.terminal.progress import Progress
 from tests.patience import PATIENCE
 
@@ -38,7 +39,7 @@ class Run(NamedTuple):
 def quadstep(*arguments):
     """Run a command in this process."""
     out, err = io.StringIO(), io.StringIO()
-    handler, given = signal.getsignal(signal.SIGTERM), sys.argv
+    handler, given, refused = signal.getsignal(signal.SIGTERM), sys.argv, loading.refused
     sys.argv = ["quadstep", *map(str, arguments)]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -47,6 +48,7 @@ def quadstep(*arguments):
         return Run(end.code or 0, out.getvalue(), err.getvalue())
     finally:
         sys.argv = given
+        loading.refuse(refused)  # as `serve` does for its process
         signal.signal(signal.SIGTERM, handler)
     raise AssertionError("main returned")
 
