@@ -117,7 +117,10 @@ def looped(crossover=20.0, period=0.004, duration=30.0):
 
 
 def excited(excitation, command, period, parameters, output="ROut") -> bytes:
-    """What ArduPilot logs in its mode System Identification, of one axis: excitation and command (n,)."""
+    """What ArduPilot logs in its mode System Identification, of one axis: excitation and command (n,). A command holds the
+    excitation that was logged a loop earlier, and what is logged here.
+    """
+    parameters = {"SCHED_LOOP_RATE": 1.0 / period, **parameters}
     kinds = {"SIDD": (1, "Qff", "TimeUS,Time,Targ"), "RATE": (2, "Qff", f"TimeUS,RDes,{output}"), "PARM": (3, "QNff", "")}
     out = [described(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")]
     for name, (number, layout, columns) in kinds.items():
@@ -125,7 +128,8 @@ def excited(excitation, command, period, parameters, output="ROut") -> bytes:
         out.append(described(number, length, name, layout, columns or "TimeUS,Name,Value,Default"))
     for name, value in parameters.items():
         out.append(struct.pack("<BBBQ16sff", 0xA3, 0x95, 3, 0, name.encode(), value, 0.0))
-    for row, (d, u) in enumerate(zip(excitation, command, strict=True)):
+    later = np.append(excitation[1:], excitation[-1])
+    for row, (d, u) in enumerate(zip(later, command, strict=True)):
         for number, value in ((1, d), (2, u)):
             out.append(struct.pack("<BBBQff", 0xA3, 0x95, number, round(1e6 * row * period), 0.0, value))
     return b"".join(out)

@@ -1,4 +1,4 @@
-"""Random vehicles' rate loops about one axis, as PX4 has them: flown all at once, sample by sample, with known margins."""
+"""Random vehicles' rate loops about one axis, as PX4 or ArduPilot has them: flown all at once, with known margins."""
 
 import math
 from typing import NamedTuple
@@ -7,13 +7,14 @@ import numpy as np
 
 from quadstep.control.low_pass import low_pass
 
-PERIOD = 0.001
-"""Of the loop [s]."""
+PERIOD, LONGER = 0.001, 0.0025
+"""Of PX4's loop and of ArduPilot's [s]."""
 
 
 class Axis(NamedTuple):
     """Of n vehicles, each (n,): effect [rad/s^2] of the whole command, lag of the rotors [s], delay [samples]; cut-offs of the
-    gyro and of its slope [Hz]; gains of rate and attitude loop.
+    gyro and of the slope [Hz]; gains of rate and attitude loop; period [s]; cut-offs of setpoint and error [Hz], inf: none.
+    after: 1 where, as in ArduPilot, the slope is the error's and a sample's setpoint is made after its command; 0 in PX4.
     """
 
     effect: np.ndarray
@@ -25,81 +26,96 @@ class Axis(NamedTuple):
     i: np.ndarray
     d: np.ndarray
     attitude: np.ndarray
+    period: np.ndarray
+    target: np.ndarray
+    error: np.ndarray
+    after: np.ndarray
 
     @property
     def shares(self):
-        """Of a new sample in the rotors, and in the slope; and the filter of the gyro."""
-        step = 2.0 * math.pi * self.slope * PERIOD
-        return -np.expm1(-PERIOD / self.lag), step / (1.0 + step), low_pass(1.0, self.cut, PERIOD)
+        """Of a new sample in rotors, slope, setpoint and error; and the filter of the gyro."""
+        slope, target, error = (
+            1.0 / (1.0 + 1.0 / (2.0 * math.pi * cut * self.period)) for cut in (self.slope, self.target, self.error)
+        )
+        return -np.expm1(-self.period / self.lag), slope, target, error, low_pass(1.0, self.cut, self.period)
 
     def opened(self, omega):
         """L at the command, attitude loop included, at frequencies [rad/s] (m,): shape (n, m)."""
         one = Axis(*(field[:, None] for field in self))
-        z = np.exp(1j * omega * PERIOD)
-        rotors, share, by = one.shares
-        turn = rotors * z**-one.delay / (1.0 - (1.0 - rotors) / z) * PERIOD * one.effect / (z - 1.0)
+        z = np.exp(1j * omega * one.period)
+        rotors, *shares, by = one.shares
+        turn = rotors * z**-one.delay / (1.0 - (1.0 - rotors) / z) * one.period * one.effect / (z - 1.0)
         filtered = by.b * (1.0 + 1.0 / z) ** 2 / (1.0 + by.a1 / z + by.a2 / z**2)
-        slope = share / (1.0 - (1.0 - share) / z) * (1.0 - 1.0 / z) / PERIOD
-        inner = one.p + one.i * PERIOD / (z - 1.0)
-        return turn * (filtered * (inner + one.d * slope) + inner * one.attitude * PERIOD * z / (z - 1.0))
+        slope, target, error = (share / (1.0 - (1.0 - share) / z) for share in shares)
+        sloped = one.d * slope * (1.0 - 1.0 / z) / one.period
+        inner = one.p + one.i * one.period * z**one.after / (z - 1.0)
+        forward = target * error * (inner + one.after * sloped) * z**-one.after
+        return turn * (filtered * error * (inner + sloped) + forward * one.attitude * one.period * z / (z - 1.0))
 
     def scaled(self, factor):
         """With the gains of the rate loop times a factor."""
         return self._replace(p=factor * self.p, i=factor * self.i, d=factor * self.d)
 
 
-def random_axes(random: np.random.Generator, count: int) -> Axis:
+def random_axes(random: np.random.Generator, count: int, after: bool = False) -> Axis:
     """Vehicles of all sizes, whose gains are a textbook's times a factor: some sound, some fragile, some unstable."""
 
     def between(low, high):
         return np.exp(random.uniform(np.log(low), np.log(high), count))
 
-    lag, delay, cut = between(0.012, 0.07), random.integers(1, 8, count), between(25.0, 100.0)
-    slow = lag + delay * PERIOD + 1.4 / (2.0 * math.pi * cut) + 0.5 * PERIOD
+    period = LONGER if after else PERIOD
+    lag, delay, cut = between(0.012, 0.07), random.integers(1, 4 if after else 8, count), between(25.0, 100.0)
+    slow = lag + delay * period + 1.4 / (2.0 * math.pi * cut) + 0.5 * period
     crossover = between(0.25, 1.4) / slow
     effect = between(20.0, 400.0)
     p = crossover / effect
     d = p * random.uniform(0.0, 0.5, count) * lag
-    return Axis(
-        effect, lag, delay, cut, between(20.0, 60.0), p, p * crossover * between(0.02, 0.3), d, crossover * between(0.1, 0.3)
+    slope, i, attitude = between(20.0, 60.0), p * crossover * between(0.02, 0.3), crossover * between(0.1, 0.3)
+    same, none = np.ones(count), np.full(count, np.inf)
+    target, error = (
+        (between(10.0, 60.0), np.where(random.random(count) < 0.5, none, between(20.0, 80.0))) if after else (none, none)
     )
+    return Axis(effect, lag, delay, cut, slope, p, i, d, attitude, period * same, target, error, after * same)
 
 
 def flown(axis: Axis, wanted: np.ndarray, noise=0.0, gust=0.0, seed=0, every=4):
-    """Setpoint, filtered rate [rad/s] and command, each (samples, n), every so many periods. wanted (samples, n): exogenous
-    part of the rate setpoint. noise: of the gyro [rad/s], gust: disturbance [rad/s^2], standard deviations at each sample.
+    """Setpoint, filtered rate [rad/s] and command as logged, each (samples, n), every so many periods. wanted (samples, n):
+    exogenous part of the rate setpoint. noise: of the gyro [rad/s], gust: disturbance [rad/s^2], standard deviations.
     """
     random = np.random.default_rng(seed)
-    count = len(axis.p)
-    rotors, share, by = axis.shares
-    speed, rate, angle, before, slope, integral, first, second = (np.zeros(count) for _ in range(8))
+    count, period, after = len(axis.p), axis.period, axis.after > 0.5
+    rotors, *shares, by = axis.shares
+    speed, rate, angle, before, slope, integral, first, second, r, aim, e = (np.zeros(count) for _ in range(11))
     waiting = np.zeros((8, count))
     rows = []
     for k, w in enumerate(wanted):
         told = rate + noise * random.normal(size=count)
-        angle = angle + PERIOD * told  # as estimators have it, from the gyro
+        angle = angle + period * told  # as estimators have it, from the gyro
         new = told - first * by.a1 - second * by.a2
         smooth = by.b * (new + 2.0 * first + second)
         first, second = new, first
-        slope += share * ((smooth - before) / PERIOD - slope)
+        earlier, r = r, w - axis.attitude * angle
+        aim = aim + shares[1] * (np.where(after, earlier, r) - aim)
+        last, e = e, e + shares[2] * (aim - smooth - e)
+        slope += shares[0] * (np.where(after, e - last, before - smooth) / period - slope)
         before = smooth
-        r = w - axis.attitude * angle
-        u = axis.p * (r - smooth) + integral - axis.d * slope
-        integral = integral + axis.i * PERIOD * (r - smooth)
+        grown = integral + axis.i * period * e
+        u = axis.p * e + np.where(after, grown, integral) + axis.d * slope
+        integral = grown
         waiting[k % 8] = u
         speed += rotors * (waiting[(k - axis.delay) % 8, np.arange(count)] - speed)
-        rate = rate + PERIOD * (axis.effect * speed + gust * random.normal(size=count))
+        rate = rate + period * (axis.effect * speed + gust * random.normal(size=count))
         if k % every == 0:
             rows.append((r, smooth, u))
     return tuple(np.array(column) for column in zip(*rows, strict=True))
 
 
-def stepped(random: np.random.Generator, duration: float, size: float = 0.4):
+def stepped(random: np.random.Generator, duration: float, size: float = 0.4, period: float = PERIOD):
     """Angles [rad] that a pilot's stick asks for, snapping to another place now and then, (samples,)."""
-    time = np.arange(0.0, duration, PERIOD)
+    time = np.arange(0.0, duration, period)
     moments = np.cumsum(random.uniform(0.3, 2.0, int(duration / 0.3) + 1))
     asked = random.uniform(-size, size, len(moments) + 1)[np.searchsorted(moments, time)]
-    share, now, smooth = -math.expm1(-2.0 * math.pi * 5.0 * PERIOD), 0.0, np.empty_like(asked)
+    share, now, smooth = -math.expm1(-2.0 * math.pi * 5.0 * period), 0.0, np.empty_like(asked)
     for k, one in enumerate(asked):
         now += share * (one - now)
         smooth[k] = now

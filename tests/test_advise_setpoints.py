@@ -12,7 +12,7 @@ from quadstep.io.parameter_files import read_parameters
 from quadstep.report.sheet import sheet
 from quadstep.studies.advise import advise, measured
 from tests.made_logs import rate_loop
-from tests.rate_flights import Axis, flown, stepped
+from tests.rate_flights import PERIOD, Axis, flown, stepped
 
 STEP = 0.004
 WEAK, SOUND = 0, 1
@@ -21,6 +21,7 @@ WEAK, SOUND = 0, 1
 def axes() -> Axis:
     """A fragile rate loop and a sound one."""
     same = {"effect": 100.0, "lag": 0.02, "delay": 4, "cut": 60.0, "slope": 30.0}
+    same |= {"period": PERIOD, "target": math.inf, "error": math.inf, "after": 0}
     fragile, sound = {"p": 0.75, "i": 3.75, "d": 0.003, "attitude": 5.0}, {"p": 0.25, "i": 0.25, "d": 0.002, "attitude": 4.0}
     return Axis(**{name: np.array([{**same, **one}[name] for one in (fragile, sound)]) for name in Axis._fields})
 

@@ -1,8 +1,9 @@
 """Random vehicles whose sticks snap, without an excitation: what `advise` measures and advises, against the flown loop.
 
-`python -m tests.challenge.setpoints [COUNT]` flies so many vehicles and counts.
+`python -m tests.challenge.setpoints [COUNT] [ardupilot]` flies so many vehicles and counts.
 """
 
+import itertools
 import math
 import sys
 from collections.abc import Iterable, Iterator
@@ -13,17 +14,16 @@ import numpy as np
 
 from quadstep.identify.excited import explained, refuse_narrow
 from quadstep.identify.logs.series import Series, Topics
-from quadstep.identify.rate_loops import PX4
+from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.io.errors import UserError
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
 from quadstep.studies.advise import advised, measured
 from tests.challenge.advice import CLOSE
 from tests.challenge.search import Attempt, Search
-from tests.rate_flights import PERIOD, Axis, flown, random_axes, stepped
+from tests.rate_flights import Axis, flown, random_axes, stepped
 
-EVERY, DURATION, BATCH = 2, 90.0, 50
+EVERY, DURATION, BATCH = {"px4": 2, "ardupilot": 1}, 90.0, 50
 OMEGA = np.geomspace(0.3, 1000.0, 8_000)
-LOOP = PX4[0]
 
 
 class Flown(NamedTuple):
@@ -51,28 +51,38 @@ def least(opened: np.ndarray) -> tuple[float, float, float]:
     return float(OMEGA[at[place]]), float(margins[place]), float(min(shares))
 
 
-def vehicles(random: np.random.Generator, count: int) -> Iterator[Flown]:
-    """Stable ones, as PX4 logs them every 2 ms, with noisy gyros in gusts."""
-    axes = random_axes(random, count)
-    angle = stepped(random, DURATION)
+def parameters(loop: RateLoop, one: Axis) -> dict[str, float]:
+    """What a log says of a vehicle, each (1,)."""
+    gains = {"P": one.p, "I": one.i, "D": one.d}
+    cuts = {"IMU_GYRO_CUTOFF": one.cut, "IMU_DGYRO_CUTOFF": one.slope}
+    if loop.form == "ardupilot":
+        gains |= {"FLTT": one.target, "FLTE": one.error, "FLTD": one.slope}
+        cuts = {"INS_GYRO_FILTER": one.cut, "SCHED_LOOP_RATE": 1.0 / one.period}
+    told = {f"{loop.stem}{name}": value for name, value in gains.items()} | {loop.attitude: one.attitude} | cuts
+    return {name: float(value) if np.isfinite(value) else 0.0 for name, value in told.items()}
+
+
+def vehicles(random: np.random.Generator, count: int, loop: RateLoop = PX4[0]) -> Iterator[Flown]:
+    """Stable ones, as PX4 logs them every 2 ms or ArduPilot every sample, with noisy gyros in gusts."""
+    axes, every = random_axes(random, count, loop.form == "ardupilot"), EVERY[loop.form]
+    period = float(axes.period[0])
+    angle = stepped(random, DURATION, period=period)
     with np.errstate(all="ignore"):
         noise, number = 10.0 ** random.uniform(-3.5, -2.0), int(random.integers(1 << 30))
-        columns = flown(axes, angle[:, None] * axes.attitude, noise, 0.3, number, EVERY)
-    time = EVERY * PERIOD * np.arange(len(columns[0]))
+        columns = flown(axes, angle[:, None] * axes.attitude, noise, 0.3, number, every)
+    time = every * period * np.arange(len(columns[0]))
     opened = axes.opened(OMEGA)
     for place in range(count):
         signals = [column[:, place] for column in columns]
         at, phase, before = least(opened[place])
         if not np.isfinite(signals[2]).all() or phase <= 0.0 or np.abs(signals[1]).max() > 50.0:
             continue
-        one = Axis(*(float(field[place]) for field in axes))
-        gains = {"P": one.p, "I": one.i, "D": one.d, "K": 1.0}
-        told = {f"{LOOP.stem}{name}": value for name, value in gains.items()} | {LOOP.attitude: one.attitude}
-        told |= {"IMU_GYRO_CUTOFF": one.cut, "IMU_DGYRO_CUTOFF": one.slope}
-        names = LOOP.setpoint, LOOP.rate, LOOP.command
-        found = Topics({name: Series(time, values) for name, values in zip(names, signals, strict=True)}, 0, told)
+        told = parameters(loop, Axis(*(field[place] for field in axes)))
+        logged = signals[0] / loop.unit, signals[1] / loop.unit, signals[2]
+        names = loop.setpoint, loop.rate, loop.command
+        found = Topics({name: Series(time, values) for name, values in zip(names, logged, strict=True)}, 0, told)
         try:
-            flight = explained(Path("flight.ulg"), found, LOOP, 0)
+            flight = explained(Path("flight.ulg"), found, loop, 0)
             refuse_narrow(Path("flight.ulg"), flight)
         except UserError as error:
             yield Flown(refusal=str(error))
@@ -89,8 +99,8 @@ def vehicles(random: np.random.Generator, count: int) -> Iterator[Flown]:
 
 def searched(seed: int) -> Iterable[Attempt]:
     random = np.random.default_rng(seed)
-    while True:
-        for one in vehicles(random, BATCH):
+    for loop in itertools.cycle((PX4[0], ARDUPILOT[0])):
+        for one in vehicles(random, BATCH, loop):
             if one.after is not None or one.grade == SOUND:
                 said = f"{one.grade}, with {one.before:.3g} of a sound loop's margins, and {one.after} as advised"
                 right = one.before > CLOSE if one.after is None else one.after > max(one.before, CLOSE)
@@ -103,9 +113,9 @@ SEARCHES = [Search("advice from setpoints", "no loop is called sound, as flown o
 def main() -> None:
     """Counts of so many vehicles."""
     wanted, random = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(20261126)
-    every: list[Flown] = []
+    loop, every = ARDUPILOT[0] if "ardupilot" in sys.argv else PX4[0], list[Flown]()
     while len(every) < wanted:
-        every += vehicles(random, BATCH)
+        every += vehicles(random, BATCH, loop)
     told = [one for one in every[:wanted] if not one.refusal]
     close = [one for one in told if abs(one.crossover) < 0.05 and abs(one.phase) < math.radians(3.0)]
     after = [one.after for one in told if one.after is not None]

@@ -90,7 +90,8 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     commands = [one for one in commands if one in found.columns and len(found.columns[one].time) > 1]
     if not commands:
         raise UserError(f"{path}: {given} is in the log, but no command that holds it{broken(found)}")
-    several = [sampled(path, found.columns, given, one) for one in commands]
+    late = loops[0].late(found.parameters) if columns is None else 0.0
+    several = [sampled(path, found.columns, given, one, late) for one in commands]
     measured = [response(*one) for one in several]
     best = max(range(len(measured)), key=lambda i: float(np.median(measured[i].coherence)))
     loop = next((one for one in loops if columns is None and one.command == commands[best]), None)
@@ -139,10 +140,13 @@ def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
     return Excited(loop.axis, source, answer, *one[:3], found.parameters, found.damaged, loop)
 
 
-def sampled(path: Path, columns: Columns, excitation: str, command: str) -> tuple[Floats, Floats, float]:
-    """Both at the command's even times while the excitation was logged, and their period [s]. Raises UserError."""
+def sampled(path: Path, columns: Columns, excitation: str, command: str, late: float) -> tuple[Floats, Floats, float]:
+    """Both at the command's even times while the excitation was logged, and their period [s]. late: time [s] from a logged
+    excitation to the logged command that holds it. Raises UserError.
+    """
     d, u = columns[excitation], columns[command]
     refuse_backward(path, columns, (excitation, command))
+    d = d._replace(time=d.time + late)
     u = Series(*(one[(u.time >= d.time[0]) & (u.time <= d.time[-1])] for one in u))
     if len(u.time) < 2 or u.time[-1] - u.time[0] < SHORTEST:
         raise UserError(f"{path}: {command}: less than {SHORTEST:g} s with an excitation; a chirp of a minute tells most")

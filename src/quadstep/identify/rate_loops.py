@@ -9,8 +9,13 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from quadstep.identify.response import Complex
 from quadstep.io.errors import UserError
+
+USUAL_RATE = 400.0
+"""Loops of ArduPilot in a second, where the log does not say how many."""
 
 
 class RateLoop(NamedTuple):
@@ -53,9 +58,15 @@ class RateLoop(NamedTuple):
             scale, cuts, on_rate = 1.0, (known("FLTT", 0.0), known("FLTE", 0.0), known("FLTD", 0.0)), False
         target, error, slope = (1.0 / (1.0 + s / (2.0 * math.pi * cut)) if cut > 0.0 else 1.0 + 0.0 * s for cut in cuts)
         p, i, d = (scale * known(ending) for ending in "PID")
-        inner, sloped = p + i / s, d * s * slope
+        inner, sloped, late = p + i / s, d * s * slope, np.exp(-self.late(parameters) * s)
         forward = inner if on_rate else inner + sloped
-        return target * (error * forward + known("FF", 0.0)), error * (inner + sloped)
+        return late * target * (error * forward + known("FF", 0.0)), error * (inner + sloped)
+
+    def late(self, parameters: Mapping[str, float]) -> float:
+        """Time [s] from a logged setpoint to the logged command that answers it. A loop of ArduPilot runs its rate controllers
+        before it makes their next setpoint, or the next value of an excitation, and logs both after that.
+        """
+        return 0.0 if self.form == "px4" else 1.0 / parameters.get("SCHED_LOOP_RATE", USUAL_RATE)
 
     def unfiltered(self, parameters: Mapping[str, float], s: Complex) -> Complex:
         """What undoes the low-pass of the gyro (Butterworth's, of second order) at s = j omega [rad/s]: angles have none."""
