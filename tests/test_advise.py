@@ -111,6 +111,8 @@ def test_no_factor_passes_gains_with_which_the_loop_is_unstable():
 def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     log = tmp_path / "chirp.BIN"
     log.write_bytes(in_ardupilots_log(*flown(WEAK), GAINS))
+    crossover = measured(excited(log, None).measured).phase.at.value
+    assert crossover == pytest.approx(measured(response(*flown(WEAK))).phase.at.value, rel=0.005)  # logged a loop early
     found = advise(log, None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
     factor = found.record["factor"]
     text = (tmp_path / "out" / "advised.parm").read_text()
