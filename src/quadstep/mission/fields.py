@@ -63,11 +63,15 @@ LEAST, MOST = 1e-9, 1e9
 """Magnitudes a flight can be computed with: they may be squared, divided by, and counted in steps."""
 
 
-def large_enough(value: float) -> float:
-    """Refuses a value above zero but below `LEAST`."""
-    if 0.0 < value < LEAST:
-        raise ValueError(f"should be at least {LEAST:g}, not {value:g}")
-    return value
+def at_least(least: float) -> AfterValidator:
+    """Refuses a value above zero but below this."""
+
+    def large_enough(value: float) -> float:
+        if 0.0 < value < least:
+            raise ValueError(f"should be at least {least:g}, not {value:g}")
+        return value
+
+    return AfterValidator(large_enough)
 
 
 def long_enough(value: float) -> float:
@@ -93,11 +97,11 @@ def in_radians(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough)]
+Positive = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), at_least(LEAST)]
 Duration = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False), AfterValidator(long_enough)]
 """Seconds that something takes; shorter is a slip of the pen, and its powers leave the range of numbers."""
 
-NonNegative = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough)]
+NonNegative = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), at_least(LEAST)]
 
 Triple = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_triple)]
 Pair = Annotated[tuple[Finite, Finite], BeforeValidator(as_pair)]
@@ -118,16 +122,8 @@ Name = Annotated[str, Field(max_length=200), AfterValidator(printable)]
 
 LEAST_COEFFICIENT = 1e-15
 
-
-def large_enough_coefficient(value: float) -> float:
-    """Refuses a value above zero but below `LEAST_COEFFICIENT`."""
-    if 0.0 < value < LEAST_COEFFICIENT:
-        raise ValueError(f"should be at least {LEAST_COEFFICIENT:g}, not {value:g}")
-    return value
-
-
-PositiveCoefficient = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough_coefficient)]
-Coefficient = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough_coefficient)]
+PositiveCoefficient = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), at_least(LEAST_COEFFICIENT)]
+Coefficient = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), at_least(LEAST_COEFFICIENT)]
 """What multiplies a square of a speed, or an inertia: smaller than other numbers, never squared itself."""
 
 Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]

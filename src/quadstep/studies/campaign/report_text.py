@@ -59,12 +59,11 @@ def alone(spread: Spread) -> page.Fact:
 
 def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
     file, manifest = campaign.file, store.manifest
-    limits = " or ".join(f"{campaign.thresholds[name]} above {limit:g}" for name, limit in file.failure.items())
     rows = [
         ("campaign", f"{file.name}, {path}"),
         ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
         ("flights", str(summary.flights)),
-        ("a flight fails", f"if it ends early{f', or {limits}' if limits else ''}"),
+        ("a flight fails", campaign.failing),
         ("seed, precision, engine", f"{file.seed}, {file.precision}, {manifest.get('engine')}"),
         ("error sampled every", f"{file.score_period:g} s" if file.score_period else "log period of the mission"),
         ("quadstep", f"{manifest.get('version')}, with {pairs(manifest.get('packages', {}))}"),

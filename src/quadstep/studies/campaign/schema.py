@@ -24,6 +24,7 @@ from quadstep.mission.kinds import CAMPAIGN, refuse_others
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
+from quadstep.report.units import metric, quantity
 from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 
 
@@ -177,6 +178,15 @@ class Campaign(NamedTuple):
     def thresholds(self) -> dict[str, str]:
         """Metrics that can define a failure, by their names without units."""
         return bare(self.metrics)
+
+    @property
+    def failing(self) -> str:
+        """When a flight fails, in words."""
+        limits = []
+        for name, limit in self.file.failure.items():
+            words, unit = metric(self.thresholds[name])
+            limits.append(f", or {words} above {quantity(limit, unit)}")
+        return f"if it ends early{''.join(limits)}"
 
     @property
     def mission(self) -> Mission:

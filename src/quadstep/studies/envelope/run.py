@@ -82,10 +82,6 @@ class Map(Study[Envelope]):
 
 def settings(asked: Request) -> list[tuple[str, str]]:
     """What was flown, and what counts."""
-    limits = "".join(
-        f", or {units.metric(asked.campaign.thresholds[name])[0]} above {limit:g}"
-        for name, limit in asked.campaign.file.failure.items()
-    )
     return [
         ("mission", str(asked.campaign.defaults["name"])),
         *(
@@ -93,7 +89,7 @@ def settings(asked: Request) -> list[tuple[str, str]]:
             for axis in reversed(asked.axes)
         ),
         ("flights per cell", str(asked.flights)),
-        ("a flight fails", f"if it ends early{limits}"),
+        ("a flight fails", asked.campaign.failing),
         ("a cell counts as flyable", f"if at least {100 * FLYABLE:g} % of its flights succeed"),
         ("results of every cell", DATA),
     ]

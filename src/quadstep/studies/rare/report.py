@@ -59,11 +59,10 @@ def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, s
 def evidence(kept: Kept, campaign: Campaign, summary: Summary, path: Path) -> Evidence:
     """The estimate for its readers. path: of the campaign."""
     file = campaign.file
-    limits = " or ".join(f"{campaign.thresholds[name]} above {limit:g}" for name, limit in file.failure.items())
     flown = [
         ("campaign", f"{file.name}, {path}"),
         ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
-        ("a flight fails", f"if it ends early{f', or {limits}' if limits else ''}"),
+        ("a flight fails", campaign.failing),
         ("method", f"{file.rare.method.words}, {file.rare.flights} flights per level"),
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("quadstep", kept.manifest["version"]),
