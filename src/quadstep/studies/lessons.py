@@ -196,4 +196,4 @@ def within(content: object, names: list[str]) -> object:
 
 
 def shown(value: object) -> str:
-    return "not given" if value is None else str(value).lower() if isinstance(value, bool) else repr(value)
+    return "left out" if value is None else str(value).lower() if isinstance(value, bool) else repr(value)
