@@ -10,6 +10,7 @@ import pytest
 
 from quadstep.engines.fly import fly_all
 from quadstep.identify.excited import Excited, excited
+from quadstep.identify.rate_loops import ARDUPILOT
 from quadstep.identify.response import Response, crossovers, margin, response
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import studied
@@ -113,6 +114,8 @@ def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     log.write_bytes(in_ardupilots_log(*flown(WEAK), GAINS))
     crossover = measured(excited(log, None).measured).phase.at.value
     assert crossover == pytest.approx(measured(response(*flown(WEAK))).phase.at.value, rel=0.005)  # logged a loop early
+    for rate in (0.0, math.nan):  # nonsense in a log is no loop rate
+        assert ARDUPILOT[0].late({"SCHED_LOOP_RATE": rate}) == ARDUPILOT[0].late({}) == 0.0025
     found = advise(log, None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
     factor = found.record["factor"]
     text = (tmp_path / "out" / "advised.parm").read_text()

@@ -66,7 +66,8 @@ class RateLoop(NamedTuple):
         """Time [s] from a logged setpoint to the logged command that answers it. A loop of ArduPilot runs its rate controllers
         before it makes their next setpoint, or the next value of an excitation, and logs both after that.
         """
-        return 0.0 if self.form == "px4" else 1.0 / parameters.get("SCHED_LOOP_RATE", USUAL_RATE)
+        rate = parameters.get("SCHED_LOOP_RATE", USUAL_RATE)
+        return 0.0 if self.form == "px4" else 1.0 / (rate if rate > 0.0 else USUAL_RATE)
 
     def unfiltered(self, parameters: Mapping[str, float], s: Complex) -> Complex:
         """What undoes the low-pass of the gyro (Butterworth's, of second order) at s = j omega [rad/s]: angles have none."""
