@@ -24,7 +24,7 @@ from quadstep.mission.kinds import CAMPAIGN, refuse_others
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
-from quadstep.report.units import metric, quantity
+from quadstep.report.units import after, metric
 from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 
 
@@ -185,7 +185,7 @@ class Campaign(NamedTuple):
         limits = []
         for name, limit in self.file.failure.items():
             words, unit = metric(self.thresholds[name])
-            limits.append(f", or {words} above {quantity(limit, unit)}")
+            limits.append(f", or {words} above {limit:g}{after(unit)}")
         return f"if it ends early{''.join(limits)}"
 
     @property
