@@ -4,16 +4,19 @@ import math
 
 import pytest
 
+from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.studies.comparison.entrants import Entrant
 from quadstep.studies.comparison.found import Comparison, Result
 from quadstep.studies.comparison.linear import Linear, rows, unlinearised
 from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
 from quadstep.studies.comparison.ranking import Ranked
 from quadstep.studies.comparison.spread import Effort, Spread
 from quadstep.studies.comparison.study import Situation
-from quadstep.studies.comparison.words import of_all, of_situation
+from quadstep.studies.comparison.training import Trained
+from quadstep.studies.comparison.words import missed, of_all, of_situation
 
 WHERE = Situation("crazyflie", "hover", "calm")
 
@@ -73,3 +76,17 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     assert "at rest" not in of_situation(found, situation, ranked)  # on another vehicle
     assert [row[2] for row in rows(found.linear)] == list(grades)
     assert len(unlinearised(found.linear)) == (not all(one.metrics for one in loops))
+
+
+@pytest.mark.parametrize(
+    ("lost", "margins", "said"),
+    [
+        (0, {"phase_margin": 0.6}, []),
+        (16, {"phase_margin": 0.6}, []),
+        (16, {}, ["law on crazyflie: its margins were not looked at, as its search lost flights."]),
+    ],
+)
+def test_gains_whose_margins_nobody_looked_at_are_named(lost, margins, said):
+    found = Trained({}, {}, None, 1.0, lost, 2000, 16, 3, margins=margins)
+    entrant = Entrant("crazyflie", "law", {}, "tuned", CascadedPid, found)
+    assert missed(comparison(2)._replace(entrants=(entrant,))) == said

@@ -153,6 +153,9 @@ def test_gains_of_three_searches_keep_the_margins_of_a_sound_loop():
     assert Counter(one["controller"] for one in found) == dict.fromkeys(tuned, 3)
     short = {one["controller"] for one in found if one["violation"] > 0.0 or one["unconstrained"]}
     assert short == {f"{law} on {vehicle}" for law in ("planned LQR", "MPPI") for vehicle in study.file.vehicles}
+    unseen = {one["controller"] for one in found if not one["margins"]} - short
+    assert unseen == {f"nested saturations on {VEHICLE}"}
+    assert all(one["lost"] for one in found if one["controller"] in unseen)  # only gains that complete are linearised
     for law in ("PID", "geometric", "INDI"):
         best = next(one for one in found if one["controller"] == f"{law} on {VEHICLE}")
         table = study.tuned(VEHICLE, study.knowing(VEHICLE, entries[law].controller), best["values"])

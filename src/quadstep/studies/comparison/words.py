@@ -97,6 +97,8 @@ def missed(found: Comparison) -> list[str]:
             lines.append(f"{one.name} on {one.vehicle}: no gains that keep every limit were found (tuning.constraints).")
         if one.trained and one.trained.unconstrained:
             lines.append(f"{one.name} on {one.vehicle}: tuned without limits on its margins: {one.trained.unconstrained}.")
+        elif one.trained and one.trained.lost and not one.trained.margins:  # only gains that complete are linearised
+            lines.append(f"{one.name} on {one.vehicle}: its margins were not looked at, as its search lost flights.")
     return lines
 
 
