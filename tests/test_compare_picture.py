@@ -79,14 +79,14 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
 
 
 @pytest.mark.parametrize(
-    ("lost", "margins", "said"),
+    ("violation", "unconstrained", "said"),
     [
-        (0, {"phase_margin": 0.6}, []),
-        (16, {"phase_margin": 0.6}, []),
-        (16, {}, ["law on crazyflie: its margins were not looked at, as its search lost flights."]),
+        (0.0, "", []),
+        (0.1, "", ["law on crazyflie: no gains that keep every limit were found (tuning.constraints)."]),
+        (0.0, "no rest", ["law on crazyflie: tuned without limits on its margins: no rest."]),
     ],
 )
-def test_gains_whose_margins_nobody_looked_at_are_named(lost, margins, said):
-    found = Trained({}, {}, None, 1.0, lost, 2000, 16, 3, margins=margins)
+def test_gains_that_miss_a_limit_are_named(violation, unconstrained, said):
+    found = Trained({}, {}, None, 1.0, 16, 2000, 16, 3, violation=violation, unconstrained=unconstrained)
     entrant = Entrant("crazyflie", "law", {}, "tuned", CascadedPid, found)
     assert missed(comparison(2)._replace(entrants=(entrant,))) == said

@@ -62,14 +62,16 @@ def test_it_keeps_to_its_budget_and_to_its_ranges(trained):
     assert read_lines(journal)[-1]["flights"] == found.flights
 
 
-def test_gains_with_which_no_flight_survives_are_kept_and_read_again():
-    asked = task()
-    hopeless = tuple({**one, "limits": {"distance": 1e-9}} for one in asked.missions)
-    kept = jobs.search(asked._replace(missions=hopeless, margins={}), None)
+def test_gains_with_which_no_flight_survives_are_kept_with_their_margins_and_read_again(limited):
+    hopeless = tuple({**one, "limits": {"distance": 1e-9}} for one in limited.missions)
+    kept = jobs.search(limited._replace(missions=hopeless), None)
     found = trained_of(parse_json(kept.content, "gains"))
     assert (found.objective, found.objective_before) == (None, None)
     assert found.lost == 64
     assert min([found, found._replace(objective=1.0)], key=lambda one: one.order).objective == 1.0
+    stability = training.stability(limited)
+    assert found.margins == pytest.approx(stability.margins(found.values))
+    assert found.violation == pytest.approx(stability.missed(found.margins))
 
 
 def test_a_search_that_was_stopped_goes_on_and_ends_as_if_nothing_had_been(trained, tmp_path, monkeypatch):

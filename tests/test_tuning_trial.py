@@ -97,13 +97,15 @@ def test_a_guess_is_what_the_search_is_told_and_not_what_decides():
 def test_a_loop_without_margins_misses_all_of_them_unless_it_must_have_some():
     loops = Loops({0.1: None})
     tried = Tried(judged(0.1), judged(0.1))
-    assert loops.stability.seen(tried, {"k": 0.1}).missed == math.inf
-    assert loops.stability.seen(tried, {"k": 0.1}).judged.cost == pytest.approx(judged(0.1).cost + 2.0)
+    assert loops.stability.sought(tried, {"k": 0.1}).missed == math.inf
+    assert loops.stability.sought(tried, {"k": 0.1}).judged.cost == pytest.approx(judged(0.1).cost + 2.0)
     with pytest.raises(UserError, match="no rest"):
-        loops.stability.seen(tried, {"k": 0.1}, must=True)
+        loops.stability.seen(tried, {"k": 0.1})
 
 
 def test_lost_flights_come_before_margins():
     loops = Loops({})
     tried = Tried(judged(0.1, lost=1), judged(0.1, lost=1))
-    assert loops.stability.seen(tried, {"k": 0.1}) is tried
+    assert looked_at([tried], [{"k": 0.1}], loops.stability, 9.0) == [tried]
+    assert not loops.asked
+    assert Tried(judged(0.1, lost=1)).cost > Tried(judged(0.1), missed=5.0).cost

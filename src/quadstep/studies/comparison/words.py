@@ -90,15 +90,13 @@ def sentences(found: Comparison) -> list[str]:
 
 
 def missed(found: Comparison) -> list[str]:
-    """Whose gains miss the limits that they were to keep, and for whom these could not be looked at."""
+    """Whose gains miss the limits that they were to keep, and who was tuned without."""
     lines = []
     for one in found.entrants:
         if one.trained and one.trained.violation > 0.0:
             lines.append(f"{one.name} on {one.vehicle}: no gains that keep every limit were found (tuning.constraints).")
         if one.trained and one.trained.unconstrained:
             lines.append(f"{one.name} on {one.vehicle}: tuned without limits on its margins: {one.trained.unconstrained}.")
-        elif one.trained and one.trained.lost and not one.trained.margins:  # only gains that complete are linearised
-            lines.append(f"{one.name} on {one.vehicle}: its margins were not looked at, as its search lost flights.")
     return lines
 
 

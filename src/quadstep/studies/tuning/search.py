@@ -136,8 +136,16 @@ class Search:
                 count //= 2
             restart += 1
             self.one_run(restart, self.best.point if self.best else anchor, anchor, count)
+        return Found(self.history, self.looked_at_last(), self.judge)
+
+    def looked_at_last(self) -> Candidate:
+        """The best with its margins, which a search does not look at where flights are lost."""
         assert self.best is not None
-        return Found(self.history, self.best, self.judge)
+        best = self.best
+        if best.judged.lost:
+            best = best._replace(tried=self.stability.sought(best.tried, best.values))
+            self.history = [best if one is self.best else one for one in self.history]
+        return best
 
     @property
     def left(self) -> int:
@@ -190,7 +198,7 @@ class Search:
         if not self.history:
             every = self.fly_on(first, values)
             self.judge = self.judge.in_units_of(every[0][0])
-            return [self.stability.seen(Tried(self.judged(first[0]), self.judged(every[0])), values[0], must=True)]
+            return [self.stability.seen(Tried(self.judged(first[0]), self.judged(every[0])), values[0])]
         found = [Tried(self.judged(one), missed=guess) for one, guess in zip(first, guessed, strict=True)]
         least = self.best.tried.cost if self.best else math.inf
         would = sorted((i for i, one in enumerate(found) if one.cost < least), key=lambda i: found[i].cost)[:FINALISTS]

@@ -100,20 +100,19 @@ class Stability(NamedTuple):
         """By what share they miss the limits, summed."""
         return sum(limit.excess(np.array([margins[name]])) for name, limit in self.limits.items())
 
-    def seen(self, one: Tried, values: Mapping[str, float], must: bool = False) -> Tried:
-        """A candidate with its margins, which do not matter where it loses flights. Raises UserError for a loop that must
-        have some and has none.
-        """
-        if not self.limits or (one.judged.lost and not must):
+    def seen(self, one: Tried, values: Mapping[str, float]) -> Tried:
+        """A candidate with its margins. Raises UserError for a loop that cannot be linearised."""
+        if not self.limits:
             return one
-        try:
-            margins = self.margins(values)
-        except UserError:
-            if must:
-                raise
-            return one._replace(missed=math.inf)
-        whole = one.whole or one.trial
+        margins, whole = self.margins(values), one.whole or one.trial
         return one._replace(whole=whole._replace(parts={**whole.parts, **margins}), missed=self.missed(margins))
+
+    def sought(self, one: Tried, values: Mapping[str, float]) -> Tried:
+        """A candidate with its margins, or as one that misses all of them."""
+        try:
+            return self.seen(one, values)
+        except UserError:
+            return one._replace(missed=math.inf)
 
 
 class Guess:
@@ -157,6 +156,7 @@ def looked_at(
     flown = {i: one.whole.cost for i, one in enumerate(found) if one.whole}
     for place in sorted(flown, key=lambda i: flown[i]):
         if flown[place] < least:
-            seen[place] = stability.seen(found[place], values[place])
+            if not found[place].judged.lost:  # where flights are lost, margins decide nothing
+                seen[place] = stability.sought(found[place], values[place])
             least = min(least, seen[place].judged.cost)
     return seen
