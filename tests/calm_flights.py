@@ -1,4 +1,4 @@
-"""Calm and smooth flights of a preset in closed loop, logged at 100 Hz with noise: ordinary logs, hard to learn from."""
+"""Flights of a preset in closed loop, calm unless told, logged at 100 Hz with noise: ordinary logs, hard to learn from."""
 
 from typing import Any
 
@@ -17,6 +17,11 @@ PATHS: dict[str, dict[str, Any]] = {
     "hover": {"type": "circle", "centre": [0.0, 0.0, 5.0], "radius": 0.05, "period": 10.0},
     "lively": {"type": "figure-eight", "centre": [0.0, 0.0, 5.0], "length": 6.0, "width": 4.0, "period": 6.0},
 }
+WOBBLY: dict[str, Any] = {
+    "position": 4.44, "velocity": 5.51, "velocity_integral": 4.11, "attitude": [8.07, 8.07, 3.59],
+    "rate": [22.41, 22.41, 8.97], "rate_integral": 1.0, "rate_derivative": [1.009, 1.009, 0.0], "rate_filter": 200.0,
+}  # fmt: skip
+"""Gains under which an x500 wobbles by 20 to 30 degrees."""
 HELD = 0.001
 """Half the time for which a command is held [s], the only delay."""
 
@@ -41,20 +46,17 @@ def true_values(name: str) -> dict[str, float]:
 
 def logged(
     name: str, path: str, seed: int, duration: float, noise: float = 1.0, guidance: float = 0.002,
-    wind: dict[str, Any] | None = None, volts: Floats | None = None,
+    wind: dict[str, Any] | None = None, volts: Floats | None = None, turn: float = 0.0,
+    gains: dict[str, Any] | None = None,
 ) -> FlightRecord:  # fmt: skip
-    """A flight as a log. noise: a factor of that of sensors and log. volts: logged at its beginning and end [V]."""
+    """A flight as a log. noise: a factor of that of sensors and log. volts: logged at its beginning and end [V]. turn: how
+    fast the heading does [rad/s]. gains: other than the usual ones.
+    """
     table = preset_table(name)
-    lag = table["rotor"]["rise_time"]
-    rate, pace = 1.3 / (lag + 0.013), min(1.0, 0.04 / lag)
-    gains = {
-        "position": 5.0 * pace, "velocity": 6.2 * pace, "velocity_integral": 5.2 * pace * pace,
-        "rate": [rate, rate, 0.4 * rate], "rate_derivative": [rate * lag] * 2 + [0.0], "rate_filter": 200.0,
-        "rate_integral": 1.0, "attitude": [0.36 * rate, 0.36 * rate, 0.16 * rate],
-    }  # fmt: skip
     sensors = {"gyro_noise": 1e-4 * noise, "imu_period": 0.002, "imu_latency": 0.004, "position_noise": 1e-4 * noise}
     mission = Mission(
-        name=f"{name}-{path}-{seed}", seed=seed, vehicle=table, path=PATHS[path], controller={"type": "pid", **gains},
+        name=f"{name}-{path}-{seed}", seed=seed, vehicle=table, path={**PATHS[path], "yaw_rate": turn},
+        controller={"type": "pid", **(gains or {})},
         simulation={"duration": duration, "log_period": 0.002, "guidance_period": guidance}, limits={"distance": 50.0},
         **({"sensors": sensors} if noise else {}), **({"wind": wind} if wind else {}),
     )  # fmt: skip

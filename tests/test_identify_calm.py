@@ -17,18 +17,18 @@ from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
 from quadstep.report.units import percent
-from tests.calm_flights import logged, start, true_values
+from tests.calm_flights import WOBBLY, logged, start, true_values
 from tests.challenge.identified import off
 from tests.made_flights import MAPPING, table, write
 
 
 def test_what_a_calm_circle_does_not_determine_is_refused_and_the_vehicle_and_its_missions_say_so(tmp_path):
     found = identify([logged("x500", "circle", 1, 30.0)], start("x500"), lambda _: None, predictors=False)
-    for key in ("inertia[1]", "rotor.rise_time", "command.delay", "rotor.inertia", "drag.rotor[2]"):
+    for key in ("rotor.rise_time", "command.delay", "rotor.inertia", "rotor.torque_coefficient"):
         assert found.kept[key] == UNDETERMINED
         assert key not in found.fitted
     assert "command.exponent" in found.kept
-    assert found.numbers.airframe.inertia[1] == start("x500").inertia[1]  # as it was
+    assert found.numbers.airframe.rotor.torque == start("x500").rotor.torque_coefficient  # as it was
     truth = true_values("x500")
     assert {"command.speed", "drag.rotor[0]"} <= set(found.fitted)
     assert all(off(one, truth[key]) <= 1.0 for key, one in found.fitted.items())
@@ -53,11 +53,11 @@ def test_commands_that_answer_to_noise_do_not_determine_their_exponent():
 
 
 def test_a_logged_voltage_changes_nothing_of_a_vehicle_without_the_effect():
-    flight = logged("x500", "lively", 2, 8.0, 0.1, volts=np.array([16.0, 15.2]))
+    flight = logged("x500", "circle", 2, 8.0, 0.1, volts=np.array([16.0, 15.2]))
     assert hover_ratio(flight, start("x500")) == pytest.approx(1.0, abs=0.003)
     battery = start("x500").model_copy(update={"effects": start("x500").effects.model_copy(update={"battery": True})})
     assert hover_ratio(flight, battery) < 0.9
-    plain = logged("x500", "lively", 2, 8.0, 0.1)
+    plain = logged("x500", "circle", 2, 8.0, 0.1)
     assert hover_ratio(plain, battery) == pytest.approx(1.0, abs=0.003)  # what was not logged does nothing
     with pytest.raises(UserError, match="the voltage was logged in some flights only"):
         ready([flight, plain], start("x500"))
@@ -73,6 +73,26 @@ def test_a_steady_wind_is_not_taken_for_a_tilt():
     # the wind is an airspeed: what it does changes with the lean and with the speed of the rotors
     assert known["drag.rotor[0]"].value == pytest.approx(true_values("x500")["drag.rotor[0]"], rel=3e-3)
     assert known["command.speed"].value == pytest.approx(1191.0, rel=1e-3)
+
+
+def test_a_wind_is_found_under_a_heading_that_turns():
+    """Its lean turns with the heading, so that its mean is no tilt; taken for still air the rotors were 0.4 % too slow."""
+    flight = logged("x500", "circle", 820, 20.0, 0.1, wind={"mean": [0.115, -1.997, 0.0]}, turn=2.0 * np.pi / 10.0)
+    block = blocks([flight], 0.001, 0.045, 9.81)
+    known, why = forces(block, numbers_of(start("x500"), [flight]), start("x500").geometry(), speeds=False)
+    assert "imu.tilt[0]" in why
+    assert known["drag.rotor[0]"].value == pytest.approx(true_values("x500")["drag.rotor[0]"], rel=0.01)
+    assert known["command.speed"].value == pytest.approx(1191.0, rel=5e-4)
+
+
+def test_a_tilt_is_found_under_a_heading_that_turns():
+    flight = logged("x500", "circle", 7, 20.0, 0.1, turn=2.0 * np.pi / 10.0)
+    block = blocks([flight], 0.001, 0.045, 9.81)
+    tilt = np.array([[1.0, 0.0, 0.04], [0.0, 1.0, 0.0], [-0.04, 0.0, 1.0]])  # of the sensor, whose axes are logged
+    leaning = block._replace(axes=block.axes @ tilt)
+    known, why = forces(leaning, numbers_of(start("x500"), [flight]), start("x500").geometry(), speeds=False)
+    assert "imu.tilt[1]" not in why
+    assert abs(known["imu.tilt[1]"].value) == pytest.approx(0.04, rel=0.15)
 
 
 def test_what_a_light_wind_would_do_as_well_is_not_told_unless_the_air_was_still_or_the_heading_turns():
@@ -140,7 +160,8 @@ def flight_numbers():
 
 def test_what_is_not_known_of_the_lag_is_not_known_of_the_thrust_either():
     """A hover that wobbles by 30 degrees, whose commands change between the rows of the log."""
-    found = identify([logged("x500", "hover", 160, 20.0, 0.1, 0.01)], start("x500"), lambda _: None, predictors=False)
+    flight = logged("x500", "hover", 160, 20.0, 0.1, 0.01, gains=WOBBLY)
+    found = identify([flight], start("x500"), lambda _: None, predictors=False)
     truth = true_values("x500")
     speed = found.fitted["command.speed"]
     assert speed.high - speed.low > 0.02 * speed.value

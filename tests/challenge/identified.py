@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep.identify.fit import Fitted, identify
 from quadstep.io.errors import UserError
-from tests.calm_flights import PATHS, logged, start, true_values
+from tests.calm_flights import PATHS, WOBBLY, logged, start, true_values
 from tests.challenge.search import Attempt, Search
 
 PRESETS = ("x500", "crazyflie", "research-2.6kg")
@@ -29,12 +29,13 @@ def flights(seed: int) -> Iterable[Attempt]:
         name, path = str(random.choice(PRESETS)), str(random.choice(list(PATHS)))
         duration, noise = float(random.choice([8.0, 12.0, 20.0, 40.0])), float(random.choice([0.1, 0.3, 1.0]))
         guidance, number = float(random.choice([0.002, 0.002, 0.01])), int(random.integers(1000))
-        wind = {"mean": [*random.uniform(-6.0, 6.0, 2).tolist(), 0.0]} if random.random() < 0.3 else None
-        case = f"logged({name!r}, {path!r}, {number}, {duration}, {noise}, {guidance}, {wind})"
+        fastest, turn = float(random.choice([0.5, 2.0, 6.0])), float(random.choice([0.0, 0.3, 2.0 * math.pi / 10.0]))
+        wind = {"mean": [*random.uniform(-fastest, fastest, 2).tolist(), 0.0]} if random.random() < 0.5 else None
+        gains = WOBBLY if name == "x500" and random.random() < 0.3 else None
+        case = f"logged({name!r}, {path!r}, {number}, {duration}, {noise}, {guidance}, {wind}, turn={turn}, gains={gains})"
         try:
-            found = identify(
-                [logged(name, path, number, duration, noise, guidance, wind)], start(name), lambda _: None, predictors=False
-            )
+            flight = logged(name, path, number, duration, noise, guidance, wind, turn=turn, gains=gains)
+            found = identify([flight], start(name), lambda _: None, predictors=False)
         except UserError as error:
             yield Attempt(0.0, f"{case}: {error}")
             continue

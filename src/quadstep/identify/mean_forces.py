@@ -95,36 +95,37 @@ def exponents(
     return free, why
 
 
+class Balance(NamedTuple):
+    """Mean forces fitted. free: exponents that were. names: of what all flights share, after a level for each. errors, pulls:
+    of every number. left: sum of squares that is not explained.
+    """
+
+    at: Forced
+    free: list[str]
+    names: list[str]
+    errors: Floats
+    pulls: Floats
+    clusters: int
+    left: float
+
+
 def forces(
-    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, wind: bool = False
+    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
 ) -> tuple[dict[str, Told], dict[str, str]]:
     """Thrust curve, tilt and drag from mean forces, all at once, in `rounds` rounds; undetermined ones with the reason.
 
     m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub
     through the air, w = speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each
     flight has a speed of its own, and the exponents come from variation within flights.
-
-    wind: whether a steady, level wind blows in each flight; then the tilt stays, as either leans the vehicle. It is assumed
-    where the tilt without it would be larger than any mounting's. It is an airspeed and not a force, since what it does
-    changes with the lean and with the speed of the rotors; what is searched is K_x times the wind, as K_x may be 0.
     """
-    logs, volts = np.log(np.maximum(block.commands, 1e-3)), np.log(block.volts / p.curve.nominal)
     flight = np.unique(block.flight, return_inverse=True)[1].astype(np.int64)
     count = int(flight.max()) + 1
+    logs, volts = np.log(np.maximum(block.commands, 1e-3)), np.log(block.volts / p.curve.nominal)
     lift = np.log(np.maximum((block.gain * block.axes[..., 2].mean(axis=1)).sum(axis=1), 1e-3))
     free, why = exponents(flight, logs.mean(axis=(1, 2)), volts.mean(axis=1), lift, speeds)
-    names = [*free, "flat", "axial", *(() if wind else ("x", "y"))]
-    powers = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
-    tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
-    at = Forced(np.full(count, math.log(p.curve.speed)), *powers, tilt, drag, np.zeros((count, 2)))
-    past = count + len(names)
-    for _ in range(rounds):
-        matrix, rest = linearised(block, flight, p, geometry, at, free, wind)
-        step, errors, pulls, clusters = least_squares(matrix, rest, np.repeat(clusters_of(block), 3))
-        pressing = step[past:].reshape(count, 2) if wind else 0.0 * at.pressing
-        at = at.moved(dict(zip(names, map(float, step[count:past]), strict=True)), step[:count], pressing)
-    if np.hypot(*at.tilt) > MOST_TILT and not wind:
-        return forces(block, p, geometry, speeds, rounds, wind=True)
+    calm, windy = (balance(block, flight, p, geometry, free, speeds, rounds, wind) for wind in (False, True))
+    wind = blows(block, flight, calm, windy, float(p.airframe.mass * p.airframe.gravity))
+    at, _, names, errors, pulls, clusters, _ = windy if wind else calm
     values = {"exponent": at.exponent, "voltage_exponent": at.voltage_exponent, "x": at.tilt[0], "y": at.tilt[1]}
     values |= {"flat": max(float(at.drag[0]), 1e-12), "axial": max(float(at.drag[1]), 1e-12)}
     known = {
@@ -141,6 +142,39 @@ def forces(
         keys = [f"{name}[{place}]" for name in ("imu.tilt", "centre_of_gravity") for place in (0, 1)]
         why.update(dict.fromkeys(keys, "it cannot be told from the wind that blew"))
     return known, why
+
+
+def balance(
+    block: HalfSeconds, flight: NDArray[np.int64], p: PredictorParameters, geometry: Geometry, free: list[str], speeds: bool,
+    rounds: int, wind: bool,
+) -> Balance:  # fmt: skip
+    """The fit of mean forces. wind: whether a steady, level wind blows in each flight; then the tilt stays, as either leans
+    the vehicle. It is an airspeed and not a force, since what it does changes with the lean and with the speed of the rotors;
+    what is searched is K_x times the wind, as K_x may be 0.
+    """
+    count = int(flight.max()) + 1
+    names = [*free, "flat", "axial", *(() if wind else ("x", "y"))]
+    powers = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
+    tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
+    at = Forced(np.full(count, math.log(p.curve.speed)), *powers, tilt, drag, np.zeros((count, 2)))
+    past = count + len(names)
+    for _ in range(rounds):
+        matrix, rest = linearised(block, flight, p, geometry, at, free, wind)
+        step, errors, pulls, clusters = least_squares(matrix, rest, np.repeat(clusters_of(block), 3))
+        pressing = step[past:].reshape(count, 2) if wind else 0.0 * at.pressing
+        at = at.moved(dict(zip(names, map(float, step[count:past]), strict=True)), step[:count], pressing)
+    return Balance(at, free, names, errors, pulls, clusters, float(rest @ rest))
+
+
+def blows(block: HalfSeconds, flight: NDArray[np.int64], calm: Balance, windy: Balance, weight: float) -> bool:
+    """Whether a wind explains the lean: where the tilt would be larger than any mounting's, or the heading turns under a
+    lean as large that stays with the world.
+    """
+    if np.hypot(*calm.at.tilt) > MOST_TILT:
+        return True
+    turning = np.exp(windy.at.levels[flight]) * (block.commands**windy.at.exponent).sum(axis=2).mean(axis=1)
+    leans = np.hypot(*windy.at.pressing[flight].T) * turning / weight
+    return bool(leans.mean() > MOST_TILT) and windy.left < calm.left
 
 
 def leaned(block: HalfSeconds) -> float:
