@@ -1,5 +1,6 @@
 """Fake autopilots that speak the protocols of the real ones: they hold a vehicle where it is, or misbehave."""
 
+import contextlib
 import json
 import math
 import socket
@@ -54,6 +55,100 @@ def listening(port):
     return vehicle, stop
 
 
+GUIDED = {"ardupilot": (4, 4), "px4": (6, 6 << 16)}
+"""The mode that follows setpoints, as it is asked for and as it is told."""
+
+
+class FakeMavlink:
+    """What an autopilot says to a ground station, and how it obeys. ORIGIN: of its local frame, in the mission's.
+
+    parameters: by name. refuses: why it does not arm. stuck: whether it keeps its mode. leaves: seconds after take-off at
+    which it does not, or hangs_up. deaf: whether it never says anything.
+    """
+
+    ORIGIN = (3.0, -2.0, -4.5)
+
+    def __init__(self, name, parameters, refuses="", stuck=False, leaves=math.inf, hangs_up=math.inf, deaf=False):
+        self.name, self.refuses, self.stuck, self.leaves, self.deaf = name, refuses, stuck, leaves, deaf
+        self.parameters, self.hangs_up = parameters, hangs_up
+        self.port = free_port(socket.SOCK_STREAM if name == "ardupilot" else socket.SOCK_DGRAM)
+        self.address = f"{'tcp' if name == 'ardupilot' else 'udpin'}:127.0.0.1:{self.port}"
+        self.mode, self.armed, self.lifted, self.told = 0, False, False, False
+        self.asked, self.setpoints = [], []
+        self.beat = self.place = -math.inf
+        self.lifted_at = math.inf
+
+    def open(self):
+        from pymavlink import mavutil
+
+        kind = "tcpin" if self.name == "ardupilot" else "udpout"
+        self.link = mavutil.mavlink_connection(f"{kind}:127.0.0.1:{self.port}", source_system=1)
+        return self.link
+
+    def wait(self, stop):
+        """As ArduPilot's simulator, which starts once somebody has connected."""
+        while self.name == "ardupilot" and not self.deaf and self.link.port is None and not stop.is_set():
+            self.link.recv_msg()
+            stop.wait(0.01)
+
+    def poll(self, time, position):
+        """One step, at its own time. position: of the vehicle, in the mission's frame."""
+        if time - self.lifted_at > self.hangs_up and self.link.port:
+            self.link.port.close()
+            self.deaf = True
+        if self.deaf:
+            return
+        mav = self.link.mav
+        if time - self.beat >= 0.1:
+            self.beat = time
+            if time - self.lifted_at > self.leaves:
+                mav.statustext_send(4, b"Radio failsafe")
+                self.mode = 9
+            mav.heartbeat_send(2, 3 if self.name == "ardupilot" else 12, 1 | (128 if self.armed else 0), self.mode, 4)
+        if self.told and time - self.place >= 0.05:
+            self.place = time
+            local = [at - of for at, of in zip(position, self.ORIGIN, strict=True)]
+            mav.local_position_ned_send(round(1e3 * time), *local, 0.0, 0.0, 0.0)
+        while (message := self.link.recv_msg()) is not None:
+            self.obey(message, time)
+
+    def obey(self, message, time):
+        kind, mav = message.get_type(), self.link.mav
+        if kind == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
+            value = self.parameters[message.param_id]
+            whole = (
+                self.name == "px4" and value == int(value) and not message.param_id.endswith(("PX", "PY", "PZ", "KM", "FAC"))
+            )
+            sent = struct.unpack("<f", struct.pack("<i", int(value)))[0] if whole else value
+            mav.param_value_send(message.param_id.encode(), sent, 6 if whole else 9, len(self.parameters), 0)
+        elif kind == "SET_POSITION_TARGET_LOCAL_NED":
+            self.setpoints.append(message)
+            if self.name == "px4" and self.armed and not self.lifted:
+                self.lifted, self.lifted_at = True, time
+        elif kind == "COMMAND_LONG":
+            self.asked.append(message.command)
+            mav.command_ack_send(message.command, self.result(message, time))
+
+    def result(self, message, time):
+        asked, said = GUIDED[self.name]
+        if message.command == 511:
+            self.told = True
+        elif message.command == 176:
+            if self.stuck or message.param2 != asked or (self.name == "px4" and not self.setpoints):
+                return 2
+            self.mode = said
+        elif message.command == 400:
+            if self.refuses:
+                self.link.mav.statustext_send(2, self.refuses.encode())
+                return 4
+            self.armed = True
+        elif message.command == 22:
+            if not self.armed or message.param7 != 1.0:
+                return 4
+            self.lifted, self.lifted_at = True, time
+        return 0
+
+
 class Hover:
     """Outputs that hold the height and level a vehicle: hover, and feedback of attitude, rates, height and climb."""
 
@@ -63,13 +158,13 @@ class Hover:
         self.weight = float(p.airframe.mass * p.airframe.gravity)
         self.inertia = [float(one) for one in p.airframe.inertia]
         self.fastest = float(p.airframe.rotor.fastest)
-        self.height = None
+        self.height, self.above = None, ABOVE
 
     def outputs(self, attitude, rates, down, sinking):
         from quadstep.numbers import Vector
         from quadstep.vehicle.airframe.allocation import allocate
 
-        self.height = down - ABOVE if self.height is None else self.height
+        self.height = down - self.above if self.height is None else self.height
         w, x, y, z = attitude
         turn = [2.0 * x, 2.0 * y, 2.0 * z] if w > 0 else [-2.0 * x, -2.0 * y, -2.0 * z]
         torque = [j * (-80.0 * e - 16.0 * r) for j, e, r in zip(self.inertia, turn, rates, strict=True)]
@@ -79,17 +174,24 @@ class Hover:
 
 
 class FakeArduPilot(threading.Thread):
-    """Sends pulse widths and reads JSON, in lockstep. silent_after: samples after which it says nothing more."""
+    """Sends pulse widths and reads JSON, in lockstep. silent_after: samples after which it says nothing more. mavlink: who
+    lifts it; else it does so by itself.
+    """
 
-    def __init__(self, port, hover, silent_after=math.inf, garbage=False, flights=1):
+    def __init__(self, port, hover, silent_after=math.inf, garbage=False, flights=1, mavlink=None):
         super().__init__(daemon=True)
         self.port, self.hover, self.silent_after, self.garbage = port, hover, silent_after, garbage
+        self.mavlink = mavlink
         self.seen, self.still = [], True
         self.stop = threading.Event()
 
     def run(self):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        with contextlib.ExitStack() as opened:
+            link = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             link.settimeout(0.2)
+            if self.mavlink:
+                opened.enter_context(contextlib.closing(self.mavlink.open()))
+                self.mavlink.wait(self.stop)
             outputs = [0.0] * 4
             count = 0
             while not self.stop.is_set() and len(self.seen) < self.silent_after:
@@ -106,7 +208,9 @@ class FakeArduPilot(threading.Thread):
                     self.hover.height = None
                 self.seen.append(state)
                 outputs = [0.0] * 4
-                if state["timestamp"] < BOOT:
+                if self.mavlink:
+                    self.mavlink.poll(state["timestamp"], state["position"])
+                if not self.mavlink.lifted if self.mavlink else state["timestamp"] < BOOT:
                     self.still &= state["velocity"] == [0.0] * 3 and abs(state["imu"]["accel_body"][2] + 9.80665) < 1e-9
                     continue
                 gyro, q = state["imu"]["gyro"], state["quaternion"]
@@ -116,11 +220,15 @@ class FakeArduPilot(threading.Thread):
 class FakePx4(threading.Thread):
     """Connects over TCP, reads HIL_SENSOR and answers HIL_ACTUATOR_CONTROLS. It has no attitude but the one it integrates.
 
-    flights: how often it is started anew.
+    flights: how often it is started anew. mavlink: who lifts it; else it does so by itself.
     """
 
-    def __init__(self, port, hover, silent_after=math.inf, garbage=False, flights=1):
+    STANDS = (0.1, 0.0, -5.0)
+    """Where it believes the vehicle to be, in the mission's frame."""
+
+    def __init__(self, port, hover, silent_after=math.inf, garbage=False, flights=1, mavlink=None):
         super().__init__(daemon=True)
+        self.mavlink = mavlink
         self.port, self.hover, self.silent_after, self.garbage, self.flights = port, hover, silent_after, garbage, flights
         self.seen, self.fixes, self.still = [], [], True
         self.stop = threading.Event()
@@ -133,15 +241,18 @@ class FakePx4(threading.Thread):
         from pymavlink.dialects.v20 import common
 
         self.hover.height = None
-        with self._connected() as link:
+        with contextlib.ExitStack() as opened:
+            link = opened.enter_context(self._connected())
+            if self.mavlink:
+                opened.enter_context(contextlib.closing(self.mavlink.open()))
             if self.garbage:
                 link.sendall(b"GET / HTTP/1.1\r\n" * 40)
                 self.stop.wait(5.0)
                 return
             mav = common.MAVLink(None, srcSystem=1, srcComponent=1)
             mav.robust_parsing = True
-            turned, last, first = [0.0, 0.0, 0.0], None, None
-            while not self.stop.is_set():
+            self.turned, self.last, self.first = [0.0, 0.0, 0.0], None, None
+            while not self.stop.is_set() and len(self.seen) < self.silent_after:
                 try:
                     data = link.recv(4096)
                 except OSError:
@@ -151,27 +262,29 @@ class FakePx4(threading.Thread):
                 for message in mav.parse_buffer(data) or []:
                     if message.get_type() == "HIL_GPS":
                         self.fixes.append(message)
-                    if message.get_type() != "HIL_SENSOR":
-                        continue
-                    self.seen.append(message)
-                    if len(self.seen) >= self.silent_after:
-                        self.stop.wait(30.0)
-                        return
-                    if last is not None and message.time_usec <= last:
-                        continue  # its clock stands still, and it answers nothing
-                    since = 0.0 if last is None else 1e-6 * (message.time_usec - last)
-                    last = message.time_usec
-                    first = last if first is None else first
-                    rates = [message.xgyro, message.ygyro, message.zgyro]
-                    turned = [angle + since * rate for angle, rate in zip(turned, rates, strict=True)]
-                    attitude = (1.0, *(0.5 * angle for angle in turned))
-                    outputs = [0.0] * 4
-                    if last - first < 1e6 * BOOT:
-                        self.still &= rates == [0.0] * 3 and abs(message.zacc + 9.80665) < 1e-5
-                    else:
-                        outputs = self.hover.outputs(attitude, rates, -message.pressure_alt, 0.0)
-                    answer = mav.hil_actuator_controls_encode(message.time_usec, outputs + [0.0] * 12, 128, 1)
-                    link.sendall(answer.pack(mav))
+                    if message.get_type() == "HIL_SENSOR":
+                        self.answer(message, link, mav)
+            self.stop.wait(30.0)
+
+    def answer(self, message, link, mav):
+        """Actuator controls for a sample, unless its clock stands still."""
+        self.seen.append(message)
+        time, last = message.time_usec, self.last
+        if len(self.seen) >= self.silent_after or (last is not None and time <= last):
+            return
+        since = 0.0 if last is None else 1e-6 * (time - last)
+        self.last, self.first = time, time if self.first is None else self.first
+        rates = [message.xgyro, message.ygyro, message.zgyro]
+        self.turned = [angle + since * rate for angle, rate in zip(self.turned, rates, strict=True)]
+        attitude = (1.0, *(0.5 * angle for angle in self.turned))
+        outputs = [0.0] * 4
+        if self.mavlink:
+            self.mavlink.poll(1e-6 * (time - self.first), self.STANDS)
+        if not self.mavlink.lifted if self.mavlink else time - self.first < 1e6 * BOOT:
+            self.still &= rates == [0.0] * 3 and abs(message.zacc + 9.80665) < 1e-5
+        else:
+            outputs = self.hover.outputs(attitude, rates, -message.pressure_alt, 0.0)
+        link.sendall(mav.hil_actuator_controls_encode(time, outputs + [0.0] * 12, 128, 1).pack(mav))
 
     def _connected(self):
         for _ in range(round(PATIENCE / 0.05)):

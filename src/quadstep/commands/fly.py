@@ -68,6 +68,21 @@ def fly(
     connect_timeout: Annotated[
         float, typer.Option(metavar="SECONDS", help="With --autopilot: how long to wait for it to connect.")
     ] = 60.0,
+    pilot: Annotated[
+        bool,
+        typer.Option(
+            "--pilot", help="With --autopilot: also arm it, take off and send it the mission's path; else its user does."
+        ),
+    ] = False,
+    pilot_connect: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="With --pilot: where it speaks MAVLink, in pymavlink's form; "
+            "udpin:127.0.0.1:14540 (px4), tcp:127.0.0.1:5760 (ardupilot).",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
     junit: JunitOption = None,
     figures: FiguresOption = ON_SCREEN,
@@ -82,10 +97,7 @@ def fly(
     --require is not met.
     """
     started = time.perf_counter()
-    if connect is not None and autopilot is None:
-        raise UserError("--connect: requires --autopilot")
-    if not 0.0 < connect_timeout < math.inf:
-        raise UserError(f"--connect-timeout {connect_timeout:g}: should be a time above 0 s")
+    check_autopilot(autopilot, connect, connect_timeout, pilot, pilot_connect)
     required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style)
     if junit:
         check_junit(junit)
@@ -101,7 +113,9 @@ def fly(
             shown.doing(stage)
             shown.to(done, total)
 
-        piloting = Piloting(autopilot, connect or "", connect_timeout, complain) if autopilot is not None else None
+        piloting = None
+        if autopilot is not None:
+            piloting = Piloting(autopilot, connect or "", connect_timeout, complain, pilot, pilot_connect or "")
         result = fly_mission(
             mission, folder, engine, overwrite, told, flight, required, results, drawn_on, piloting, quick_grade
         )
@@ -126,3 +140,23 @@ def fly(
         "folder": str(folder),
     }
     deliver(result.verdict(about), as_json, junit, time.perf_counter() - started)
+
+
+def check_autopilot(
+    autopilot: str | None, connect: str | None, connect_timeout: float, pilot: bool, pilot_connect: str | None
+) -> None:
+    """Refuses options of an autopilot that do not go together. Raises UserError."""
+    for option, given in (("--connect", connect is not None), ("--pilot", pilot)):
+        if given and autopilot is None:
+            raise UserError(f"{option}: requires --autopilot")
+    if pilot_connect is not None and not pilot:
+        raise UserError("--pilot-connect: requires --pilot")
+    if not 0.0 < connect_timeout < math.inf:
+        raise UserError(f"--connect-timeout {connect_timeout:g}: should be a time above 0 s")
+    if pilot:
+        from quadstep.bridges.autopilot.setpoints import check_place
+        from quadstep.io.extras import optional
+
+        optional("`quadstep fly --pilot`", "pymavlink.mavutil")
+        if pilot_connect is not None:
+            check_place(pilot_connect, "--pilot-connect")

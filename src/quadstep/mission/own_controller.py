@@ -68,7 +68,13 @@ class PilotedSection(ControllerSection):
 
     @abstractmethod
     def watch(self, told: Callable[[str], None], first_wait: float) -> None:
-        """Tells what the next flight waits for; it waits so long for an autopilot to appear [s]."""
+        """Tells what the next flight waits for; it waits so long for an autopilot to appear [s]. Its user leads it."""
+
+    def lead(self, plan: "FlightPlan", where: str, said: Callable[[str], None]) -> None:
+        """Leads the next flight instead of its user: arms, takes off, sends the plan's path. where: it is reached; empty:
+        where it usually is. said: of what the user should know. Raises UserError where that is not possible.
+        """
+        raise UserError("--pilot: is not supported with this autopilot")
 
 
 def piloted_section(name: str) -> type[PilotedSection]:

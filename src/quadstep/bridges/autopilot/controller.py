@@ -15,6 +15,7 @@ from pydantic import AfterValidator
 from quadstep.bridges.autopilot import ardupilot, px4
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
 from quadstep.bridges.autopilot.link import Address, AutopilotLink, Piloted, address, sample_of
+from quadstep.bridges.autopilot.pilot import STATIONS, Pilot
 from quadstep.bridges.autopilot.px4 import Px4
 from quadstep.control.opaque import NoGains, Opaque
 from quadstep.engines.fly import FlightPlan
@@ -47,12 +48,22 @@ FIRST_MOTOR = 33
 PX4_FIRST_MOTOR = 101
 
 
-class Matching(NamedTuple):
-    """Parameters by name. file: name of the autopilot's own file of them. note: what they do not settle; may be empty."""
+HEAD = "# The vehicle of this mission: what must match. Written by quadstep.\n"
 
-    parameters: Mapping[str, float]
+
+class Matching(NamedTuple):
+    """Parameters by name: of the frame, and of the thrust curve. file: name of the autopilot's own file of them. note: what
+    they do not settle; may be empty.
+    """
+
+    frame: Mapping[str, float]
+    curve: Mapping[str, float]
     file: str
     note: str = ""
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        return {**self.frame, **self.curve}
 
     def sentence(self) -> str:
         return "The autopilot's parameters must be " + ", ".join(
@@ -61,9 +72,7 @@ class Matching(NamedTuple):
 
     def text(self) -> str:
         """The file: ArduPilot's, or QGroundControl's for PX4."""
-        head = "# The vehicle of this mission: what must match. Written by quadstep.\n" + (
-            f"# {self.note}\n" if self.note else ""
-        )
+        head = HEAD + (f"# {self.note}\n" if self.note else "")
         form = FORMATS.load("px4" if self.file == "px4.params" else "ardupilot")
         return head + str(form.write(self.parameters, {}))
 
@@ -97,28 +106,28 @@ def for_ardupilot(p: AirframeParameters, geometry: Geometry) -> Matching:
         if len(motors) == len(frame) and None not in motors:
             frames = {"FRAME_CLASS": 1.0, "FRAME_TYPE": float(frame_type)}
             outputs = {f"SERVO{i}_FUNCTION": float(FIRST_MOTOR + (motor or 0)) for i, motor in enumerate(motors, 1)}
-            return Matching({**frames, **outputs, **curve}, "ardupilot.parm")
+            return Matching({**frames, **outputs}, curve, "ardupilot.parm")
     note = (
         "No quadrotor frame of ArduPilot has these arms and spins: set FRAME_CLASS, FRAME_TYPE and SERVOn_FUNCTION yourself."
     )
-    return Matching(curve, "ardupilot.parm", note)
+    return Matching({}, curve, "ardupilot.parm", note)
 
 
 def for_px4(p: AirframeParameters, geometry: Geometry) -> Matching:
     """Of PX4: the rotors where they are, in the mission's order, and a thrust that goes with the square of the output."""
     moment = float(p.airframe.rotor.torque / p.airframe.rotor.thrust)
-    parameters = {"CA_AIRFRAME": 0.0, "CA_ROTOR_COUNT": float(len(geometry.mounts))}
+    frame = {"CA_AIRFRAME": 0.0, "CA_ROTOR_COUNT": float(len(geometry.mounts))}
     for i, mount in enumerate(geometry.mounts):
         x, y, z = mount.position
-        parameters |= {
+        frame |= {
             f"CA_ROTOR{i}_PX": x,
             f"CA_ROTOR{i}_PY": -y,
             f"CA_ROTOR{i}_PZ": -z,
             f"CA_ROTOR{i}_KM": mount.spin * moment,
         }
-    parameters |= {f"PWM_MAIN_FUNC{i}": float(PX4_FIRST_MOTOR + i - 1) for i in range(1, len(geometry.mounts) + 1)}
-    parameters |= {"THR_MDL_FAC": 1.0, "MPC_THR_HOVER": round(hover_share(p, geometry), 4)}
-    return Matching({name: value + 0.0 for name, value in parameters.items()}, "px4.params")
+    frame |= {f"PWM_MAIN_FUNC{i}": float(PX4_FIRST_MOTOR + i - 1) for i in range(1, len(geometry.mounts) + 1)}
+    curve = {"THR_MDL_FAC": 1.0, "MPC_THR_HOVER": round(hover_share(p, geometry), 4)}
+    return Matching({name: value + 0.0 for name, value in frame.items()}, curve, "px4.params")
 
 
 MATCHING = {"ardupilot": for_ardupilot, "px4": for_px4}
@@ -228,7 +237,12 @@ class AutopilotSection(PilotedSection):
 
     def watch(self, told: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
         for one in CONNECTIONS.values():
-            one.told, one.first_wait = told, first_wait
+            one.told, one.first_wait, one.pilot = told, first_wait, None
+
+    def lead(self, plan: FlightPlan, where: str, said: Callable[[str], None]) -> None:
+        found = self.matching(plan)
+        for one in CONNECTIONS.values():
+            one.pilot = lambda: Pilot(STATIONS[self.type], where, plan, found.frame, found.curve, said)
 
     def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
         """The law, and where its autopilot is."""

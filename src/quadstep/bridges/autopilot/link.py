@@ -102,11 +102,29 @@ class AutopilotLink(Protocol):
     def close(self) -> None: ...
 
 
+class GroundStation(Protocol):
+    """Who leads the autopilot: told of each sample before the autopilot is."""
+
+    def why(self) -> str:
+        """Why it does not reach the autopilot; empty where it does."""
+        ...
+
+    def stand(self, sample: SensorSample) -> str:
+        """One on the ground; what it waits for, which may be empty. Raises UserError, and Lost."""
+        ...
+
+    def fly(self, sample: SensorSample) -> None:
+        """One in the air, with the flight's time. Raises Lost."""
+        ...
+
+    def close(self) -> None: ...
+
+
 class Piloted:
     """The function that a flight asks: 17 numbers of a sample in, a share of full speed for each rotor out.
 
     connect: makes a new link for each flight, given how long to wait for it [s]. lost: why the last flight ended before its
-    time; empty where it did not. told: of what is waited for.
+    time; empty where it did not. told: of what is waited for. pilot: makes who leads the autopilot; None where its user does.
     """
 
     def __init__(self, connect: Callable[[float], AutopilotLink]) -> None:
@@ -114,6 +132,8 @@ class Piloted:
         self.first_wait = FIRST_WAIT
         self.told: Callable[[str], None] = lambda _: None
         self.link: AutopilotLink | None = None
+        self.pilot: Callable[[], GroundStation] | None = None
+        self.station: GroundStation | None = None
         self.stood = 0.0
         self._asked, self._answer = b"", [0.0]
 
@@ -127,7 +147,12 @@ class Piloted:
         self.link = self.connect(self.first_wait)
         try:
             self.told("waiting for the autopilot")
-            self.link.meet(sample.standing(0.0))
+            self.station = self.pilot() if self.pilot else None
+            try:
+                self.link.meet(sample.standing(0.0))
+            except UserError as error:
+                why = self.station.why() if self.station else ""
+                raise UserError(f"{error}{'; ' if why else ''}{why}") from None
             self.stand(self.link, sample, lift)
         except BaseException:
             self.end()
@@ -135,11 +160,13 @@ class Piloted:
 
     def stand(self, link: AutopilotLink, sample: SensorSample, lift: float) -> None:
         """On the ground until the rotors carry the weight. The flight's clock starts then; the autopilot's goes on."""
+        doing = "standing until the autopilot takes off"
         for count in range(round(STANDING / link.period)):
             time = count * link.period
-            if count % round(1.0 / link.period) == 0:
-                self.told(f"standing until the autopilot takes off: {time:.0f} s of its time")
             try:
+                doing = (self.station and self.station.stand(sample.standing(time))) or doing
+                if count % round(1.0 / link.period) == 0:
+                    self.told(f"{doing}: {time:.0f} s of its time")
                 shares = self.within(link.exchange(sample.standing(time)))
             except Lost as error:
                 raise UserError(f"{error} after {time:g} s on the ground, before it took off") from None
@@ -153,9 +180,10 @@ class Piloted:
         return [min(max(one, 0.0), 1.0) for one in outputs[: self.rotors]]
 
     def end(self) -> None:
-        if self.link:
-            self.link.close()
-        self.link = None
+        for one in (self.link, self.station):
+            if one:
+                one.close()
+        self.link = self.station = None
 
     def __call__(self, inputs: NDArray[np.float64]) -> list[float]:
         question = inputs.tobytes()
@@ -164,6 +192,8 @@ class Piloted:
         sample = sample_of(inputs)
         self._asked = question
         try:
+            if self.station and not self.lost:
+                self.station.fly(sample)
             later = sample._replace(time=self.stood + sample.time)
             outputs = [] if self.lost or not self.link else self.link.exchange(later)
         except Lost as error:

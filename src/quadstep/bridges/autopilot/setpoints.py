@@ -3,8 +3,6 @@
 No command leaves here: neither arming nor a change of mode.
 """
 
-import contextlib
-import io
 import time
 from collections.abc import Callable, Iterable
 from enum import StrEnum
@@ -48,6 +46,49 @@ class SetpointKind(StrEnum):
     POSITION = "position"
     ATTITUDE = "attitude"
     RATES = "rates"
+
+
+class Sender(Protocol):
+    """Messages as pymavlink packs and sends them."""
+
+    def set_position_target_local_ned_send(self, *fields: float) -> None: ...
+    def set_attitude_target_send(self, *fields: float | tuple[float, ...]) -> None: ...
+    def command_long_send(self, *fields: float) -> None: ...
+    def heartbeat_send(self, *fields: int) -> None: ...
+    def param_request_read_send(self, system: int, component: int, name: bytes, index: int) -> None: ...
+
+
+class Heard(Protocol):
+    """A message of a vehicle; which fields it has depends on its type."""
+
+    autopilot: int
+    custom_mode: int
+    base_mode: int
+    param_id: str
+    param_value: float
+    param_type: int
+    x: float
+    y: float
+    z: float
+    severity: int
+    text: str
+    command: int
+    result: int
+
+    def get_type(self) -> str: ...
+    def get_srcSystem(self) -> int: ...  # noqa: N802 (pymavlink's)
+
+
+class Connection(Protocol):
+    """What of pymavlink's connection is used."""
+
+    target_system: int
+    target_component: int
+    mav: Sender
+
+    def wait_heartbeat(self, blocking: bool = True, timeout: float | None = None) -> Heard | None: ...
+    def recv_match(self) -> Heard | None: ...
+    def close(self) -> None: ...
 
 
 class Setpoint(NamedTuple):
@@ -112,21 +153,7 @@ def serve(
     """
     if not isinstance(plan.loop.plant, Multirotor):
         raise UserError("serve-setpoints needs a mission for a real vehicle (docs/vehicles.md)")
-    mavutil = optional("`quadstep serve-setpoints`", "pymavlink.mavutil")
-    try:
-        if "/" not in connect:  # no device
-            refuse_strange(connect, 2, ADDRESSES)
-    except UserError as error:
-        raise UserError(f"--connect {error}") from None
-    try:
-        with contextlib.redirect_stdout(io.StringIO()):  # pymavlink prints each failed try
-            link = mavutil.mavlink_connection(connect, source_system=255)
-    except ModuleNotFoundError as error:  # pymavlink takes what it does not know for a serial port, which needs pyserial
-        text = f"cannot be opened: serial ports need the module {error.name}; allowed over a network: {ADDRESSES}"
-        raise UserError(f"--connect {connect}: {text}") from None
-    except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
-        said = (isinstance(error, OSError) and error.strerror) or error
-        raise UserError(f"--connect {connect}: cannot be opened: {said}") from None
+    link = mavlink(connect, "--connect", "`quadstep serve-setpoints`")
     try:
         if link.wait_heartbeat(timeout=HEARTBEAT_WAIT) is None:
             raise UserError(f"--connect {connect}: no heartbeat from a vehicle within {HEARTBEAT_WAIT:g} s")
@@ -136,19 +163,53 @@ def serve(
         link.close()
 
 
-class Sender(Protocol):
-    """Messages as pymavlink packs and sends them."""
+def check_place(connect: str, option: str) -> None:
+    """Refuses what is no address of pymavlink's. option: that names it. Raises UserError."""
+    if "/" in connect:  # a device
+        return
+    try:
+        refuse_strange(connect, 2, ADDRESSES)
+    except UserError as error:
+        raise UserError(f"{option} {error}") from None
+    kind, *host_and_port = connect.split(":")
+    if kind not in ("udpin", "udpout", "tcp") or len(host_and_port) != 2 or not host_and_port[1].isdecimal():
+        raise UserError(f"{option} {connect}: cannot be opened; allowed over a network: {ADDRESSES}")
 
-    def set_position_target_local_ned_send(self, *fields: float) -> None: ...
-    def set_attitude_target_send(self, *fields: float | tuple[float, ...]) -> None: ...
+
+def mavlink(connect: str, option: str, command: str) -> Connection:
+    """An open connection of pymavlink's. option, command: that ask for it, for errors.
+
+    Raises UserError for an address that cannot be opened, where pymavlink is absent, and later where the other side hangs up.
+    """
+    mavutil = optional(command, "pymavlink.mavutil")
+    check_place(connect, option)
+    try:
+        link = mavutil.mavlink_connection(connect, source_system=255, retries=1)  # more tries would be printed
+    except ModuleNotFoundError as error:  # pymavlink takes what it does not know for a serial port, which needs pyserial
+        text = f"cannot be opened: serial ports need the module {error.name}; allowed over a network: {ADDRESSES}"
+        raise UserError(f"{option} {connect}: {text}") from None
+    except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
+        said = (isinstance(error, OSError) and error.strerror) or error
+        raise UserError(f"{option} {connect}: cannot be opened: {said}") from None
+
+    def hung_up() -> None:
+        raise UserError(f"{option} {connect}: the other side closed the connection")
+
+    link.handle_eof = link.handle_disconnect = hung_up  # pymavlink prints, and goes on
+    return cast(Connection, link)
 
 
-class Connection(Protocol):
-    """What of pymavlink's connection is used."""
-
-    target_system: int
-    target_component: int
-    mav: Sender
+def send(link: Connection, kind: SetpointKind, time: float, one: Setpoint) -> None:
+    """Send a setpoint. time: its stamp [s]."""
+    stamp, target = round(1e3 * time), (link.target_system, link.target_component)
+    if kind is SetpointKind.POSITION:
+        link.mav.set_position_target_local_ned_send(
+            stamp, *target, LOCAL_NED, POSITION_MASK,
+            *one.position, *one.velocity, *one.acceleration, one.yaw, one.yaw_rate,
+        )  # fmt: skip
+    else:
+        mask = ATTITUDE_MASK if kind is SetpointKind.ATTITUDE else RATES_MASK
+        link.mav.set_attitude_target_send(stamp, *target, mask, one.attitude, *one.rates, one.thrust)
 
 
 def at_rest(reference: Reference) -> Reference:
@@ -166,23 +227,7 @@ def stream(
         time.sleep(max(0.0, started + at - time.monotonic()))
         reference = plan.loop.path.reference(min(at, duration), plan.parameters.path)
         one = setpoint(plan, reference if at <= duration else at_rest(reference))
-        stamp = round(1e3 * at)
-        target = link.target_system, link.target_component
-        if kind is SetpointKind.POSITION:
-            link.mav.set_position_target_local_ned_send(
-                stamp,
-                *target,
-                LOCAL_NED,
-                POSITION_MASK,
-                *one.position,
-                *one.velocity,
-                *one.acceleration,
-                one.yaw,
-                one.yaw_rate,
-            )
-        else:
-            mask = ATTITUDE_MASK if kind is SetpointKind.ATTITUDE else RATES_MASK
-            link.mav.set_attitude_target_send(stamp, *target, mask, one.attitude, *one.rates, one.thrust)
+        send(link, kind, at, one)
         count += 1
         told(at)
     return count

@@ -17,6 +17,7 @@ from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fingerprint, fly, reason
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.io.atomic import write_beside
 from quadstep.io.errors import DIVERGED, UNMET, UserError
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, with_full_names
@@ -43,13 +44,16 @@ Told: TypeAlias = Callable[[str, int, int], None]
 
 class Piloting(NamedTuple):
     """Who flies instead of the controller. connect: where it is listened for. first_wait: for how long [s]. said: of what the
-    user should know before.
+    user should know before. pilot: whether it is also armed, lifted and sent the path. where: it is reached for that; empty:
+    where it usually is.
     """
 
     autopilot: str
     connect: str = ""
     first_wait: float = FIRST_WAIT
     said: Callable[[str], None] = lambda _: None
+    pilot: bool = False
+    where: str = ""
 
 
 class Summary(NamedTuple):
@@ -107,12 +111,34 @@ def fly_mission(
         mission = under(piloting, mission)
         plan = plan_mission(mission, path)
     found = matching(mission, plan)
+    pilot = piloting or Piloting("")
     if found is not None:
-        said = piloting.said if piloting else Piloting("").said
-        said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
+        pilot.said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
+        keep(found, path.parent, pilot.said)
         section = cast(PilotedSection, mission.controller)
-        section.watch(lambda stage: told(stage, 0, 1), piloting.first_wait if piloting else FIRST_WAIT)
-    return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet, grading)
+        section.watch(lambda stage: told(stage, 0, 1), pilot.first_wait)
+        if pilot.pilot:
+            section.lead(plan, pilot.where, pilot.said)
+    summary = fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet, grading)
+    if found is not None and not pilot.pilot and not plan.loop.controller.why_lost(plan.parameters.gains):
+        return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
+    return summary
+
+
+def keep(found: Matching, folder: Path, said: Callable[[str], None]) -> None:
+    """Write what an autopilot must be told beside the mission, so that it can be loaded before it flies. said: why not."""
+    place, text = folder / found.file, found.text()
+    try:
+        mine = not place.exists() or place.read_text(encoding="utf-8").startswith(text.partition("\n")[0])
+    except (OSError, UnicodeDecodeError):
+        mine = False
+    if not mine:
+        said(f"warning: {place}: was not written by quadstep, and is left as it is")
+        return
+    try:
+        write_beside(place, text)
+    except UserError as error:
+        said(f"warning: {error}")
 
 
 def matching(mission: Mission, plan: FlightPlan) -> Matching | None:
@@ -155,8 +181,6 @@ def fly_planned(
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
-    if isinstance(mission.controller, PilotedSection):
-        return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
     return summary
 
 
@@ -184,9 +208,6 @@ def write_results(
     told("writing tables", 0, 1)
     write_log(out / "flight.csv", log)
     write_weights(out / "weights.json", mission, log)
-    found_parameters = matching(mission, plan)
-    if found_parameters is not None:
-        (out / found_parameters.file).write_text(found_parameters.text(), encoding="utf-8")
     told("writing the page", 0, 1)
     from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
 
