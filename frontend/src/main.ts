@@ -21,6 +21,7 @@ import { closed } from "./view/notation";
 import { listenToKeys } from "./view/keyboard";
 import { tabs } from "./view/tabs";
 import { startTheme, toggleTheme } from "./view/theme";
+import { greatest, lengths } from "./summary/measure";
 import { SummaryStrip } from "./summary/strip";
 import { transport } from "./view/transport";
 import { Guide } from "./walk/guide";
@@ -174,8 +175,8 @@ function setsOut({ flight, data }: Shown): number {
     const column = flight.column(name);
     return column ? [column.map((value) => value - column[0]!)] : [];
   });
-  const far = flight.times.map((_, i) => Math.hypot(...away.map((axis) => axis[i]!)));
-  const most = far.reduce((a, b) => Math.max(a, b), 0);
+  const far = lengths(away);
+  const most = greatest(far);
   return flight.times[far.findIndex((way) => way >= most / 50)] ?? 0;
 }
 

@@ -7,14 +7,12 @@ export function bytes(text: string): ArrayBuffer {
   return out.buffer;
 }
 
-/** Little-endian doubles. */
+/** Little-endian doubles, as are those of every machine that the laws' scripts fly on. */
 export function doubles(text: string): Float64Array {
-  const view = new DataView(bytes(text));
-  return Float64Array.from({ length: view.byteLength >> 3 }, (_, i) => view.getFloat64(8 * i, true));
+  return new Float64Array(bytes(text));
 }
 
 /** Little-endian single-precision numbers, as doubles. */
 export function singles(text: string): Float64Array {
-  const view = new DataView(bytes(text));
-  return Float64Array.from({ length: view.byteLength >> 2 }, (_, i) => view.getFloat32(4 * i, true));
+  return Float64Array.from(new Float32Array(bytes(text)));
 }

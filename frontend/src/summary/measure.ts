@@ -77,7 +77,7 @@ function errors(flight: Flight, { since, arm }: SummaryData): Errors {
 /** Whether a path moves: one that is a point or steps to one does not. */
 function moving(wanted: readonly Float64Array[]): boolean {
   let steps = 0;
-  for (let row = 1; row < wanted[0]!.length; row++) if (wanted.some((values) => values[row] !== values[row - 1])) steps++;
+  for (let row = 1; row < wanted[0]!.length && steps < 2; row++) if (wanted.some((values) => values[row] !== values[row - 1])) steps++;
   return steps > 1 && wanted.some((values) => greatest(values) + greatest(values.map((value) => -value)) > POINT);
 }
 
@@ -139,8 +139,11 @@ function share(rows: number, is: (row: number) => boolean): number {
 }
 
 /** Of each row's vector. */
-function lengths(entries: readonly Float64Array[]): Float64Array {
-  return sums(entries.map((values) => values.map((value) => value * value))).map(Math.sqrt);
+export function lengths(entries: readonly Float64Array[]): Float64Array {
+  const squares = new Float64Array(entries[0]?.length ?? 0);
+  for (const values of entries) for (let i = 0; i < squares.length; i++) squares[i]! += values[i]! * values[i]!;
+  for (let i = 0; i < squares.length; i++) squares[i] = Math.sqrt(squares[i]!);
+  return squares;
 }
 
 /** Root of the mean square. */
@@ -174,7 +177,7 @@ function sums(parts: readonly Float64Array[]): Float64Array {
   return sum;
 }
 
-function greatest(values: Float64Array): number {
+export function greatest(values: Float64Array): number {
   let most = -Infinity;
   for (const value of values) if (value > most) most = value;
   return most;

@@ -179,8 +179,8 @@ def script(
             "if(n>last)n=last;",
             f"let rows=code!==0?Math.ceil(n/log):r/{width};",
             f"const unsaid={unsaid};",
-            f"const broken=R.subarray(0,rows*{width}).findIndex((x,i)=>!Number.isFinite(x)&&!unsaid.includes(i%{width}));",
-            f"if(broken>=0){{if(code===0)code=1;rows=Math.floor(broken/{width})}}",
+            f"let i=0;while(i<rows*{width}&&(Number.isFinite(R[i])||unsaid.includes(i%{width})))i++;",
+            f"if(i<rows*{width}){{if(code===0)code=1;rows=Math.floor(i/{width})}}",
             "return{code,tick:n,rows}}",
             "return{fly,cos,atan2}})()",
         ]
