@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from quadstep.report import page
+from quadstep.report.canvas import drawing, new_figure, write
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, Panel
+from quadstep.report.sheet import Sheet
 from tests.browsers import browsers, playwright  # noqa: F401 (fixtures)
 from tests.needs import CHROMIUM, needs
 
 T = np.linspace(0.0, 10.0, 201)
+SHEET = Sheet(("svg",))
 
 
 @pytest.fixture
@@ -69,4 +72,57 @@ def test_hovering_reads_values_and_a_drag_shows_a_part(report, browsers):  # noq
     move(4.0)
     assert read() == pytest.approx([4.0, 6.0, 6.5], abs=0.06)
     assert errors == []
+    browsers[False].blank()
+
+
+def edges_of(page, name):
+    """Left and right of what is drawn under a name, in pixels of the screen."""
+    box = page.locator(f"g[id$='{name}'] path").first.bounding_box()
+    return box["x"], box["x"] + box["width"]
+
+
+@needs(CHROMIUM)
+def test_a_histogram_and_bars_are_read_and_a_part_is_shown_with_its_limit(tmp_path, browsers):  # noqa: F811
+    with drawing(SHEET):
+        figure = new_figure(SHEET, 8.0, 3.0)
+        bars, counts = figure.subplots(1, 2)
+        bars.barh([0, 1], [30.0, 70.0])
+        bars.set_yticks([0, 1], ["lost", "completed"])
+        bars.set_xlabel("share [%]")
+        counts.stairs([4, 10, 6], [0.0, 1.0, 2.0, 3.0], fill=True)
+        counts.stairs([4, 10, 6], [0.0, 1.0, 2.0, 3.0])
+        counts.axvline(1.5)
+        counts.text(1.5, 0.9, "limit", transform=counts.get_xaxis_transform())
+        counts.set_xlabel("error [m]")
+        counts.set_ylabel("flights")
+        write(figure, tmp_path / "counts", SHEET)
+    told = json.loads(unescape(re.search(r'data-axes="([^"]*)"', (tmp_path / "counts.svg").read_text(encoding="utf-8"))[1]))
+    page.write_page(tmp_path / "report.html", "A report", [page.figure(tmp_path / "counts", "What to see")])
+    opened = browsers[False].page()
+    opened.goto((tmp_path / "report.html").as_uri())
+    shown = opened.locator("svg[data-axes]").bounding_box()
+    scale = shown["width"] / opened.evaluate("document.querySelector('svg[data-axes]').viewBox.baseVal.width")
+
+    def place(axes, x, up, low=None, high=None):
+        left, top, width, height = axes["box"]
+        low, high = (axes["x"]["low"], axes["x"]["high"]) if low is None else (low, high)
+        return shown["x"] + scale * (left + (x - low) / (high - low) * width), shown["y"] + scale * (top + (1.0 - up) * height)
+
+    reading = opened.locator(".reading")
+    opened.mouse.move(*place(told[0], 50.0, 0.75))
+    assert reading.inner_text().split() == ["completed", "share", "70.0", "%"]
+    opened.mouse.move(*place(told[1], 1.2, 0.3))
+    assert reading.inner_text().split() == ["error", "1.20", "m", "flights", "10.0"]
+    opened.mouse.down()
+    opened.mouse.move(*place(told[1], 1.8, 0.3))
+    opened.mouse.up()
+    limit = next(one["id"] for one in told[1]["drawn"] if one["along"] == "x")  # the line, which comes before its word
+    middle = sum(edges_of(opened, limit)) / 2.0
+    assert middle == pytest.approx(place(told[1], 1.5, 0.0, 1.2, 1.8)[0], abs=0.6)
+    word = opened.get_by_text("limit").bounding_box()
+    assert word["x"] == pytest.approx(middle, abs=1.5)
+    opened.mouse.move(*place(told[1], 1.35, 0.3, 1.2, 1.8))
+    assert reading.inner_text().split() == ["error", "1.35", "m", "flights", "10.0"]
+    opened.locator("button.whole").click()
+    assert sum(edges_of(opened, limit)) / 2.0 == pytest.approx(place(told[1], 1.5, 0.0)[0], abs=0.6)
     browsers[False].blank()

@@ -1,7 +1,7 @@
 // Figures of reports answer: hover reads the values, dragging sideways shows a part, a double click or a button all again.
 
 import { number } from "../view/format";
-import { type Curve, Panel, type Told } from "./panel";
+import { type Bar, type Curve, Panel, type Told } from "./panel";
 import { share, valueAt } from "./scale";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -29,7 +29,7 @@ function listen(svg: SVGSVGElement): void {
   const under = ({ x, y }: DOMPoint): Panel | undefined =>
     panels.find(({ told: { box } }) => x >= box[0] && x <= box[0] + box[2] && y >= box[1] && y <= box[1] + box[3]);
   const alike = (panel: Panel): Panel[] =>
-    panels.filter((one) => one.over && one.told.ours && one.told.x.low === panel.told.x.low && one.told.x.high === panel.told.x.high && one.told.across === panel.told.across);
+    panels.filter((one) => one.parts && one.told.x.low === panel.told.x.low && one.told.x.high === panel.told.x.high && one.told.across === panel.told.across);
 
   const quiet = (): void => {
     said.hidden = true;
@@ -45,8 +45,8 @@ function listen(svg: SVGSVGElement): void {
   svg.addEventListener("pointermove", (event) => {
     const at = place(event);
     const panel = from?.panel ?? under(at);
-    if (!panel || !panel.curves.length) return quiet();
-    read(panel, at, said, cross);
+    if (!panel) return quiet();
+    read(panel, at, panel.bar(event.target), said, cross);
     const box = holder.getBoundingClientRect();
     const right = event.clientX - box.left > 0.6 * box.width;
     said.style.left = right ? "" : `${event.clientX - box.left + 16}px`;
@@ -63,7 +63,7 @@ function listen(svg: SVGSVGElement): void {
   svg.addEventListener("pointerdown", (event) => {
     const at = place(event);
     const panel = under(at);
-    if (event.pointerType !== "mouse" || event.button !== 0 || !panel || !panel.over || !panel.told.ours) return;
+    if (event.pointerType !== "mouse" || event.button !== 0 || !panel?.parts) return;
     event.preventDefault(); // which would mark text
     svg.setPointerCapture(event.pointerId);
     from = { panel, x: at.x };
@@ -86,11 +86,16 @@ function listen(svg: SVGSVGElement): void {
   all.addEventListener("click", whole);
 }
 
-/** Says what the curves are where the pointer is. */
-function read(panel: Panel, at: DOMPoint, said: HTMLElement, cross: SVGPathElement): void {
+/** Says what the curves, or a bar, are where the pointer is. */
+function read(panel: Panel, at: DOMPoint, bar: Bar | undefined, said: HTMLElement, cross: SVGPathElement): void {
   const [left, top, width, height] = panel.told.box;
   const rows: [string, number][] = [];
-  if (panel.over) {
+  if (bar) {
+    const label = bar.along === "x" ? panel.told.across : panel.told.up;
+    if (bar.name) rows.push([bar.name, Number.NaN]);
+    rows.push(...[bar.low, bar.high].filter((value) => value !== 0 || bar.low === bar.high).map((value): [string, number] => [label, value]));
+    cross.removeAttribute("d");
+  } else if (panel.over) {
     const x = valueAt(panel.x, Math.min(Math.max((at.x - left) / width, 0), 1));
     rows.push([panel.told.across, x]);
     const unit = /\s*\[[^\]]*\]$/.exec(panel.told.up)?.[0] ?? "";

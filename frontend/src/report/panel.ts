@@ -13,12 +13,22 @@ export interface Told {
   readonly up: string;
   readonly ours: boolean;
   readonly curves: readonly { readonly id: string; readonly name: string }[];
+  readonly bars: readonly Bar[];
+  /** All that stands in the axes. along: the axes in whose values it does, "xy", "x", "y" or none. */
+  readonly drawn: readonly { readonly id: string; readonly along: string }[];
+}
+
+/** A bar from one value to another. */
+export interface Bar {
+  readonly id: string;
+  readonly name: string;
+  readonly along: "x" | "y";
+  readonly low: number;
+  readonly high: number;
 }
 
 export interface Curve {
   readonly name: string;
-  readonly path: SVGPathElement;
-  readonly drawn: string;
   readonly x: Float64Array; // values
   readonly y: Float64Array;
   readonly rising: boolean; // a function of x
@@ -29,23 +39,39 @@ const SVG = "http://www.w3.org/2000/svg";
 export class Panel {
   readonly curves: readonly Curve[];
   readonly group: Element;
+  private readonly shapes: readonly Shape[];
   x: Axis;
   y: Axis;
   private fresh: Element[] = [];
 
   constructor(svg: SVGSVGElement, readonly told: Told) {
-    this.group = found(svg, told.id) ?? svg;
+    const group = (this.group = found(svg, told.id) ?? svg);
     this.x = told.x;
     this.y = told.y;
     this.curves = told.curves.flatMap(({ id, name }) => {
-      const path = found(svg, id)?.querySelector("path");
+      const path = found(group, id)?.querySelector("path");
       return path ? [this.curve(path, name)] : [];
+    });
+    this.shapes = told.drawn.flatMap(({ id, along }) => {
+      const part = along && found(group, id);
+      return part ? [...part.querySelectorAll<SVGElement>(MOVED)].map((element) => new Shape(element, along)) : [];
     });
   }
 
-  /** Whether its curves are functions of x, which can be read at one place and shown in part. */
+  /** Whether its curves are functions of x, which can be read at one place. */
   get over(): boolean {
     return this.curves.length > 0 && this.curves.every((one) => one.rising);
+  }
+
+  /** Whether a part of x can be shown. */
+  get parts(): boolean {
+    return this.told.ours && (this.over || this.told.bars.some((one) => one.along === "x"));
+  }
+
+  /** The bar that an element draws. */
+  bar(element: EventTarget | null): Bar | undefined {
+    const id = element instanceof Element ? element.closest("g[id]")?.id : undefined;
+    return this.told.bars.find((one) => id === one.id || id?.endsWith(`-${one.id}`));
   }
 
   private curve(path: SVGPathElement, name: string): Curve {
@@ -54,21 +80,18 @@ export class Panel {
     const places = [...drawn.matchAll(/[ML] (\S+) (\S+)/g)];
     const x = Float64Array.from(places, (one) => valueAt(this.told.x, (Number(one[1]) - left) / width));
     const y = Float64Array.from(places, (one) => valueAt(this.told.y, 1 - (Number(one[2]) - top) / height));
-    return { name, path, drawn, x, y, rising: x.length > 1 && x.every((value, i) => i === 0 || value >= x[i - 1]! - 1e-9 * Math.abs(value)) };
+    return { name, x, y, rising: x.length > 1 && x.every((value, i) => i === 0 || value >= x[i - 1]! - 1e-9 * Math.abs(value)) };
   }
 
   /** Show the part of x from low to high, and the values that are there. */
   show(low: number, high: number): void {
     this.x = { ...this.told.x, low, high };
     this.y = this.told.y.kind === "linear" ? this.around(low, high) : this.told.y;
-    const [left, top, width, height] = this.told.box;
-    for (const one of this.curves) {
-      let text = "";
-      one.x.forEach((x, i) => {
-        text += `${i ? "L" : "M"}${(left + width * share(this.x, x)).toFixed(2)} ${(top + height * (1 - share(this.y, one.y[i]!))).toFixed(2)}`;
-      });
-      one.path.setAttribute("d", text);
-    }
+    const { told } = this;
+    const [left, top, width, height] = told.box;
+    const across = (at: number): number => left + width * share(this.x, valueAt(told.x, (at - left) / width));
+    const up = (at: number): number => top + height * (1 - share(this.y, valueAt(told.y, 1 - (at - top) / height)));
+    for (const one of this.shapes) one.move(across, up, told.box);
     this.scales();
   }
 
@@ -76,7 +99,7 @@ export class Panel {
   reset(): void {
     this.x = this.told.x;
     this.y = this.told.y;
-    for (const one of this.curves) one.path.setAttribute("d", one.drawn);
+    for (const one of this.shapes) one.reset();
     for (const one of this.fresh) one.remove();
     this.fresh = [];
     for (const one of this.old()) one.removeAttribute("display");
@@ -110,7 +133,7 @@ export class Panel {
       place.append(line(x, top, x, top + height));
       if (numbered) place.append(word(x, top + height + 14, text, "middle"));
     }
-    for (const [value, text] of this.y.kind === "linear" ? marks(this.y, 4) : []) {
+    for (const [value, text] of this.y === this.told.y ? [] : marks(this.y, 4)) {
       const y = top + height * (1 - share(this.y, value));
       place.append(line(left, y, left + width, y), word(left - 7, y + 3.2, text, "end"));
     }
@@ -119,8 +142,53 @@ export class Panel {
   }
 
   private old(): Element[] {
-    const kept = this.told.y.kind === "linear" ? /(xtick|ytick|grid)/ : /(xtick|grid)/;
+    const kept = this.y === this.told.y ? /(xtick|grid)/ : /(xtick|ytick|grid)/;
     return [...this.group.querySelectorAll("g[id]")].filter((one) => kept.test(one.id.replace(/^.*-/, "")));
+  }
+}
+
+const MOVED = ":is(path, use, text, g[transform^=translate]):not(defs *, g[transform] *)";
+const PAIR = /(-?[\d.]+(?:e[-+]?\d+)?)[ ,](-?[\d.]+(?:e[-+]?\d+)?)/g;
+
+/** Something drawn at values of x, of y or both, as the drawing has it. */
+class Shape {
+  private readonly was: readonly (readonly [string, string | null])[];
+
+  constructor(
+    private readonly element: SVGElement,
+    private readonly along: string,
+  ) {
+    this.was = ["d", "x", "y", "transform", "visibility"].map((name) => [name, element.getAttribute(name)]);
+  }
+
+  /** across, up: where a place goes. Words outside of the box are not shown. */
+  move(across: (at: number) => number, up: (at: number) => number, [left, top, width, height]: Told["box"]): void {
+    this.reset();
+    const { element, along } = this;
+    const at = (x: string, y: string): [number, number] => [along.includes("x") ? across(Number(x)) : Number(x), along.includes("y") ? up(Number(y)) : Number(y)];
+    const pair = (_: string, x: string, y: string): string => at(x, y).map((one) => one.toFixed(2)).join(" ");
+    const place = /translate\(([^)]*)\)/.exec(element.getAttribute("transform") ?? "")?.[1];
+    let [x, y] = [left, top];
+    if (element.hasAttribute("x")) {
+      [x, y] = at(element.getAttribute("x")!, element.getAttribute("y")!);
+      element.setAttribute("x", String(x));
+      element.setAttribute("y", String(y));
+      const turned = /rotate\(([-\d.]+)/.exec(element.getAttribute("transform") ?? "");
+      if (turned) element.setAttribute("transform", `rotate(${turned[1]} ${x} ${y})`);
+    } else if (place) {
+      const moved = place.replace(PAIR, pair);
+      [x, y] = moved.split(" ").map(Number) as [number, number];
+      element.setAttribute("transform", element.getAttribute("transform")!.replace(place, moved));
+    } else element.setAttribute("d", (element.getAttribute("d") ?? "").replace(PAIR, pair));
+    if (x < left - 1 || x > left + width + 1 || y < top - 1 || y > top + height + 1) element.setAttribute("visibility", "hidden");
+  }
+
+  /** As it was drawn. */
+  reset(): void {
+    for (const [name, value] of this.was) {
+      if (value === null) this.element.removeAttribute(name);
+      else this.element.setAttribute(name, value);
+    }
   }
 }
 
@@ -151,6 +219,6 @@ function word(x: number, y: number, text: string, anchor: string): SVGElement {
 }
 
 /** The part of a drawing with this id, which a report has put the figure's name before. */
-function found(svg: SVGSVGElement, id: string): Element | undefined {
-  return [...svg.querySelectorAll("g[id]")].find((one) => one.id === id || one.id.endsWith(`-${id}`));
+function found(group: Element, id: string): Element | undefined {
+  return [...group.querySelectorAll("g[id]")].find((one) => one.id === id || one.id.endsWith(`-${id}`));
 }

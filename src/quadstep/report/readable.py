@@ -2,13 +2,18 @@
 
 import json
 import re
+from collections.abc import Iterator
 from html import escape
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.collections import PathCollection, QuadMesh
+from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle, StepPatch
 
 KINDS = frozenset(("linear", "log", "symlog"))
 """Scales that it knows."""
@@ -20,11 +25,11 @@ MATH = re.compile(r"\\mathrm\{([^}]*)\}|\\(?:dot|ddot|tilde|hat)\{([^}]*)\}|\$")
 
 
 def mark(figure: Figure) -> None:
-    """Name axes and curves in the SVG to come."""
+    """Name axes, and what is drawn in them, in the SVG to come."""
     for place, axes in enumerate(figure.axes):
         axes.set_gid(f"axes{place}")
-        for number, line in enumerate(curves(axes)):
-            line.set_gid(f"curve{place}.{number}")
+        for number, one in enumerate(drawn(axes)):
+            one.set_gid(f"drawn{place}.{number}")
 
 
 def told(svg: str, figure: Figure) -> str:
@@ -37,20 +42,50 @@ def told(svg: str, figure: Figure) -> str:
     return svg.replace("<svg ", f'<svg data-axes="{content}" ', 1)
 
 
-def curves(axes: Axes) -> list[Line2D]:
-    """Those with values: a lone point, or a line across all of the axes, is a mark."""
+def drawn(axes: Axes) -> list[Artist]:
+    """All that is drawn in them but the grid."""
+    parts = [*axes.lines, *axes.patches, *axes.collections, *axes.texts]
+    return [one for one in parts if not str(one.get_gid()).startswith(GRID)]
+
+
+def curves(axes: Axes) -> list[Line2D | StepPatch]:
+    """Those with values, outlines of histograms too: a lone point, or a line across all of the axes, is a mark."""
     sizes = [(line, np.asarray(line.get_xdata()).size) for line in axes.lines]
-    return [line for line, size in sizes if size > 2 or (size == 2 and named(line))]
+    lines = [line for line, size in sizes if size > 2 or (size == 2 and name(line))]
+    return [*lines, *(one for one in axes.patches if isinstance(one, StepPatch) and not one.get_fill())]
 
 
-def named(line: Line2D) -> bool:
-    """Whether it is in a legend."""
-    return not str(line.get_label()).startswith("_")
+def bars(axes: Axes) -> Iterator[tuple[BarContainer, Rectangle, str]]:
+    """Each with its name: that of the tick that it stands at, and that of its kind."""
+    for container in axes.containers:
+        if not isinstance(container, BarContainer):
+            continue
+        axis = axes.yaxis if container.orientation == "horizontal" else axes.xaxis
+        ticks = dict(zip(axis.get_ticklocs(), (one.get_text() for one in axis.get_ticklabels()), strict=False))
+        for one in container.patches:
+            (x, y), (dx, dy) = one.get_xy(), (one.get_width(), one.get_height())
+            middle = y + 0.5 * dy if axis is axes.yaxis else x + 0.5 * dx
+            words = ticks[min(ticks, key=lambda tick: abs(tick - middle))] if ticks else ""
+            yield container, one, ", ".join(filter(None, (words, name(container))))
+
+
+def name(one: Artist | BarContainer) -> str:
+    """In a legend; "" where it is in none."""
+    label = str(one.get_label())
+    return "" if label.startswith("_") else plain(label)
 
 
 def readable(axes: Axes) -> bool:
-    """Whether it has curves, on scales that are known."""
-    return axes.get_visible() and bool(curves(axes)) and {axes.get_xscale(), axes.get_yscale()} <= KINDS
+    """Whether it has curves or bars, on scales that are known."""
+    some = bool(curves(axes)) or any(isinstance(one, BarContainer) for one in axes.containers)
+    return axes.get_visible() and some and {axes.get_xscale(), axes.get_yscale()} <= KINDS
+
+
+def along(one: Artist, axes: Axes) -> str:
+    """The axes in whose values it is drawn: "xy", "x", "y" or none."""
+    transform = one.get_offset_transform() if isinstance(one, PathCollection) else one.get_transform()
+    in_x, in_y = transform.contains_branch_seperately(axes.transData)
+    return "x" * in_x + "y" * in_y
 
 
 def described(place: int, axes: Axes) -> dict[str, object]:
@@ -66,12 +101,18 @@ def described(place: int, axes: Axes) -> dict[str, object]:
         "y": scale(axes.yaxis),
         "across": plain(axes.get_xlabel()) or shared_label(axes),
         "up": plain(axes.get_ylabel()),
-        "ours": all(str(one.get_gid()).startswith(GRID) for one in axes.collections),
-        "curves": [
-            {"id": f"curve{place}.{number}", "name": plain(str(line.get_label())) if named(line) else ""}
-            for number, line in enumerate(curves(axes))
-        ],
+        "ours": not axes.images and not any(isinstance(one, QuadMesh) for one in axes.collections),
+        "curves": [{"id": one.get_gid(), "name": name(one)} for one in curves(axes)],
+        "bars": [bar(*one) for one in bars(axes)],
+        "drawn": [{"id": one.get_gid(), "along": along(one, axes)} for one in drawn(axes)],
     }
+
+
+def bar(container: BarContainer, one: Rectangle, words: str) -> dict[str, object]:
+    """A bar: where it begins and ends, and along which axis."""
+    flat = container.orientation == "horizontal"
+    low, size = (one.get_x(), one.get_width()) if flat else (one.get_y(), one.get_height())
+    return {"id": one.get_gid(), "name": words, "along": "x" if flat else "y", "low": float(low), "high": float(low + size)}
 
 
 def shared_label(axes: Axes) -> str:
