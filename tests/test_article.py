@@ -65,7 +65,7 @@ def flown_in_node(path, changes):
 def words(text):
     """The words that a reader reads, formulas as one."""
     text = re.sub(r"<svg.*?</svg>|<table.*?</table>", " ", text, flags=re.DOTALL)
-    text = re.sub(r'<div class="equation">.*?</div>', " ", text, flags=re.DOTALL)
+    text = re.sub(r'<div class="equation".*?</div>', " ", text, flags=re.DOTALL)
     text = re.sub(r"<math.*?</math>", "x", text, flags=re.DOTALL)
     return re.sub(r"<[^>]+>", " ", text).split()
 

@@ -56,7 +56,7 @@ def displayed(latex: str) -> str:
     r"""A displayed formula as HTML, the number that `\tag` gives it at the right. Raises ValueError."""
     found = TAG.search(latex)
     number = f'<span class="tag">({escape(found[1])})</span>' if found else ""
-    return f'<div class="equation">{mathml(latex, block=True)}{number}</div>'
+    return f'<div class="equation" tabindex="0">{mathml(latex, block=True)}{number}</div>'
 
 
 SOURCE = re.compile(r"\$\$(.+?)\$\$|\$([^$\n]+?)\$", re.DOTALL)

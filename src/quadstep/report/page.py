@@ -125,10 +125,10 @@ def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callabl
         kind = kind or "long" * any(len(word) > LONG for word in text.split())
         return f'<td class="{escape(kind)}">{set_as(text)}</td>' if kind else f"<td>{set_as(text)}</td>"
 
-    head = "".join(f"<th>{set_as(name)}</th>" for name in header)
+    head = "".join(f"<th>{set_as(name)}</th>" if name else "<td></td>" for name in header)
     head = f"<thead><tr>{head}</tr></thead>" if any(header) else ""
     body = "".join(f"<tr>{''.join(cell(content) for content in row)}</tr>\n" for row in rows)
-    return f'<div class="scroll"><table>{head}<tbody>\n{body}</tbody></table></div>'
+    return f'<div class="scroll" tabindex="0"><table>{head}<tbody>\n{body}</tbody></table></div>'
 
 
 def drawn_interval(span: Span) -> str:
@@ -183,7 +183,7 @@ def figure(path: Path, caption: str, coded: bool = False, set_as: Callable[[str]
 def inline_figure(drawing: str, caption: str, coded: bool = False, set_as: Callable[[str], str] = rich) -> str:
     """A figure from its markup. coded, set_as: as for `figure`."""
     role = "group" if "<a " in drawing else "img"  # of which links would be no part
-    shown = f'<div class="drawn" role="{role}" aria-label="{escape(caption)}">{drawing}</div>'
+    shown = f'<div class="drawn" tabindex="0" role="{role}" aria-label="{escape(caption)}">{drawing}</div>'
     kind = ' class="coded"' if coded else ""
     return f"<figure{kind}>{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
 
@@ -199,7 +199,7 @@ def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "
     above = f'<div class="top">{LOGO}<span>{escape(f"quadstep · {kind}" if kind else "quadstep")}</span></div>'
     return (
         f'<!doctype html>\n<html lang="en"><head>{head}<style>{faces(body)}{style()}</style></head>\n'
-        f"<body>{above}<h1>{escape(title)}</h1>\n{contents}<main>\n{body}\n</main>\n"
+        f"<body><header>{above}<h1>{escape(title)}</h1></header>\n{contents}<main>\n{body}\n</main>\n"
         f'<footer class="colophon">quadstep {__version__}</footer>{script(body)}</body></html>\n'
     )
 
