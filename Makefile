@@ -16,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
 	@echo "make test       run the tests; some: make test TESTS='tests/test_cli.py -x'"
-	@echo "make test-proofs  run the tests of rooms that prove things or judge the paper: prove, theory, certify, verify"
+	@echo "make test-proofs  run the tests of rooms that prove things or judge the paper (prove, theory, certify, verify), and try mutants of every law"
 	@echo "make thorough   run the cases that make test leaves out: all of every product of laws, vehicles, terminals, processors"
 	@echo "make challenge  search for flights, files and data that contradict a verdict: SECONDS=3600, SEED=7, ONLY='tubes'"
 	@echo "make firmware   build exports in your firmware trees and fly them: QUADSTEP_PX4=DIR QUADSTEP_ARDUPILOT=DIR QUADSTEP_CRAZYFLIE=DIR"

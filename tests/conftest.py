@@ -19,8 +19,11 @@ from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtur
 from tests.commands import without_figures
 from tests.needs import NEEDS, POLICY, Need, needs
 
-PROOFS = tuple(f"test_{room}" for room in ("certify", "completion", "proofs", "prove", "region", "theory", "verify"))
-"""Files on rooms that prove things or judge the paper: nothing else depends on them, so `make test-proofs` runs them."""
+ROOMS = "certify", "completion", "proofs", "prove", "region", "theory", "verify"
+PROOFS = tuple(f"test_{name}" for name in (*ROOMS, "control_mutations"))
+"""Files on rooms that prove things or judge the paper, which nothing else depends on, and one that judges tests of control:
+`make test-proofs` runs them.
+"""
 
 bars.EVERY = math.inf  # on a busy machine a stage may take a minute, and would say so
 gc.set_threshold(SELDOM)  # as the command line does

@@ -62,7 +62,7 @@ def fly_page(path: Path, *requests: dict[str, Any]) -> list[dict[str, Any]]:
     return answers
 
 
-SHORT = {"duration": 1.2}
+SHORT = {"duration": 0.4}
 TILTED = {"position": [0.5, -0.5, 0.0], "attitude": [0.1, 0.1, -0.1], "rates": [0.1, -0.2, 0.3]}
 WAYPOINTS = {
     "type": "waypoints",
@@ -85,11 +85,11 @@ FLIGHTS = {
     "backstepping": mission(vehicle=UNEQUAL),
     "printed kinematics": mission(vehicle={**UNEQUAL, "kinematics": "printed"}),
     "rotor limits": mission(vehicle={"rotors": {"limits": [0.0, 12.0]}}),
-    "late learning": mission(controller=adaptive(start=1.0)),
+    "late learning": mission(controller=adaptive(start=0.2)),
     "no nets": mission(controller=adaptive(enabled=False)),
     "completed": mission(vehicle=UNEQUAL, controller={"type": "completed-backstepping"}),
     "nested saturation": mission(vehicle=UNEQUAL, controller=nested()),
-    "waypoints": mission(path=WAYPOINTS),
+    "waypoints": mission(path=WAYPOINTS, simulation={"duration": 1.2}),
     "circle": mission(path=CIRCLE, start={}),
     "disturbed": mission(disturbance={"scale": 2.0, "force": [0.3, -0.2, 0.1], "torque": [0.1, 0.0, -0.2]}),
     "other clock": mission(simulation={"duration": 0.7, "step": 0.001, "control_period": 0.005, "log_period": 0.007}),

@@ -97,8 +97,14 @@ def axes(log):
     return Rotation.from_quat(np.roll(log.table("q_w", "q_x", "q_y", "q_z"), -1, axis=1)).as_matrix()
 
 
-CHAINS = [*((preset, "geometric") for preset in PRESETS), *(("research-2.6kg", name) for name in CONTROLLERS[1:])]
-EVERY_CHAIN = pytest.mark.parametrize(("preset", "controller"), CHAINS, ids=lambda name: name)
+USUAL = ("indi", "state-space-backstepping", "planned-lqr", "pid", "loop-shaping", "backstepping")
+"""Of the laws, those whose signs `tests/test_control_real_vehicles.py` does not have, and one of each family that it has."""
+
+CHAINS = [(preset, "geometric") for preset in PRESETS]
+OTHERS = [
+    pytest.param("research-2.6kg", name, marks=() if name in USUAL else pytest.mark.thorough) for name in CONTROLLERS[1:]
+]
+EVERY_CHAIN = pytest.mark.parametrize(("preset", "controller"), [*CHAINS, *OTHERS], ids=lambda name: name)
 
 
 @EVERY_CHAIN

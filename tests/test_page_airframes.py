@@ -20,7 +20,7 @@ CIRCLE = {"type": "circle", "radius": 2.0, "period": 8.0, "centre": [0.0, 0.0, 5
 
 
 def mission(name, **given):
-    content = {"name": name, "vehicle": {"preset": "hummingbird"}, "path": CIRCLE, "simulation": {"duration": 0.5}, **given}
+    content = {"name": name, "vehicle": {"preset": "hummingbird"}, "path": CIRCLE, "simulation": {"duration": 0.2}, **given}
     found = check_mission(content, "test")
     assert isinstance(found, MultirotorMission)
     return found
