@@ -20,13 +20,14 @@ from quadstep.page.laws import Laws
 from quadstep.page.missions import fly_missions, identity, missions_page
 from quadstep.page.model import ClaimView, json_number
 from quadstep.page.scenes import PANELS, panels, scene
+from quadstep.page.story import OWN
 from quadstep.studies.paper.cases import NEURONS, case_1
 from quadstep.studies.paper.claims import answer, check_claims
 from quadstep.studies.paper.page import TURN_NEURONS, paper_page
 from quadstep.studies.paper.study import fly_study, plan_study
 from quadstep.vehicle.paper import rotor_map
 from tests.missions import EXAMPLES, MISSIONS, RECORDED
-from tests.pages import FLIGHTS, STAND_IN, data_of, flown
+from tests.pages import FLIGHTS, STAND_IN, data_of, flown, fly_page, needs_node
 
 HOSTILE = "</script><script>alert('x')</script><!-- & \"quotes\" \\u003c ]]> é 飛"
 
@@ -296,3 +297,54 @@ def test_a_full_page_has_fewer_ghosts_then_recordings(monkeypatch):
     assert counts == sorted(counts, reverse=True)
     assert "left" in shown[-1]["whyNot"]
     assert shown[-1]["recorded"]["count"] == len(flights[-1].log.rows)
+
+
+@needs_node
+def test_the_walk_says_what_its_guesses_fly(paper_text, tmp_path):
+    pages = {"paper.html": paper_text, "own.html": fly_missions([OWN.with_name("wind.toml"), OWN.with_name("rotor.toml")])}
+    for name, text in pages.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    own = data_of(pages["own.html"])["flights"]
+    stress = "stress-6s-x1-nets"
+    asked = {
+        "paper.html": [
+            {"flight": "case1", "values": {"t_f": [6.0], "K_r2": [100.0] * 3}},
+            {"flight": "case1", "values": {"t_f": [6.0], "K_r2": [75.0] * 3}},
+            {"flight": stress},
+            {"flight": stress, "values": {"nets": [0.0]}},
+            {"flight": stress, "values": {"disturbance": [1.5]}},
+            {"flight": stress, "values": {"disturbance": [2.0]}},
+        ],
+        "own.html": [
+            {"flight": own[0]["id"]},
+            {"flight": own[0]["id"], "values": {"wind": [12.0, 0.0, 0.0]}},
+            {"flight": own[1]["id"]},
+            {"flight": own[1]["id"], "values": {"fault_1": [0.5]}},
+        ],
+    }
+    flown = [one for name in asked for one in fly_page(tmp_path / name, *asked[name])]
+    assert [place for place, one in enumerate(flown) if one["code"] > 0] == [1, 5]
+    slow, _, nets, none, more, _, wind, gale, weak, half = flown
+    assert tilt(slow) == pytest.approx(26.4, abs=0.5)
+    assert [1e3 * rmse(one) for one in (nets, none, more)] == pytest.approx([9.0, 93.0, 19.7], abs=0.5)
+    assert [largest(one) for one in (wind, gale, weak, half)] == pytest.approx([0.32, 0.655, 0.107, 0.744], abs=0.002)
+
+
+def column(answer, name):
+    return answer["values"][:, [one for one, _ in answer["columns"]].index(name)]
+
+
+def distances(answer):
+    return np.linalg.norm([column(answer, f"{axis}_d") - column(answer, axis) for axis in "xyz"], axis=0)
+
+
+def rmse(answer):
+    return np.sqrt(np.mean(distances(answer) ** 2))
+
+
+def largest(answer):
+    return distances(answer).max()
+
+
+def tilt(answer):
+    return np.degrees(np.arccos(np.cos(column(answer, "theta")) * np.cos(column(answer, "phi"))).max())
