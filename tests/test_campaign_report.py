@@ -167,6 +167,7 @@ def test_the_points_that_open_are_the_worst_and_others_from_the_best_to_the_wors
 def test_a_flight_that_a_point_opens_has_the_bits_of_fly(flown):
     folder, path, _ = flown
     links = points(folder)
+    assert list(links.values()) == [f"flights.html#flight=flight-{flight}" for flight in links]
     chosen = list(links)[::4]
     asked = [{"flight": links[one].partition("=")[2]} for one in chosen]
     for flight, answer in zip(chosen, fly_page(folder / "flights.html", *asked), strict=True):

@@ -1,4 +1,4 @@
-// Settings in the address bar: #flight=case1&controller=...&ghost=...&set=K_r1:2,2,3&t=12.5. Whatever does not fit is left
+// Settings in the address bar: #flight=case1&controller=...&ghost=...&set=backstepping.K_r1:2,2,3&t=12.5. Whatever does not fit is left
 // out and said; nothing of it is ever run.
 
 import type { FlightData, PageData } from "./contract";

@@ -96,6 +96,12 @@ def listing(lines: Iterable[str]) -> str:
     return f"<ul>{''.join(f'<li>{rich(line)}</li>' for line in lines)}</ul>"
 
 
+def verbatim(text: str, under: str = "") -> str:
+    """Text as it is, line by line. under: what opens it, where it is long."""
+    shown = f'<pre tabindex="0">{escape(text)}</pre>'
+    return f"<details><summary>{escape(under)}</summary>{shown}</details>" if under else shown
+
+
 def links(places: Iterable[tuple[str, str]], before: str = "") -> str:
     """A list of links: address and text of each, and a sentence before them. Paper has none."""
     said = f'<p class="screen">{rich(before)}</p>' if before else ""

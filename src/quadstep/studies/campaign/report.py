@@ -37,7 +37,7 @@ from quadstep.studies.campaign.varied import Varied, bins, varied
 TABLE = "table.tex"
 
 GLANCE = {
-    "outcomes": "How the flights ended, and when those that ended early did.",
+    "outcomes": "How the flights ended; where some ended early, when.",
     "distributions": "Above, how many completed flights were how far from their path; below, the share of all flights that "
     "were worse, lost ones included: where the curve meets a limit (red), it says how often that is exceeded.",
     "ranking": "What explains the spread: the share of the variance that each key explains on its own, with its interval.",
@@ -230,7 +230,7 @@ def moving(
     across, up = (Metric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
     body = [page.heading("Flights to watch", "flights")]
     if len(lost) > 1 and draw_points(folder / "points", (across, up), lost, links, sheet):
-        whose = f"The first {MOST_POINTS} flights" if len(lost) > MOST_POINTS else "All flights"
+        whose = f"The first {MOST_POINTS} flights, and those with a ring," if len(lost) > MOST_POINTS else "All flights"
         caption = f"{whose} by how far they were from their path, up to their end. Click a ring to see that flight move."
         body.append(page.figure(folder / "points.svg", caption))
     places = [(link, f"flight {flight}") for flight, link in links.items()]

@@ -81,9 +81,7 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
         body.append(
             page.table(("what varies", "how"), [(label(mission, key), variation_text(file, key)) for key in file.keys], escape)
         )
-    files = ((f"campaign file {path.name}", campaign.text),)
-    body += [f"<details><summary>{escape(name)}</summary><pre>{escape(content)}</pre></details>" for name, content in files]
-    return body
+    return [*body, page.verbatim(campaign.text, f"campaign file {path.name}")]
 
 
 def pairs(table: Mapping[str, object]) -> str:
@@ -230,12 +228,11 @@ def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, 
         ["largest error", *(length(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name]) if name in drawn else "–" for drawn in values)] for name in names),
     ]
-    commands = "\n".join(escape(replay_command(path, one.flight, folder)) for one in flights)
     return [
         page.paragraph("Flights that failed come first: those that ended first, then those farthest from the path."),
         page.table(("flight", *(str(one.flight) for one in flights)), rows, escape),
         page.paragraph("To replay them with their full logs:"),
-        f"<pre>{commands}</pre>",
+        page.verbatim("\n".join(replay_command(path, one.flight, folder) for one in flights)),
         page.paragraph(
             "The figures show these flights replayed in f64 (o: start, x: end). Parts far from the desired path are outside "
             "the figure."

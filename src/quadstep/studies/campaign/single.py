@@ -80,9 +80,8 @@ def write_flights(out: Path, campaign: Campaign, again: Mapping[int, Again]) -> 
     shown: dict[int, ShownFlight] = {}
     for flight, (found, log, _) in again.items():
         if found is not None and log is not None and again[flight].drawable:
-            taken = [one.id for one in shown.values()]
-            one = flown_mission(found.mission, found.plan, log, campaign.folder, taken)
-            shown[flight] = one._replace(group=campaign.file.name)
+            one = flown_mission(found.mission, found.plan, log, campaign.folder)
+            shown[flight] = one._replace(id=f"flight-{flight}", group=campaign.file.name)
     try:
         text = build_page(campaign.file.name, "", list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
     except UserError:

@@ -46,14 +46,11 @@ def write_report(
         body += [page.heading("Errors", "errors"), page.table(HEADER, error_rows(metrics))]
     if drawn[IN_SUMMARY:]:
         body += [page.heading("More signals", "signals"), *drawn[IN_SUMMARY:]]
-    content = escape(LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2)))
-    body += [
-        page.heading("Mission", "flown"),
-        f"<details><summary>all keys of the mission</summary><pre>{content}</pre></details>",
-    ]
+    content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2))
+    body += [page.heading("Mission", "flown"), page.verbatim(content, "all keys of the mission")]
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does without"
-        body.append(f"<details><summary>{whose}</summary><pre>{escape(chr(10).join(left))}</pre></details>")
+        body.append(page.verbatim("\n".join(left), whose))
     page.write_page(path, mission.name, body, "Flight")
 
 
