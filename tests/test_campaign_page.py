@@ -6,11 +6,13 @@ import pytest
 from quadstep.engines.wasm import exporting, imported, leb, sections, whole
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import share
+from quadstep.page import serve
 from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME, Flyer
 from quadstep.studies.campaign.page import campaign_page, rate
 from quadstep.studies.campaign.schema import read_campaign
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
+from tests.pages import serving
 
 package("playwright")
 
@@ -80,11 +82,25 @@ def test_flights_are_those_of_the_campaign_whatever_gain_is_set(open_page, preci
     page = open_page()
     assert_flown_as_by_the_campaign(page, campaign(tmp_path, precision))
     page.evaluate("quadstep.setControl('k_x', [12, 14, 16])")
-    changed = campaign(tmp_path, precision, "k_x = [12.0, 14.0, 16.0]")
-    assert_flown_as_by_the_campaign(page, changed)
-    if precision == "f64":  # and by the page's own laws, which have no f32
-        page.evaluate("delete globalThis.WebAssembly; quadstep.fly()")
-        assert_flown_as_by_the_campaign(page, changed)
+    assert_flown_as_by_the_campaign(page, campaign(tmp_path, precision, "k_x = [12.0, 14.0, 16.0]"))
+
+
+@needs(CHROMIUM)
+@pytest.mark.parametrize("allowed", [True, False])
+def test_a_served_page_flies_its_campaign_in_workers_or_by_its_own_laws(
+    browsers, page_file, precision, tmp_path, monkeypatch, allowed
+):  # of which there are none in f32
+    if not allowed:
+        monkeypatch.setattr(serve, "SANDBOXED", serve.SANDBOXED.replace(" 'wasm-unsafe-eval'", ""))
+    if allowed or precision == "f64":
+        with serving(serve.server(page_file.parent, 0)) as port:
+            page = browsers[False].page()
+            page.goto(f"http://127.0.0.1:{port}/files/page.html")
+            page.wait_for_selector("html[data-ready]", state="attached")
+            workers = len(page.workers)
+            assert_flown_as_by_the_campaign(page, campaign(tmp_path, precision))
+            assert bool(workers) == allowed
+            browsers[False].blank()
 
 
 HELD = """async () => {

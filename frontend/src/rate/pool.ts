@@ -17,6 +17,15 @@ export interface Setting {
   readonly last: number;
 }
 
+/** undefined where a browser has no WebAssembly, or is told to run none. */
+function compiled(module: string): WebAssembly.Module | undefined {
+  try {
+    return new WebAssembly.Module(bytes(module));
+  } catch {
+    return undefined;
+  }
+}
+
 export class Pool {
   private readonly columns: Float64Array;
   private workers: Worker[] | undefined;
@@ -44,17 +53,17 @@ export class Pool {
     };
     this.setting = setting;
     this.job = { id: ++this.id, constants: Float64Array.from(this.rate.constants, value), last, first: 0 };
-    if (typeof WebAssembly === "undefined") return this.alone(this.id, 0);
-    if (!this.workers) this.start(setting);
+    const module = this.workers ? undefined : compiled(this.rate.module);
+    if (module) this.start(setting, module);
+    if (!this.workers) return this.alone(this.id, 0);
     for (const worker of this.idle.splice(0)) this.next(worker);
   }
 
-  private start({ given }: Setting): void {
+  private start({ given }: Setting, module: WebAssembly.Module): void {
     const { rate } = this;
     const url = URL.createObjectURL(new Blob([`(${work.toString()})()`], { type: "text/javascript" }));
     const tables = Float64Array.from(given.tables.flatMap((table) => [...table]));
     const { double, flights, results, every } = rate;
-    const module = new WebAssembly.Module(bytes(rate.module));
     const setup: Setup = { module, double, flights, constants: rate.constants.length, results, step: given.ticks.step, every, columns: this.columns, tables };
     this.workers = Array.from({ length: Math.min(navigator.hardwareConcurrency || 2, MOST_WORKERS) }, () => {
       const worker = new Worker(url);

@@ -27,7 +27,7 @@ from quadstep.page.sharing import COOKIE, LOCAL, Access, qr_drawing
 from quadstep.page.thumbnail import thumbnail
 
 POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' blob:; worker-src blob:; style-src 'unsafe-inline'; "
+    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
     "img-src 'self' data: blob:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 SANDBOXED = f"{POLICY}; sandbox allow-scripts allow-downloads"
