@@ -134,7 +134,7 @@ def test_bad_connections_are_one_line(tmp_path):
     mission = write(tmp_path, MISSION)
     out = ("--out", tmp_path / "out")
     for arguments, said in (
-        (("--autopilot", "betaflight"), "--autopilot betaflight: is not known; allowed: px4, ardupilot"),
+        (("--autopilot", "betaflight"), "--autopilot: unknown value 'betaflight'; allowed: px4, ardupilot"),
         (("--autopilot", "px4", "--connect", "here:99999"), "the port should be a number from 1 to 65535"),
         (("--autopilot", "px4", "--connect", "::1"), "::1: IPv6 is not supported; allowed: PORT or HOST:PORT"),
         (("--autopilot", "px4", "--connect", "[::1]:4560"), "[::1]:4560: IPv6 is not supported"),
@@ -330,7 +330,7 @@ def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
     monkeypatch.setattr("quadstep.bridges.autopilot.setpoints.HEARTBEAT_WAIT", 0.2)
     mission = write(tmp_path, ORBIT)
     for arguments, said in (
-        (("--kind", "jerk"), "--kind jerk: is not known; allowed: position, attitude, rates"),
+        (("--kind", "jerk"), "--kind: unknown value 'jerk'; allowed: position, attitude, rates"),
         (("--rate", "1"), "--rate 1: should be from 2 to 200 Hz"),
         (("--rate", "nan"), "--rate nan: should be from 2 to 200 Hz"),
         (("--hold", "-1"), "--hold -1: should be from 0 to 3600 s"),

@@ -182,9 +182,9 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
         (("campaign", "campaign.toml", "--flights", "9" * 5000), "error: --flights: should be a smaller number, not '999"),
         (
             ("campaign", "campaign.toml", "--engine", "floats"),
-            "error: --engine: 'floats' is not known; allowed: lanes, gpu, ray (see",
+            "error: --engine: unknown value 'floats'; allowed: lanes, gpu, ray (see",
         ),
-        (("completion", "tcsh"), "error: shell: 'tcsh' is not known; allowed: bash, zsh, fish (see"),
+        (("completion", "tcsh"), "error: shell: unknown value 'tcsh'; allowed: bash, zsh, fish (see"),
         (("serve", "--port", "70000"), "error: --port: should be from 0 to 65535, not '70000' (see"),
         (("serve", "--port", "x"), "error: --port: should be a whole number from 0 to 65535, not 'x' (see"),
         (("study", "region", "--force", "-1"), "error: --force: should be at least 0, not '-1' (see"),

@@ -384,7 +384,7 @@ def test_a_controller_that_cannot_fly_the_vehicle_is_one_line_that_names_it(tmp_
     result = quadstep("compare", file, "--out", tmp_path / "out", "--keep-going")
     assert result.code == 2
     assert result.err.count("\n") == 1
-    assert f"{file}: flat cannot fly research-2.6kg: controller.type: 'planar-pd' is not known" in result.err
+    assert f"{file}: flat cannot fly research-2.6kg: controller.type: unknown value 'planar-pd'" in result.err
     assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
 
 
@@ -405,7 +405,10 @@ def test_an_optional_controller_is_left_out_where_its_package_is_absent(tmp_path
     ("text", "said"),
     [
         (SMALL + OPTIONAL.replace("optional = true", ""), "policy cannot fly research-2.6kg: the policy needs h5py"),
-        (SMALL + OPTIONAL.replace('"raptor"', '"raptors"'), "policy cannot fly research-2.6kg: controller.type: 'raptors'"),
+        (
+            SMALL + OPTIONAL.replace('"raptor"', '"raptors"'),
+            "policy cannot fly research-2.6kg: controller.type: unknown value 'raptors'",
+        ),
         (HEAD + BODY + OPTIONAL, "no controller is left to compare: policy is left out: the policy needs h5py"),
     ],
 )
@@ -437,12 +440,12 @@ def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (SMALL.replace('controller = "geometric"', 'controller = "geometry"'), "'geometry' is not known; allowed: geometric"),
+        (SMALL.replace('controller = "geometric"', 'controller = "geometry"'), "unknown value 'geometry'; allowed: geometric"),
         (SMALL.replace('controller = "geometric"', 'controller = "planar-pd"'), "planar-pd"),
         (SMALL.replace("k_x = 3.0", "k_x = -3.0"), "k_x: every entry must be greater than 0"),
         (SMALL.replace('"vehicle.mass"', '"vehicle.weight"'), "weight: unknown key"),
         (SMALL.replace("mean = [4.0, 0.0, 0.0]", "mean = [4.0]"), "wind.mean: should be a list of three"),
-        (SMALL.replace("seeds = 12", 'seeds = 12\nmetrics = ["speed"]'), "metrics: 'speed' is not known; allowed: "),
+        (SMALL.replace("seeds = 12", 'seeds = 12\nmetrics = ["speed"]'), "metrics: unknown metric 'speed'; allowed: "),
         (SMALL + TUNING.replace("4500", "300"), "300 flights are too few for the 2 gains of PID"),
         (SMALL + TUNING.replace("position = {}", "hope = {}"), "PID on research-2.6kg cannot be tuned: tune.gains: "),
         (SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "no.json"'), "tuning.gains: "),

@@ -265,7 +265,7 @@ def test_bad_input_is_one_line(tmp_path):
     mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')
     out = tmp_path / "out"
     assert "--target: unknown value 'risc'; allowed: c99" in refused(mission, "--target", "risc", "--out", out)
-    assert "--precision f16: is not known" in refused(mission, "--precision", "f16", "--out", out)
+    assert "--precision: unknown value 'f16'" in refused(mission, "--precision", "f16", "--out", out)
     assert "file not found" in refused(tmp_path / "nowhere.toml", "--out", out)
     write(tmp_path, "def law(t, measured, reference):\n    return 1.0, (0.0, 0.0, 0.0)\n", "mine.py")
     opaque = write(tmp_path, TEXT + '[controller]\ntype = "mine.py:law"\n', "opaque.toml")

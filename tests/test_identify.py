@@ -355,7 +355,7 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
         (("replay", tmp_path / "circle.csv", "--vehicle", "crazyflie", *mapping), "Too many levels of symbolic links"),
         (
             ("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--controller", "no"),
-            "error: --controller: 'no' is",
+            "error: --controller: unknown value 'no'; allowed",
         ),
         (("replay", tmp_path / "log.csv", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping), "given twice"),
         (("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--starts", "s.json"), "must be given together"),

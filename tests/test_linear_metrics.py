@@ -112,7 +112,7 @@ def test_own_controllers_are_linearised_beside_the_package_s(mission, tmp_path):
 @pytest.mark.parametrize(
     ("more", "options", "said"),
     [
-        ("", ["--controllers", "pdi"], "--controllers: 'pdi' is not known"),
+        ("", ["--controllers", "pdi"], "--controllers: unknown value 'pdi'"),
         ("", ["--along", "--controllers", "pid"], "--controllers: requires one mission at rest"),
         ("", ["--samples", "3"], "--samples: requires --along or a campaign"),
         ("sensors = { latency = 9.0 }\n", [], "sensors.latency: 9 s is not shorter than the flight of 4 s"),

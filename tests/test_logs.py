@@ -146,9 +146,9 @@ def test_broken_logs_are_refused_in_a_line_that_says_where(folder, flight):
 
 def test_mappings_say_what_is_wrong_with_them(folder):
     for change, said in (
-        (('"m/s"', '"knots"'), "unit 'knots' is not known"),
+        (('"m/s"', '"knots"'), "unknown unit 'knots'"),
         (('["vx", "vy", "vz"]', '["vx", "vy"]'), "2 columns given, 3 are needed"),
-        (("velocity", "speed"), "columns.speed is not known"),
+        (("velocity", "speed"), "columns: unknown channel 'speed'"),
     ):
         (folder / "map.toml").write_text(MAPPING.replace(*change))
         with pytest.raises(UserError, match=said):

@@ -168,7 +168,7 @@ def test_what_the_template_for_a_real_vehicle_calls_a_default_is_one(tmp_path, p
 
 
 def test_an_unknown_vehicle_is_refused_with_the_known_ones(tmp_path):
-    with pytest.raises(UserError, match="'boat' is not known; allowed: crazyflie"):
+    with pytest.raises(UserError, match="unknown value 'boat'; allowed: crazyflie"):
         write_template(tmp_path / "mission.toml", "boat")
     assert not list(tmp_path.iterdir())
 
@@ -176,6 +176,6 @@ def test_an_unknown_vehicle_is_refused_with_the_known_ones(tmp_path):
 @pytest.mark.parametrize(("preset", "name"), [(None, "geometric"), ("x500", "completed-backstepping"), ("x500", "boat")])
 def test_a_controller_that_this_vehicle_does_not_fly_is_refused_with_those_that_it_does(tmp_path, preset, name):
     allowed = ", ".join(controllers(Measured if preset else State))
-    with pytest.raises(UserError, match=f"--controller: '{name}' is not known; allowed: {allowed}"):
+    with pytest.raises(UserError, match=f"--controller: unknown value '{name}'; allowed: {allowed}"):
         write_template(tmp_path / "mission.toml", preset, name)
     assert not list(tmp_path.iterdir())

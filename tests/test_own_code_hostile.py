@@ -150,8 +150,8 @@ def command(folder, *arguments):
         ("name 'Nope' is not defined", {"gain": "k: 'Nope' = gain(1.0, '1', 'x')"}),
         ("Gains: should be a NamedTuple, not None", {"more": "Gains = None"}),
         ("Gains: should be a NamedTuple", {"more": "Gains = {'k': 1.0}"}),
-        ("rates: lawx is not known; it should be `law`, `guide` or another method", {"more": "rates = {'lawx': 0.1}"}),
-        ("defaults: nope is not known; allowed: mass, gravity, k", {"more": "defaults = {'nope': 1.0}"}),
+        ("rates: 'lawx' should be `law`, `guide` or another method", {"more": "rates = {'lawx': 0.1}"}),
+        ("defaults: unknown gain 'nope'; allowed: mass, gravity, k", {"more": "defaults = {'nope': 1.0}"}),
     ],
 )
 def test_what_a_law_gives_or_declares_is_refused(tmp_path, said, changes):

@@ -261,9 +261,9 @@ def test_loops_run_at_their_own_rates_and_the_path_ahead_is_told(mission):
     ("old", "new", "said"),
     [
         ("commands = BodyRates", "commands = dict", "commands: should be one of Command, BodyRates, RotorThrusts"),
-        ("commands = BodyRates", "also_measures = ('smell',)", "also_measures: smell is not known; allowed: specific_force"),
+        ("commands = BodyRates", "also_measures = ('smell',)", "also_measures: unknown measurement 'smell'; allowed: spec"),
         ("commands = BodyRates", "preview = (-1.0,)", "preview: should consist of times from 0 to 60 s, not -1.0"),
-        ("commands = BodyRates", "rates = {'nowhere': 0.1}", "rates: nowhere is not known"),
+        ("commands = BodyRates", "rates = {'nowhere': 0.1}", "rates: 'nowhere' should be `law`"),
         ("commands = BodyRates", "rates = {'law': 0.0}", "rates: law should be a sample time above 0 s, not 0.0"),
         ("commands = BodyRates", "commands = RotorSpeeds", "law: should return a RotorSpeeds and the memory"),
         ("return BodyRates(thrust", "return Command(thrust", "should return a BodyRates"),

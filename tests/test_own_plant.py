@@ -328,7 +328,7 @@ def test_a_study_takes_the_packages_planar_vehicle_and_vehicles_in_python_files(
     [
         ('"VEHICLE"', '"rail.py:Nothing"', "study.toml: vehicles: .*rail.py: has no 'Nothing'"),
         ('"rail.py:Sink"', '"rail.py:Lift"', "study.toml: .*rail.py:Lift: should be a subclass of quadstep.own.Metric"),
-        ('"VEHICLE"', '"rail"', "vehicles: 'rail' is neither a preset nor a file; allowed: .*planar, .*FILE.py:NAME"),
+        ('"VEHICLE"', '"rail"', "vehicles: unknown vehicle 'rail'; allowed: .*planar, .*FILE.py:NAME"),
     ],
 )
 def test_what_a_study_names_wrongly_is_one_line(mission, old, new, said):

@@ -55,7 +55,7 @@ WRONG = {
         'fix = { type = "sensing.py:Beacon", grows = -1.0 }',
         "sensors.fix.grows: should be greater than",
     ),
-    "of no file": ('fix = { type = "beacon" }', "sensors.fix.type: 'beacon' is not known; allowed: your own"),
+    "of no file": ('fix = { type = "beacon" }', "sensors.fix.type: unknown value 'beacon'; allowed: your own"),
     "no table": ("fix = true", "sensors.fix: should be a table whose `type` is a sensor"),
     "a word": ('estimator = "kalman"', "sensors.estimator: should be a valid boolean"),
     "fails": ('fix = { type = "own.py:Fails" }', "own.py:6: NameError: name 'much' is not defined; the line: return much"),

@@ -218,7 +218,7 @@ WRONG_WINDS = {
     ),
     "unknown key": ('type = "thermal.py:Thermal"\nmean = [1.0, 0.0, 0.0]', "wind.mean: unknown key; allowed here: breeze,"),
     "out of range": ('type = "thermal.py:Thermal"\ntime = 0.0', "wind.time: should be greater than 0, not 0.0"),
-    "of no file": ('type = "thermal"', "wind.type: 'thermal' is not known; allowed: your own FILE.py:NAME"),
+    "of no file": ('type = "thermal"', "wind.type: unknown value 'thermal'; allowed: your own FILE.py:NAME"),
     "fails": ('type = "own.py:Fails"', "own.py:4: NameError: name 'speed' is not defined; the line: return speed"),
 }
 
@@ -318,7 +318,7 @@ class One(Metric):
 WRONG_METRICS = {
     '"metrics.py:Nothing"': ({}, "metrics: .*metrics.py: has no 'Nothing'; it defines "),
     '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of quadstep.own.Metric"),
-    '"overshoot"': ({}, "metrics: 'overshoot' is not known; allowed: energy, "),
+    '"overshoot"': ({}, "metrics: unknown value 'overshoot'; allowed: energy, "),
     "3": ({}, r"metrics\[0\]: should be a valid string, not 3"),
     '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics share the name climb"),
     '"own.py:One"': ({"NAME": '"a[b]", "m"'}, "metrics: own.py:One: its `name` should be letters"),

@@ -144,7 +144,7 @@ def test_its_columns_axes_and_inputs_are_everywhere(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("planar", "planer"), "vehicle.type: 'planer' is not known"),
+        (("planar", "planer"), "vehicle.type: unknown value 'planer'"),
         (('"planar"', '"planar"\nweight = 1.0'), "vehicle.weight: unknown key; allowed here: arm, gravity, inertia, mass"),
         (('"planar"', '"planar"\nmass = -1.0'), "vehicle.mass: should be greater than 0"),
         (("[path]", '[controller]\ntype = "pid"\n[path]'), "pid"),

@@ -97,7 +97,7 @@ def test_files_of_a_mission_that_was_read_are_looked_up_beside_it(tmp_path, monk
     [
         ({}, "path: missing; it is needed"),
         ({"path": {**CIRCLE, "radius": -1.0}}, "path.radius: should be greater than 0, not -1.0"),
-        ({"path": {"type": "spiral"}}, "path.type: 'spiral' is not known; allowed: minimum-jerk, waypoints, circle, "),
+        ({"path": {"type": "spiral"}}, "path.type: unknown value 'spiral'; allowed: minimum-jerk, waypoints, circle, "),
         ({"path": LINE, "vehicle": "x500"}, "vehicle: should be a table, not 'x500'"),
         ({"path": LINE, "vehicle": {"preset": "y500"}}, "vehicle: unknown preset 'y500'; allowed: crazyflie, "),
         ({"path": LINE, "vehicle": {"file": "none.toml"}}, "vehicle.file: none.toml: file not found"),
@@ -155,7 +155,7 @@ def test_engines_are_named_by_text_or_member():
     flights = [fly(mission, engine) for engine in ("lanes", "python", Engine.PYTHON)]
     assert [flight.engine for flight in flights] == [Engine.LANES, Engine.PYTHON, Engine.PYTHON]
     assert all(np.array_equal(flight.rows, flights[0].rows) for flight in flights)
-    with pytest.raises(UserError, match=r"^engine 'gpu' is not known; allowed: lanes, python, c$"):
+    with pytest.raises(UserError, match=r"^unknown engine 'gpu'; allowed: lanes, python, c$"):
         fly(mission, "gpu")
 
 
@@ -235,7 +235,7 @@ def test_figures_are_those_of_quadstep_fly(flown, request, tmp_path):
 
 
 def test_an_unknown_figure_is_refused_by_name(paper):
-    with pytest.raises(UserError, match=r"^figure 'speed' is not known; allowed: path, position, attitude, inputs, learning$"):
+    with pytest.raises(UserError, match=r"^unknown figure 'speed'; allowed: path, position, attitude, inputs, learning$"):
         paper.plot("speed")
 
 

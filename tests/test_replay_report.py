@@ -182,7 +182,7 @@ def test_a_log_that_contradicts_its_mapping_is_named_in_the_report(tmp_path, log
     ("more", "said"),
     [
         (("--starts", "s.json", "--predictions", "p.json"), "--out: cannot be combined with --starts"),
-        (("--figures", "gif"), "--figures: 'gif' is not known"),
+        (("--figures", "gif"), "--figures: unknown format 'gif'"),
     ],
 )
 def test_bad_requests_are_one_line(tmp_path, logs, more, said):

@@ -53,11 +53,11 @@ def test_what_is_asked_for():
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("jpg",), "--figures: 'jpg' is not known; allowed: png, svg, pdf"),
-        (("",), "--figures: '' is not known"),
+        (("jpg",), "--figures: unknown format 'jpg'; allowed: png, svg, pdf"),
+        (("",), "--figures: unknown format ''"),
         (("png", 3.0), "--width: should be from 40 to 1000 mm, not 3"),
         (("png", float("nan")), "--width"),
-        (("png", None, "fancy"), "--style: 'fancy' is not known; allowed: screen, paper, or a file NAME.mplstyle"),
+        (("png", None, "fancy"), "--style: unknown style 'fancy'; allowed: screen, paper, or a file NAME.mplstyle"),
         (("png", None, "nowhere.mplstyle"), "nowhere.mplstyle: no such file"),
     ],
 )

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.options import OverwriteOption
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.report.terminal.bars import bar
 from quadstep.report.terminal.screen import complain, say_whole
 
@@ -37,9 +37,9 @@ def export(
     from quadstep.mission.read import read_mission
 
     if target not in TARGETS:
-        raise UserError(f"--target: unknown value {target!r:.60}; allowed: {', '.join(TARGETS.names)}")
+        raise UserError(f"--target: {unknown_name('value', target, TARGETS.names)}")
     if precision not in PRECISIONS:
-        raise UserError(f"--precision {precision}: is not known; allowed: {', '.join(PRECISIONS)}")
+        raise UserError(f"--precision: {unknown_name('value', precision, PRECISIONS)}")
     folder = out or Path("out") / f"{mission.stem}-{target}"
     with bar("loading") as shown:
         request = ExportRequest(target, precision == "f64", measure, overwrite)

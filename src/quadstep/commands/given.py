@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from typer.exceptions import TyperException
 
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 
 ALIKE = 0.8
 """Likeness from which an option is taken for a misspelt one."""
@@ -37,7 +37,8 @@ def plain(error: TyperException) -> str:
     option = named.group(1) if named else "an option"
     choice = re.fullmatch(r"Value error, .* is not one of (.*)\.", problem["msg"], re.DOTALL)
     if choice:
-        return f"{option}: {problem['input']!r:.60} is not known; allowed: {choice.group(1).replace(chr(39), '')}"
+        names = choice.group(1).replace("'", "").split(", ")
+        return f"{option}: {unknown_name('value', problem['input'], names)}"
     wanted = allowed(problem["type"], getattr(error, "param", None))
     return f"{option}: should be {wanted or problem['msg']}, not {problem['input']!r:.60}"
 

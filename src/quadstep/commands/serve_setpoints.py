@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.report.terminal.bars import bar
 from quadstep.report.terminal.screen import complain, say
 
@@ -35,7 +35,7 @@ def serve_setpoints(
     from quadstep.mission.read import plan_mission, read_mission
 
     if kind not in list(SetpointKind):
-        raise UserError(f"--kind {kind}: is not known; allowed: {', '.join(SetpointKind)}")
+        raise UserError(f"--kind: {unknown_name('value', kind, SetpointKind)}")
     check_rate(rate)
     check_hold(hold)
     plan = plan_mission(read_mission(mission), mission)

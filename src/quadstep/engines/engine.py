@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import Any
 
 from quadstep.io.doors import Door
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 
 
 class Engine(StrEnum):
@@ -75,7 +75,7 @@ its result.
 def engine_for(work: str, name: str) -> Engine:
     """The engine of this name, if it does this kind of work. Raises UserError."""
     if name not in FLOWN_BY[work]:
-        raise UserError(f"engine {name!r:.60} is not known; allowed: {', '.join(FLOWN_BY[work].names)}")
+        raise UserError(unknown_name("engine", name, FLOWN_BY[work].names))
     return Engine(name)
 
 

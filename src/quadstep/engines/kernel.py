@@ -17,7 +17,7 @@ from quadstep.engines import sweep_trace
 from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.interfaces.closed_loop import ClosedLoop
 from quadstep.io import code_cache
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.numbers import Number, Table, flatten
 from quadstep.program.recorded import RecordedNumber
 
@@ -124,8 +124,7 @@ def host() -> Processor:
     chosen = os.environ.get("QUADSTEP_CPU")
     if chosen:
         if not native or chosen not in WIDTHS:
-            allowed = ", ".join(WIDTHS) if native else "none on this machine"
-            raise UserError(f"QUADSTEP_CPU: {chosen!r:.60} is not known; allowed: {allowed}")
+            raise UserError(f"QUADSTEP_CPU: {unknown_name('processor', chosen, WIDTHS if native else ())}")
         return Processor(chosen, "", WIDTHS[chosen])
     features = llvm.get_host_cpu_features().flatten()
     return Processor(llvm.get_host_cpu_name(), features, 8 if "+avx512f" in features else 4 if "+avx," in features else 2)
@@ -163,7 +162,7 @@ def optimised() -> bool:
     """
     chosen = os.environ.get("QUADSTEP_OPTIMISE", "1")
     if chosen not in ("0", "1"):
-        raise UserError(f"QUADSTEP_OPTIMISE: {chosen!r:.60} is not known; allowed: 0, 1")
+        raise UserError(f"QUADSTEP_OPTIMISE: {unknown_name('value', chosen, ('0', '1'))}")
     return chosen == "1"
 
 

@@ -13,7 +13,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.user_code import loading
 from quadstep.io.user_code.blame import NAMED
 
@@ -68,7 +68,7 @@ class Door:
             module, _, thing = self.own[name].partition(":")
             return getattr(import_module(module), thing)
         if name not in self:
-            raise UserError(f"{name!s:.60} is not known; allowed: {', '.join(self.names)}")
+            raise UserError(unknown_name("name", name, self.names))
         one = installed(self.group, name)
         if loading.refused:
             raise UserError(f"{one.value}: user code is not run: {loading.refused}")

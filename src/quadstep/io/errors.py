@@ -5,11 +5,15 @@ well: each code means the same with and without `--require`, and what was measur
 part of it. OUTPUT_LOST, what a command had to say did not arrive, comes before all others.
 """
 
+import reprlib
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
 FAILED, BAD_INPUT, DIVERGED, UNMET, OUTPUT_LOST, INTERRUPTED = 1, 2, 3, 4, 5, 130
 
 
-LONGEST = 1000
-"""Characters of a line."""
+LONGEST, LONGEST_VALUE = 1000, 60
+"""Characters of a line, and of a given value or name in it."""
 
 
 class UserError(Exception):
@@ -39,6 +43,48 @@ class ToolError(UserError):
 
 class InterruptedRun(Exception):  # noqa: N818 (it is no error)
     """Ctrl-C in a run whose results so far are kept; the message says where and how to go on."""
+
+
+def unknown_name(what: str, given: object, names: Iterable[str], other: str = "") -> str:
+    """What is said of a name that is none of these: which are, what else is allowed, and which one was probably meant.
+
+    >>> unknown_name("preset", "x50", ["crazyflie", "x500"])
+    "unknown preset 'x50'; allowed: crazyflie, x500; did you mean x500?"
+    >>> unknown_name("mapping", "y", [], "a file")
+    "unknown mapping 'y'; allowed: a file"
+    """
+    known = list(names)
+    return f"unknown {what} {shorten(given)}; allowed: {listed(known, other)}{meant(given, known)}"
+
+
+def listed(names: Iterable[str], other: str = "") -> str:
+    """The names that are allowed, and what else is."""
+    known = ", ".join(names)
+    return f"{known}, or {other}" if known and other else known or other or "none"
+
+
+def meant(given: object, names: Sequence[str]) -> str:
+    """The end of a refusal: which of the names was probably meant; nothing where none is like it."""
+    near = get_close_matches(given, names, 1) if isinstance(given, str) and len(given) <= LONGEST_VALUE else ()
+    return "".join(f"; did you mean {one}?" for one in near)
+
+
+class Shortened(reprlib.Repr):
+    """Values as Python writes them, of a few levels and entries only."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxstring, self.maxother, self.maxlist = 3, LONGEST_VALUE, LONGEST_VALUE, 12
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Python refuses to write numbers of very many digits."""
+        return repr(x) if x.bit_length() < 4 * LONGEST_VALUE else "a very large number"
+
+
+def shorten(value: object) -> str:
+    """A given value, cut to fit a line."""
+    text = Shortened().repr(value)
+    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
 
 
 def one_line(text: str) -> str:

@@ -1,23 +1,18 @@
 """Checking sections: one line that says what is wrong, where, and what is allowed."""
 
 import contextlib
-import difflib
 import re
-import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from quadstep.io.errors import UserError, cut
+from quadstep.io.errors import LONGEST_VALUE, UserError, cut, meant, shorten, unknown_name
 from quadstep.mission.presets import origin
 
 INSIDE = "inside"
 """Type of an error that is within a table of another model: its context has that model and the problem."""
-
-LONGEST = 60
-"""Characters of a given value or a part of a key in a line."""
 
 Checked = TypeVar("Checked", bound=BaseModel)
 
@@ -68,11 +63,11 @@ def describe(model: type[BaseModel], problem: Any) -> str:
         inside = describe(context["model"], context["problem"])
         return f"{'.'.join(map(str, problem['loc']))}.{inside}"
     models, keys, options = walk(model, problem["loc"])
-    key = cut(".".join(cut(part, LONGEST) for part in keys), 3 * LONGEST)
+    key = cut(".".join(cut(part, LONGEST_VALUE) for part in keys), 3 * LONGEST_VALUE)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
-        wrong = "missing" if kind == "union_tag_not_found" else f"{shorten(context['tag'])} is not known"
-        allowed = ", ".join(name for option in options for name in types(option))
-        return f"{key}.type: {wrong}; allowed: {allowed}"
+        names = [name for option in options for name in types(option)]
+        missing = f"missing; allowed: {', '.join(names)}"
+        return f"{key}.type: {missing if kind == 'union_tag_not_found' else unknown_name('value', context['tag'], names)}"
     said = {
         "extra_forbidden": unknown(keys[-1] if keys else "", models[-1].model_fields),
         "missing": "missing; it is needed",
@@ -92,11 +87,6 @@ def unknown(key: str, allowed: Iterable[str]) -> str:
     """What is said of a key that is none of these: all of them, and the one that was probably meant."""
     names = sorted(allowed)
     return f"unknown key; allowed here: {', '.join(names)}{meant(key, names)}"
-
-
-def meant(name: str, names: Sequence[str]) -> str:
-    """The end of a refusal: which of the names was probably meant; nothing where none is like it."""
-    return "".join(f"; did you mean {near}?" for near in difflib.get_close_matches(name, names, 1))
 
 
 def walk(
@@ -141,21 +131,3 @@ def sections(annotation: object) -> tuple[type[BaseModel], ...]:
 def types(option: type[BaseModel]) -> tuple[str, ...]:
     """What a section's `type` may be; nothing where it has none."""
     return get_args(option.model_fields["type"].annotation) if "type" in option.model_fields else ()
-
-
-class Shortened(reprlib.Repr):
-    """Values as Python writes them, of a few levels and entries only."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.maxlevel, self.maxstring, self.maxother, self.maxlist = 3, LONGEST, LONGEST, 12
-
-    def repr_int(self, x: int, level: int) -> str:
-        """Python refuses to write numbers of very many digits."""
-        return repr(x) if x.bit_length() < 4 * LONGEST else "a very large number"
-
-
-def shorten(value: object) -> str:
-    """A given value, cut to fit a line."""
-    text = Shortened().repr(value)
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

@@ -19,7 +19,7 @@ from quadstep.control.registry import controller, names
 from quadstep.interfaces.controller import BodyRates, Command, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import Gain, declared
 from quadstep.io.doors import Door
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.io.user_code.blame import blamed, user_error
 from quadstep.io.user_code.installed import CONTROLLERS, own_place
 from quadstep.io.user_code.loading import load
@@ -157,12 +157,12 @@ def check_declared(law: type[Controller]) -> None:
     known = declared(law.Gains)
     for name in law.defaults:
         if name not in known:
-            raise ValueError(f"defaults: {name} is not known; allowed: {', '.join(known) or 'none'}")
+            raise ValueError(f"defaults: {unknown_name('gain', name, known)}")
     if not isinstance(law.rates, Mapping):
         raise TypeError(f"rates: should be a dict of sample times, such as {{'law': 0.004}}, not {law.rates!r:.60}")
     for name, period in law.rates.items():
         if not callable(getattr(law, name, None)):
-            raise TypeError(f"rates: {name} is not known; it should be `law`, `guide` or another method of the controller")
+            raise TypeError(f"rates: {shorten(name)} should be `law`, `guide` or another method of the controller")
         if not isinstance(period, Real) or not 0.0 < period < math.inf:
             raise ValueError(f"rates: {name} should be a sample time above 0 s, not {period!r:.60}")
     check_methods(law)
@@ -192,8 +192,8 @@ def check_told(law: type[Controller]) -> None:
         raise TypeError(f"also_measures: should be a tuple of names, such as ('age',), not {law.also_measures!r:.60}")
     for name in law.also_measures:
         if not real or name not in ALSO_MEASURED:
-            allowed = ", ".join(ALSO_MEASURED) if real else "nothing; only real vehicles have further measurements"
-            raise ValueError(f"also_measures: {name!s:.60} is not known; allowed: {allowed}")
+            told = unknown_name("measurement", name, ALSO_MEASURED if real else ())
+            raise ValueError(f"also_measures: {told}{'' if real else '; only real vehicles have further measurements'}")
     if law.commands is not Command and (not real or law.commands not in COMMANDS):
         allowed = ", ".join(one.__name__ for one in (Command, *COMMANDS) if real or one is Command)
         raise TypeError(f"commands: should be one of {allowed}, not {law.commands!r:.60}")

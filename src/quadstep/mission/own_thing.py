@@ -13,11 +13,11 @@ from pydantic_core import PydanticCustomError
 
 from quadstep.interfaces.gain import Gain, cached_by_class, declared, gains_in
 from quadstep.interfaces.metric import Metric
-from quadstep.io.errors import UserError
-from quadstep.io.user_code.installed import METRICS, allowed, own_place
+from quadstep.io.errors import UserError, listed, unknown_name
+from quadstep.io.user_code.installed import METRICS, OWN, named, own_place
 from quadstep.io.user_code.loading import load
 from quadstep.metrics.effort import EFFORT
-from quadstep.mission.check import INSIDE, shorten
+from quadstep.mission.check import INSIDE
 from quadstep.mission.derived import key_field
 from quadstep.mission.fields import Quantity, Section, as_tuple
 from quadstep.numbers import Vector
@@ -58,8 +58,8 @@ def or_own(
 
 def unknown_type(kind: object, own: Iterable[str], group: str) -> UserError:
     """What is said of a `type`, None if missing, that names nothing: own are the package's, group those of entry points."""
-    wrong = "missing" if kind is None else f"{shorten(kind)} is not known"
-    return UserError(f"{wrong}; allowed: {allowed(own, group)}")
+    names = named(own, group)
+    return UserError(f"missing; allowed: {listed(names, OWN)}" if kind is None else unknown_name("value", kind, names, OWN))
 
 
 class NumbersSection(Section):

@@ -7,9 +7,9 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.user_code.blame import user_error
-from quadstep.io.user_code.installed import VEHICLES, allowed, installed, own_place
+from quadstep.io.user_code.installed import OWN, VEHICLES, installed, named, own_place
 from quadstep.io.user_code.loading import load
 from quadstep.mission.fields import plain
 
@@ -58,7 +58,7 @@ def preset_table(name: object, folder: Path = Path()) -> dict[str, object]:
     except UserError as error:
         raise ValueError(str(error)) from error
     if own is None:
-        raise ValueError(f"unknown preset {name!r:.60}; allowed: {allowed(packaged_names(), VEHICLES)}")
+        raise ValueError(unknown_name("preset", name, named(packaged_names(), VEHICLES), OWN))
     try:
         thing = load(own, folder)
         table = plain(thing() if callable(thing) else thing)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from quadstep.control.registry import names
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import UserError, cut
-from quadstep.mission.check import LONGEST, check, sections, shorten, unknown
+from quadstep.io.errors import LONGEST_VALUE, UserError, cut, shorten
+from quadstep.mission.check import check, sections, unknown
 from quadstep.mission.kinds import KINDS, MISSION, kind_of, refuse_others
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def misspelt(content: dict[str, object]) -> str:
         allowed = {name for names in known for name in names}
         for key in table:
             if key not in allowed:
-                return f"{prefix}{cut(key, LONGEST)}: {unknown(key, allowed)}"
+                return f"{prefix}{cut(key, LONGEST_VALUE)}: {unknown(key, allowed)}"
     return ""
 
 

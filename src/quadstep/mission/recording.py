@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.io import files
-from quadstep.io.errors import UserError, cut
-from quadstep.mission.check import shorten
+from quadstep.io.errors import UserError, cut, shorten
 from quadstep.mission.fields import MOST
 
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180.0}

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.interfaces.controller import Controller
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, meant
 from quadstep.io.parameter_files import Parameters, read_parameters
-from quadstep.mission.check import meant
 
 KEY = "parameters"
 """Names the file. It goes when the mission is read: what the file says is then in the mission."""

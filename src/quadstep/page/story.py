@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.io import files
 from quadstep.io.documents import parse_toml
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.mission.check import check
 from quadstep.mission.fields import Section
 from quadstep.page.laws import Laws
@@ -222,5 +222,5 @@ def components(control: Control, given: Values, where: str) -> list[float]:
 def chosen(name: str | None, allowed: Collection[str], where: str) -> str:
     """The name, if it is one of those allowed. Raises UserError naming these."""
     if name is None or name not in allowed:
-        raise UserError(f"{where}: {name!r:.60} is not one of {', '.join(allowed)}")
+        raise UserError(f"{where}: {unknown_name('value', name, allowed)}")
     return name

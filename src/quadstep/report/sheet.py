@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 
 FORMATS = ("png", "svg", "pdf")
 USUAL, ON_SCREEN = "png,svg", "svg"
@@ -70,7 +70,7 @@ def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN)
     formats = tuple(dict.fromkeys(name.strip().lower() for name in figures.split(",")))
     for name in formats:
         if name not in FORMATS:
-            raise UserError(f"--figures: {name!r:.40} is not known; allowed: {', '.join(FORMATS)}, separated by commas")
+            raise UserError(f"--figures: {unknown_name('format', name, FORMATS)}, separated by commas")
     if width is not None and not (math.isfinite(width) and NARROWEST <= width <= WIDEST):
         raise UserError(f"--width: should be from {NARROWEST:g} to {WIDEST:g} mm, not {width:g}")
     if style == SCREEN:
@@ -82,7 +82,7 @@ def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN)
 def style_file(path: Path) -> dict[str, object]:
     """The settings in a Matplotlib style file. Raises UserError."""
     if path.suffix != ".mplstyle":
-        raise UserError(f"--style: {str(path)!r:.60} is not known; allowed: {SCREEN}, {PAPER}, or a file NAME.mplstyle")
+        raise UserError(f"--style: {unknown_name('style', str(path), (SCREEN, PAPER), 'a file NAME.mplstyle')}")
     try:
         if not path.is_file():
             raise UserError(f"{path}: no such file")

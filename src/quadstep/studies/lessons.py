@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.linear.grade import Grade, grade
 from quadstep.metrics.judging.metrics import Requirement, judge, with_full_names
 from quadstep.metrics.judging.verdict import Case, scalars
@@ -76,7 +76,7 @@ def tasks(lesson: str, source: Path = OWN) -> list[Task]:
     found = check(Tasks, read_toml(source), str(source), source.parent).tasks
     chosen = [one for one in found if lesson in (one.name, one.name.partition(".")[0])]
     if not chosen:
-        raise UserError(f"{lesson!r:.60} is not a lesson or task; allowed: {', '.join(one.name for one in found)}")
+        raise UserError(unknown_name("lesson or task", lesson, [one.name for one in found]))
     return chosen
 
 

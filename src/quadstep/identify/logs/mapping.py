@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.identify.logs.flight import WIDTHS, Flags, Floats
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.mission.check import check
 from quadstep.mission.fields import Positive, Quantity, Section, as_tuple
 
@@ -103,10 +103,10 @@ class Mapping(Section):
     def _known(self) -> "Mapping":
         for name, channel in self.columns.items():
             if name not in WIDTHS:
-                raise ValueError(f"columns.{name} is not known; allowed: {', '.join(WIDTHS)}")
+                raise ValueError(f"columns: {unknown_name('channel', name, WIDTHS)}")
             units = UNITS[KINDS.get(name, name)]
             if channel.unit is not None and channel.unit not in units:
-                raise ValueError(f"columns.{name}: unit {channel.unit!r} is not known; allowed: {', '.join(map(repr, units))}")
+                raise ValueError(f"columns.{name}: {unknown_name('unit', channel.unit, map(repr, units))}")
             width = ORDERS[channel.order] if WIDTHS[name] == 4 else WIDTHS[name]
             if len(channel.columns) != width:
                 raise ValueError(f"columns.{name}: {len(channel.columns)} columns given, {width} are needed")
@@ -134,8 +134,7 @@ def read_mapping(given: str) -> Mapping:
     if given in mapping_names():
         return load_mapping(given)
     if not given.endswith(".toml"):
-        allowed = ", ".join(mapping_names())
-        raise UserError(f"mapping {given!r:.60} is not known; allowed: {allowed}, or a file that ends in .toml")
+        raise UserError(unknown_name("mapping", given, mapping_names(), "a file that ends in .toml"))
     return check(Mapping, read_toml(Path(given)), given, Path(given).parent)
 
 

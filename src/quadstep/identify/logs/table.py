@@ -9,8 +9,7 @@ import numpy as np
 
 from quadstep.identify.logs.flight import Floats
 from quadstep.io import files
-from quadstep.io.errors import UserError, cut
-from quadstep.mission.check import shorten
+from quadstep.io.errors import UserError, cut, shorten
 
 MOST_ROWS = 500_000
 FEWEST_ROWS = 20

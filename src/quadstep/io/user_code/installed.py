@@ -49,11 +49,10 @@ def installed(group: str) -> dict[str, Place]:
     return found
 
 
-def allowed(own: Iterable[str], group: str) -> str:
-    """What is said of the names that are allowed: the package's, those that installed packages bring, and one's own."""
+def named(own: Iterable[str], group: str) -> tuple[str, ...]:
+    """The names that a mission may use beside `OWN`: the package's, and those that installed packages bring."""
     names = tuple(own)
-    known = ", ".join((*names, *sorted(installed(group).keys() - set(names))))
-    return f"{known}, or {OWN}" if known else OWN
+    return *names, *sorted(installed(group).keys() - set(names))
 
 
 def all_installed() -> dict[str, list[Place]]:

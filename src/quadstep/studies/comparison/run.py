@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from quadstep.engines.engine import Engine
 from quadstep.io.documents import parse_json
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.results.parts import COSTS, LINEAR, Parts, changed, key, parts_in
 from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing
@@ -293,5 +293,5 @@ def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[
     common = {name: full for name, full in known[0].items() if all(name in one for one in known)}
     for name in wanted:
         if name not in common:
-            raise UserError(f"{source}: metrics: {name!r:.60} is not known; allowed: {', '.join(common)}")
+            raise UserError(f"{source}: metrics: {unknown_name('metric', name, common)}")
     return {name: common[name] for name in wanted}

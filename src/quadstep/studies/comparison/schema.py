@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from quadstep.io.errors import unknown_name
 from quadstep.mission.distributions import Together, Varied
 from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_constraints, as_ranges, ranges_by_key
@@ -225,4 +226,4 @@ def check_known(what: str, names: tuple[str, ...], there: Collection[str], said:
     """Refuses the name of nothing. Raises ValueError."""
     for name in names:
         if name not in there:
-            raise ValueError(f"{said}.{what}: {name!r:.60} is not in the study; allowed: {', '.join(there)}")
+            raise ValueError(f"{said}.{what}: {unknown_name('value', name, there)}")

@@ -11,9 +11,9 @@ import numpy as np
 from quadstep.interfaces.controller import Controller
 from quadstep.io import files
 from quadstep.io.documents import parse_toml, read_toml
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.user_code.blame import in_one_line
-from quadstep.io.user_code.installed import METRICS, allowed, own_place
+from quadstep.io.user_code.installed import METRICS, OWN, named, own_place
 from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.user_code.places import place
 from quadstep.mission.check import check
@@ -251,10 +251,9 @@ def check_vehicles(study: Study) -> None:
         except UserError as error:
             raise UserError(f"{study.source}: vehicles: {error}") from error
         if "file" in table and not (study.folder / vehicle).exists():
-            raise UserError(
-                f"{study.source}: vehicles: {vehicle!r:.60} is neither a preset nor a file; allowed: "
-                + allowed((*preset_names(), *PLANTS, "a vehicle's file"), PLANTS_OF_OTHERS)
-            )
+            names = named((*preset_names(), *PLANTS), PLANTS_OF_OTHERS)
+            told = unknown_name("vehicle", vehicle, names, f"the file of one, or {OWN}")
+            raise UserError(f"{study.source}: vehicles: {told}")
         if not study.controllers(vehicle):
             raise UserError(f"{study.source}: vehicles: no controller flies {vehicle}")
 

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 
 from quadstep.io import files
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.mission.distributions import MOST_OPTIONS, Grid
 from quadstep.mission.fields import MOST
 from quadstep.mission.read import check_mission
@@ -244,7 +244,7 @@ def threshold(text: str, base: Campaign) -> tuple[str, float]:
     if not equals:
         raise UserError(f"--failure: {text!r:.60} cannot be parsed; give METRIC=MOST, such as position_rmse=0.5")
     if name not in base.thresholds:
-        raise UserError(f"--failure: {name!r:.60} is not known; allowed: {', '.join(base.thresholds)}")
+        raise UserError(f"--failure: {unknown_name('metric', name, base.thresholds)}")
     limit = number(f"--failure {name}", most)
     if limit <= 0.0:
         raise UserError(f"--failure {name}: should be above 0, not {limit:g}")

@@ -18,7 +18,7 @@ from quadstep.engines.fly import FlightPlan, fingerprint, fly, reason
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.atomic import write_beside
-from quadstep.io.errors import DIVERGED, UNMET, UserError
+from quadstep.io.errors import DIVERGED, UNMET, UserError, unknown_name
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, with_full_names
 from quadstep.metrics.judging.verdict import Case, Verdict, graded, scalars
@@ -152,7 +152,7 @@ def under(piloting: Piloting, mission: Mission) -> Mission:
     if not isinstance(mission, REAL.load()):
         raise UserError("--autopilot: needs a mission for a real vehicle (docs/vehicles.md)")
     if autopilot not in AUTOPILOTS:
-        raise UserError(f"--autopilot {autopilot}: is not known; allowed: {', '.join(AUTOPILOTS.names)}")
+        raise UserError(f"--autopilot: {unknown_name('value', autopilot, AUTOPILOTS.names)}")
     section = check(piloted_section(autopilot), {"type": autopilot, "connect": connect}, "--autopilot")
     return mission.model_copy(update={"controller": section})
 

@@ -12,10 +12,9 @@ from quadstep.engines.engine import FLIGHTS, Engine, engine_for
 from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.io.extras import needed_by
 from quadstep.metrics.of_log import Metrics, flight_metrics, metric
-from quadstep.mission.check import shorten
 from quadstep.mission.schema import Mission
 from quadstep.report.drawing import FigureJob
 from quadstep.report.page import paragraph, table
@@ -111,8 +110,8 @@ class Flight(FlightLog):
         """
         jobs = {job.name: job for job in self._jobs()}
         if figure not in jobs:
-            there = f"allowed: {', '.join(jobs)}" if jobs else "the flight ended before its second row and has none"
-            raise UserError(f"figure {shorten(figure)} is not known; {there}")
+            none = "" if jobs else ": the flight ended before its second row"
+            raise UserError(unknown_name("figure", figure, jobs) + none)
         return jobs[figure].picture()
 
     def save(self, folder: Path | str, overwrite: bool = False) -> None:

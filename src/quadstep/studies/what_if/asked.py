@@ -8,10 +8,9 @@ from typing import NamedTuple
 from quadstep.control.registry import STOCK, controller
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.interfaces.log import FlightLog
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, meant, shorten
 from quadstep.io.parameter_files import FORMATS, read_parameters
 from quadstep.linear.grade import Grade
-from quadstep.mission.check import meant, shorten
 from quadstep.report import units
 from quadstep.studies.tuning.judge import Flown
 
