@@ -3,6 +3,7 @@
 import gc
 import math
 import os
+import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,6 +28,7 @@ PROOFS = tuple(f"test_{name}" for name in (*ROOMS, "control_mutations"))
 
 bars.EVERY = math.inf  # on a busy machine a stage may take a minute, and would say so
 gc.set_threshold(SELDOM)  # as the command line does
+sys.warnoptions.append("default")  # the command line hides warnings of libraries from users, not from tests
 
 
 @pytest.fixture

@@ -1,12 +1,14 @@
 """Python files of users: found, run by content and apart from each other, blamed by line."""
 
+import io
 import subprocess
 import sys
+import warnings
 
 import pytest
 
 from quadstep.io.errors import UserError
-from quadstep.io.user_code import loading
+from quadstep.io.user_code import blame, loading
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import Place, digest, place
 from tests.commands import quadstep, quadstep_process
@@ -152,3 +154,17 @@ def test_a_function_is_a_controller(folder):
     run = quadstep("fly", mission, "--out", folder / "out", "--overwrite")
     assert run.refused
     assert "law.py:2: ValueError: no idea" in run.err
+
+
+@pytest.mark.parametrize(("asked", "shown"), [([], ["law.py"]), (["default"], ["law.py", "numpy.py"])])
+def test_a_command_shows_warnings_of_libraries_to_who_asks(asked, shown, monkeypatch):
+    monkeypatch.setattr(sys, "warnoptions", asked)
+    monkeypatch.setattr(blame, "FILES", {"law.py"})
+    seen = []
+    monkeypatch.setattr(warnings, "showwarning", lambda message, kind, file, *_: seen.append(file))
+    quadstep("--version")
+    warnings.simplefilter("always")
+    monkeypatch.setattr(sys, "stderr", stderr := io.StringIO())
+    for file in ("law.py", "numpy.py"):
+        warnings.warn_explicit("divided by zero", RuntimeWarning, file, 7)
+    assert seen + [line.partition(":")[0] for line in stderr.getvalue().splitlines()] == shown

@@ -18,7 +18,7 @@ from quadstep.commands.given import plain, refuse_empty
 from quadstep.commands.version import version_lines
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
-from quadstep.io.user_code.blame import NAMED, blamed, print_whole, user_error
+from quadstep.io.user_code.blame import NAMED, blamed, print_whole, user_error, warn_of_users_only
 from quadstep.io.user_code.loading import refuse
 from quadstep.report.terminal.screen import complain, say, width
 from quadstep.report.terminal.streams import OutputError, prepare_streams
@@ -182,6 +182,7 @@ def main() -> None:
     """Run the command line; every error of the user is one line and exit code 2."""
     gc.set_threshold(SELDOM)
     prepare_streams()
+    warn_of_users_only()
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop)
     provide_writable()

@@ -8,7 +8,6 @@ import os
 import signal
 import sys
 import threading
-import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from typing import ParamSpec, TypeVar
 
 from quadstep.io.errors import UserError
 from quadstep.io.results.interrupts import interrupts_held
+from quadstep.io.user_code.blame import warn_of_users_only
 from quadstep.report.writable import provide_writable
 
 try:
@@ -94,7 +94,7 @@ def prepare_worker() -> None:
     """Leave Ctrl-C to the main process, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=end_with_parent, daemon=True).start()
-    warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
+    warn_of_users_only()
 
 
 def end_with_parent() -> None:

@@ -3,9 +3,11 @@
 import linecache
 import sys
 import traceback
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
+from typing import TextIO
 
 from quadstep.io.errors import UserError, cut
 
@@ -27,6 +29,27 @@ def print_whole() -> None:
     """From now on the traceback of each error is printed, once."""
     global whole  # noqa: PLW0603 (a policy of the process)
     whole = True
+
+
+def warn_of_users_only() -> None:
+    """From now on Python shows warnings of users' files alone, unless it was told which to show, by -W or $PYTHONWARNINGS:
+    nobody else can act on those of libraries. What a result is warned of, its command says itself.
+    """
+    if not sys.warnoptions:
+        warnings.showwarning = show_of_users
+
+
+def show_of_users(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """What Python calls to show a warning."""
+    if filename in FILES:
+        (file or sys.stderr).write(warnings.formatwarning(message, category, filename, lineno, line))
 
 
 def user_error(error: BaseException, named: str = "") -> UserError:

@@ -1,6 +1,5 @@
 """report.html of a campaign, and its pictures."""
 
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -63,9 +62,7 @@ def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path,
     """Write report.html, its figures and the table. path: of the campaign file, as given. Raises UserError."""
 
     def write(out: Path) -> None:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
-            body = sections(store, campaign, summary, path, out / FIGURES, sheet.with_svg())
+        body = sections(store, campaign, summary, path, out / FIGURES, sheet.with_svg())
         page.write_page(out / REPORT, campaign.file.name, body, "Campaign")
         (out / TABLE).write_text(text.for_a_paper(summary, campaign.file.name), encoding="utf-8")
 
