@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from quadstep.studies.campaign.evidence import copies
+from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import MASS, fly, manifest, written
 from tests.verdicts import checked, properties
@@ -95,7 +95,35 @@ CALM = (
 def test_flights_that_draw_random_numbers_are_no_copies(tmp_path, more, alike):
     path = tmp_path / "camp.toml"
     path.write_text(f"flights = 3\n{CALM}{more}")
-    assert copies(read_campaign(path)) == alike
+    assert is_random(read_campaign(path)) != alike
+
+
+@pytest.mark.parametrize(
+    ("more", "random"),
+    [
+        ('wind.mean.0 = { type = "grid", values = [0.0, 1.0] }\n', False),
+        ('wind.mean.0 = { type = "uniform", low = 0.0, high = 1.0 }\n', True),
+        ('sensors.gyro_noise = { type = "grid", values = [0.0, 0.0, 0.01] }\n', True),
+        ('controller.type = { type = "grid", values = ["pid", "mppi"] }\n', True),
+    ],
+)
+def test_points_of_a_grid_show_nothing_of_others_unless_there_is_noise(tmp_path, more, random):
+    path = tmp_path / "camp.toml"
+    path.write_text(f"flights = 6\n{CALM}[vary]\n{more}")
+    assert is_random(read_campaign(path)) == random
+
+
+def test_points_of_a_grid_flown_often_have_no_intervals(tmp_path):
+    path, out = tmp_path / "camp.toml", tmp_path / "out"
+    path.write_text(f'flights = 60\n{CALM}[vary]\nwind.mean.0 = {{ type = "grid", values = [1.0, 2.0] }}\n')
+    run = fly(path, out, "--require", "0.5")
+    assert run.refused
+    assert "--require: its flights are points of a grid, without noise, and show nothing of others" in run.err
+    run = fly(path, out)
+    assert "Its 60 flights are 2 points of a grid, without noise, so nothing is statistical." in run.out
+    assert "95 %" not in run.out
+    assert "[" not in run.out.partition("Position RMSE")[2]
+    assert manifest(out)["summary"]["points"] == 2
 
 
 def test_what_a_plant_of_ones_own_draws_shows_only_in_flight(tmp_path):

@@ -37,6 +37,16 @@ def test_what_lies_between_costs_margin_and_is_said(tmp_path):
     assert "on PX4" in " ".join(run.err.split())
 
 
+def test_plain_c_of_a_loop_without_margin_is_warned_of(tmp_path):
+    path = 'type = "step"\nend = [0.0, 0.0, 1.0]\nduration = 4.0\n'
+    text = f'[vehicle]\npreset = "x500"\n[path]\n{path}[controller]\ntype = "pid"\n'
+    good, hot = (quadstep("export", write(tmp_path, text + more), "--out", tmp_path / "o", "--overwrite")
+                 for more in ("", "rate = [60.0, 60.0, 10.0]\n"))  # fmt: skip
+    assert "At rest its loop is sound" in good.out
+    assert "warning: " in hot.err
+    assert "At rest its loop is fragile: phase margin below 30.0°" in " ".join(hot.err.split())
+
+
 def test_slow_gains_are_not_warned_of_but_where_more_is_asked():
     slow = {"k_x": [1.5] * 3, "k_v": [2.2] * 3, "k_i": [0.2] * 3, "k_R": [60.0, 60.0, 20.0], "k_Omega": [14.0, 14.0, 8.0]}
     mission = real_mission({"type": "geometric", **slow}, "x500")

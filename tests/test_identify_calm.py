@@ -114,15 +114,20 @@ def test_logs_of_one_name_are_told_apart_by_their_folders(tmp_path):
     flight.channels["setpoint"] = flight.channels["position"]
     (tmp_path / "map.toml").write_text(MAPPING)
     paths = [tmp_path / day / card / "00000001.csv" for day, card in (("monday", "a"), ("monday", "b"), ("tuesday", "a"))]
-    for path in paths:
+    header, rows = table(flight)
+    for place, path in enumerate(paths):
         path.parent.mkdir(parents=True)
-        write(path, *table(flight))
+        write(path, header, rows[place:])
     mapping = str(tmp_path / "map.toml")
     assert [one.name for one in read_logs(paths[:2], mapping)] == ["a/00000001", "b/00000001"]
     assert [one.name for one in read_logs(paths, mapping)] == ["monday/a/00000001", "b/00000001", "tuesday/a/00000001"]
     assert [one.name for one in read_logs(paths[:1], mapping)] == ["00000001"]
     with pytest.raises(UserError, match="given twice"):
         read_logs([paths[0], paths[0]], mapping)
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes(paths[1].read_bytes() + b"\n")
+    with pytest.raises(UserError, match=r"copy\.csv: is the flight of .*/b/00000001\.csv again; a flight counts once"):
+        read_logs([*paths, copy], mapping)
 
 
 def compared(ratios):

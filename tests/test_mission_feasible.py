@@ -29,6 +29,15 @@ def test_a_path_three_times_too_fast_is_named_and_one_that_can_be_flown_is_not()
     assert not warnings(HOVER)
 
 
+def test_the_rest_of_a_path_that_is_not_flown_is_named_unless_it_goes_round():
+    late = {**HOVER, "time": 2.0, "end": [3.0, 4.0, 0.0]}
+    cut = Mission(vehicle={"preset": "x500"}, path=late, simulation={"duration": 1.5})
+    said = "path: the flight ends at 1.5 s (simulation.duration), the path at 3 s, 5 m farther on"
+    assert cut.plan().warnings == (said,)
+    for path, duration in ((late, 2.5), (late, 3.0), (late, 9.0), (CIRCLE, 5.0)):
+        assert not Mission(vehicle={"preset": "x500"}, path=path, simulation={"duration": duration}).plan().warnings
+
+
 def test_the_paper_vehicle_is_judged_by_the_limits_of_its_rotors():
     fast = {"type": "minimum-jerk", "end": [20.0, 0.0, 0.0], "duration": 1.0}
     assert not Mission(path=fast).plan().warnings

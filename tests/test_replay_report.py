@@ -93,6 +93,18 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     assert content["position_error_50_ahead[m]"] == sum(half) / 2
 
 
+def test_a_vehicle_on_flights_that_it_was_fitted_to_is_no_test(tmp_path, logs):
+    fitted = tmp_path / "mine.toml"
+    described = 'preset = "crazyflie"\ndescription = "Mine; identified from A, B0_made"\n'
+    fitted.write_text(described)
+    flights = [logs / "B0_made.csv", logs / "B1_made.csv"]
+    for count, said in ((1, "this flight"), (2, "B0_made")):
+        run = quadstep("replay", *flights[:count], "--vehicle", fitted, "--mapping", logs / "map.toml")
+        assert f"Going by names, the vehicle was identified from {said}: no test of it. " in " ".join(run.out.split()), run.err
+    other = quadstep("replay", flights[1], "--vehicle", fitted, "--mapping", logs / "map.toml")
+    assert "no test of it" not in other.out
+
+
 def test_a_report_of_predictions_says_what_the_terminal_says(tmp_path, logs):
     run = replayed(logs, tmp_path / "r", "--figures", "pdf", "--width", "88mm", count=1)
     assert run.code == 0, run.err

@@ -8,6 +8,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
 from quadstep.studies.tuning.judge import Flown, Judge
+from quadstep.studies.tuning.report import answer
 from quadstep.studies.tuning.unseen import compare
 from tests.flights import METRICS
 
@@ -107,6 +108,13 @@ def test_more_flights_that_succeed_count_before_a_smaller_objective():
     assert better.verdict.startswith("The tuned gains are better")
     assert better.success_difference.value == pytest.approx(0.2)
     assert better.objective.difference.value == pytest.approx(0.5), "over those completed with both"
+
+
+def test_a_better_objective_is_not_told_without_the_flights_that_fail_with_it():
+    rmse, half = np.full(100, 1.0), np.where(np.arange(100) < 50, 5.0, 10.0)
+    found = compare(judge(), flown(rmse, ended=half), flown(0.5 * rmse, ended=half))
+    assert answer(found).endswith("The objective falls by 50 %. With them 50 % of the flights succeed.")
+    assert answer(compare(judge(), flown(rmse), flown(0.5 * rmse))).endswith("The objective falls by 50 %.")
 
 
 def test_a_quantile_is_compared_as_a_quantile():

@@ -59,7 +59,7 @@ def campaign(
         from quadstep.linear.quick import quick_grade
         from quadstep.metrics.judging import share
         from quadstep.studies.campaign import until as limit
-        from quadstep.studies.campaign.evidence import evidence, refuse_copies
+        from quadstep.studies.campaign.evidence import evidence, refuse_known
         from quadstep.studies.campaign.run import fly_campaign
 
     if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
@@ -83,7 +83,7 @@ def campaign(
         return
     folder, target = out or Path("out") / file.stem, None if until is None else limit.parsed(until)
     if target is not None or least is not None:
-        refuse_copies(file, "--require" if target is None else "--until")
+        refuse_known(file, "--require" if target is None else "--until")
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
         decided = None
         if target is not None:

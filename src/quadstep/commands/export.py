@@ -44,12 +44,17 @@ def export(
     with bar("loading") as shown:
         request = ExportRequest(target, precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
-        margins, short = "", False
         from quadstep.linear.firmware import PATHS, in_firmware
+        from quadstep.linear.grade import FRAGILE, UNSTABLE
+        from quadstep.linear.quick import quick_grade
+        from quadstep.metrics.margins import at_rest_sentences
 
+        shown.doing("computing margins")
         if target in PATHS:
-            shown.doing("computing margins")
             margins, short = in_firmware(read_mission(mission), target)
+        else:
+            rest = quick_grade(read_mission(mission))
+            margins, short = "".join(at_rest_sentences(rest)), rest.get("grade") in (FRAGILE, UNSTABLE)
     if short:
         complain(f"warning: {mission}: {margins}")
     for warning in done.warnings:

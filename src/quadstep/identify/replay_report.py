@@ -14,6 +14,7 @@ from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Deviation, Estimat
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.replay import Replayed, ReplayRequest
 from quadstep.identify.table import ErrorTable
+from quadstep.identify.vehicle_file import fitted_to
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate
@@ -170,7 +171,8 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
         sections.append(beside_page.table(found.flown, str(asked.controller["type"])))
     if found.estimates:
         sections.append(estimate_table(found.estimates))
-    said = answer(found)
+    known = [flight.name for flight in flights if flight.name in fitted_to(asked.section)]
+    said = " ".join([*no_test(known, len(flights)), answer(found)])
     return Evidence(
         name=name,
         kind="Replay",
@@ -204,6 +206,14 @@ def answer(found: Replayed) -> str:
         said.append(f"The Kalman filter's position is off by {quantity(filtered(found.estimates), 'm')} (RMS)")
     first, *rest = said
     return "; ".join([first, *(one[0].lower() + one[1:] for one in rest)]) + "."
+
+
+def no_test(known: Sequence[str], flights: int) -> list[str]:
+    """What comes before all else where a vehicle was fitted to some of the flights, by these names."""
+    if not known:
+        return []
+    these = listed(known) if len(known) < flights else "this flight" if flights == 1 else "these flights"
+    return [f"Going by names, the vehicle was identified from {these}: no test of it."]
 
 
 def predicting(compared: ErrorTable, period: float) -> str:

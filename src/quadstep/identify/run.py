@@ -11,7 +11,7 @@ from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ready
 from quadstep.identify.residual import trained
 from quadstep.identify.table import ErrorTable, compare
-from quadstep.identify.vehicle_file import identified_vehicle, in_proportion
+from quadstep.identify.vehicle_file import IDENTIFIED, identified_vehicle, in_proportion
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection, ResidualSection
 from quadstep.report.units import counted, percent
@@ -106,7 +106,7 @@ def run(
         found = identify(flights, vehicle, say, found, still=still)
     found = in_proportion(vehicle, found)
     names = ", ".join(flight.name for flight in flights)
-    description = f"{vehicle.description or 'A vehicle'}; identified from {names}"
+    description = f"{vehicle.description or 'A vehicle'}{IDENTIFIED}{names}"
     result = identified_vehicle(vehicle, found, description[:900], mass_source)
     done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided)
     if not learn:

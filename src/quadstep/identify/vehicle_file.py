@@ -17,6 +17,14 @@ from quadstep.vehicle.airframe.observer import Observer
 GIVEN = "given; a flight cannot determine it"
 DIGITS = 6
 
+IDENTIFIED = "; identified from "
+"""In a description, between what the vehicle is and the names of the flights that it was fitted to."""
+
+
+def fitted_to(vehicle: AirframeSection) -> list[str]:
+    """The names of the flights that a vehicle was identified from, as far as its description has room for them."""
+    return [name for part in vehicle.description.split(IDENTIFIED)[1:] for name in part.split(", ")]
+
 
 def identified_vehicle(vehicle: AirframeSection, found: Identified, description: str, mass_source: str) -> AirframeSection:
     """The fitted vehicle. Rotors are placed from its centre of gravity; parameters that flights cannot determine stay."""

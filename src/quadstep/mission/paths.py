@@ -220,12 +220,32 @@ INSTANTS = 400
 
 
 def path_warnings(path: BuiltPath, duration: float, mass: float, gravity: float, most_thrust: float) -> list[str]:
-    """What is said of a path whose accelerations, in a flight of `duration` [s], take more than all rotors have.
+    """What is said of a path in a flight of `duration` [s]: how much of it is not flown, and that its accelerations take more
+    than all rotors have.
 
     mass [kg], gravity [m/s^2]. most_thrust: of all rotors [N], infinite where there is no limit. Nothing is said of a path of
     the user's own.
     """
-    if not math.isfinite(most_thrust) or isinstance(path.law, DeclaredPath):
+    if isinstance(path.law, DeclaredPath):
+        return []
+    return [*unflown(path, duration), *beyond_thrust(path, duration, mass, gravity, most_thrust)]
+
+
+def unflown(path: BuiltPath, duration: float) -> list[str]:
+    """How far a flight of `duration` [s] ends before a path that comes to rest."""
+    if duration >= path.length - 1e-9:
+        return []
+    last, end = (path.law.reference(t, path.parameters) for t in (duration, path.length))
+    ahead = float((Vector(end.position) - Vector(last.position)).norm())
+    if float(Vector(end.velocity).norm()) > 1e-6 or ahead < 1e-6:
+        return []
+    whole = f"the path at {path.length:g} s, {ahead:.3g} m farther on"
+    return [f"path: the flight ends at {duration:g} s (simulation.duration), {whole}"]
+
+
+def beyond_thrust(path: BuiltPath, duration: float, mass: float, gravity: float, most_thrust: float) -> list[str]:
+    """That accelerations take more than all rotors have."""
+    if not math.isfinite(most_thrust):
         return []
     times = duration * np.arange(INSTANTS + 1) / INSTANTS
     found = path.law.reference(cast("float", times), path.parameters)

@@ -1,4 +1,4 @@
-"""What a finished campaign has found, for the terminal, `--json` and JUnit; what makes all its flights the same."""
+"""What a finished campaign has found, for the terminal, `--json` and JUnit."""
 
 from pathlib import Path
 
@@ -7,44 +7,28 @@ from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.share import JudgedShare
 from quadstep.metrics.judging.verdict import Case
-from quadstep.mission.lagrange import LagrangeMission
-from quadstep.mission.multirotor import MultirotorMission
 from quadstep.report.evidence import Evidence, Table
 from quadstep.studies.campaign import until
-from quadstep.studies.campaign.planner import planner
+from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.run import Finished
-from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.summary import as_json, sentences
-from quadstep.world.air import DeclaredWind
 
 
-def copies(campaign: Campaign) -> bool:
-    """Whether the flights are known to be alike before they are flown: nothing varies, and nothing draws random numbers.
-
-    Of plants, airs and functions of the user's own that shows only in flight.
-    """
-    if campaign.varies:
-        return False
-    mission = planner(campaign).mission({})
-    if mission.noisy or mission.controller.controller.one_at_a_time:
-        return False
-    return isinstance(mission, LagrangeMission) or (
-        isinstance(mission, MultirotorMission) and not isinstance(mission.wind.air, DeclaredWind)
-    )
+def refuse_known(file: Path, option: str) -> None:
+    """Raises UserError where an option asks of a campaign what flights of which nothing is drawn at random cannot show."""
+    campaign = read_campaign(file)
+    if not is_random(campaign):
+        raise nothing_shown(file, option, campaign.varies)
 
 
-def refuse_copies(file: Path, option: str) -> None:
-    """Raises UserError where an option asks of a campaign what copies of one flight cannot show."""
-    if copies(read_campaign(file)):
-        raise alike(file, option)
-
-
-def alike(file: Path, option: str) -> UserError:
-    """Why an option cannot be used with copies."""
+def nothing_shown(file: Path, option: str, grid: bool) -> UserError:
+    """Why an option cannot be used. grid: whether the flights are points of one, else copies."""
+    what = "are points of a grid, without noise," if grid else "do not differ"
+    more = "draw what varies at random (docs/campaigns.md)" if grid else "let something vary"
     return UserError(
-        f"{file}: {option}: its flights do not differ and show nothing of others; let something vary, or judge one with "
-        "`quadstep fly --require`"
+        f"{file}: {option}: its flights {what} and show nothing of others; {more}, or judge one with `quadstep fly --require`"
     )
 
 
@@ -55,11 +39,11 @@ def evidence(
     done: Finished, file: Path, engine: Engine, least: float | None, decided: until.Decided | None = None
 ) -> Evidence:
     """Judge a finished campaign. least: share of flights that must succeed, None if nothing is required. decided: what
-    `--until` has shown, if it was given. Raises UserError where the flights do not differ but something is required of them.
+    `--until` has shown, if it was given. Raises UserError where nothing is statistical but something is required.
     """
     summary, name, measured = done.summary, done.campaign.file.name, as_json(done.summary)
-    if summary.copies and (decided or least is not None):
-        raise alike(file, "--until" if decided else "--require")
+    if not summary.drawn and (decided or least is not None):
+        raise nothing_shown(file, "--until" if decided else "--require", not summary.copies)
     again = [replay_command(file, one.flight, done.folder) for one in summary.worst]
     record = {
         "version": __version__,

@@ -7,7 +7,7 @@ kind is found by trial: the flights are compared with those built one by one, nu
 
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,11 +19,15 @@ from quadstep.engines.scored import Scored, scored
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io.errors import UserError
 from quadstep.mission.distributions import Grid
+from quadstep.mission.lagrange import LagrangeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
 from quadstep.studies.campaign.draws import Drawn, Values, draw
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.variants import Variants, corners, groups, numbers, option, same, without
+from quadstep.world.air import DeclaredWind
 
 SINGLY = "cannot be set for many flights at once"
 """What is said of keys that arrays cannot stand for."""
@@ -250,6 +254,38 @@ class Planner(Variants):
                 self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flights[i]))
             return
         self.checked[identity] = (low, high)
+
+
+def is_random(campaign: Campaign) -> bool:
+    """Whether anything of the flights may be drawn at random: a key that varies, if not in a grid, or noise.
+
+    Of plants, airs and functions of the user's own that shows only in flight.
+    """
+    file = campaign.file
+    if file.correlated or not all(isinstance(one, Grid) for one in file.vary.values()):
+        return True
+    plan = planner(campaign)
+    ends = [(name, one) for name, grid in file.vary.items() if isinstance(grid, Grid) for one in extremes(grid.options)]
+    try:
+        return any(may_draw(plan.mission(values)) for values in ({}, *({name: one} for name, one in ends)))
+    except UserError:  # values that go only together
+        return True
+
+
+def extremes(options: Sequence[object]) -> Sequence[object]:
+    """The least and the largest of numbers; options of another kind as they are."""
+    numbers = [one for one in options if isinstance(one, int | float)]
+    return (min(numbers), max(numbers)) if len(numbers) == len(options) else options
+
+
+def may_draw(mission: Mission) -> bool:
+    """Whether a flight of these numbers may differ from another by its noise."""
+    if mission.noisy or mission.controller.controller.one_at_a_time:
+        return True
+    known = isinstance(mission, LagrangeMission) or (
+        isinstance(mission, MultirotorMission) and not isinstance(mission.wind.air, DeclaredWind)
+    )
+    return not known
 
 
 def planner(campaign: Campaign) -> Planner:

@@ -18,7 +18,7 @@ from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import COPIES, FEW, QUANTILES, Spread, Summary, Worst, sentences, within
+from quadstep.studies.campaign.summary import FEW, QUANTILES, Summary, Worst, sentences, within
 from quadstep.studies.campaign.varied import text_of, variation_text
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
@@ -30,9 +30,9 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 def glance(summary: Summary, figures: Sequence[str]) -> str:
     """The findings: one sentence, three numbers with their intervals, and figures that show them."""
     good, low, high = summary.success
-    if summary.copies:
-        answer = f"{succeeded(summary)}. {' '.join([COPIES.format(summary.flights), *summary.graded])}"
-        return page.summary(answer, [page.Fact("succeed", units.percent(good)), *map(alone, summary.spreads)], figures)
+    if not summary.drawn:
+        answer = f"{succeeded(summary)}. {' '.join([summary.why_not, *summary.graded])}"
+        return page.summary(answer, [page.Fact("succeed", units.percent(good)), *alone(summary)], figures)
     answer = f"{succeeded(summary)}; the 95 % interval is {' '.join([f'{within(low, high)}.', *summary.graded])}"
     facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
     for spread in summary.spreads:
@@ -51,10 +51,11 @@ def succeeded(summary: Summary) -> str:
     return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded{summary.meaning}"
 
 
-def alone(spread: Spread) -> page.Fact:
-    """A metric where the flights do not differ."""
-    words, unit = units.metric(spread.metric)
-    return page.Fact(words, units.quantity(spread.quantiles[QUANTILES[0]].value, unit))
+def alone(summary: Summary) -> list[page.Fact]:
+    """The metrics where nothing is statistical, by their medians."""
+    named = [(units.metric(one.metric), one.quantiles[QUANTILES[0]].value) for one in summary.spreads]
+    what = "" if summary.copies else "median "
+    return [page.Fact(f"{what}{words}", units.quantity(value, unit)) for (words, unit), value in named]
 
 
 def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
@@ -99,8 +100,8 @@ def ended(summary: Summary) -> dict[str, int]:
 
 
 def outcomes(summary: Summary) -> list[str]:
-    """Every outcome with its exact interval; without it where the flights do not differ."""
-    if summary.copies:
+    """Every outcome with its exact interval; without it where nothing is statistical."""
+    if not summary.drawn:
         return [page.table(("outcome", "flights"), [(name, str(count)) for name, count in ended(summary).items() if count])]
     shares = {name: share(count, summary.flights) for name, count in ended(summary).items()}
     rows = [(name, str(count), spanned(shares[name])) for name, count in ended(summary).items()]
@@ -108,16 +109,16 @@ def outcomes(summary: Summary) -> list[str]:
 
 
 def for_a_paper(summary: Summary, name: str) -> str:
-    """Outcomes and quantiles as a LaTeX table; copies of one flight have no intervals."""
+    """Outcomes and quantiles as a LaTeX table; without intervals where nothing is statistical."""
     shares = {what: share(count, summary.flights) for what, count in ended(summary).items()}
-    ends = [(what, "", str(ended(summary)[what]) if summary.copies else units.percent(*one)) for what, one in shares.items()]
+    ends = [(what, "", units.percent(*one) if summary.drawn else str(ended(summary)[what])) for what, one in shares.items()]
     rows = [
-        (words, f"{100.0 * q:g} %", units.quantity(one.value, unit) if summary.copies else units.interval(*one, unit))
+        (words, f"{100.0 * q:g} %", units.interval(*one, unit) if summary.drawn else units.quantity(one.value, unit))
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
     ]
-    comment = f"{name}: {units.counted(summary.flights, 'flight')}{'' if summary.copies else ', 95 % intervals'}"
-    return booktabs(("", "share below", "flights" if summary.copies else "value"), [ends, rows], [comment])
+    comment = f"{name}: {units.counted(summary.flights, 'flight')}{', 95 % intervals' if summary.drawn else ''}"
+    return booktabs(("", "share below", "value" if summary.drawn else "flights"), [ends, rows], [comment])
 
 
 def spanned(one: Estimate) -> page.Span:
@@ -129,10 +130,9 @@ def percent(one: Estimate) -> str:
 
 
 def distributions(summary: Summary) -> list[str]:
-    """The quantiles as a table; of copies their value is all."""
-    if summary.copies:
-        facts = map(alone, summary.spreads)
-        return [page.table(("of completed flights", "value"), [(one.what, one.value) for one in facts])]
+    """The quantiles as a table; the medians where nothing is statistical."""
+    if not summary.drawn:
+        return [page.table(("of completed flights", "value"), [(one.what, one.value) for one in alone(summary)])]
     rows = [
         (
             words,

@@ -8,6 +8,7 @@ from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.campaign.flown import Fly
+from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.store import Chunk, Store, opened
 from quadstep.studies.campaign.summary import Summary, as_json, summarise
@@ -57,7 +58,8 @@ def finish(store: Store, campaign: Campaign, path: Path, sheet: Sheet | None, gr
     """Summarise what was flown; write the report and the final manifest."""
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
-    summary = summarise(store, campaign.varies, grading(campaign.mission), campaign.singly)
+    points = 0 if is_random(campaign) else campaign.file.combinations
+    summary = summarise(store, campaign.varies, grading(campaign.mission), campaign.singly, points)
     summary = summary._replace(limited=bool(campaign.file.failure))
     write_report(store, campaign, summary, path, sheet or Sheet())
     store.save(complete=True, summary=as_json(summary))

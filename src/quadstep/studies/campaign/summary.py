@@ -27,6 +27,9 @@ FEW = "too few flights for a 95 % interval"
 COPIES = "Its {} flights do not differ, so nothing is statistical."
 """Of a campaign of copies of one flight, whatever varies: wind, say, on a vehicle without drag."""
 
+POINTS = "Its {} flights are {} points of a grid, without noise, so nothing is statistical."
+"""Of a campaign in which nothing is drawn at random."""
+
 
 class Spread(NamedTuple):
     """Quantiles of a metric over completed flights. quantiles: by share."""
@@ -48,8 +51,9 @@ class Worst(NamedTuple):
 
 class Summary(NamedTuple):
     """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
-    differ in any result, as where nothing varies, or nothing that has an effect. singly: keys because of which each flight
-    was set up by itself. limited: whether flights that complete can fail, by a limit in [failure].
+    differ in any result, as where nothing varies, or nothing that has an effect. points: of a grid that the flights are, where
+    nothing of them is drawn at random; 0 where something is. singly: keys because of which each flight was set up by itself.
+    limited: whether flights that complete can fail, by a limit in [failure].
     """
 
     flights: int
@@ -61,6 +65,17 @@ class Summary(NamedTuple):
     rest: Mapping[str, str] = {}
     singly: tuple[str, ...] = ()
     limited: bool = True
+    points: int = 0
+
+    @property
+    def drawn(self) -> bool:
+        """Whether the flights say something of others, so that numbers have intervals."""
+        return not (self.copies or self.points)
+
+    @property
+    def why_not(self) -> str:
+        """Why they do not, where they do not."""
+        return COPIES.format(self.flights) if self.copies else POINTS.format(self.flights, self.points)
 
     @property
     def meaning(self) -> str:
@@ -75,10 +90,11 @@ class Summary(NamedTuple):
 
 
 def summarise(
-    store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}), singly: Iterable[str] = ()
-) -> Summary:
+    store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}), singly: Iterable[str] = (),
+    points: int = 0,
+) -> Summary:  # fmt: skip
     """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
-    rest, singly: as in `Summary`.
+    rest, singly: as in `Summary`. points: of the whole grid, where nothing is drawn at random.
 
     Raises UserError for files that cannot be read.
     """
@@ -95,7 +111,9 @@ def summarise(
             spreads.append(Spread(metric, len(values), known))
     scored = not varied or flown[RMSE].null_count == 0
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
-    return Summary(count, share(good, count), counted, spreads, worst(flown), copies, rest, tuple(singly))
+    return Summary(
+        count, share(good, count), counted, spreads, worst(flown), copies, rest, tuple(singly), points=min(points, count)
+    )
 
 
 def alike(flown: pa.Table) -> bool:
@@ -132,10 +150,10 @@ def within(low: float, high: float) -> str:
 
 def sentences(summary: Summary) -> list[str]:
     value, low, high = summary.success
-    interval = "" if summary.copies else f"; the 95 % interval is {within(low, high)}"
+    interval = f"; the 95 % interval is {within(low, high)}" if summary.drawn else ""
     lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{summary.meaning}{interval}."]
-    if summary.copies:
-        lines.append(COPIES.format(summary.flights))
+    if not summary.drawn:
+        lines.append(summary.why_not)
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
     if lost:
         lines.append(f"Ended early: {lost}.")
@@ -146,6 +164,8 @@ def sentences(summary: Summary) -> list[str]:
         median = spread.quantiles[QUANTILES[0]]
         if summary.copies or spread.flights == 1:
             parts = [units.quantity(median.value, unit)]
+        elif summary.points:
+            parts = [f"{100 * q:g} % below {units.quantity(e.value, unit)}" for q, e in spread.quantiles.items()]
         elif not median.bounded:
             parts = [f"{parts[0]} ({FEW})"]
         whose = "the completed flight" if spread.flights == 1 else f"the {spread.flights} completed flights"
@@ -157,6 +177,7 @@ def as_json(summary: Summary) -> dict[str, Any]:
     return {
         "flights": summary.flights,
         "copies": summary.copies,
+        "points": summary.points,
         AT_REST: dict(summary.rest),
         "limited": summary.limited,
         "set_up_singly": list(summary.singly),

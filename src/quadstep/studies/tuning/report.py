@@ -38,7 +38,7 @@ def evidence(
         name=asked.mission.name,
         kind="Tuning",
         answer=" ".join(filter(None, (first, answer(compared)))),
-        sentences=[*filter(None, [first]), compared.verdict],
+        sentences=[*filter(None, [first]), answer(compared)],
         record=record,
         facts=facts(compared),
         figures=[
@@ -86,16 +86,19 @@ def measured_rows(compared: Compared) -> list[list[str]]:
 
 
 def answer(compared: Compared) -> str:
-    """The verdict, and by how much."""
+    """The verdict, by how much, and what share succeeds where some do not."""
     before, difference = compared.objective.present, compared.objective.difference
     present, tuned = compared.success
     if certain(compared.success_difference, compared.flights == 1):  # which decides
         moved = "rises" if tuned.value > present.value else "falls"
         return f"{compared.verdict} Success {moved} from {units.percent(present.value)} to {units.percent(tuned.value)}."
-    if compared.verdict == UNCHANGED or not before or not difference or not before.value:
-        return compared.verdict
-    change = difference.value / before.value
-    return f"{compared.verdict} The objective {'falls' if change < 0.0 else 'rises'} by {100.0 * abs(change):.3g} %."
+    said = compared.verdict
+    if compared.verdict != UNCHANGED and before and difference and before.value:
+        change = difference.value / before.value
+        said += f" The objective {'falls' if change < 0.0 else 'rises'} by {100.0 * abs(change):.3g} %."
+    if tuned.value < 1.0:
+        said += f" With {'them' if compared.flights > 1 else 'it'} {units.percent(tuned.value)} of the flights succeed."
+    return said
 
 
 def listed(values: list[float]) -> str:
