@@ -12,7 +12,7 @@ from quadstep.studies.rare.kept import Done
 from quadstep.studies.rare.mixture import FIRST, Points, Random
 from quadstep.studies.rare.pieces import Kind
 from quadstep.studies.rare.subset import subset_simulation
-from quadstep.studies.rare.summary import Crude, Estimate, interval, summarise
+from quadstep.studies.rare.summary import Crude, Estimate, interval, sentences, summarise
 
 METHODS = (subset_simulation, cross_entropy)
 
@@ -217,3 +217,10 @@ def test_where_no_failure_is_found_the_interval_is_that_of_the_crude_flights():
 def test_some_points_are_chosen_by_place():
     points = Points(np.arange(6.0).reshape(3, 2), np.arange(3))
     assert points.at(np.array([True, False, True])).noise.tolist() == [0, 2]
+
+
+def test_without_a_limit_failing_is_said_to_be_ending_early():
+    found = summarise(REPLICATES)
+    plain, early = (sentences(found, Method.CROSS_ENTROPY, limited)[0] for limited in (True, False))
+    assert plain.startswith("A flight fails with probability ")
+    assert early.startswith("A flight fails, that is, ends early ([failure] sets no limit), with probability ")

@@ -129,6 +129,15 @@ def test_a_ratio_above_two_is_told_in_times(ratio, said):
     assert share(ratio, "the error") == said
 
 
+def test_a_flight_of_which_nothing_is_predicted_is_named_first(tmp_path, logs):
+    header, rows = table(dataclasses.replace(logged(0)[1], motors=np.zeros_like(logged(0)[1].motors)))
+    write(tmp_path / "still.csv", header, rows)
+    flights = [logs / "B0_made.csv", tmp_path / "still.csv"]
+    (tmp_path / "map.toml").write_text(MAPPING)
+    run = quadstep("replay", *flights, "--vehicle", "crazyflie", "--mapping", tmp_path / "map.toml")
+    assert "Of still nothing is predicted: the motors never run." in " ".join(run.out.split()), run.err
+
+
 @pytest.mark.parametrize("channel", ["position", "velocity", "attitude", "rates"])
 def test_what_was_not_measured_is_left_out_of_the_errors(tmp_path, logs, channel):
     flight = logged(0)[0]

@@ -145,7 +145,7 @@ def test_one_row_is_printed(monkeypatch, capsys):
     assert "T_eta" in shown
     assert "corrected" in shown
     assert "1 row, " in shown
-    assert "all evidence holds" in shown
+    assert "all evidence holds; wrong in the paper and corrected: 1" in shown
 
 
 def test_json_has_every_row_with_its_checks(monkeypatch, capsys, tmp_path):

@@ -13,7 +13,7 @@ from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Deviation, Estimated
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.replay import Replayed, ReplayRequest
-from quadstep.identify.table import ErrorTable
+from quadstep.identify.table import ErrorTable, why_unusable
 from quadstep.identify.vehicle_file import fitted_to
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
@@ -172,7 +172,9 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
     if found.estimates:
         sections.append(estimate_table(found.estimates))
     known = [flight.name for flight in flights if flight.name in fitted_to(asked.section)]
-    said = " ".join([*no_test(known, len(flights)), answer(found)])
+    left = [flight for flight in flights if first and flight.name not in first.names]
+    unseen = [f"Of {listed([one.name for one in left])} nothing is predicted: {why_unusable(left)}."] if left else []
+    said = " ".join([*no_test(known, len(flights)), *unseen, answer(found)])
     return Evidence(
         name=name,
         kind="Replay",

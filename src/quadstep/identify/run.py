@@ -74,7 +74,7 @@ def answer(run: Identification) -> str:
     if run.commands is None:
         return f"{said}; no flight was held out to test predictions."
     ratio = percent(run.commands.ratio(AHEAD, "position").value)
-    held_out = counted(len(run.held_out), "flight")
+    held_out = counted(len(run.commands.names), "flight")
     return f"{said}; on {held_out} held out, the position {AHEAD} samples ahead is off by {ratio} of that without a model."
 
 

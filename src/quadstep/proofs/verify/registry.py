@@ -55,7 +55,9 @@ def closing(results: list[JudgedRow], seconds: float) -> str:
     """Counts and seconds."""
     failed = sum(not result.passed for result in results)
     checks = sum(len(result.evidence.checks) for result in results)
-    ending = f"{failed} FAILED" if failed else "all evidence holds"
+    wrong = sum(result.row.verdict is EquationVerdict.CORRECTED for result in results)
+    holds = "all evidence holds" + (f"; wrong in the paper and corrected: {wrong}" if wrong else "")
+    ending = f"{failed} FAILED" if failed else holds
     rows = "1 row" if len(results) == 1 else f"{len(results)} rows"
     return f"{rows}, {checks} checks, {seconds:.1f} s: {ending}"
 

@@ -67,7 +67,7 @@ def evidence(kept: Kept, campaign: Campaign, summary: Summary, path: Path) -> Ev
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("quadstep", kept.manifest["version"]),
     ]
-    said = sentences(summary, file.rare.method)
+    said = sentences(summary, file.rare.method, bool(file.failure))
     value, low, high = (units.number(part) for part in summary.probability)
     facts = [
         page.Fact("probability of failure", value, f"95 %: {low} to {high}"),
