@@ -86,4 +86,4 @@ def under(unknown: Unknown) -> str:
         f"a start within {' and '.join(off(unknown))} of the mission's on each axis" if off(unknown) else "",
     ]
     words = [one for one in said if one]
-    return "under " + ", ".join(words) if words else "from this start"
+    return "under " + ", ".join(words) if words else "from this start, with nothing unknown,"

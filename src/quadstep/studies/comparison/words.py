@@ -126,6 +126,9 @@ def of_all(found: Comparison) -> str:
         loses = f", though it loses flights in {len(lost)} of {many} situations" if lost else ""
         loses += f", up to {end_percent(100.0 * max(lost))} % of them" if lost else ""
         text = f"{first} has the best mean rank{loses}{with_grade(found, first)}. {text}"
+    if found.problems:
+        out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in found.problems)
+        text += f" Left out, or out of some situations, as they failed: {several(list(out))}."
     if pairs and found.seeds < fewest(len(pairs)):
         text += (
             f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
