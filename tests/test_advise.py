@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 
 from quadstep.engines.fly import fly_all
+from quadstep.identify.changes import advised
 from quadstep.identify.excited import Excited, excited
+from quadstep.identify.measured import measured
 from quadstep.identify.rate_loops import ARDUPILOT
 from quadstep.identify.response import Response, crossovers, margin, response
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import studied
 from quadstep.mission.read import check_mission
 from quadstep.report.sheet import sheet
-from quadstep.studies.advise import advise, advised, following, measured, sentence
+from quadstep.studies.advise import advise, following, sentence
 from tests.challenge import advice
 from tests.injected import injected, signals
 from tests.made_logs import excited as in_ardupilots_log

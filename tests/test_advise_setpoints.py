@@ -1,29 +1,33 @@
 """Margins from a rate loop's own setpoint, as PX4 and ArduPilot log it, against those of the flown loop; and refusals."""
 
 import math
+import re
 from functools import cache
 
 import numpy as np
 import pytest
 
 from quadstep.identify.excited import excited
+from quadstep.identify.measured import measured
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
 from quadstep.report.sheet import sheet
-from quadstep.studies.advise import advise, measured
+from quadstep.studies.advise import advise
+from tests.challenge import setpoints, symptoms
 from tests.made_logs import rate_loop
 from tests.rate_flights import PERIOD, Axis, flown, stepped
 
 STEP = 0.004
-WEAK, SOUND = 0, 1
+WEAK, SOUND, DULL = 0, 1, 2
 
 
 def axes() -> Axis:
-    """A fragile rate loop and a sound one."""
+    """A fragile rate loop, a sound one, and a fragile one with a slow filter of its gyro, which no smaller gains repair."""
     same = {"effect": 100.0, "lag": 0.02, "delay": 4, "cut": 60.0, "slope": 30.0}
     same |= {"period": PERIOD, "target": math.inf, "error": math.inf, "after": 0}
     fragile, sound = {"p": 0.75, "i": 3.75, "d": 0.003, "attitude": 5.0}, {"p": 0.25, "i": 0.25, "d": 0.002, "attitude": 4.0}
-    return Axis(**{name: np.array([{**same, **one}[name] for one in (fragile, sound)]) for name in Axis._fields})
+    dull = {"cut": 12.0, "p": 0.13, "i": 0.507, "d": 0.0, "attitude": 3.9}
+    return Axis(**{name: np.array([{**same, **one}[name] for one in (fragile, sound, dull)]) for name in Axis._fields})
 
 
 @cache
@@ -105,8 +109,75 @@ def test_what_a_setpoint_does_not_tell_is_refused_with_the_reason(tmp_path):
 
 
 def test_a_hover_in_gusts_is_no_excitation(tmp_path):
-    still = flown(axes(), np.zeros((20_000, 2)), noise=0.01, gust=2.0)
+    still = flown(axes(), np.zeros((20_000, 3)), noise=0.01, gust=2.0)
     path = tmp_path / "hover.ulg"
     path.write_bytes(rate_loop(*(column[:, SOUND] for column in still), STEP, parameters(SOUND)))
     with pytest.raises(UserError, match=r"setpoints explain 60 % of the commands .* without an excitation"):
         excited(path, None)
+
+
+def every(change):
+    """Parameters of all axes, alike."""
+    return {
+        name.replace("ROLL", axis): value
+        for axis in ("ROLL", "PITCH", "YAW")
+        for name, value in {**parameters(DULL), **change}.items()
+    }
+
+
+def test_a_slow_filter_that_no_gain_makes_up_for_is_raised_where_all_its_axes_are_told(tmp_path):
+    found = advise(
+        logged(tmp_path, DULL, every({}), alike=1.0), None, None, tmp_path / "out", False, sheet("svg", None, "screen")
+    )
+    written = dict(read_parameters(tmp_path / "out" / "advised.params", "px4").values)
+    cut = written.pop("IMU_GYRO_CUTOFF")
+    assert (written, 12.0 < cut <= 48.0) == ({}, True)
+    omega = np.geomspace(0.3, 1000.0, 8_000)
+    before, after = (setpoints.least(one.opened(omega)[DULL]) for one in (axes(), axes()._replace(cut=np.full(3, cut))))
+    assert before[2] < 0.9
+    assert after[2] > 1.0
+    assert f"IMU_GYRO_CUTOFF from 12 to {cut:.4g} Hz: by the measured response that gives" in found.more[0]
+    (lag,) = [row for row in table(found, "Low-passes") if row[0] == "IMU_GYRO_CUTOFF"]
+    crossover = before[0] / (2.0 * math.pi * 12.0)
+    alone = math.degrees(math.atan2(math.sqrt(2.0) * crossover, 1.0 - crossover**2))
+    assert 0.5 * alone < float(lag[2]) < alone  # angles, of the loop around, do not pass it
+    found = advise(logged(tmp_path, DULL), None, None, tmp_path / "roll", False, sheet("svg", None, "screen"))
+    assert "none is advised" in found.more[0]  # pitch and yaw pass the same filter, and this log does not tell them
+
+
+def table(found, name):
+    return next(one.rows for one in found.sections if one.title == name)
+
+
+def test_what_the_motors_did_a_tone_and_descents_are_told_with_their_thresholds(tmp_path):
+    r, y, u = (column[:, SOUND] for column in flight())
+    time = STEP * np.arange(len(u))
+    sinks = np.where(np.sin(0.4 * math.pi * time) > 0.0, 2.0, 0.0)
+    stirred = u + 0.02 * np.where(sinks > 1.0, 1.0, 0.1) * np.random.default_rng(1).normal(size=len(u))
+    control = np.full((len(u), 12), np.nan)
+    control[:, :4] = np.clip(0.8 + 2.0 * np.outer(stirred, [1.0, -1.0, 1.0, -1.0]), 0.0, 1.0)
+    tone = 2e-3 * np.sin(2.0 * math.pi * 80.0 * time)
+    told = {**parameters(SOUND), "IMU_GYRO_NF0_FRQ": 82.0, "IMU_GYRO_NF0_BW": 10.0}
+    more = {"actuator_motors": ("float[12] control", control), "vehicle_local_position": ("float vz", sinks[:, None])}
+    path = tmp_path / "flight.ulg"
+    path.write_bytes(rate_loop(r, y + tone, stirred, STEP, told, **more))
+    found = advise(path, None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
+    share = 100.0 * np.mean(control[:, :4].max(axis=1) >= 0.999)
+    text = " ".join(found.more)
+    told = re.search("A motor was at its upper limit for (.*) % of the time; of what took it there roll made", text)
+    assert float(told[1]) == pytest.approx(share, rel=0.05)
+    assert "at 80 Hz out of its surroundings" in text
+    assert "at 170 Hz or another alias" in text
+    assert "IMU_GYRO_NF0 covers 80 Hz" in text
+    assert "In descents of more than 1 m/s" in text
+    assert "propeller wash, or gusts" in text
+    names = [row[0] for row in table(found, "Symptoms")]
+    assert names == ["motors at the upper limit", "motors at the lower limit", "peak of the gyro", "oscillation in descents"]
+    calm = advise(logged(tmp_path, SOUND), None, None, tmp_path / "calm", False, sheet("svg", None, "screen"))
+    assert [row[0] for row in table(calm, "Symptoms")] == ["peak of the gyro"]  # no motors, no height in that log
+    assert "stands" not in " ".join(calm.more)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_axis_that_took_the_motors_to_a_limit_is_named(seed):
+    assert symptoms.mixed(np.random.default_rng(seed)).reached <= 1.0

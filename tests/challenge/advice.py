@@ -10,14 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.engines.fly import fly_all
+from quadstep.identify.changes import advised
 from quadstep.identify.excited import Excited, refuse
+from quadstep.identify.measured import measured
 from quadstep.identify.response import Crossing, response
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import studied
 from quadstep.linear.margins import Margins
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
 from quadstep.mission.read import check_mission
-from quadstep.studies.advise import advised, measured
 from tests.challenge.search import Attempt, Search, coverage
 from tests.injected import injected, signals
 from tests.random_sheets import HOVER, random_sheet, vehicle

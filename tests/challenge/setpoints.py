@@ -6,18 +6,20 @@
 import itertools
 import math
 import sys
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.identify.changes import Advice, changes
 from quadstep.identify.excited import explained, refuse_narrow
 from quadstep.identify.logs.series import Series, Topics
+from quadstep.identify.measured import measured
 from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.io.errors import UserError
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
-from quadstep.studies.advise import advised, measured
 from tests.challenge.advice import CLOSE
 from tests.challenge.search import Attempt, Search
 from tests.rate_flights import Axis, flown, random_axes, stepped
@@ -37,6 +39,7 @@ class Flown(NamedTuple):
     before: float = 0.0
     after: float | None = None
     grade: str = ""
+    filters: tuple[str, ...] = ()
     refusal: str = ""
 
 
@@ -60,6 +63,17 @@ def parameters(loop: RateLoop, one: Axis) -> dict[str, float]:
         cuts = {"INS_GYRO_FILTER": one.cut, "SCHED_LOOP_RATE": 1.0 / one.period}
     told = {f"{loop.stem}{name}": value for name, value in gains.items()} | {loop.attitude: one.attitude} | cuts
     return {name: float(value) if np.isfinite(value) else 0.0 for name, value in told.items()}
+
+
+def changed(axes: Axis, advice: Advice, loop: RateLoop) -> Axis:
+    """All with the change that is advised for one."""
+    endings = {"GYRO_CUTOFF": "cut", "GYRO_FILTER": "cut", "DGYRO_CUTOFF": "slope", "FLTD": "slope", "FLTE": "error"}
+    endings["FLTT"] = "target"
+    found = axes.scaled(advice.factor)
+    for name, (_, cut) in advice.filters.items():
+        ending = name.removeprefix(loop.stem).removeprefix("IMU_").removeprefix("INS_")
+        found = found._replace(**{endings[ending]: np.full_like(axes.cut, cut)})
+    return found
 
 
 def vehicles(random: np.random.Generator, count: int, loop: RateLoop = PX4[0]) -> Iterator[Flown]:
@@ -91,10 +105,12 @@ def vehicles(random: np.random.Generator, count: int, loop: RateLoop = PX4[0]) -
         if now.phase is None:
             yield Flown(refusal="no phase margin is told")
             continue
-        advice = advised(flight.measured, now)
-        after = least(axes.scaled(advice.factor).opened(OMEGA)[place])[2] if advice else None
+        flight = flight._replace(others=(flight, flight))  # all axes alike
+        advice = changes(flight, now)
+        after = least(changed(axes, advice, loop).opened(OMEGA)[place])[2] if advice else None
         held = now.phase.value.low <= phase <= now.phase.value.high
-        yield Flown(now.phase.at.value / at - 1.0, now.phase.value.value - phase, held, before, after, now.grade)
+        names = (*advice.filters,) if advice else ()
+        yield Flown(now.phase.at.value / at - 1.0, now.phase.value.value - phase, held, before, after, now.grade, names)
 
 
 def searched(seed: int) -> Iterable[Attempt]:
@@ -127,6 +143,7 @@ def main() -> None:
     errors = f"crossover [%] and phase margin [deg] off by: median, 95 %, largest {np.quantile(off, (0.5, 0.95, 1.0), axis=0)}"
     weak = f"{sum(one.before < 1.0 for one in told)} lack margin; {len(after)} advised, {better} better, "
     weak += f"at least {min(after, default=0.0):.3g} of a sound loop's margins"
+    weak += "; cut-offs: " + ", ".join(f"{name} {n}" for name, n in Counter(n for o in told for n in o.filters).items())
     good = f"{len(sound)} called sound, at least {min(sound, default=0.0):.3g}"
     sys.stdout.write("\n".join([counts, errors, weak, good, ""]))
 

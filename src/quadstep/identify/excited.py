@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.identify.autopilot_logs import COLUMNS, SINKING
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Columns, Series, Topics
@@ -25,6 +27,9 @@ from quadstep.io.errors import UserError
 
 LOOPS = {".bin": ARDUPILOT, ".ulg": PX4, ".ulog": PX4}
 """Whose logs these are."""
+
+LOOPS_OF = {"px4": PX4, "ardupilot": ARDUPILOT}
+"""All axes of an autopilot."""
 
 EXCITATION = "SIDD.Targ"
 """The waveform of ArduPilot's mode System Identification, which is in the commands of the rate controllers."""
@@ -51,7 +56,9 @@ ADVICE = {
 class Excited(NamedTuple):
     """An excitation in flight. axis: whose command it is in; source: the columns. measured: what the loop answered.
     excitation, command (n,): samples a `period` [s] apart. parameters: of the autopilot, by name, where the log has them.
-    damaged: places of the log that could not be read. loop: of the autopilot, where its columns are known.
+    damaged: places of the log that could not be read. loop: of the autopilot, where its columns are known. levelled: whether
+    the attitude loop gave the setpoint. others: the other axes whose response the same log tells. begin: time of the first
+    sample [s]; rate: the gyro (n,), filtered, None where it is not known which; columns: all that was read of the log.
     """
 
     axis: str
@@ -63,13 +70,29 @@ class Excited(NamedTuple):
     parameters: Mapping[str, float]
     damaged: int = 0
     loop: RateLoop | None = None
+    levelled: bool = True
+    others: tuple["Excited", ...] = ()
+    begin: float = 0.0
+    rate: Floats | None = None
+    columns: Mapping[str, Series] = MappingProxyType({})
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample [s]."""
+        return self.begin + self.period * (len(self.command) - 1)
+
+    @property
+    def above(self) -> tuple[Floats, Floats]:
+        """Frequencies above the excited ones [rad/s], and the power of the command there, the whole command's being 1."""
+        spectrum = np.abs(np.fft.rfft(self.command - self.command.mean())) ** 2
+        omega = 2.0 * np.pi * np.fft.rfftfreq(len(self.command), self.period)
+        beyond = omega > 1.05 * self.measured.omega[-1]
+        return omega[beyond], spectrum[beyond] / max(float(spectrum.sum()), 1e-300)
 
     @property
     def noise(self) -> float:
         """The share of the command's standard deviation above the excited frequencies."""
-        spectrum = np.abs(np.fft.rfft(self.command - self.command.mean())) ** 2
-        omega = 2.0 * np.pi * np.fft.rfftfreq(len(self.command), self.period)
-        return float(np.sqrt(spectrum[omega > 1.05 * self.measured.omega[-1]].sum() / max(spectrum.sum(), 1e-300)))
+        return float(np.sqrt(self.above[1].sum()))
 
 
 def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
@@ -81,7 +104,7 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     loops = LOOPS.get(path.suffix.lower(), ())
     if columns is None and not loops:
         raise UserError(f"{path}: which columns hold an excitation and the command that it was added to? give --columns X,Y")
-    found = read_topics(path, list(columns) if columns else [EXCITATION, *columns_of(loops)])
+    found = read_topics(path, list(columns) if columns else [EXCITATION, *columns_of(loops), *beside(loops[0].form)])
     if columns is None and EXCITATION not in found.columns:
         return by_setpoint(path, found, loops)
     given, commands = (EXCITATION, [one.command for one in loops]) if columns is None else (columns[0], [columns[1]])
@@ -92,13 +115,19 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
         raise UserError(f"{path}: {given} is in the log, but no command that holds it{broken(found)}")
     late = loops[0].late(found.parameters) if columns is None else 0.0
     several = [sampled(path, found.columns, given, one, late) for one in commands]
-    measured = [response(*one) for one in several]
+    measured = [response(*one[:3]) for one in several]
     best = max(range(len(measured)), key=lambda i: float(np.median(measured[i].coherence)))
     loop = next((one for one in loops if columns is None and one.command == commands[best]), None)
     axis, source = loop.axis if loop else commands[best], (given, commands[best])
-    one = Excited(axis, source, measured[best], *several[best], found.parameters, found.damaged, loop)
+    one = Excited(axis, source, measured[best], *several[best][:3], found.parameters, found.damaged, loop)
+    one = one._replace(begin=several[best][3], columns=found.columns)
     refuse(path, one)
     return one
+
+
+def beside(form: str) -> list[str]:
+    """What symptoms are looked for in."""
+    return [*COLUMNS[form], SINKING[form]]
 
 
 def broken(found: Topics) -> str:
@@ -124,7 +153,7 @@ def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excit
         raise refused[0]
     best = max(several, key=lambda one: wide(one.measured))
     refuse_narrow(path, best)
-    return best
+    return best._replace(others=tuple(one for one in several if one is not best and wide(one.measured) >= NARROWEST))
 
 
 def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
@@ -137,12 +166,13 @@ def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
         )
     source = loop.setpoint, loop.rate, loop.command
     answer = response(one.excitation, one.command, one.period, HEARD, one.told).blurred(one.late)
-    return Excited(loop.axis, source, answer, *one[:3], found.parameters, found.damaged, loop)
+    flight = Excited(loop.axis, source, answer, *one[:3], found.parameters, found.damaged, loop, one.levelled)
+    return flight._replace(begin=one.begin, rate=one.rate, columns=found.columns)
 
 
-def sampled(path: Path, columns: Columns, excitation: str, command: str, late: float) -> tuple[Floats, Floats, float]:
-    """Both at the command's even times while the excitation was logged, and their period [s]. late: time [s] from a logged
-    excitation to the logged command that holds it. Raises UserError.
+def sampled(path: Path, columns: Columns, excitation: str, command: str, late: float) -> tuple[Floats, Floats, float, float]:
+    """Both at the command's even times while the excitation was logged, their period and the first time [s]. late: time [s]
+    from a logged excitation to the logged command that holds it. Raises UserError.
     """
     d, u = columns[excitation], columns[command]
     refuse_backward(path, columns, (excitation, command))
@@ -160,7 +190,7 @@ def sampled(path: Path, columns: Columns, excitation: str, command: str, late: f
     signals = {name: np.interp(time, one.time, one.value) for name, one in ((excitation, d), (command, u))}
     refuse_not_finite(path, signals)
     refuse_unchanged(path, signals)
-    return signals[excitation], signals[command], period
+    return signals[excitation], signals[command], period, float(time[0])
 
 
 def refuse_clipped(path: Path, one: Excited) -> None:

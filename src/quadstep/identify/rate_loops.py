@@ -18,6 +18,13 @@ USUAL_RATE = 400.0
 """Loops of ArduPilot in a second, where the log does not say how many."""
 
 
+class Filter(NamedTuple):
+    """A low-pass: the name of its cut-off [Hz], 0 where it is off; shared: whether it is that of other axes too."""
+
+    name: str
+    shared: bool
+
+
 class RateLoop(NamedTuple):
     """One axis. setpoint, rate, command: columns; unit: of the first two [rad/s]. form: of a file of its parameters, as in
     `io/parameter_files.py`. stem: what the names of its gains begin with. scaled: endings of those that together scale all of
@@ -61,6 +68,28 @@ class RateLoop(NamedTuple):
         inner, sloped, late = p + i / s, d * s * slope, np.exp(-self.late(parameters) * s)
         forward = inner if on_rate else inner + sloped
         return late * target * (error * forward + known("FF", 0.0)), error * (inner + sloped)
+
+    def controller(self, parameters: Mapping[str, float], s: Complex, levelled: bool) -> Complex:
+        """From the rate, before its low-pass, to the command, times -1, at s = j omega [rad/s]. levelled: whether the attitude
+        loop gives the setpoint. Raises UserError for a gain that is not known.
+        """
+        forward, back = self.transfers(parameters, s)
+        around = parameters.get(self.attitude) if levelled else 0.0
+        if around is None:
+            raise UserError(f"{self.attitude} is not among the log's parameters")
+        return back / self.unfiltered(parameters, s) + forward * around / s
+
+    @property
+    def filters(self) -> tuple[Filter, ...]:
+        """What its rate and its error pass."""
+        if self.form == "px4":
+            return Filter("IMU_GYRO_CUTOFF", True), Filter("IMU_DGYRO_CUTOFF", True)
+        return Filter("INS_GYRO_FILTER", True), *(Filter(f"{self.stem}FLT{one}", False) for one in "DET")
+
+    @property
+    def whole(self) -> float:
+        """The largest command."""
+        return 1.0
 
     def late(self, parameters: Mapping[str, float]) -> float:
         """Time [s] from a logged setpoint to the logged command that answers it. A loop of ArduPilot runs its rate controllers

@@ -102,11 +102,11 @@ class Response(NamedTuple):
         told = np.flatnonzero(typical(found.opened_error / np.abs(found.opened)) < VAGUE)
         return found.only(0, int(told[-1]) if len(told) else -1)
 
-    def scaled(self, factor: float) -> "Response":
-        """With the controller's gains times a factor."""
+    def scaled(self, factor: float | Complex) -> "Response":
+        """With the controller times a factor, or times one at each frequency."""
         opened = factor * self.opened
         sensitivity = 1.0 / (1.0 + opened)
-        return self._replace(sensitivity=sensitivity, error=factor * self.opened_error * np.abs(sensitivity) ** 2)
+        return self._replace(sensitivity=sensitivity, error=np.abs(factor) * self.opened_error * np.abs(sensitivity) ** 2)
 
 
 class Crossing(NamedTuple):

@@ -42,7 +42,8 @@ EXPLAINED = 0.9
 class Made(NamedTuple):
     """excitation: what the setpoint made of the command, both (n,), a `period` [s] apart. explained: share of the command's
     power that the loop's gains make of setpoint and rate. told: the lines of its spectrum that are no noise. late: how
-    uncertain the setpoint's time is, a standard deviation [s].
+    uncertain the setpoint's time is, a standard deviation [s]. levelled: whether the attitude loop gave the setpoint.
+    begin: time of the first sample [s]; rate (n,): as logged [rad/s].
     """
 
     excitation: Floats
@@ -51,6 +52,9 @@ class Made(NamedTuple):
     explained: float
     told: Flags
     late: float
+    levelled: bool
+    begin: float
+    rate: Floats
 
 
 def autotune(axis: int) -> str:
@@ -99,7 +103,7 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
     slow = np.abs(s) < np.pi / (4.0 * period)
     rest = big_u - f * big_r + k * big_y
     explained = 1.0 - float((np.abs(rest[slow]) ** 2).sum() / max(float((np.abs(big_u[slow]) ** 2).sum()), 1e-300))
-    return Made(excitation, command, period, explained, told, steps / 12.0**0.5)
+    return Made(excitation, command, period, explained, told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate)
 
 
 def refuse_backward(path: Path, columns: Columns, names: Iterable[str]) -> None:

@@ -9,9 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.identify.changes import NOISY, Advice, changes, lags, loud
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
-from quadstep.identify.response import Crossing, Response, crossovers, determined, gain_margins, margin
+from quadstep.identify.measured import Measured, measured
+from quadstep.identify.symptoms import symptoms
 from quadstep.io import files
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import FORMATS, Format
@@ -22,102 +24,13 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.picture import Open, draw_bode
 from quadstep.linear.states import Channel
 from quadstep.linear.transfer import harmonic, opened
-from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
+from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import read_mission
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.page import Fact
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
-
-FACTORS = np.geomspace(1.0, 0.25, 57)
-"""Factors on the gains that are tried, the largest first."""
-
-
-class Measured(NamedTuple):
-    """phase: the crossover with the smallest phase margin [rad], as `sized`, None if the excitation tells of none; up, down:
-    where the gain may grow and fall least, by which factor, None where the phase crosses -180 degrees at no excited frequency
-    and the gain margin is unknown. open: crossovers whose phase margin it does not tell. lowest, highest: excited [rad/s].
-    """
-
-    phase: Crossing | None
-    up: Crossing | None
-    down: Crossing | None
-    open: tuple[Crossing, ...]
-    lowest: float
-    highest: float
-
-    @property
-    def gain_up(self) -> Estimate | None:
-        """How far the gain may grow [dB]."""
-        return self.up and decibels(self.up.value)
-
-    @property
-    def gain_down(self) -> Estimate | None:
-        """How far the gain may fall [dB], above 0."""
-        if self.down is None:
-            return None
-        value, low, high = decibels(self.down.value)
-        return Estimate(-value, -high, -low)
-
-    @property
-    def shares(self) -> list[Estimate]:
-        """The margins that are known, in units of a sound loop's."""
-        gains = [(one, LEAST_GAIN) for one in (self.gain_up, self.gain_down) if one]
-        phases = [(self.phase.value, LEAST_PHASE)] if self.phase else []
-        return [Estimate(*(end / least for end in one)) for one, least in gains + phases]
-
-    @property
-    def fragile(self) -> bool:
-        """Whether a margin is below that of a sound loop with 95 % confidence."""
-        return any(one.high < 1.0 for one in self.shares)
-
-    @property
-    def sound(self) -> bool:
-        """Whether all margins are those of a sound loop with 95 % confidence; never where one of them is unknown."""
-        doubtful = any(sized(one.value).low < LEAST_PHASE for one in self.open)
-        return len(self.shares) == 3 and not doubtful and all(one.low >= 1.0 for one in self.shares)
-
-    @property
-    def grade(self) -> str:
-        return SOUND if self.sound else "fragile" if self.fragile else "unknown"
-
-
-class Advice(NamedTuple):
-    """A factor on the gains of a command, and what the measured response says of the loop with it."""
-
-    factor: float
-    expected: Measured
-
-
-def measured(found: Response) -> Measured:
-    crossings, turns = crossovers(found), gain_margins(found)
-    up = min((one for one in turns if one.value.value >= 1.0), key=lambda one: one.value.value, default=None)
-    down = max((one for one in turns if one.value.value < 1.0), key=lambda one: one.value.value, default=None)
-    phase = margin(crossings)
-    left = tuple(one for one in crossings if not determined(one))
-    ends = float(found.omega[0]), float(found.omega[-1])
-    return Measured(phase and phase._replace(value=sized(phase.value)), up, down, left, *ends)
-
-
-def sized(one: Estimate) -> Estimate:
-    """A phase margin either way, lag or lead, as a size."""
-    return one if one.value >= 0.0 else Estimate(-one.value, -one.high, -one.low)
-
-
-def decibels(factor: Estimate) -> Estimate:
-    return Estimate(*(20.0 * math.log10(max(one, 1e-300)) for one in factor))
-
-
-def advised(found: Response, now: Measured) -> Advice | None:
-    """The largest factor with which the loop would be sound at the lower ends of its intervals; None where the loop may be
-    sound as it is, or where no factor is known to make it so. The loop is stable as flown, and with smaller gains until the
-    gain has fallen to where its phase crosses -180 degrees.
-    """
-    floor = max((one.value.high for one in gain_margins(found) if one.value.low < 1.0), default=0.0)
-    tried = FACTORS[floor < FACTORS] if now.fragile else ()
-    expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
-    return next((Advice(*one) for one in expected if one[1].sound), None)
 
 
 def advise(
@@ -172,10 +85,10 @@ def modelled(path: Path, flight: Excited) -> Model:
 def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model | None, sheet: Sheet) -> Evidence:
     """What was measured and what follows, for its readers; draws the response, and writes the parameters to load."""
     assert now.phase
-    advice = advised(flight.measured, now)
-    changes = changed(flight, advice) if advice else {}
-    if changes:
-        text = format_of(flight).write({name: value for name, (_, value) in changes.items()}, {})
+    advice = changes(flight, now)
+    new = {**advice.filters, **changed_gains(flight, advice)} if advice else {}
+    if new:
+        text = format_of(flight).write({name: value for name, (_, value) in new.items()}, {})
         (out / advised_file(flight)).write_text(text, encoding="utf-8")
     (out / FIGURES).mkdir()
     loops = [flight.measured.opened, *([model.loop] if model else [])]
@@ -186,8 +99,15 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
     more = [*following(flight, now, advice), *also(flight, now)]
     rows = margin_rows(now, model, advice)
     tables = [Table("Margins", "margins", HEADER, rows, METHOD, shown=f"{path.stem}: margins of {flight.axis}")]
-    if changes:
-        cells = [(name, f"{old:.4g}", f"{new:.4g}") for name, (old, new) in changes.items()]
+    if seen := symptoms(flight):
+        lines = [(one.name, one.measured, one.threshold) for one in seen]
+        tables.append(Table("Symptoms", "symptoms", SYMPTOMS, lines, ELSE, shown=f"{path.stem}: besides margins"))
+        more += [one.said for one in seen if one.shows]
+    if filters := filter_rows(flight, now):
+        title = f"{path.stem}: low-passes of {flight.axis}"
+        tables.append(Table("Low-passes", "filters", FILTERS, filters, COST, shown=title))
+    if new:
+        cells = [(name, f"{old:.4g}", f"{then:.4g}") for name, (old, then) in new.items()]
         tables.append(Table("Changes", "changes", ("parameter", "now", "advised"), cells, shown="Changes"))
     return Evidence(
         name=f"{path.stem}, {flight.axis}",
@@ -201,7 +121,8 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
             "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(),
             "grade": now.grade, "excited[rad/s]": [now.lowest, now.highest],
             "modelled": model and {"phase_margin[rad]": model.margins.phase, "crossover[rad/s]": model.margins.phase_at},
-            "factor": advice and advice.factor, "changes": {name: new for name, (_, new) in changes.items()},
+            "symptoms": {one.name: one.measured for one in seen},
+            "factor": advice and advice.factor, "changes": {name: then for name, (_, then) in new.items()},
         },
         facts=[Fact("phase margin", *degrees(now.phase.value)), Fact("crossover", *hertz(now.phase.at))],
         figures=[Figure(f"{FIGURES}/bode", "The open loop at the controller's command", label="Open loop")],
@@ -223,9 +144,10 @@ def advised_file(flight: Excited) -> str:
     return f"advised{format_of(flight).suffixes[0]}"
 
 
-def changed(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
-    """The parameters to change, now and then; empty where the log does not name them, or a feed-forward bypasses them."""
-    values = (flight.loop and not bypassed(flight) and flight.loop.gains(flight.parameters)) or {}
+def changed_gains(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
+    """The gains to change, now and then; empty where the log does not name them, or a feed-forward bypasses them."""
+    scaled = flight.loop and advice.factor != 1.0 and not bypassed(flight)
+    values = (scaled and flight.loop and flight.loop.gains(flight.parameters)) or {}
     return {name: (value, advice.factor * value) for name, value in values.items() if value}
 
 
@@ -238,6 +160,15 @@ HEADER = ("", "crossover [rad/s]", "phase margin [°]", "gain up [dB]", "gain do
 METHOD = (
     "The open loop at the controller's command, outer loops included, from an excitation that was added to it or that the "
     "setpoint made of it. The 95 % intervals come from what this does not explain."
+)
+
+
+SYMPTOMS = ("", "measured", "told from")
+ELSE = "What the log shows besides margins in the same stretch of flight. What it does not carry is not named."
+FILTERS = ("parameter", "cut-off [Hz]", "phase at the crossover [°]")
+COST = (
+    "The phase that each low-pass takes from the open loop at the measured crossover, by the parameters in the log (negative: "
+    "that it adds). Notches are not counted."
 )
 
 
@@ -293,6 +224,10 @@ def sentence(flight: Excited, now: Measured) -> str:
 
 def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence[str]:
     asked = f"{math.degrees(LEAST_PHASE):.0f}° and {LEAST_GAIN:g} dB both ways"
+    if advice and advice.filters:
+        return [
+            f"A sound loop has {asked}, {'and so has this one' if now.sound else 'this one less'}. {cut_off(flight, advice)}"
+        ]
     if now.sound:
         where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
         return [f"A sound loop has {asked}, and so has this one {where}: no change of its gains is advised."]
@@ -304,7 +239,8 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
     less = f"A sound loop has {asked}, this one less"
     if advice is None:
         return [
-            f"{less}. No common factor on its gains is known to give it that: none is advised{f'; {untold}' * bool(wider)}."
+            f"{less}. No common factor on its gains, or cut-off of a low-pass, is known to give it that: none is advised"
+            f"{f'; {untold}' * bool(wider)}."
         ]
     if bypassed(flight):
         return [f"{less}. Its feed-forward passes the gains by, so that no factor on them is advised."]
@@ -314,9 +250,34 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
     return [f"{less}. {what} times {advice.factor:.2f}: by the measured response that gives {expected[0]} ({expected[1]})."]
 
 
+def cut_off(flight: Excited, advice: Advice) -> str:
+    """What another cut-off would bring, in a sentence."""
+    assert advice.expected.phase
+    ((name, (before, after)),) = advice.filters.items()
+    phase = degrees(advice.expected.phase.value)
+    gains = "" if advice.factor == 1.0 else f" and {', '.join(changed_gains(flight, advice))} times {advice.factor:.2f}"
+    noise = f"{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise in the command"
+    most = "at most " if advice.louder > 1.0 else ""
+    return (
+        f"{name} from {before:.4g} to {after:.4g} Hz{gains}: by the measured response that gives {phase[0]} ({phase[1]}), "
+        f"with {most}{noise}."
+    )
+
+
+def filter_rows(flight: Excited, now: Measured) -> list[tuple[str, str, str]]:
+    """Name, cut-off and cost of each low-pass."""
+    assert now.phase
+    found = lags(flight, now.phase.at.value)
+    return [(name, f"{flight.parameters[name]:.4g}", f"{math.degrees(lag):.1f}") for name, lag in found.items()]
+
+
 def also(flight: Excited, now: Measured) -> Sequence[str]:
     said = [
         f"At {one.at.value:.3g} rad/s the gain crosses 1 too; the excitation does not tell the phase margin there."
         for one in now.open
     ]
-    return [*said, f"{100 * flight.noise:.0f} % of the command's deviation lie above the excited frequencies: noise."]
+    noise = f"{100 * flight.noise:.0f} % of the command's deviation lie above the excited frequencies: noise"
+    if flight.loop:
+        share = loud(flight)
+        noise += f", {100 * share:.2g} % of the whole command, {'more' if share > NOISY else 'less'} than {100 * NOISY:g} %"
+    return [*said, f"{noise}."]

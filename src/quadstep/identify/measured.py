@@ -1,0 +1,76 @@
+"""Margins of a measured loop with their intervals, and whether they are those of a sound one."""
+
+import math
+from typing import NamedTuple
+
+from quadstep.identify.response import Crossing, Response, crossovers, determined, gain_margins, margin
+from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
+from quadstep.metrics.statistics import Estimate
+
+
+class Measured(NamedTuple):
+    """phase: the crossover with the smallest phase margin [rad], as `sized`, None if the excitation tells of none; up, down:
+    where the gain may grow and fall least, by which factor, None where the phase crosses -180 degrees at no excited frequency
+    and the gain margin is unknown. open: crossovers whose phase margin it does not tell. lowest, highest: excited [rad/s].
+    """
+
+    phase: Crossing | None
+    up: Crossing | None
+    down: Crossing | None
+    open: tuple[Crossing, ...]
+    lowest: float
+    highest: float
+
+    @property
+    def gain_up(self) -> Estimate | None:
+        """How far the gain may grow [dB]."""
+        return self.up and decibels(self.up.value)
+
+    @property
+    def gain_down(self) -> Estimate | None:
+        """How far the gain may fall [dB], above 0."""
+        if self.down is None:
+            return None
+        value, low, high = decibels(self.down.value)
+        return Estimate(-value, -high, -low)
+
+    @property
+    def shares(self) -> list[Estimate]:
+        """The margins that are known, in units of a sound loop's."""
+        gains = [(one, LEAST_GAIN) for one in (self.gain_up, self.gain_down) if one]
+        phases = [(self.phase.value, LEAST_PHASE)] if self.phase else []
+        return [Estimate(*(end / least for end in one)) for one, least in gains + phases]
+
+    @property
+    def fragile(self) -> bool:
+        """Whether a margin is below that of a sound loop with 95 % confidence."""
+        return any(one.high < 1.0 for one in self.shares)
+
+    @property
+    def sound(self) -> bool:
+        """Whether all margins are those of a sound loop with 95 % confidence; never where one of them is unknown."""
+        doubtful = any(sized(one.value).low < LEAST_PHASE for one in self.open)
+        return len(self.shares) == 3 and not doubtful and all(one.low >= 1.0 for one in self.shares)
+
+    @property
+    def grade(self) -> str:
+        return SOUND if self.sound else "fragile" if self.fragile else "unknown"
+
+
+def measured(found: Response) -> Measured:
+    crossings, turns = crossovers(found), gain_margins(found)
+    up = min((one for one in turns if one.value.value >= 1.0), key=lambda one: one.value.value, default=None)
+    down = max((one for one in turns if one.value.value < 1.0), key=lambda one: one.value.value, default=None)
+    phase = margin(crossings)
+    left = tuple(one for one in crossings if not determined(one))
+    ends = float(found.omega[0]), float(found.omega[-1])
+    return Measured(phase and phase._replace(value=sized(phase.value)), up, down, left, *ends)
+
+
+def sized(one: Estimate) -> Estimate:
+    """A phase margin either way, lag or lead, as a size."""
+    return one if one.value >= 0.0 else Estimate(-one.value, -one.high, -one.low)
+
+
+def decibels(factor: Estimate) -> Estimate:
+    return Estimate(*(20.0 * math.log10(max(one, 1e-300)) for one in factor))

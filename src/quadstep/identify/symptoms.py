@@ -1,0 +1,191 @@
+"""What a log shows besides margins: motors at their limits and which axis took them there, peaks in the gyro's spectrum and
+what covers them, oscillation in descents. Each with a number and its threshold, and only where the log carries it.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.identify.autopilot_logs import SINKING, limits, notches
+from quadstep.identify.excited import LOOPS_OF, Excited
+from quadstep.identify.logs.flight import Flags, Floats
+from quadstep.identify.logs.signals import spectrum, stretches
+from quadstep.identify.rate_loops import RateLoop
+from quadstep.identify.setpoints import latest
+from quadstep.metrics.statistics import student_quantile
+
+OFTEN = 0.01
+"""Share of time from which on motors count as often at a limit. quadstep's own choice: autopilots name none."""
+
+FEWEST = 200
+"""Fewest samples of motors that tell a share, and a spectrum."""
+
+MIXED = 0.8
+"""Least share of what motors do apart from one another that the commands of the axes must make, so that an axis is named."""
+
+STANDS, AROUND, BESIDE, FEWEST_LINES = 10.0, 0.3, 0.06, 4
+"""Least height of a peak over its surroundings [dB]; how far these reach, and how wide a peak may be, as shares of its
+frequency; fewest lines on each side. What noise alone reaches is counted in tests/challenge/symptoms.py.
+"""
+
+SINKS, SHORTEST_STRETCH, LEAST_STRETCHES = 1.0, 1.0, 5
+"""Sink rate of a descent [m/s]; the shortest stretch that is compared [s], and fewest descents and others."""
+
+
+class Symptom(NamedTuple):
+    """name: what is looked at; said: a sentence; measured, threshold: in words; shows: whether the threshold is passed."""
+
+    name: str
+    said: str
+    measured: str
+    threshold: str
+    shows: bool
+
+
+def symptoms(flight: Excited) -> list[Symptom]:
+    """All that the log carries."""
+    return [*saturation(flight), *peak(flight), *wash(flight)]
+
+
+def motors(flight: Excited, loop: RateLoop) -> tuple[Floats, Floats] | None:
+    """Times of samples in the stretch (n,) and motors as shares of their range (n, motors); None where the log has too few."""
+    ends = limits(loop.form, flight.parameters)
+    found = [(flight.columns[name], ends[name]) for name in ends if name in flight.columns]
+    spinning = [one for one in found if len(one[0].time) and np.isfinite(one[0].value).all()]
+    if len(spinning) < 3:
+        return None
+    time: Floats = spinning[0][0].time
+    time = time[(time >= flight.begin) & (time <= flight.end)]
+    if len(time) < FEWEST:
+        return None
+    return time, np.stack([(latest(one, time, 0.0) - low) / (high - low) for one, (low, high) in spinning], axis=1)
+
+
+def saturation(flight: Excited) -> Iterator[Symptom]:
+    """How often motors are at a limit, and what took them there."""
+    loop = flight.loop
+    found = loop and motors(flight, loop)
+    if not loop or not found:
+        return
+    time, shares = found
+    for name, at in (("upper", shares >= 1.0 - 1e-3), ("lower", shares <= 1e-3)):
+        share = float(at.any(axis=1).mean())
+        shows = share > OFTEN
+        text = f"{100.0 * share:.2g} % of the time"
+        said = f"A motor was at its {name} limit for {text}"
+        if shows and (by := demanded(flight, loop, time, shares, at, 1.0 if name == "upper" else -1.0)):
+            said += "; of what took it there " + ", ".join(f"{one} made {100.0 * part:.0f} %" for one, part in by.items())
+        yield Symptom(f"motors at the {name} limit", f"{said}.", text, f"{100.0 * OFTEN:g} %", shows)
+
+
+def demanded(flight: Excited, loop: RateLoop, time: Floats, shares: Floats, at: Flags, sign: float) -> dict[str, float] | None:
+    """Shares of the axes, and of thrust, in what took motors to a limit, the largest first; None where the log does not tell.
+    Motors answer the axes' commands linearly where none is at a limit; thrust is what the others do besides, over its median.
+    """
+    axes = [one for one in LOOPS_OF[loop.form] if one.command in flight.columns and len(flight.columns[one.command].time)]
+    if len(axes) < 3:
+        return None
+    commands = np.stack([latest(flight.columns[one.command], time, 0.0) for one in axes], axis=1)
+    free = ((shares > 1e-3) & (shares < 1.0 - 1e-3)).all(axis=1) & np.isfinite(commands).all(axis=1)
+    if free.sum() < FEWEST:
+        return None
+    apart = shares - shares.mean(axis=1, keepdims=True)
+    basis = np.hstack([commands, np.ones((len(time), 1))])
+    mixer, *_ = np.linalg.lstsq(basis[free], apart[free], rcond=None)
+    rest = apart[free] - basis[free] @ mixer
+    if (rest**2).sum() > (1.0 - MIXED) * ((apart[free] - apart[free].mean(axis=0)) ** 2).sum():
+        return None
+    loose = (shares > 1e-3) & (shares < 1.0 - 1e-3)
+    alike = (shares > 0.5).all(axis=1, keepdims=True) | (shares < 0.5).all(axis=1, keepdims=True)
+    heard = loose | (~loose.any(axis=1, keepdims=True) & alike)  # all at one limit tell thrust, at both they do not
+    level = np.where(heard, shares - loose * (basis @ mixer), 0.0).sum(axis=1) / np.maximum(heard.sum(axis=1), 1)
+    level[~heard.any(axis=1)] = np.median(level)
+    pushes = [commands[:, [place]] * mixer[place] for place in range(3)] + [(level - np.median(level))[:, None] + 0.0 * apart]
+    held = np.isfinite(commands).all(axis=1, keepdims=True) & at
+    sums = [float(np.maximum(sign * one[held], 0.0).sum()) for one in pushes]
+    if sum(sums) <= 0.0:
+        return None
+    names = [*(one.axis for one in axes), "thrust"]
+    return dict(sorted(((name, one / sum(sums)) for name, one in zip(names, sums, strict=True)), key=lambda one: -one[1]))
+
+
+def peak(flight: Excited) -> Iterator[Symptom]:
+    """The highest peak in the gyro's spectrum above the excited frequencies, and whether a notch covers it."""
+    if flight.loop is None or flight.rate is None or len(flight.rate) < FEWEST:
+        return
+    frequencies, density = spectrum(flight.rate[:, None], flight.period, min(2048, len(flight.rate) // 8))
+    power = density[:, 0] ** 2
+    places = np.flatnonzero(frequencies > 1.05 * flight.measured.omega[-1] / (2.0 * math.pi))
+    found = max(((height(frequencies, power, int(one)), float(frequencies[one])) for one in places), default=(-math.inf, 0.0))
+    if not math.isfinite(found[0]):
+        return
+    (tall, at), shows = found, found[0] > STANDS
+    text = f"{tall:.0f} dB at {at:.3g} Hz"
+    said = f"Above the excited frequencies no peak of the gyro's spectrum stands {STANDS:g} dB out of its surroundings"
+    if shows:
+        alias = f"{1.0 / flight.period - at:.3g} Hz or another alias, as only every {1e3 * flight.period:.3g} ms is logged"
+        said = f"The gyro's spectrum stands {text} out of its surroundings: a resonance or rotors, there or at {alias}; "
+        said += covered(flight.loop, flight.parameters, at)
+    yield Symptom("peak of the gyro", f"{said}.", text, f"{STANDS:g} dB", shows)
+
+
+def height(frequencies: Floats, power: Floats, place: int) -> float:
+    """How far a line stands over its surroundings, the higher of both sides [dB]; -inf where these are too few, or where it is
+    not the highest nearby.
+    """
+    off = (frequencies - frequencies[place]) / frequencies[place]
+    sides = [power[(sign * off > BESIDE) & (sign * off < AROUND)] for sign in (-1.0, 1.0)]
+    if min(map(len, sides)) < FEWEST_LINES or power[place] < power[np.abs(off) <= BESIDE].max():
+        return -math.inf
+    return 10.0 * math.log10(float(power[place]) / max(*(float(np.median(one)) for one in sides), 1e-300))
+
+
+def covered(loop: RateLoop, parameters: Mapping[str, float], at: float) -> str:
+    """Which notch of the parameters covers a frequency [Hz], in words."""
+    found = notches(loop.form, parameters)
+    covers = next((one for one in found if one.low <= at <= one.high), None)
+    if covers is None:
+        return f"no notch of the log's parameters covers {at:.3g} Hz"
+    return f"{covers.name} {'covers' if math.isfinite(covers.high) else 'may follow'} {at:.3g} Hz"
+
+
+def wash(flight: Excited) -> Iterator[Symptom]:
+    """How much stronger what no setpoint explains is in descents than elsewhere."""
+    name = flight.loop and SINKING.get(flight.loop.form)
+    if not name or name not in flight.columns:
+        return
+    time: Floats = flight.begin + flight.period * np.arange(len(flight.command), dtype=np.float64)
+    sinks = latest(flight.columns[name], time, 0.0)
+    rest = unexplained(flight)
+    descents, others = (levels(rest, flight.period, one) for one in (sinks > SINKS, sinks < 0.5 * SINKS))
+    if min(len(descents), len(others)) < LEAST_STRETCHES:
+        return
+    parts = [float(one.var(ddof=1)) / len(one) for one in (descents, others)]
+    error = math.sqrt(sum(parts))
+    counts = len(descents), len(others)
+    freedom = sum(parts) ** 2 / max(sum(part**2 / (count - 1) for part, count in zip(parts, counts, strict=True)), 1e-300)
+    middle, half = float(descents.mean() - others.mean()), student_quantile(0.975, freedom) * error
+    low, value, high = (math.exp(one) for one in (middle - half, middle, middle + half))
+    text = f"{value:.2g} times ({low:.2g} to {high:.2g})"
+    shows = low > 1.0
+    said = f"In descents of more than {SINKS:g} m/s what no setpoint explains of the command is {text} that of the rest"
+    more = ": propeller wash, or gusts that were met there" if shows else ": it shows no propeller wash"
+    yield Symptom("oscillation in descents", f"{said}{more}.", text, "1, at the lower end of the interval", shows)
+
+
+def levels(rest: Floats, period: float, wanted: Flags) -> Floats:
+    """Logarithms of the RMS in each stretch that is wanted and long enough, each one sample: gusts come in spells."""
+    found = [rest[first:past] for first, past in stretches(wanted) if (past - first) * period >= SHORTEST_STRETCH]
+    return np.array([0.5 * math.log(float(np.mean(one**2)) + 1e-300) for one in found])
+
+
+def unexplained(flight: Excited) -> Floats:
+    """What the excitation does not explain of the command (n,), within the excited frequencies."""
+    omega = 2.0 * math.pi * np.fft.rfftfreq(len(flight.command), flight.period)
+    d, u = (np.fft.rfft(one - one.mean()) for one in (flight.excitation, flight.command))
+    found = flight.measured
+    parts = [np.interp(omega, found.omega, one) for one in (found.sensitivity.real, found.sensitivity.imag)]
+    heard = (omega >= found.omega[0]) & (omega <= found.omega[-1])
+    return np.fft.irfft(np.where(heard, u - (parts[0] + 1j * parts[1]) * d, 0.0), len(flight.command))

@@ -1,0 +1,140 @@
+"""Made logs of which it is known what took their motors to a limit, whether the gyro has a tone, and whether descents stir
+the vehicle more: against what `advise` says of them. `python -m tests.challenge.symptoms [COUNT]` counts.
+"""
+
+import math
+import re
+import sys
+from collections.abc import Iterable
+
+import numpy as np
+
+from quadstep.identify.autopilot_logs import PX4_MOTORS, SINKING
+from quadstep.identify.excited import Excited
+from quadstep.identify.logs.series import Series
+from quadstep.identify.rate_loops import PX4
+from quadstep.identify.response import Response
+from quadstep.identify.symptoms import STANDS, peak, saturation, wash
+from tests.challenge.search import Attempt, Search
+
+PERIOD, DURATION, HIGHEST = 0.004, 120.0, 150.0
+AXES = [one.axis for one in PX4]
+
+
+def slow(random: np.random.Generator, count: int, span: float) -> np.ndarray:
+    """Noise of deviation 1 that lasts so long [s]."""
+    lines = 2.0 * math.pi * np.fft.rfftfreq(count, PERIOD)
+    found = np.fft.irfft(np.fft.rfft(random.normal(size=count)) / (1.0 + 1j * lines * span), count)
+    return (found - found.mean()) / found.std()
+
+
+def flight(command: np.ndarray, rate: np.ndarray | None = None, **columns: np.ndarray) -> Excited:
+    """What `advise` has of a flight whose loop does nothing."""
+    omega = np.geomspace(1.0, HIGHEST, 80)
+    same = np.ones(80)
+    found = Response(omega, same.astype(complex), 0.01 * same, 20.0 * same, same)
+    time = PERIOD * np.arange(len(command))
+    series = {name: Series(time, one) for name, one in columns.items()}
+    one = Excited("roll", (), found, 0.0 * command, command, PERIOD, {}, loop=PX4[0])
+    return one._replace(columns=series, rate=rate)
+
+
+def mixed(random: np.random.Generator) -> Attempt:
+    """Four to eight motors; the axis that made most of what took them to a limit comes first, with its share."""
+    count, number = int(DURATION / PERIOD), int(random.integers(4, 9))
+    angle = 2.0 * math.pi * (np.arange(number) + 0.5 * random.integers(2)) / number
+    mixer = np.stack([np.sin(angle), np.cos(angle), np.where(np.arange(number) % 2, 1.0, -1.0)]) * random.uniform(
+        0.3, 1.5, (3, 1)
+    )
+    sizes = 10.0 ** random.uniform(-1.7, -0.4, 3)
+    commands = sizes[:, None] * np.stack([slow(random, count, float(random.uniform(0.02, 0.3))) for _ in AXES])
+    thrust = random.uniform(0.2, 0.7) + random.uniform(0.0, 0.15) * slow(random, count, 1.0)
+    parts = [
+        *(commands[place][:, None] * mixer[place] for place in range(3)),
+        (thrust - np.median(thrust))[:, None] + np.zeros(number),
+    ]
+    wanted = thrust[:, None] + sum(parts[:3])
+    motors = np.clip(wanted, 0.0, 1.0)
+    columns = {one.command: commands[place] for place, one in enumerate(PX4)}
+    columns |= {name: motors[:, place] for place, name in enumerate(PX4_MOTORS[:number])}
+    worst, case = 0.0, f"{number} motors, commands of {sizes}"
+    for one, high in zip(saturation(flight(commands[0], **columns)), (True, False), strict=True):
+        at = wanted >= 1.0 - 1e-3 if high else wanted <= 1e-3
+        true = at.any(axis=1).mean()
+        said = float(re.search(r"for ([\d.e+-]+) %", one.said)[1])
+        worst = max(worst, abs(said - 100.0 * true) / max(0.06 * 100.0 * true, 1e-9))
+        if named := re.search(r"there (\w+) made (\d+) %", one.said):
+            sums = {
+                name: np.maximum((1 if high else -1) * part[at], 0.0).sum()
+                for name, part in zip((*AXES, "thrust"), parts, strict=True)
+            }
+            share = sums[named[1]] / sum(sums.values())
+            worst = max(
+                worst, abs(share - 0.01 * float(named[2])) / 0.15, max(sums.values()) / sum(sums.values()) - share > 0.1
+            )
+            case += f"; {one.said} (true: {share:.2f})"
+    return Attempt(float(worst), case)
+
+
+def toned(random: np.random.Generator) -> tuple[bool, bool, float]:
+    """Whether the gyro has a tone, whether one is told, and how far off its frequency is, as a share; noise is coloured."""
+    count = int(DURATION / PERIOD)
+    noise = 10.0 ** random.uniform(-3.0, -1.0) * random.normal(size=count)
+    lines = np.fft.rfftfreq(count, PERIOD)
+    cut = float(random.uniform(20.0, 100.0))
+    shape = 1.0 / (1.0 + (1j * lines / cut)) ** int(random.integers(0, 3))
+    rate = np.fft.irfft(np.fft.rfft(noise) * shape, count)
+    at, told = float(random.uniform(35.0, 95.0)), bool(random.random() < 0.5)
+    if told:
+        phase = 2.0 * math.pi * np.cumsum(at * (1.0 + 0.003 * slow(random, count, 0.5))) * PERIOD
+        level = math.sqrt(2.0) * float(np.abs(shape[np.searchsorted(lines, at)])) * noise.std()
+        rate = rate + 0.7 * level * np.sin(phase)
+    (found,) = peak(flight(noise, rate))
+    where = float(re.search(r"at ([\d.]+) Hz", found.measured)[1])
+    return told, found.shows, where / at - 1.0
+
+
+def stirred(random: np.random.Generator) -> tuple[float, float, float] | None:
+    """How much more descents stir a vehicle, with gusts in spells, and the interval that is told."""
+    count = int(DURATION / PERIOD)
+    sinks = 2.0 * np.sign(slow(random, count, 2.0)) * (random.random() < 0.9)
+    sinks = np.repeat(sinks[:: int(2.0 / PERIOD)], int(2.0 / PERIOD))[:count]
+    ratio = float(np.exp(random.uniform(0.0, 1.0))) if random.random() < 0.5 else 1.0
+    gusts = np.exp(0.5 * slow(random, count, 4.0)) * slow(random, count, 0.01)
+    rest = np.where(sinks > 0.0, ratio, 1.0) * gusts
+    for one in wash(flight(rest, **{SINKING["px4"]: sinks})):
+        low, high = (float(part) for part in re.search(r"\(([\d.]+) to ([\d.]+)\)", one.measured).groups())
+        return ratio, low, high
+    return None
+
+
+def mixing(seed: int) -> Iterable[Attempt]:
+    random = np.random.default_rng(seed)
+    while True:
+        yield mixed(random)
+
+
+SEARCHES = [Search("what takes motors to a limit", "the axis that is named first took them there", mixing)]
+
+
+def main() -> None:
+    """Counts of so many logs."""
+    wanted, random = int(sys.argv[1]) if len(sys.argv) > 1 else 300, np.random.default_rng(20261127)
+    worst = max((mixed(random) for _ in range(wanted)), key=lambda one: one.reached)
+    tones = [toned(random) for _ in range(wanted)]
+    false = sum(shows and not told for told, shows, _ in tones)
+    found = [off for told, shows, off in tones if told and shows]
+    winds = [one for one in (stirred(random) for _ in range(wanted)) if one]
+    held = sum(low <= ratio <= high for ratio, low, high in winds)
+    blamed = [low > 1.0 for ratio, low, _ in winds if ratio == 1.0]
+    lines = [
+        f"{wanted} logs with motors at a limit: worst {worst.reached:.2f} of what is allowed: {worst.case}",
+        f"{false} of {sum(not told for told, *_ in tones)} gyros without a tone have a peak of {STANDS:g} dB; of "
+        f"{sum(told for told, *_ in tones)} with one {len(found)}, off by at most {100.0 * max(map(abs, found)):.2g} %",
+        f"{held} of {len(winds)} intervals hold how much descents stir; {sum(blamed)} of {len(blamed)} are blamed for nothing",
+    ]
+    sys.stdout.write("\n".join([*lines, ""]))
+
+
+if __name__ == "__main__":
+    main()
