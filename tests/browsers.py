@@ -24,12 +24,27 @@ def start_browser(playwright, *, webgl=True):
     return playwright.chromium.launch(executable_path=CHROMIUM_PROGRAM, args=flags)
 
 
-@pytest.fixture(scope="module")
-def playwright():
+class Started(dict[bool, object]):
+    """Chromium with WebGL, and without, where all but the scene is quicker; each is started where it is first asked for."""
+
+    def __init__(self, playwright):
+        self.playwright = playwright
+
+    def __missing__(self, webgl):
+        self[webgl] = start_browser(self.playwright, webgl=webgl)
+        return self[webgl]
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """One for all files: to start it takes a second of a processor."""
     from playwright.sync_api import sync_playwright
 
-    with sync_playwright() as running:
+    with sync_playwright() as playwright:
+        running = Started(playwright)
         yield running
+        for browser in running.values():
+            browser.close()
 
 
 class Opened:
@@ -58,22 +73,22 @@ class Opened:
 
 
 class Browsers(dict[bool, Opened]):
-    """With WebGL, and without, where everything but the scene is quicker; each is started where it is first asked for."""
+    """Pages of a file's own, by whether they can draw with WebGL."""
 
-    def __init__(self, playwright):
-        self.playwright = playwright
+    def __init__(self, chromium):
+        self.chromium = chromium
 
     def __missing__(self, webgl):
-        self[webgl] = Opened(start_browser(self.playwright, webgl=webgl))
+        self[webgl] = Opened(self.chromium[webgl])
         return self[webgl]
 
 
 @pytest.fixture(scope="module")
-def browsers(playwright):
-    running = Browsers(playwright)
+def browsers(chromium):
+    running = Browsers(chromium)
     yield running
     for one in running.values():
-        one.context.browser.close()
+        one.context.close()
 
 
 @pytest.fixture

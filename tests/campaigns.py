@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -15,7 +14,8 @@ import pyarrow.parquet as pq
 
 from quadstep.mission.check import check
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
-from tests.commands import quadstep
+from tests.commands import heeding_interrupts, quadstep
+from tests.needs import PS, without
 from tests.patience import PATIENCE
 
 SHORT = """
@@ -147,11 +147,6 @@ def refused(run, *parts):
     return run.err
 
 
-def heeding_interrupts():
-    """A child of a shell's background job would ignore SIGINT."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
 def started(path, out, *more, before=heeding_interrupts):
     """`quadstep campaign` in a process of its own."""
     return subprocess.Popen(
@@ -186,6 +181,8 @@ def soon(true):
 
 def processes():
     """Process, parent, session and command line of all that run on this machine, but for those that only wait to be reaped."""
+    if not PS.here():
+        without(PS)
     said = subprocess.run(["ps", "-wweo", "pid=,ppid=,sid=,stat=,args="], check=True, capture_output=True, text=True).stdout
     lines = [line.split(None, 4) for line in said.splitlines()]
     return [(*map(int, numbers), line) for *numbers, state, line in lines if not state.startswith("Z")]

@@ -97,6 +97,10 @@ def strict_json(path):
     return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
 
 
+def metrics(folder):
+    return strict_json(folder / "metrics.json")
+
+
 def write(folder, text, name="mission.toml"):
     path = folder / name
     path.write_text(text, encoding="utf-8")

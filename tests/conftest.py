@@ -16,7 +16,7 @@ os.environ.setdefault("QUADSTEP_OPTIMISE", "0")  # most tests fly little; tests/
 from quadstep.commands.cli import SELDOM
 from quadstep.report.terminal import bars
 from tests import durations
-from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtures)
+from tests.browsers import browsers, chromium, open_page  # noqa: F401 (fixtures)
 from tests.commands import without_figures
 from tests.needs import NEEDS, POLICY, Need, needs
 

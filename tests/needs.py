@@ -76,6 +76,7 @@ ARM_COMPILER = Need(
     "install one (Debian: gcc-aarch64-linux-gnu libc6-dev-arm64-cross)",
     lambda: program("aarch64-linux-gnu-gcc") is not None,
 )
+CXX_COMPILER = Need("a C++ compiler", "install one (Debian: g++)", lambda: program("g++") is not None)
 C_COMPILER = Need("a C compiler", "install one (Debian: gcc)", lambda: program("gcc", "clang") is not None)
 CORTEX_M = Need(
     "a C compiler for Cortex-M and its emulator",
@@ -99,6 +100,7 @@ FISH = Need("fish", "install it (Debian: fish)", lambda: program("fish") is not 
 APART = "`.venv/bin/pip install --no-deps --require-hashes -r requirements/apart.lock`"
 TINYMPC = Need("tinympc", f"{APART} (it asks for an older SciPy, and does without)", lambda: find_spec("tinympc") is not None)
 POLICY = Need("foundation-policy", f"{APART} (there is no wheel of it)", lambda: find_spec("foundation_policy") is not None)
+PS = Need("ps", "install it (Debian: procps)", lambda: program("ps") is not None)
 SUPERUSER = Need("the rights of root", "run as root", lambda: os.geteuid() == 0)
 MOUNTS = Need("file systems of its own", "run as root where `mount` is allowed (containers may forbid it)")
 GRAPHICS = Need("an NVIDIA graphics processor", "use a machine with one", has_graphics, spared=True)
@@ -144,8 +146,8 @@ BETAFLIGHT_TREE = Need(
 
 NEEDS = (
     CHROMIUM, FIREFOX, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
-    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, FLIGHTS, C_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK, CMAKE,
-    SITE, BASH, ZSH, FISH, CRAZYFLIE_TREE, PX4_TREE, ARDUPILOT_TREE, BETAFLIGHT_TREE,
+    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, FLIGHTS, C_COMPILER, CXX_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK, CMAKE,
+    PS, SITE, BASH, ZSH, FISH, CRAZYFLIE_TREE, PX4_TREE, ARDUPILOT_TREE, BETAFLIGHT_TREE,
 )  # fmt: skip
 
 

@@ -1,7 +1,6 @@
 """Shared by the tests of comparisons: a small study of short flights, and the content of a folder of results."""
 
 import csv
-import json
 from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
@@ -74,11 +73,6 @@ def rows(folder, name):
     """The rows of a CSV."""
     with (folder / name).open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
-
-
-def metrics(folder):
-    """metrics.json."""
-    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
 
 
 class Here:

@@ -16,7 +16,6 @@ from quadstep.numbers import Vector
 from quadstep.proofs.article.build import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.vehicle.paper import thrust_direction
-from tests.browsers import browsers, playwright  # noqa: F401 (fixtures)
 from tests.frontend import FRONTEND
 from tests.golden import FILE as GOLDEN
 from tests.needs import BUILD_TOOLS, CHROMIUM, NODE, needs
@@ -147,7 +146,7 @@ def test_explain_writes_one_file_and_replaces_no_other(tmp_path, capsys):
 
 
 @pytest.fixture
-def opened(browsers, article_file):  # noqa: F811
+def opened(browsers, article_file):
     """Opens the article; a request beyond its file, and an error, fails the test."""
     said = []
 

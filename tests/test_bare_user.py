@@ -14,7 +14,7 @@ import quadstep
 from quadstep.io import code_cache
 from quadstep.report import writable
 from quadstep.report.writable import provide_writable
-from tests.needs import MOUNTS, SUPERUSER, needs, without
+from tests.needs import MOUNTS, SUPERUSER, needs, program, without
 from tests.patience import PATIENCE
 
 SANDBOX = Path(__file__).parent / "sandbox.sh"
@@ -30,6 +30,8 @@ duration = 2.0
 @pytest.fixture(scope="module")
 def bare():
     """Runs the command line there; its results are in the folder that comes with it."""
+    if not program("unshare"):
+        without(MOUNTS, "there is no unshare (Debian: util-linux)")
     with tempfile.TemporaryDirectory() as top:
         root, out = Path(top) / "root", Path(top) / "out"
         root.mkdir()

@@ -27,7 +27,6 @@ from tests.campaigns import (
     ended,
     flights,
     fly,
-    heeding_interrupts,
     leftovers,
     manifest,
     refused,
@@ -36,6 +35,7 @@ from tests.campaigns import (
     started,
     written,
 )  # fmt: skip
+from tests.commands import heeding_interrupts
 from tests.needs import MOUNTS, without
 from tests.patience import PATIENCE
 

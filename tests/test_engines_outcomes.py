@@ -75,7 +75,7 @@ def test_a_command_that_is_not_finite_ends_a_flight(command):
     assert Outcome(int(Lagrange().outcome(LIMITED, state(), command, REST))) is Outcome.NOT_FINITE
 
 
-@pytest.mark.parametrize("engine", [name for name in EVERY_ENGINE if name != "arrays"])
+@pytest.mark.parametrize("engine", [pytest.param("floats", marks=pytest.mark.thorough), "lanes", "f32 lanes"])
 def test_case_1_in_three_seconds_diverges_at_the_same_time_on_every_engine(engine):
     """On arrays too, beside a neighbour: further down."""
     log = EVERY_ENGINE[engine](CASE_1, parameters(3.0), state(), TICKS)

@@ -18,10 +18,10 @@ from tests.commands import quadstep, write
 from tests.exports import paper_mission, real_mission
 from tests.firmware_flights import flown_crazyflie
 from tests.firmware_trees import VARIABLES, built, tree
-from tests.needs import C_COMPILER, CRAZYFLIE_TREE, needs
+from tests.needs import C_COMPILER, CRAZYFLIE_TREE, CXX_COMPILER, needs
 
 
-@needs(C_COMPILER)
+@needs(C_COMPILER, CXX_COMPILER)
 @pytest.mark.parametrize("kind", ["pid", "rotation-backstepping"])
 def test_the_crazyflie_flies_the_law_in_its_units(tmp_path, kind):
     name, _ = adapter(tmp_path, "crazyflie", kind)
@@ -70,7 +70,7 @@ def check_crazyflie_yaw(lines):
     assert much < 0.0
 
 
-@needs(C_COMPILER, CRAZYFLIE_TREE)
+@needs(C_COMPILER, CXX_COMPILER, CRAZYFLIE_TREE)
 @pytest.mark.parametrize("law", ["pid", "geometric"])
 def test_the_crazyflie_flies_with_its_firmwares_own_code(tmp_path, law):
     """Its headers, controllerPid and power distribution, around a body of our own."""
@@ -84,7 +84,7 @@ def test_the_crazyflie_flies_with_its_firmwares_own_code(tmp_path, law):
     assert found["off"].height < found["righted"].height
 
 
-@needs(C_COMPILER)
+@needs(C_COMPILER, CXX_COMPILER)
 def test_px4_flies_the_law_in_its_axes(tmp_path):
     name, plan = adapter(tmp_path, "px4", "pid", "x500")
     lines = flown(tmp_path, "px4", name, "fly.cpp", "QuadstepControl.cpp")
@@ -134,7 +134,7 @@ def check_px4_setpoints(lines):
     assert "gone 1 23 -1 Quadstep" in lines
 
 
-@needs(C_COMPILER)
+@needs(C_COMPILER, CXX_COMPILER)
 def test_ardupilot_turns_the_way_it_wants(tmp_path):
     name, _ = adapter(tmp_path, "ardupilot", "pid", "x500")
     lines = flown(tmp_path, "ardupilot", name, "fly.cpp", "AC_CustomControl_Quadstep.cpp")
@@ -164,7 +164,7 @@ def test_ardupilots_flags_do_not_contract_the_law(tmp_path):
     assert "vfm" in code()
 
 
-@needs(C_COMPILER)
+@needs(C_COMPILER, CXX_COMPILER)
 def test_ardupilot_turns_with_the_attitude_that_it_wants(tmp_path):
     """It turns to the right, nose up, to the right; of a law that uses the rates of its path."""
     name, _ = adapter(tmp_path, "ardupilot", "geometric", "x500")
@@ -258,7 +258,7 @@ BROKEN = {
 """By target: vehicle, program, adapter, what should hold, and what a guard may lack as a change of the adapter."""
 
 
-@needs(C_COMPILER)
+@needs(C_COMPILER, CXX_COMPILER)
 @pytest.mark.parametrize("target", BROKEN)
 def test_a_guard_that_an_adapter_lacks_is_seen(tmp_path, target):
     (vehicle, program, unit, check), changes = BROKEN[target]
@@ -287,7 +287,7 @@ def test_what_a_target_cannot_fly_is_said(tmp_path):
     assert not (tmp_path / "o").exists()
 
 
-@needs(C_COMPILER)
+@needs(C_COMPILER, CXX_COMPILER)
 @pytest.mark.parametrize(("target", "unit"), [(target, BROKEN[target][0][2]) for target in BROKEN])
 def test_an_adapter_is_built_in_its_firmwares_tree(tmp_path, target, unit):
     """In the tree that a variable of `VARIABLES` names, or in one that looks so."""

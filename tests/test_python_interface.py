@@ -15,6 +15,7 @@ from quadstep.engines.fly import fingerprint
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.studies.flights.fly import fly_mission
+from tests.commands import files
 from tests.needs import package
 
 ROOT = Path(__file__).parent.parent
@@ -46,10 +47,6 @@ def paper():
 def real():
     sections = {"vehicle": {"preset": "crazyflie"}, "path": CIRCLE, "controller": {"type": "pid"}}
     return fly(Mission(name="Circle", wind={"mean": (1.0, 0.0, 0.0)}, **sections))
-
-
-def files(folder):
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def in_a_new_process(code):

@@ -12,7 +12,6 @@ from quadstep.report.canvas import drawing, new_figure, write
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, Panel
 from quadstep.report.sheet import Sheet
-from tests.browsers import browsers, playwright  # noqa: F401 (fixtures)
 from tests.needs import CHROMIUM, needs
 
 T = np.linspace(0.0, 10.0, 201)
@@ -45,7 +44,7 @@ def test_a_page_without_figures_has_no_script():
 
 
 @needs(CHROMIUM)
-def test_hovering_reads_values_and_a_drag_shows_a_part(report, browsers):  # noqa: F811
+def test_hovering_reads_values_and_a_drag_shows_a_part(report, browsers):
     (file, told), opened, errors = report, browsers[False].page(), []
     opened.on("pageerror", lambda error: errors.append(str(error)))
     opened.goto(file.as_uri())
@@ -82,7 +81,7 @@ def edges_of(page, name):
 
 
 @needs(CHROMIUM)
-def test_a_histogram_and_bars_are_read_and_a_part_is_shown_with_its_limit(tmp_path, browsers):  # noqa: F811
+def test_a_histogram_and_bars_are_read_and_a_part_is_shown_with_its_limit(tmp_path, browsers):
     with drawing(SHEET):
         figure = new_figure(SHEET, 8.0, 3.0)
         bars, counts = figure.subplots(1, 2)

@@ -11,9 +11,9 @@ from quadstep.mission.read import plan_mission
 from quadstep.studies.tuning import run
 from quadstep.studies.tuning.ground import UNSEEN, Ground
 from quadstep.studies.tuning.report import caution
-from tests.commands import quadstep
+from tests.commands import metrics, quadstep
 from tests.missions import EXAMPLES
-from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, history, lasting, metrics, tuned, written
+from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, history, lasting, tuned, written
 
 QUICK = PAPER + LAMBDA
 

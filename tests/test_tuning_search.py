@@ -16,8 +16,8 @@ from quadstep.studies.tuning import run, search
 from quadstep.studies.tuning.ground import UNSEEN, Ground, read_request
 from quadstep.studies.tuning.judge import Judge
 from quadstep.studies.tuning.search import Search, population
-from tests.commands import Listener
-from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, metrics, tuned, written
+from tests.commands import Listener, metrics
+from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, tuned, written
 
 FREE = "theorem = false\nobjective = { position_rmse = 1.0, variation_torque_2 = 2e-4 }\n"
 TWO = f"""

@@ -1,7 +1,6 @@
 """Shared by the tests of tuning: short missions that can be tuned, and the content of a folder."""
 
 import csv
-import json
 import tomllib
 
 from quadstep.studies.tuning.ground import Ground, read_request
@@ -81,11 +80,6 @@ def history(folder):
 def tuned(folder):
     """tuned.toml as parsed."""
     return tomllib.loads((folder / "tuned.toml").read_text(encoding="utf-8"))
-
-
-def metrics(folder):
-    """metrics.json."""
-    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
 
 
 def lasting(folder):
