@@ -597,3 +597,14 @@ def test_a_file_that_is_served_flies_but_cannot_read_the_list(browsers, brief_fi
         assert page.title() == "null null [object HTMLParagraphElement]"
     browsers[False].blank()
     assert count > 100 and errors == []
+
+
+def test_a_link_lays_a_flight_behind_those_that_are_shown(open_page):
+    page = open_page("#keep=stress")
+    names = page.evaluate("quadstep.flights()")
+    assert page.locator("#keep").inner_text() == "Keep" and page.locator("#notice").is_visible()  # there is none of that name
+    page.evaluate("id => { location.hash = `#keep=${id}` }", names[1])
+    page.wait_for_function("() => document.querySelector('#keep').textContent === 'Kept (release)'")
+    assert page.locator("#plot-position").get_by_text("kept").is_visible()
+    page.click("#keep")
+    assert page.locator("#plot-position").get_by_text("kept").count() == 0

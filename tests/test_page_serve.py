@@ -435,6 +435,10 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert said in text
     assert "times closer" not in text
+    alike = "paths" not in said and "vehicles" not in said
+    assert ("#keep=b" in text) == alike == ("not laid over each other" not in text)
+    shown = [one["id"] for one in data_of(answer(tmp_path, "/both?a=a&b=b").text)["flights"]]
+    assert shown == ["a", "b"]
 
 
 @pytest.mark.parametrize(

@@ -136,6 +136,7 @@ function start(): void {
     clock.playing.set(false);
     opening = true;
     if (link?.step === undefined) guide?.close();
+    if (link?.keep) session.keep(link.keep);
     session.apply(link?.settings ?? fresh(first));
     const plays = !calm && link?.time === undefined;
     const shown = session.shown.value;

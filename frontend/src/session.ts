@@ -103,14 +103,23 @@ export class Session {
   filed({ data, measures }: Shown): Measures {
     let found = this.measured.get(data.id);
     if (!found) {
-      const settings = fresh(data);
-      const controller = controllerOf(data, settings.controller);
-      const given = controller && inputs(this.page, data, controller, settings);
-      const flight = given && fly(this.page, given);
+      const { given, flight } = this.asInFile(data);
       found = { ...(flight ? measure(flight, data, given) : measures), ...data.summary.filed };
       this.measured.set(data.id, found);
     }
     return found;
+  }
+
+  /** Lay a flight, as its file has it, behind those that are shown. */
+  keep(data: FlightData): void {
+    this.kept.set(this.asInFile(data).flight ?? this.asRecorded(data));
+  }
+
+  private asInFile(data: FlightData): { given: Inputs | undefined; flight: Flight | undefined } {
+    const settings = fresh(data);
+    const controller = controllerOf(data, settings.controller);
+    const given = controller && inputs(this.page, data, controller, settings);
+    return { given, flight: given && fly(this.page, given) };
   }
 
   /** Whether the law that flies has a net to show. */

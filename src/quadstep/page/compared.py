@@ -8,6 +8,8 @@ from quadstep.metrics.judging.verdict import scalars
 from quadstep.metrics.of_log import Metrics
 from quadstep.page.cards import best, picture
 from quadstep.page.folder import ResultFolder
+from quadstep.page.identity import identity
+from quadstep.page.opened import name_in
 from quadstep.report import page, units
 
 MOST_ROWS = 400
@@ -35,7 +37,13 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     ]
     if all("flight.csv" in one.files for one in results):
         places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
-        body.append(page.links([(f"/both?{places}", "Both flights on one page")]))
+        if different(*contents):
+            body.append(page.links([(f"/both?{places}", "Both flights on one page")]))
+            body.append(page.paragraph(f"They fly different {different(*contents)}, so they are not laid over each other."))
+        else:
+            front, behind = (name_in(content, one.place.name) for one, content in zip(results, contents, strict=True))
+            behind = identity(behind, (identity(front, ()),))
+            body.append(page.links([(f"/both?{places}#keep={behind}", "Both flights, laid over each other")]))
     body += [page.heading("All numbers", "numbers")]
     body += [
         page.table(("", *names, "second / first"), rows, escape)
@@ -54,14 +62,16 @@ def unlike(names: list[str], first: Metrics, second: Metrics) -> str:
     lost = [name for name, one in zip(names, (first, second), strict=True) if one.get("outcome", "completed") != "completed"]
     if lost:
         return f"{' and '.join(lost)} {'was' if len(lost) == 1 else 'were'} lost, so the errors are not compared."
-    missions = [one.get("mission") for one in (first, second)]
-    sides = [one if isinstance(one, dict) else {} for one in missions]
-    different = [part for part in ("path", "vehicle") if sides[0].get(part) != sides[1].get(part)]
-    different += [] if first.get("ended[s]") == second.get("ended[s]") or "path" in different else ["duration"]
-    if not different:
-        return ""
-    things = " and ".join(f"{part}s" for part in different)
-    return f"{names[0]} and {names[1]} fly different {things}, so their errors do not say which is better."
+    things = different(first, second)
+    if first.get("ended[s]") != second.get("ended[s]") and "paths" not in things:
+        things = f"{things} and durations" if things else "durations"
+    return f"{names[0]} and {names[1]} fly different {things}, so their errors do not say which is better." if things else ""
+
+
+def different(first: Metrics, second: Metrics) -> str:
+    """What two flights do not share that makes them unlike: "paths", "vehicles", both, or nothing."""
+    sides = [mission if isinstance(mission := one.get("mission"), dict) else {} for one in (first, second)]
+    return " and ".join(f"{part}s" for part in ("path", "vehicle") if sides[0].get(part) != sides[1].get(part))
 
 
 def numbers(content: Metrics) -> dict[str, float]:

@@ -43,13 +43,18 @@ def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> ShownFlight:
     content = manifest(folder)
     log = read_log(folder / "flight.csv", outcome(content), ended(content))
     planned = plan_again(content.get("mission"))
-    named = content.get("name")
-    name = named if isinstance(named, str) else folder.name
+    name = name_in(content, folder.name)
     found = content.get("warnings")
     warnings = tuple(line for line in found if isinstance(line, str)) if isinstance(found, list) else ()
     metrics = metrics_of(content)
     return ShownFlight(identity(name, taken), name, GROUP, planned.mission, planned.plan, log, metrics,
                   warnings=warnings, why_not=planned.why_not)  # fmt: skip
+
+
+def name_in(content: dict[str, object], otherwise: str) -> str:
+    """The flight's name in a metrics.json."""
+    named = content.get("name")
+    return named if isinstance(named, str) else otherwise
 
 
 def plan_again(content: object) -> OpenedMission:
