@@ -137,6 +137,13 @@ ARDUPILOT_TREE = Need(
     lambda: bool(os.environ.get("QUADSTEP_ARDUPILOT")),
     spared=True,
 )
+COPTER = Path(os.environ.get("QUADSTEP_ARDUPILOT", ".")).resolve() / "build/sitl/bin/arducopter"
+ARDUCOPTER = Need(
+    "ArduPilot's simulator",
+    "name a tree in which `./waf configure --board sitl` and `./waf copter` were run: QUADSTEP_ARDUPILOT=DIRECTORY",
+    COPTER.is_file,
+    spared=True,
+)
 BETAFLIGHT_TREE = Need(
     "a tree of Betaflight 4.5",
     "name one: QUADSTEP_BETAFLIGHT=DIRECTORY (docs/stock.md)",

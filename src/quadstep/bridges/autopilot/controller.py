@@ -237,7 +237,7 @@ class AutopilotSection(PilotedSection):
 
     def watch(self, told: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
         for one in CONNECTIONS.values():
-            one.told, one.first_wait, one.pilot = told, first_wait, None
+            one.told, one.first_wait, one.pilot, one.kept = told, first_wait, None, True
 
     def lead(self, plan: FlightPlan, where: str, said: Callable[[str], None]) -> None:
         found = self.matching(plan)

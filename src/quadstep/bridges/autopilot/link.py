@@ -1,6 +1,8 @@
 """What flies a vehicle through a socket: it is told the sensors of a sample and says how fast the rotors should turn."""
 
 import math
+import signal
+import threading
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
@@ -125,6 +127,7 @@ class Piloted:
 
     connect: makes a new link for each flight, given how long to wait for it [s]. lost: why the last flight ended before its
     time; empty where it did not. told: of what is waited for. pilot: makes who leads the autopilot; None where its user does.
+    kept: whether Ctrl-C in the air only ends the flight, since its log is kept; else it raises as ever.
     """
 
     def __init__(self, connect: Callable[[float], AutopilotLink]) -> None:
@@ -134,6 +137,8 @@ class Piloted:
         self.link: AutopilotLink | None = None
         self.pilot: Callable[[], GroundStation] | None = None
         self.station: GroundStation | None = None
+        self.kept = self._interrupted = False
+        self._before: object = None
         self.stood = 0.0
         self._asked, self._answer = b"", [0.0]
 
@@ -154,6 +159,7 @@ class Piloted:
                 why = self.station.why() if self.station else ""
                 raise UserError(f"{error}{'; ' if why else ''}{why}") from None
             self.stand(self.link, sample, lift)
+            self._hold()
         except BaseException:
             self.end()
             raise
@@ -179,7 +185,19 @@ class Piloted:
         """The rotors' shares of full speed."""
         return [min(max(one, 0.0), 1.0) for one in outputs[: self.rotors]]
 
+    def _hold(self) -> None:
+        """From now on Ctrl-C is a flag: an exception at any instruction of a call from compiled code would be lost."""
+        self._interrupted = False
+        if self.kept and threading.current_thread() is threading.main_thread():
+            self._before = signal.signal(signal.SIGINT, self._interrupt)
+
+    def _interrupt(self, _number: int, _frame: object) -> None:
+        self._interrupted = True
+
     def end(self) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)  # type: ignore[arg-type]
+            self._before = None
         for one in (self.link, self.station):
             if one:
                 one.close()
@@ -191,15 +209,16 @@ class Piloted:
             return self._answer
         sample = sample_of(inputs)
         self._asked = question
+        outputs: list[float] = []
+        if self._interrupted:
+            self.lost = self.lost or f"Interrupted at {sample.time:g} s"
         try:
             if self.station and not self.lost:
                 self.station.fly(sample)
-            later = sample._replace(time=self.stood + sample.time)
-            outputs = [] if self.lost or not self.link else self.link.exchange(later)
+            if self.link and not self.lost:
+                outputs = self.link.exchange(sample._replace(time=self.stood + sample.time))
         except Lost as error:
-            self.lost, outputs = f"{error} at {sample.time:g} s", []
-        except KeyboardInterrupt:
-            self.lost, outputs = f"Interrupted at {sample.time:g} s", []
+            self.lost = f"{error} at {sample.time:g} s"
         shares = self.within(outputs)
         self._answer = shares if len(shares) == self.rotors else [math.nan] * self.rotors
         return self._answer

@@ -55,6 +55,9 @@ READY = 180.0
 ANSWER = 10.0
 """Seconds of its time in which it may answer what its parameters are."""
 
+NEAR = 0.02
+"""Relative difference at which a parameter still matches: the hover's thrust is learnt."""
+
 WARNING = 4
 """Least of MAVLink's severities that is told of; lower numbers are worse."""
 
@@ -180,7 +183,7 @@ class Pilot:
         other = {
             name: found
             for name, found in self.found.items()
-            if not math.isclose(found, self.wanted[name], rel_tol=1e-3, abs_tol=1e-4)
+            if not math.isclose(found, self.wanted[name], rel_tol=NEAR, abs_tol=1e-4)
         }
 
         def listed(names: list[str]) -> str:
