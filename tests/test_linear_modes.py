@@ -7,7 +7,7 @@ import pytest
 
 from quadstep import Mission
 from quadstep.linear.analysis import studied
-from quadstep.linear.modes import Modes, scales
+from quadstep.linear.modes import Modes, Pole, scales
 from quadstep.linear.states import Pose
 from quadstep.linear.tables import pole_rows
 
@@ -36,6 +36,12 @@ def test_the_integral_of_a_tuned_law_is_its_slowest_mode():
     analysis = studied(Mission(vehicle={"preset": "x500"}, path=HOLD, controller=TUNED)).analysis
     assert all(set(pole.states) <= {f"integral.{i}" for i in range(3)} for pole in analysis.poles[:3])
     assert pole_rows(analysis.poles)[0][-1].startswith("integral.")
+
+
+def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():
+    slow, swinging = (pole_rows([Pole(-1.939, imaginary, ("position.1",))])[0] for imaginary in (3e-14, 0.2))
+    assert (slow[0], slow[4]) == ("-1.939", "2")
+    assert (swinging[0], swinging[4]) == ("-1.939 ± 0.2j", "2")
 
 
 def loop_of(whole, pose):

@@ -93,7 +93,7 @@ def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
     """A row for each distinct pole, the slowest first."""
     return [
         [
-            f"{pole.real:.4g}" + (f" ± {pole.imaginary:.4g}j" if pole.imaginary else ""),
+            f"{pole.real:.4g}" + (f" ± {pole.imaginary:.4g}j" if pole.imaginary > ALIKE * pole.frequency else ""),
             number(pole.time_constant, ".4g"),
             f"{pole.damping:.3f}",
             f"{pole.frequency:.4g}",
