@@ -58,7 +58,7 @@ def linear(
         with bar("linearising", "loops") as shown:
             if drawn:
                 with needed_by("`quadstep linear` of a campaign"):
-                    from quadstep.studies.campaign.replay import draws
+                    from quadstep.studies.campaign.loops import draws
 
                     found = draws(file, samples, folder, overwrite, drawn_on, shown)
             elif along:

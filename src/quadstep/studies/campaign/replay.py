@@ -1,6 +1,5 @@
-"""Single flights of a campaign, flown again with their full logs; the loop of each draw, at rest where its path begins."""
+"""Single flights of a campaign, flown again with their full logs."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,14 +10,8 @@ from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 from quadstep.io.results.record import read_manifest
-from quadstep.linear.analysis import Analysis, studied
-from quadstep.linear.several import Several, collected, write
 from quadstep.mission.kinds import MISSION, look
 from quadstep.mission.schema import Mission
-from quadstep.report.evidence import Evidence
-from quadstep.report.publish import publishing
-from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import Progress
 from quadstep.report.terminal.screen import command
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
@@ -88,27 +81,3 @@ def replay_command(file: Path, flight: int, folder: Path) -> str:
     """The command that flies one flight of the campaign in `folder` again."""
     elsewhere = [] if folder == Path("out") / file.stem else ["--results", folder]
     return command("fly", file, "--flight", flight, *elsewhere)
-
-
-USUAL = 100
-"""Default number of draws."""
-
-
-def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Evidence:
-    """The loops of a campaign's first draws. Raises UserError."""
-    campaign = read_campaign(path)
-    count = min(campaign.flights, USUAL) if count is None else count
-    with publishing(folder, f"linear-draws-{count}-{campaign.fingerprint}", overwrite) as out:
-        found = collected(((f"flight {flight}", one) for flight, one in of_draws(campaign, count)), progress)
-        done = Several(campaign.file.name, "draws", found, [float(flight) for flight in range(count)])
-        return write(out, done, path, sheet)
-
-
-def of_draws(campaign: Campaign, count: int) -> Iterator[tuple[int, Analysis | str]]:
-    """The first draws by the numbers of their flights, and the loop of each, or why there is none."""
-    for flight in range(count):
-        try:
-            found: Analysis | str = studied(replay(campaign, flight).mission).analysis
-        except UserError as error:
-            found = str(error)
-        yield flight, found
