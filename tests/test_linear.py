@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from quadstep import Mission
 from quadstep.interfaces.controller import Controller
+from quadstep.linear import equilibrium
 from quadstep.linear.analysis import of_loop, studied, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
@@ -385,3 +386,11 @@ def test_a_rest_is_reached_by_flying_where_newton_runs_into_a_limit():
     analysis = studied(hover(adaptive, wind=wind)).analysis
     assert analysis.stable
     assert not analysis.not_held
+
+
+def test_a_loop_whose_sides_are_alike_at_rest_is_not_flown_on_to_rest_elsewhere(monkeypatch):
+    monkeypatch.setattr(equilibrium, "flown_to", lambda *_: pytest.fail("flown on"))
+    mission = Mission(vehicle={"preset": "hummingbird"}, path=HOLD, controller={"type": "betaflight-rates"})
+    found = at_rest(hovering(mission))
+    assert found.period.period.bends
+    assert found.tried == "8 sides, all alike"

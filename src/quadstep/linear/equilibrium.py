@@ -120,7 +120,9 @@ def at_rest(plan: FlightPlan) -> Rest:
                 first = round(seconds / (loops.count * loops.h)) * loops.count
                 flown = flown_to(plan, first)
             found = newton(loops, flown, first)
-            if not found.period.period.bends:
+            if found.period.period.bends:
+                found = with_pieces(found)
+            if not found.pieces:
                 return with_near(found)
             bent = found  # perhaps only on the way: a flight may rest elsewhere
         except (NoRestError, NoSlopeError) as error:
@@ -129,7 +131,7 @@ def at_rest(plan: FlightPlan) -> Rest:
                 break
     if bent is None:
         raise min(reversed(reasons), key=lambda one: getattr(one, "left", np.inf))
-    return with_near(with_pieces(bent))
+    return with_near(bent)
 
 
 def warmed(loops: Loops) -> tuple[Flown, int]:
