@@ -120,6 +120,8 @@ def at_rest(plan: FlightPlan) -> Rest:
                 first = round(seconds / (loops.count * loops.h)) * loops.count
                 flown = flown_to(plan, first)
             found = newton(loops, flown, first)
+            if bent and same(bent, found):
+                break
             if found.period.period.bends:
                 found = with_pieces(found)
             if not found.pieces:
@@ -132,6 +134,12 @@ def at_rest(plan: FlightPlan) -> Rest:
     if bent is None:
         raise min(reversed(reasons), key=lambda one: getattr(one, "left", np.inf))
     return with_near(bent)
+
+
+def same(one: Rest, other: Rest) -> bool:
+    """Whether two rests of a loop are within `NEAR` of each other."""
+    values, others = (np.array(states(each.flown)[0]) for each in (one, other))
+    return largest(still(others - values, (other.first - one.first) * one.loops.h), values) <= NEAR
 
 
 def warmed(loops: Loops) -> tuple[Flown, int]:
