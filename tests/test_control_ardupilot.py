@@ -20,7 +20,20 @@ from quadstep.control.ardupilot_cascade import (
     outer,
     vertical,
 )
-from quadstep.control.ardupilot_loops import Target, apart, attitude_loop, root, rooted, shaped_target, turned, within_rates
+from quadstep.control.ardupilot_loops import (
+    Held,
+    PidGains,
+    PidMemory,
+    Target,
+    apart,
+    attitude_loop,
+    pid,
+    root,
+    rooted,
+    shaped_target,
+    turned,
+    within_rates,
+)
 from quadstep.control.ardupilot_mixer import mixed
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
@@ -201,6 +214,32 @@ def test_rates_are_limited_in_an_ellipse_or_alone():
     assert list(within_rates(rates, vector(1.0, 0.0, 1.0))) == [1.0, 4.0, 1.0]
     assert list(within_rates(rates, vector(0.0, 1.0, 3.0))) == [3.0, 1.0, 2.0]
     assert list(within_rates(rates, vector(2.5, 2.5, 0.0))) == pytest.approx([1.5, 2.0, 2.0])
+    for least in (vector(0.05, 0.0, 0.05), vector(0.0, 0.05, 0.05)):  # ArduPilot: none only below f32's epsilon
+        assert list(within_rates(rates, least)) == [one or rate for one, rate in zip(least, rates, strict=True)]
+    assert list(within_rates(rates, vector(0.05, 0.05, 0.05))) == pytest.approx([0.03, 0.04, 0.05])
+
+
+def test_small_cut_offs_are_cut_offs_and_pdmx_bounds_the_sum_of_p_and_d():
+    plain = PidGains(
+        p=2.0, i=0.0, d=0.1, ff=0.0, d_ff=0.0, most=1.0, most_pd=0.0, target_cut=0.0, error_cut=0.0, slope_cut=0.0
+    )
+    memory, free = PidMemory(0.3, 0.1, 0.5, 0.0), Held(0.0, 0.0)
+
+    def after(g, target=0.4, measured=0.2):
+        return pid(g, memory, target, measured, free, 1.0, PERIOD)
+
+    for cut in (0.05, 30.0):
+        share = PERIOD / (PERIOD + 1.0 / (2.0 * math.pi * cut))
+        assert after(plain._replace(target_cut=cut))[2].target == pytest.approx(0.3 + share * 0.1, rel=1e-12)
+        assert after(plain._replace(error_cut=cut))[2].error == pytest.approx(0.1 + share * 0.1, rel=1e-12)
+        assert after(plain._replace(slope_cut=cut))[2].slope == pytest.approx(0.5 + share * (0.1 / PERIOD - 0.5), rel=1e-12)
+    assert after(plain)[0] == pytest.approx(2.0 * 0.2 + 0.1 * 50.0)
+    for most in (0.05, 3.0):
+        assert after(plain._replace(most_pd=most))[0] == pytest.approx(most)
+        assert after(plain._replace(most_pd=most), 0.2, 0.4)[0] == pytest.approx(-most)
+    against = plain._replace(d=-0.02, most_pd=0.7)  # parts of 0.4 and -1: only their sum of -0.6 counts
+    assert after(against)[0] == pytest.approx(-0.6)
+    assert after(plain._replace(most_pd=9.0))[0] == pytest.approx(5.4)
 
 
 @pytest.mark.parametrize(("expo", "low", "high"), [(0.65, 0.15, 0.95), (1.0, 0.0, 1.0), (0.0, 0.0, 1.0)])
