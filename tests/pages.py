@@ -118,8 +118,11 @@ def value_of(term, parameters):
     if "name" in term:
         return parameters[term["name"]]
     first, *others = [value_of(part, parameters) for part in term["of"]]
+    if term["op"] == "where":
+        return others[0] if first else others[1]
     for other in others:
         first = {
+            ">": first > other,
             "+": first + other,
             "-": first - other,
             "*": first * other,

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from quadstep.control.registry import STOCK
 from quadstep.engines.eager import fly_floats
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Matrix, Table, Vector, flatten, leaf_names, vector
@@ -250,3 +251,25 @@ def test_gains_of_an_unknown_controller_get_plain_sliders():
     assert (found["k_p"].label, found["most_speed"].label) == ("k_p", "most speed")
     zeros = plain_sliders(gains._replace(k_p=vector(0.0, 1.0, 2.0)))
     assert next(control for control in zeros if control.id == "k_p").min < 0.0
+
+
+@pytest.mark.parametrize("name", STOCK)
+def test_parameters_of_an_autopilot_that_contradict_each_other_are_broken_conditions(name):
+    given = Mission(vehicle={"preset": "crazyflie"}, path=LINE, controller={"type": name})
+    plan = given.plan(warn=False)
+    parameters = dict(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
+    law = plan.loop.controller
+    found = page_conditions(law, plan, given.vehicle.model())
+    assert len(found) == len(law.ordered)
+    for one, text in zip(found, law.ordered, strict=True):
+        lower, _, upper = (law.by_key()[key][0] if key in law.by_key() else key for key in text.split())
+
+        def holds(least, most, one=one, lower=f"gains.{lower}", upper=f"gains.{upper}"):
+            values = {**parameters, lower: least, upper: most}
+            sides = value_of(one.left, values), value_of(one.right, values)
+            return sides[0] >= sides[1] if one.orEqual else sides[0] > sides[1]
+
+        assert holds(1.0, 2.0)
+        assert not holds(2.0, 1.0)
+        assert holds(2.0, 0.0)  # 0 is off
+        assert holds(2.0, 2.0) == ("<=" in text)

@@ -45,3 +45,12 @@ def test_a_candidate_without_a_law_loses_its_flights_and_the_others_fly_as_ever(
 def test_candidates_none_of_which_has_a_law_are_an_error(ground):
     with pytest.raises(UserError, match="has no law for these gains"):
         ground.fly([NONE, NONE], 0, 8)
+
+
+def test_gains_that_change_together_need_not_fit_one_without_the_other():
+    gains = {"controller.MPC_THR_MIN": {"low": 0.12, "high": 0.55}, "controller.MPC_THR_HOVER": {"low": 0.5, "high": 0.6}}
+    mission = {**MISSION, "controller": {"type": "px4-cascade"}, "tune": {"gains": gains}}
+    with pytest.raises(UserError, match=r"MPC_THR_MIN cannot be 0\.55: .* PX4 v1\.15 needs MPC_THR_MIN <= MPC_THR_HOVER"):
+        asked_of(Path("m.toml"), "", mission, Path())
+    together = asked_of(Path("m.toml"), "", mission, Path(), apart=False)
+    assert together.present == {"controller.MPC_THR_MIN": 0.12, "controller.MPC_THR_HOVER": 0.5}

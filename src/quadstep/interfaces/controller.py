@@ -7,6 +7,7 @@ To add one, write a frozen dataclass that subclasses `Controller`, a `NamedTuple
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any, ClassVar, Generic, NamedTuple, Self, cast
 
 from typing_extensions import TypeVar
@@ -15,7 +16,7 @@ from quadstep.interfaces.gain import Declaration, Gain, Said, Undecided, cached_
 from quadstep.interfaces.learning import Learning
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers import Number, Vector, vector, where
 from quadstep.numbers.noise import Key
 
 NOT_SAID = vector(math.nan, math.nan, math.nan)
@@ -209,8 +210,8 @@ class Controller(Generic[M, Y, G, U]):
         return ""
 
     def conditions(self, gains: G, model: Model) -> Sequence[Condition]:
-        """The theory's conditions on the declared gains; a law over numbers."""
-        return ()
+        """The theory's conditions on the declared gains, or the order of its parameters (`ordered`); a law over numbers."""
+        return [in_order(text, gains, type(self)) for text in self.ordered]
 
     # What follows from the declarations
 
@@ -279,3 +280,11 @@ class RotorSpeeds(NamedTuple):
 
     speeds: Vector
     desired_attitude: Vector = NOT_SAID
+
+
+def in_order(text: str, gains: object, law: type[Controller]) -> Condition:
+    """One of `Controller.ordered` as a condition: it holds where the greater of the two is 0, which switches something off."""
+    lower, relation, upper = text.split()
+    least, most = (cast(Number, attrgetter(law.by_key()[key][0])(gains)) for key in (lower, upper))
+    sign = ">=" if relation == "<=" else ">"
+    return Condition(f"{upper} {sign} {lower}", most, where(most > 0.0, least, -1.0), law.source)

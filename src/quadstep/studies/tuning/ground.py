@@ -101,8 +101,10 @@ def read_request(path: Path) -> Asked:
     return asked_of(path, files.read_text(path, files.TOML), content, path.parent)
 
 
-def asked_of(path: Path, text: str, content: dict[str, object], folder: Path) -> Asked:
-    """The tuning request in the content of a mission. path: of its file, for errors. Raises UserError."""
+def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, apart: bool = True) -> Asked:
+    """The tuning request in the content of a mission. path: of its file, for errors. apart: whether gains change one without
+    the other, so that each must fit the present others at both its ends. Raises UserError.
+    """
     mission = check_mission(content, str(path), folder)
     section = mission.tune
     if section is None:
@@ -111,7 +113,7 @@ def asked_of(path: Path, text: str, content: dict[str, object], folder: Path) ->
         gains = gains_of(section, mission)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
-    for one in gains:
+    for one in gains if apart else ():
         for end in (one.range.low, one.range.high):
             tried = with_numbers(content, mission, one.numbers(end))
             try:

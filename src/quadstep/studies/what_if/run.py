@@ -87,7 +87,7 @@ def answer(
     saved = {} if asked.file == law.name else read_parameters(here / asked.file, law.parameter_file).values
     identity = hashlib.sha256(json.dumps([asked, dict(saved), mission.model_dump(mode="json")]).encode()).hexdigest()[:16]
     with publishing(out, identity, overwrite) as draft:
-        gusts = asked_of(here / asked.file, "", in_gusts(content, asked, before), here)
+        gusts = asked_of(here / asked.file, "", in_gusts(content, asked, before), here, apart=False)
         ground = Ground(gusts, asked.seed)
         flown = ground.fly([before, after], 0, asked.flights, Count(progress, 2 * asked.flights).add)
         steps = fly_all([one.plan(warn=False) for one in missions])
