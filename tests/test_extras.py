@@ -19,7 +19,7 @@ COMMANDS = ("studies.campaign", "studies.comparison", "studies.envelope", "studi
             "studies.linear_draws", "studies.study", "studies.what_if", "proofs.verify")  # fmt: skip
 """Packages that need an extra."""
 
-READERS = {"quadstep.identify.logs.mcap_file", "quadstep.numbers.symbols"}
+READERS = {"quadstep.identify.logs.blackbox", "quadstep.identify.logs.mcap_file", "quadstep.numbers.symbols"}
 """Modules elsewhere that are loaded where an extra's package is used."""
 
 WITHOUT = f"""

@@ -22,16 +22,11 @@ from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
+from quadstep.io.betaflight_diff import D_SCALE, F_SCALE, I_SCALE, P_SCALE, PER_MOTOR, YAW_I
 from quadstep.numbers import Number, Vector, absolute, clip, largest, maximum, minimum, smallest, sqrt, vector, where
 from quadstep.numbers.rotations import rotation_matrix, yaw_pitch_roll
 
 DEGREES = 180.0 / math.pi
-
-P_SCALE, I_SCALE, D_SCALE, F_SCALE = 0.032029, 0.244381, 0.000529, 0.013754
-"""What a parameter's 1 is, from deg/s, deg, deg/s^2 and 100 deg/s^2 to thousandths of a motor's range."""
-
-YAW_I = 2.5
-"""How much more a 1 of `i_yaw` is."""
 
 RELAXED = 40.0
 """A change of the setpoint that stops I altogether [deg/s]."""
@@ -44,9 +39,6 @@ D_ACTIVE, D_EACH = 829.825256, 341.69278
 
 GRAVITY_I, GRAVITY_P, STEADY = 0.34, 0.0034, 50.0
 """Of anti-gravity, into I and P; the setpoint from which P gets less of it [deg/s]."""
-
-PER_MOTOR = 1000.0
-"""Of an output, for a motor's whole range."""
 
 
 class BetaflightRatesGains(NamedTuple):

@@ -47,22 +47,31 @@ class Advice(NamedTuple):
     louder: float = 1.0
 
 
-def advised(found: Response, now: Measured) -> Advice | None:
+def advised(found: Response, now: Measured, whole: Iterable[float] = ()) -> Advice | None:
     """The largest factor with which the loop would be sound at the lower ends of its intervals; None where the loop may be
     sound as it is, or where no factor is known to make it so. The loop is stable as flown, and with smaller gains until the
-    gain has fallen to where its phase crosses -180 degrees.
+    gain has fallen to where its phase crosses -180 degrees. whole: gains that are rounded to whole numbers, which leaves the
+    loop sound too.
     """
     floor = max((one.value.high for one in gain_margins(found) if one.value.low < 1.0), default=0.0)
     tried = FACTORS[floor < FACTORS] if now.fragile else ()
     expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
-    return next((Advice(*one) for one in expected if one[1].sound), None)
+    sound = (one for one in expected if one[1].sound)
+    return next((Advice(*one) for one in sound if all(measured(found.scaled(by)).sound for by in ends(one[0], whole))), None)
+
+
+def ends(factor: float, whole: Iterable[float]) -> list[float]:
+    """The least and the largest factor that gains get which are rounded."""
+    found = [round(factor * one) / one for one in whole if one > 0.0]
+    return [min(found), max(found)] if found else []
 
 
 def changes(flight: Excited, now: Measured) -> Advice | None:
     """What the log advises: gains that make a fragile loop sound, or a higher cut-off where these do not; a lower one for a
     sound loop whose command is too noisy.
     """
-    if advice := advised(flight.measured, now):
+    gains = (flight.loop and flight.loop.whole_gains and flight.loop.gains(flight.parameters)) or {}
+    if advice := advised(flight.measured, now, gains.values()):
         return advice
     if flight.loop is None or not (now.fragile or (now.sound and loud(flight) > NOISY)):
         return None

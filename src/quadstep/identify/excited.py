@@ -11,7 +11,7 @@ from quadstep.identify.autopilot_logs import COLUMNS, SINKING
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Columns, Series, Topics
-from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
+from quadstep.identify.rate_loops import ARDUPILOT, BETAFLIGHT, PX4, RateLoop
 from quadstep.identify.response import FREE, Response, response
 from quadstep.identify.setpoints import (
     EXPLAINED,
@@ -25,10 +25,10 @@ from quadstep.identify.setpoints import (
 )
 from quadstep.io.errors import UserError
 
-LOOPS = {".bin": ARDUPILOT, ".ulg": PX4, ".ulog": PX4}
+LOOPS = {".bin": ARDUPILOT, ".ulg": PX4, ".ulog": PX4, ".bbl": BETAFLIGHT, ".bfl": BETAFLIGHT}
 """Whose logs these are."""
 
-LOOPS_OF = {"px4": PX4, "ardupilot": ARDUPILOT}
+LOOPS_OF = {"px4": PX4, "ardupilot": ARDUPILOT, "betaflight": BETAFLIGHT}
 """All axes of an autopilot."""
 
 EXCITATION = "SIDD.Targ"
@@ -49,6 +49,7 @@ FEWEST_POINTS, NARROWEST = 16, 2.0
 ADVICE = {
     "px4": "or PX4's autotune, with the high-rate profile (bit 4 of SDLOG_PROFILE)",
     "ardupilot": "or the mode System Identification with SID_AXIS 10 (roll), 11 (pitch) or 12 (yaw)",
+    "betaflight": "in acro, logged at 500 Hz or more",
 }
 """What to fly."""
 
@@ -100,7 +101,7 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     Raises UserError where there is none, or where it tells nothing of the loop.
     """
     if not of_topics(path):
-        raise UserError(f"{path}: should be a log of topics: .bin, .ulg or .mcap")
+        raise UserError(f"{path}: should be a log of topics: .bin, .ulg, .bbl or .mcap")
     loops = LOOPS.get(path.suffix.lower(), ())
     if columns is None and not loops:
         raise UserError(f"{path}: which columns hold an excitation and the command that it was added to? give --columns X,Y")
@@ -127,7 +128,7 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
 
 def beside(form: str) -> list[str]:
     """What symptoms are looked for in."""
-    return [*COLUMNS[form], SINKING[form]]
+    return [*COLUMNS[form], *filter(None, [SINKING.get(form)])]
 
 
 def broken(found: Topics) -> str:
@@ -161,11 +162,12 @@ def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
     one = made(path, found, loop, place)
     if one.explained < EXPLAINED:
         raise UserError(
-            f"{path}: {loop.command}: {100 * max(one.explained, 0.0):.0f} % of it are what {loop.stem}* of the log make of "
+            f"{path}: {loop.command}: {100 * max(one.explained, 0.0):.0f} % of it are what {loop.named} of the log make of "
             f"{loop.setpoint} and {loop.rate}; {100 * EXPLAINED:g} % are needed: gains changed, or another controller flew"
         )
     source = loop.setpoint, loop.rate, loop.command
     answer = response(one.excitation, one.command, one.period, HEARD, one.told).blurred(one.late)
+    answer = answer._replace(rising=not one.levelled)
     flight = Excited(loop.axis, source, answer, *one[:3], found.parameters, found.damaged, loop, one.levelled)
     return flight._replace(begin=one.begin, rate=one.rate, columns=found.columns)
 

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from quadstep.identify.response import Crossing, Response, crossovers, determined, gain_margins, margin
+from quadstep.identify.response import Crossing, Response, crossovers, determined, gain_margins, interval, margin
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
 from quadstep.metrics.statistics import Estimate
 
@@ -12,6 +12,7 @@ class Measured(NamedTuple):
     """phase: the crossover with the smallest phase margin [rad], as `sized`, None if the excitation tells of none; up, down:
     where the gain may grow and fall least, by which factor, None where the phase crosses -180 degrees at no excited frequency
     and the gain margin is unknown. open: crossovers whose phase margin it does not tell. lowest, highest: excited [rad/s].
+    floor: where `down` is unknown, how far the gain may fall at least [dB], None where that is unknown too.
     """
 
     phase: Crossing | None
@@ -20,6 +21,7 @@ class Measured(NamedTuple):
     open: tuple[Crossing, ...]
     lowest: float
     highest: float
+    floor: float | None = None
 
     @property
     def gain_up(self) -> Estimate | None:
@@ -38,6 +40,7 @@ class Measured(NamedTuple):
     def shares(self) -> list[Estimate]:
         """The margins that are known, in units of a sound loop's."""
         gains = [(one, LEAST_GAIN) for one in (self.gain_up, self.gain_down) if one]
+        gains += [(Estimate(self.floor, self.floor, math.inf), LEAST_GAIN)] if self.floor is not None else []
         phases = [(self.phase.value, LEAST_PHASE)] if self.phase else []
         return [Estimate(*(end / least for end in one)) for one, least in gains + phases]
 
@@ -64,7 +67,11 @@ def measured(found: Response) -> Measured:
     phase = margin(crossings)
     left = tuple(one for one in crossings if not determined(one))
     ends = float(found.omega[0]), float(found.omega[-1])
-    return Measured(phase and phase._replace(value=sized(phase.value)), up, down, left, *ends)
+    # The phase of a loop without an attitude loop crosses -180 degrees nowhere above, and below |L| is larger than here.
+    rests = found.rising and down is None
+    level = interval(abs(found.opened[0]), found.opened_error[0], found.freedom[0]).low if rests else 0.0
+    floor = 20.0 * math.log10(level) if level > 0.0 else None
+    return Measured(phase and phase._replace(value=sized(phase.value)), up, down, left, *ends, floor)
 
 
 def sized(one: Estimate) -> Estimate:

@@ -12,10 +12,17 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.response import Complex
+from quadstep.io.betaflight_diff import I_SCALE, P_SCALE, PER_MOTOR, YAW_I
 from quadstep.io.errors import UserError
 
 USUAL_RATE = 400.0
 """Loops of ArduPilot in a second, where the log does not say how many."""
+
+RISING = "d_min", "d_max"
+"""Headers of Betaflight, a number an axis: with one above 0, D rises with activity."""
+
+
+AXES = "roll", "pitch", "yaw"
 
 
 class Filter(NamedTuple):
@@ -28,7 +35,8 @@ class Filter(NamedTuple):
 class RateLoop(NamedTuple):
     """One axis. setpoint, rate, command: columns; unit: of the first two [rad/s]. form: of a file of its parameters, as in
     `io/parameter_files.py`. stem: what the names of its gains begin with. scaled: endings of those that together scale all of
-    its command but feed-forward. attitude: gain of the loop around it [1/s].
+    its command but feed-forward. attitude: gain of the loop around it [1/s]. apart: columns of
+    feed-forward and D, where what they make of the command is logged by itself; F and K are then those of the rest.
     """
 
     axis: str
@@ -40,14 +48,17 @@ class RateLoop(NamedTuple):
     stem: str
     scaled: tuple[str, ...]
     attitude: str
+    apart: tuple[str, ...] = ()
 
     def gains(self, parameters: Mapping[str, float]) -> dict[str, float] | None:
         """The parameters that together scale its command; None where the log has them not."""
         names = [f"{self.stem}{ending}" for ending in self.scaled]
+        if any(parameters.get(f"{name}[{AXES.index(self.axis)}]", 0.0) > 0.0 for name in RISING if self.form == "betaflight"):
+            return None
         return {name: parameters[name] for name in names} if all(name in parameters for name in names) else None
 
     def bypassed(self, parameters: Mapping[str, float]) -> bool:
-        """Whether a feed-forward makes part of the command, which these do not scale."""
+        """Whether a feed-forward, which these do not scale, makes part of the command from what the attitude loop answers."""
         return parameters.get(f"{self.stem}FF", 0.0) != 0.0
 
     def transfers(self, parameters: Mapping[str, float], s: Complex) -> tuple[Complex, Complex]:
@@ -59,6 +70,10 @@ class RateLoop(NamedTuple):
                 raise UserError(f"{self.stem}{ending} is not among the log's parameters")
             return found
 
+        if self.form == "betaflight":
+            p, i = P_SCALE * known(f"p_{self.axis}") / self.unit, I_SCALE * known(f"i_{self.axis}") / self.unit
+            inner = p + i * (YAW_I if self.axis == "yaw" else 1.0) / s
+            return inner, inner
         if self.form == "px4":
             scale, cuts, on_rate = known("K", 1.0), (0.0, 0.0, parameters.get("IMU_DGYRO_CUTOFF", 30.0)), True
         else:
@@ -80,8 +95,20 @@ class RateLoop(NamedTuple):
         return back / self.unfiltered(parameters, s) + forward * around / s
 
     @property
+    def whole_gains(self) -> bool:
+        """Whether its gains are whole numbers."""
+        return self.form == "betaflight"
+
+    @property
+    def named(self) -> str:
+        """Its gains, in words."""
+        return f"{self.stem}*" if self.stem else ", ".join(self.scaled)
+
+    @property
     def filters(self) -> tuple[Filter, ...]:
         """What its rate and its error pass."""
+        if self.form == "betaflight":
+            return ()
         if self.form == "px4":
             return Filter("IMU_GYRO_CUTOFF", True), Filter("IMU_DGYRO_CUTOFF", True)
         return Filter("INS_GYRO_FILTER", True), *(Filter(f"{self.stem}FLT{one}", False) for one in "DET")
@@ -89,14 +116,14 @@ class RateLoop(NamedTuple):
     @property
     def whole(self) -> float:
         """The largest command."""
-        return 1.0
+        return PER_MOTOR if self.form == "betaflight" else 1.0
 
     def late(self, parameters: Mapping[str, float]) -> float:
         """Time [s] from a logged setpoint to the logged command that answers it. A loop of ArduPilot runs its rate controllers
         before it makes their next setpoint, or the next value of an excitation, and logs both after that.
         """
         rate = parameters.get("SCHED_LOOP_RATE", USUAL_RATE)
-        return 0.0 if self.form == "px4" else 1.0 / (rate if rate > 0.0 else USUAL_RATE)
+        return 0.0 if self.form != "ardupilot" else 1.0 / (rate if rate > 0.0 else USUAL_RATE)
 
     def unfiltered(self, parameters: Mapping[str, float], s: Complex) -> Complex:
         """What undoes the low-pass of the gyro (Butterworth's, of second order) at s = j omega [rad/s]: angles have none."""
@@ -106,7 +133,6 @@ class RateLoop(NamedTuple):
         return found
 
 
-AXES = "roll", "pitch", "yaw"
 NAMES = ("ROLL", "RLL"), ("PITCH", "PIT"), ("YAW", "YAW")
 PX4 = tuple(
     RateLoop(
@@ -121,4 +147,11 @@ ARDUPILOT = tuple(
         "ardupilot", f"ATC_RAT_{name}_", ("P", "I", "D"), f"ATC_ANG_{name}_P",
     )
     for axis, (_, name) in zip(AXES, NAMES, strict=True)
+)  # fmt: skip
+BETAFLIGHT = tuple(
+    RateLoop(
+        axis, f"main.setpoint[{place}]", f"main.gyroADC[{place}]", f"main.axisSum[{place}]", math.radians(1.0),
+        "betaflight", "", (f"p_{axis}", f"i_{axis}", f"d_{axis}"), "", (f"main.axisF[{place}]", f"main.axisD[{place}]"),
+    )
+    for place, axis in enumerate(AXES)
 )  # fmt: skip

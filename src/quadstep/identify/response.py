@@ -62,7 +62,7 @@ UNSURE = math.radians(10.0)
 class Response(NamedTuple):
     """The sensitivity measured at n frequencies. omega [rad/s]; sensitivity: complex; error: the standard deviation of its
     real and of its imaginary part; freedom: degrees of freedom behind it; coherence: share of the command's power that the
-    excitation explains.
+    excitation explains. rising: whether |L| is known to grow towards frequencies below these.
     """
 
     omega: Floats
@@ -70,6 +70,7 @@ class Response(NamedTuple):
     error: Floats
     freedom: Floats
     coherence: Floats
+    rising: bool = False
 
     @property
     def opened(self) -> Complex:
@@ -94,7 +95,7 @@ class Response(NamedTuple):
     def only(self, first: int, last: int) -> "Response":
         kept = slice(first, last + 1)
         ends = self.error[kept], self.freedom[kept], self.coherence[kept]
-        return Response(self.omega[kept], self.sensitivity[kept], *ends)
+        return Response(self.omega[kept], self.sensitivity[kept], *ends, self.rising)
 
     def blurred(self, late: float) -> "Response":
         """With the error of an excitation whose time is uncertain by a standard deviation [s], up to where L is told."""

@@ -13,10 +13,16 @@ from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.response import Complex, amplitudes
 from quadstep.io.errors import UserError
 
-LANDED, LEVELLED, THROTTLE = (
-    "vehicle_land_detected.landed", "vehicle_control_mode.flag_control_attitude_enabled", "RATE.AOut",
+LANDED, LEVELLED, THROTTLE, STICK = (
+    "vehicle_land_detected.landed", "vehicle_control_mode.flag_control_attitude_enabled", "RATE.AOut", "main.rcCommand[3]",
 )  # fmt: skip
-"""PX4's: on the ground; whether the attitude loop gives the rate setpoint. ArduPilot's: the throttle."""
+"""PX4's: on the ground; whether the attitude loop gives the rate setpoint. ArduPilot's throttle; Betaflight's, from 1000."""
+
+ACRO = "acro"
+"""Among the parameters of a log of Betaflight: 1 if the attitude was not held, 0 if it was."""
+
+RAISED = 1200.0
+"""Betaflight's throttle of a flight: it flies from the first time that it is above to the last."""
 
 SHORTEST = 10.0
 """Shortest excitation [s]."""
@@ -65,7 +71,15 @@ def autotune(axis: int) -> str:
 def columns_of(loops: tuple[RateLoop, ...]) -> list[str]:
     """What is read of a log."""
     signals = [name for loop in loops for name in (loop.setpoint, loop.rate, loop.command)]
-    return [*signals, LANDED, LEVELLED, THROTTLE, *map(autotune, range(len(loops)))]
+    return [
+        *signals,
+        LANDED,
+        LEVELLED,
+        THROTTLE,
+        STICK,
+        *map(autotune, range(len(loops))),
+        *(n for one in loops for n in one.apart),
+    ]
 
 
 def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
@@ -78,7 +92,9 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
             f"{path}: {loop.setpoint}, {loop.command}: logged every {1e3 * max(period, steps):.3g} ms; margins need "
             f"{1e3 * SLOWEST:g} ms or less (PX4: high rate, bit 4 of SDLOG_PROFILE; ArduPilot: bit 0 of LOG_BITMASK)"
         )
-    levelled = latest(found.columns.get(LEVELLED), u.time, 1.0)
+    if found.parameters.get(ACRO, 1.0) < 0.5:
+        raise UserError(f"{path}: flew in another mode than acro: what holds the attitude there is not known; fly acro")
+    levelled = latest(found.columns.get(LEVELLED), u.time, 1.0 if loop.attitude else 0.0)
     first, last = stretch(u.time, flown(found.columns, place, u.time), levelled, LONGEST_GAP * period)
     if last - first < 2 or u.time[last] - u.time[first] < SHORTEST:
         raise UserError(f"{path}: {loop.command}: no {SHORTEST:g} s of flight in one mode, without a gap in the log")
@@ -96,13 +112,18 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
         f, k = loop.transfers(found.parameters, s)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
+    added, damped = (
+        spectral(np.interp(time, *found.columns[name])) if name in found.columns else 0.0 * big_u
+        for name in loop.apart or ("", "")
+    )
     answer = around * loop.unfiltered(found.parameters, s) * big_y / s
     given = big_r + answer
-    excitation = np.fft.irfft(np.concatenate([[0.0], f * given]), len(time))
+    excitation = np.fft.irfft(np.concatenate([[0.0], f * given + added]), len(time))
     told = np.concatenate([[False], amplitudes(given) > OWN * amplitudes(answer)])
     slow = np.abs(s) < np.pi / (4.0 * period)
-    rest = big_u - f * big_r + k * big_y
-    explained = 1.0 - float((np.abs(rest[slow]) ** 2).sum() / max(float((np.abs(big_u[slow]) ** 2).sum()), 1e-300))
+    fed = big_u - added - damped
+    rest = fed - f * big_r + k * big_y
+    explained = 1.0 - float((np.abs(rest[slow]) ** 2).sum() / max(float((np.abs(fed[slow]) ** 2).sum()), 1e-300))
     return Made(excitation, command, period, explained, told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate)
 
 
@@ -143,6 +164,10 @@ def latest(series: Series | None, time: Floats, otherwise: float) -> Floats:
 def flown(columns: Columns, place: int, time: Floats) -> Flags:
     """When the vehicle flies, and its autotune, if there was one, excites this axis."""
     aloft: Flags = (latest(columns.get(LANDED), time, 0.0) < 0.5) & (latest(columns.get(THROTTLE), time, 1.0) > FLYING)
+    stick = columns.get(STICK)
+    if stick is not None:
+        up = stick.time[stick.value > RAISED]
+        aloft &= (time >= up[0]) & (time <= up[-1]) if len(up) else False
     excited = columns.get(autotune(place))
     if excited is not None and (excited.value != 0.0).any():
         on = excited.time[excited.value != 0.0]

@@ -148,7 +148,7 @@ def covered(loop: RateLoop, parameters: Mapping[str, float], at: float) -> str:
     covers = next((one for one in found if one.low <= at <= one.high), None)
     if covers is None:
         return f"no notch of the log's parameters covers {at:.3g} Hz"
-    return f"{covers.name} {'covers' if math.isfinite(covers.high) else 'may follow'} {at:.3g} Hz"
+    return f"{covers.name} {'may follow' if covers.follows else 'covers'} {at:.3g} Hz"
 
 
 def wash(flight: Excited) -> Iterator[Symptom]:

@@ -20,6 +20,15 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 
 VERSION = "4.5"
 
+P_SCALE, I_SCALE, D_SCALE, F_SCALE = 0.032029, 0.244381, 0.000529, 0.013754
+"""What a parameter's 1 is, from deg/s, deg, deg/s^2 and 100 deg/s^2 to thousandths of a motor's range."""
+
+YAW_I = 2.5
+"""How much more a 1 of `i_yaw` is."""
+
+PER_MOTOR = 1000.0
+"""Of an output, for a motor's whole range."""
+
 
 class BetaflightDiff:
     """The text of `diff` or `diff all` of Betaflight 4.5. Feature AIRMODE counts as a setting `airmode`."""

@@ -15,7 +15,7 @@ EXTRAS = {
     "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "tomlkit": "campaign", "ray": "cluster",
     "sympy": "verify", "mpmath": "verify", "pymavlink": "mavlink", "rotorpy": "rotorpy", "pandas": "pandas",
     "mcap": "mcap", "mcap_ros2": "mcap", "lz4": "mcap", "zstandard": "mcap",
-    "foundation_policy": "raptor", "h5py": "raptor", "segno": "share",
+    "betaflight_chirp_core": "blackbox", "foundation_policy": "raptor", "h5py": "raptor", "segno": "share",
 }  # fmt: skip
 """Which extra of pyproject.toml brings a package."""
 

@@ -148,7 +148,9 @@ def changed_gains(flight: Excited, advice: Advice) -> dict[str, tuple[float, flo
     """The gains to change, now and then; empty where the log does not name them, or a feed-forward bypasses them."""
     scaled = flight.loop and advice.factor != 1.0 and not bypassed(flight)
     values = (scaled and flight.loop and flight.loop.gains(flight.parameters)) or {}
-    return {name: (value, advice.factor * value) for name, value in values.items() if value}
+    rounded = flight.loop is not None and flight.loop.whole_gains
+    after = {name: advice.factor * value for name, value in values.items() if value}
+    return {name: (values[name], float(round(one)) if rounded else one) for name, one in after.items()}
 
 
 def bypassed(flight: Excited) -> bool:
@@ -214,7 +216,11 @@ def sentence(flight: Excited, now: Measured) -> str:
     up, down = now.gain_up, now.gain_down
     gains = (
         f"up by {spelled(up, '.1f')} dB" if up else f"upwards unknown above {now.highest:.3g} rad/s",
-        f"down by {spelled(down, '.1f')} dB" if down else f"downwards unknown below {now.lowest:.3g} rad/s",
+        f"down by {spelled(down, '.1f')} dB"
+        if down
+        else f"down by {now.floor:.1f} dB or more"
+        if now.floor is not None
+        else f"downwards unknown below {now.lowest:.3g} rad/s",
     )
     return (
         f"The loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
@@ -231,7 +237,7 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
     if now.sound:
         where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
         return [f"A sound loop has {asked}, and so has this one {where}: no change of its gains is advised."]
-    wider = [*([] if now.up else ["faster"]), *([] if now.down else ["slower"])]
+    wider = [*([] if now.up else ["faster"]), *([] if now.down or now.floor is not None else ["slower"])]
     untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
     if not now.fragile:
         why = f"the excitation does not tell: {untold}" if wider else "the intervals leave open: excite for longer"

@@ -20,10 +20,14 @@ READERS = Door("quadstep.log_readers", {
     "ulog": "quadstep.identify.logs.ulog:read",
     "bin": "quadstep.identify.logs.ardupilot:read",
     "mcap": "quadstep.identify.logs.mcap_file:read",
+    "bbl": "quadstep.identify.logs.blackbox:read",
+    "bfl": "quadstep.identify.logs.blackbox:read",
 })  # fmt: skip
 """What reads a kind of file, by file extension: given a path and the wanted columns, TOPIC.FIELD, it returns `Topics`."""
 
-KINDS = {"ulg": "a ULog", "ulog": "a ULog", "bin": "an ArduPilot log", "mcap": "an MCAP file"}
+KINDS = {"ulg": "a ULog", "ulog": "a ULog", "bin": "an ArduPilot log", "mcap": "an MCAP file"} | dict.fromkeys(
+    ("bbl", "bfl"), "a blackbox log of Betaflight"
+)
 
 
 def of_topics(path: Path) -> bool:
