@@ -125,6 +125,8 @@ def test_all_good_and_only_one():
     assert sentences(without)[0].startswith("1 flight: 100 % succeed, which means only that it did not end early (")
     assert "The only flight succeeded, which means only that it did not end early" in glance(without, [])
     assert "early" not in glance(found, [])
+    late = found._replace(since=9.9)
+    assert sentences(late)[0].startswith("1 flight: 100 % succeed, errors counted from 9.9 s on (score_from); ")
 
 
 def test_quantiles_are_given_where_enough_flights_are_beyond_them():

@@ -155,6 +155,11 @@ def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_pat
     assert [(one["name"], one["solved"], one["checked"]) for one in found] == [("6.4", True, True), ("6.5", False, False)]
 
 
+def test_what_of_a_lesson_is_not_checked_is_named(tmp_path):
+    run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]))
+    assert run.out.startswith("Not checked, as this is another mission than theirs: 6.5.\n6.4 solved")
+
+
 def test_a_flight_that_is_lost_solves_nothing(tmp_path):
     run = quadstep("check", "7.4", LESSONS["07"])
     assert run.code == 4

@@ -37,6 +37,8 @@ def check(
     others = [one for one in found if one.strange]
     chosen = found if len(others) == len(found) else [one for one in found if not one.strange]
     if not as_json:
+        if len(chosen) < len(found):
+            say(f"Not checked, as this is another mission than theirs: {', '.join(one.task.name for one in others)}.")
         for one in chosen:
             say(f"{one.task.name} {'solved' if one.solved else 'not solved'}: {one.task.asks}")
             for case in one.cases:

@@ -54,6 +54,8 @@ ANSWERS = {
 
 def answer(c: FlightCertificate) -> str:
     """What a reader wants to know first, in a sentence; everything else is in the verdict."""
+    if kind(c) == "sign consistent":
+        return f"{ANSWERS[kind(c)]} ({c.outside.sum()} of {len(c.outside)})."
     if kind(c) != "diverged":
         return f"{ANSWERS[kind(c)]}."
     ended, found = f"The flight was lost at {c.ended:.4g} s", c.conditions.broken()

@@ -60,7 +60,7 @@ def finish(store: Store, campaign: Campaign, path: Path, sheet: Sheet | None, gr
 
     points = 0 if is_random(campaign) else campaign.file.combinations
     summary = summarise(store, campaign.varies, grading(campaign.mission), campaign.singly, points)
-    summary = summary._replace(limited=bool(campaign.file.failure))
+    summary = summary._replace(limited=bool(campaign.file.failure), since=campaign.mission.scored_from)
     write_report(store, campaign, summary, path, sheet or Sheet())
     store.save(complete=True, summary=as_json(summary))
     return Finished(campaign, summary, store.folder)

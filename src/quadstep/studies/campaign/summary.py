@@ -53,7 +53,7 @@ class Summary(NamedTuple):
     """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
     differ in any result, as where nothing varies, or nothing that has an effect. points: of a grid that the flights are, where
     nothing of them is drawn at random; 0 where something is. singly: keys because of which each flight was set up by itself.
-    limited: whether flights that complete can fail, by a limit in [failure].
+    limited: whether flights that complete can fail, by a limit in [failure]. since: from when errors count [s].
     """
 
     flights: int
@@ -66,6 +66,7 @@ class Summary(NamedTuple):
     singly: tuple[str, ...] = ()
     limited: bool = True
     points: int = 0
+    since: float = 0.0
 
     @property
     def drawn(self) -> bool:
@@ -81,7 +82,9 @@ class Summary(NamedTuple):
     def meaning(self) -> str:
         """What success is, to follow how many flights do, where it is less than one expects."""
         who = "it" if self.flights == 1 else "they"
-        return "" if self.limited else f", which means only that {who} did not end early ([failure] sets no limit)"
+        if not self.limited:
+            return f", which means only that {who} did not end early ([failure] sets no limit)"
+        return f", errors counted from {self.since:g} s on (score_from)" if self.since else ""
 
     @property
     def graded(self) -> list[str]:

@@ -163,7 +163,10 @@ def look_at(store: Store, look: Look) -> Seen:
 def sentences(decided: Decided, file: Path) -> list[str]:
     """The result so far, and what to fly next if the target is not shown."""
     last, target = decided.seen[-1], decided.target
-    fail = "fail" if decided.done.summary.limited else "fail, that is, end early ([failure] sets no limit)"
+    summary = decided.done.summary
+    fail = "fail" if summary.limited else "fail, that is, end early ([failure] sets no limit)"
+    if summary.limited and summary.since:
+        fail += f", errors counted from {summary.since:g} s on (score_from)"
     shown = (
         f"{last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
         f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(decided.seen)})."

@@ -32,7 +32,7 @@ from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
-from quadstep.studies.flights.report import write_report
+from quadstep.studies.flights.report import since, write_report
 
 REPORT = "report.html"
 
@@ -177,7 +177,7 @@ def fly_planned(
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, why)
+    summary = summarise(mission.name, log, metrics, warnings, judged, why, since(mission))
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -271,9 +271,12 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
 
 
 def summarise(
-    name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[JudgedMetric], why: str = ""
-) -> Summary:
-    """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known."""
+    name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[JudgedMetric], why: str = "",
+    counted: str = "",
+) -> Summary:  # fmt: skip
+    """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known.
+    counted: from when errors are, as `since` has it.
+    """
     rows = [
         [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]
         for kind, base, unit, scale in (("position", "m", "mm", 1e3), ("attitude", "rad", "mrad", 1e3))
@@ -290,7 +293,7 @@ def summarise(
     ]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
-        error = f"position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm"
+        error = f"position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm{counted}"
         but = graded(metrics).sentence
         ending = f"Completed {log.ended:g} s; {error}." + (f" {but}" if but else "")
     else:

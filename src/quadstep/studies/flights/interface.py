@@ -23,6 +23,7 @@ from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
 from quadstep.report.symbols import rich
 from quadstep.studies.flights.fly import Summary, summarise, write_results
+from quadstep.studies.flights.report import since
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -148,7 +149,8 @@ class Flight(FlightLog):
 
     def _summary(self) -> Summary:
         """The summary that the command line prints."""
-        return summarise(self.name, self, self.metrics(), self.warnings, [])
+        counted = since(self.mission) if self.mission else ""
+        return summarise(self.name, self, self.metrics(), self.warnings, [], counted=counted)
 
     def _jobs(self) -> list[FigureJob]:
         """Its figures."""

@@ -37,7 +37,7 @@ def write_report(
     early, if known.
     """
     drawn = [page.figure(path.parent / name, caption) for name, caption in figures.items()]
-    body = [page.summary(answer(log, metrics, why), facts(metrics), drawn[:IN_SUMMARY])]
+    body = [page.summary(answer(log, metrics, why, since(mission)), facts(metrics), drawn[:IN_SUMMARY])]
     body += [page.paragraph(f"Warning: {one}", escape) for one in warnings]
     body.append(
         page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")])
@@ -54,12 +54,17 @@ def write_report(
     page.write_page(path, mission.name, body, "Flight")
 
 
-def answer(log: FlightLog, metrics: Metrics, why: str = "") -> str:
-    """How it went, in a sentence."""
+def since(mission: "Mission") -> str:
+    """From when errors count, to follow one, where that is not the start."""
+    return f" from {mission.scored_from:g} s on (score_from)" if mission.scored_from else ""
+
+
+def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -> str:
+    """How it went, in a sentence. counted: from when errors are, as `since` has it."""
     if log.outcome is not Outcome.COMPLETED:
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
     off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
-    error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}" if off is not None else ""
+    error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."
 
 
