@@ -9,6 +9,7 @@ import pytest
 
 from quadstep.identify.excited import excited
 from quadstep.identify.measured import measured
+from quadstep.identify.symptoms import noise
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
 from quadstep.report.sheet import sheet
@@ -172,12 +173,38 @@ def test_what_the_motors_did_a_tone_and_descents_are_told_with_their_thresholds(
     assert "In descents of more than 1 m/s" in text
     assert "propeller wash, or gusts" in text
     names = [row[0] for row in table(found, "Symptoms")]
-    assert names == ["motors at the upper limit", "motors at the lower limit", "peak of the gyro", "oscillation in descents"]
+    assert names == [
+        "motors at the upper limit",
+        "motors at the lower limit",
+        "noise",
+        "peak of the gyro",
+        "oscillation in descents",
+    ]
     calm = advise(logged(tmp_path, SOUND), None, None, tmp_path / "calm", False, sheet("svg", None, "screen"))
-    assert [row[0] for row in table(calm, "Symptoms")] == ["peak of the gyro"]  # no motors, no height in that log
+    assert [row[0] for row in table(calm, "Symptoms")] == ["noise", "peak of the gyro"]  # no motors, no height in that log
     assert "stands" not in " ".join(calm.more)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_axis_that_took_the_motors_to_a_limit_is_named(seed):
     assert symptoms.mixed(np.random.default_rng(seed)).reached <= 1.0
+
+
+def test_noise_is_that_of_gyro_d_part_and_command():
+    hover = excited_by_noise(5e-3)
+    (one,) = noise(hover)
+    gyro, d, command = (float(part) for part in re.findall(r"([\d.e+-]+) (?:rad/s|%)", one.measured))
+    above = 1.0 - symptoms.HIGHEST * symptoms.PERIOD / math.pi * 1.05
+    assert gyro == pytest.approx(5e-3 * math.sqrt(above), rel=0.05)
+    omega = np.linspace(1.05 * symptoms.HIGHEST, math.pi / symptoms.PERIOD, 4000)
+    by = 0.01 * omega / np.abs(1.0 + 1j * omega / (2.0 * math.pi * 30.0))
+    assert d == pytest.approx(100.0 * 5e-3 * math.sqrt(above * np.mean(by**2)), rel=0.05)
+    assert command == pytest.approx(100.0 * 0.1 * math.sqrt(above), rel=0.05)
+    assert one.shows
+
+
+def excited_by_noise(size):
+    random = np.random.default_rng(1)
+    told = {"MC_ROLLRATE_P": 0.1, "MC_ROLLRATE_I": 0.1, "MC_ROLLRATE_D": 0.01}
+    one = symptoms.flight(0.1 * random.normal(size=20_000), size * random.normal(size=20_000))
+    return one._replace(parameters=told)

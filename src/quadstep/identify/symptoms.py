@@ -7,8 +7,10 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.identify.autopilot_logs import SINKING, limits, notches
+from quadstep.identify.changes import NOISY, loud
 from quadstep.identify.excited import LOOPS_OF, Excited
 from quadstep.identify.logs.flight import Flags, Floats
 from quadstep.identify.logs.signals import spectrum, stretches
@@ -46,7 +48,7 @@ class Symptom(NamedTuple):
 
 def symptoms(flight: Excited) -> list[Symptom]:
     """All that the log carries."""
-    return [*saturation(flight), *peak(flight), *wash(flight)]
+    return [*saturation(flight), *noise(flight), *peak(flight), *wash(flight)]
 
 
 def motors(flight: Excited, loop: RateLoop) -> tuple[Floats, Floats] | None:
@@ -109,6 +111,30 @@ def demanded(flight: Excited, loop: RateLoop, time: Floats, shares: Floats, at: 
         return None
     names = [*(one.axis for one in axes), "thrust"]
     return dict(sorted(((name, one / sum(sums)) for name, one in zip(names, sums, strict=True)), key=lambda one: -one[1]))
+
+
+def noise(flight: Excited) -> Iterator[Symptom]:
+    """RMS above the excited frequencies: of the gyro, of the D part of the command, and of the command."""
+    loop = flight.loop
+    if loop is None or flight.rate is None:
+        return
+    omega = 2.0 * math.pi * np.fft.rfftfreq(len(flight.rate), flight.period)
+    above = omega > 1.05 * flight.measured.omega[-1]
+    gyro = np.fft.rfft(flight.rate - flight.rate.mean())[above]
+    text = f"gyro {rms(gyro, len(flight.rate)):.2g} rad/s"
+    slope = f"{loop.stem}D"
+    if flight.parameters.get(slope, 0.0) > 0.0:
+        s = (1j * omega[above]).astype(np.complex128)
+        d = loop.transfers(flight.parameters, s)[1] - loop.transfers({**flight.parameters, slope: 0.0}, s)[1]
+        text += f", D part {100.0 * rms(d * gyro, len(flight.rate)) / loop.whole:.2g} % of the whole command"
+    text += f", command {100.0 * loud(flight):.2g} %"
+    said = f"Noise above the excited frequencies (RMS): {text}."
+    yield Symptom("noise", said, text, f"{100.0 * NOISY:g} % of the whole command", loud(flight) > NOISY)
+
+
+def rms(lines: NDArray[np.complex128], count: int) -> float:
+    """Of what lines of the spectrum of so many samples make, without the mean."""
+    return math.sqrt(2.0 * float((np.abs(lines) ** 2).sum())) / count
 
 
 def peak(flight: Excited) -> Iterator[Symptom]:
