@@ -19,7 +19,7 @@ from benchmarks.flights import seconds
 from quadstep.engines.fly import fly
 from quadstep.mission.read import read_mission
 from quadstep.page.missions import fly_missions
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.page import campaign_page
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.paper.page import fly_paper

@@ -15,8 +15,7 @@ from matplotlib.patches import FancyBboxPatch
 
 from quadstep import flight_metrics, fly, read_mission
 from quadstep.report.canvas import LINES, STYLE
-from quadstep.studies.paper.cases import STRESS_TIMES, stress
-from quadstep.studies.paper.study import completed
+from quadstep.studies.paper.cases import STRESS_TIMES, completed, stress
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent

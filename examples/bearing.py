@@ -17,7 +17,7 @@ from quadstep.report.evidence import Evidence, Table
 from quadstep.report.page import Fact
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import booktabs
-from quadstep.studies.campaign.flown import SUCCESS
+from quadstep.studies.campaign.flyer import SUCCESS
 from quadstep.studies.envelope.request import read_base
 from quadstep.studies.study import Flown, Study, run
 

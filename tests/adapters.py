@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.export.c.compiler import BITS
-from quadstep.export.c.flown import exported
+from quadstep.export.c.flight import exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.firmware import firmware_files
 from tests.exports import real_mission

@@ -11,10 +11,10 @@ from quadstep import Mission
 from quadstep.export.c.branches import ScanRecord
 from quadstep.export.c.compiler import BITS, WARNINGS
 from quadstep.export.c.expressions import Naming
-from quadstep.export.c.flown import exported
+from quadstep.export.c.flight import exported
 from quadstep.export.c.source import STEPS, functions
-from quadstep.export.c.structs import Output, Stored
-from quadstep.export.c.writing import Writer
+from quadstep.export.c.structs import StoredStructures, StructOutput
+from quadstep.export.c.writing import CWriter
 from quadstep.export.c99 import c99_files
 from quadstep.numbers.operation import OPERATIONS
 from tests.patience import PATIENCE
@@ -63,8 +63,8 @@ def through_c(folder, law, *columns):
     """What the law gives as compiled C, an array of shape (results, samples)."""
     record = ScanRecord()
     results = law(*(record.input(f"in[{i}]") for i in range(len(columns))))
-    wanted = Stored([Output(f"out[{i}]", record.at(result)) for i, result in enumerate(results)], [])
-    body = Writer(record, True, Naming({}, {}), frozenset(("in", "out", "i", "j", "k"))).body(wanted)
+    wanted = StoredStructures([StructOutput(f"out[{i}]", record.at(result)) for i, result in enumerate(results)], [])
+    body = CWriter(record, True, Naming({}, {}), frozenset(("in", "out", "i", "j", "k"))).body(wanted)
     parts = [
         "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n#include <string.h>\ntypedef double real;",
         functions((*STEPS, *OPERATIONS), True),

@@ -8,7 +8,7 @@ from llvmlite import ir
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
-from quadstep.engines.kernel import host, optimise
+from quadstep.engines.kernel import host, verified
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import score_names
 from quadstep.interfaces.closed_loop import Ticks
@@ -147,10 +147,7 @@ def compiled(text):
     """Optimised machine code of a module with one function `probe` of three pointers."""
     cpu, features, _ = host()
     target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
-    module = llvm.parse_assembly(text)
-    module.verify()
-    optimise(module, target)
-    engine = llvm.create_mcjit_compiler(module, target)
+    engine = llvm.create_mcjit_compiler(verified(text, target), target)
     engine.finalize_object()
     kinds = [ctypes.c_void_p] * 3
     return ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address("probe")), engine

@@ -9,8 +9,8 @@ import json
 from functools import lru_cache
 from pathlib import Path
 
+from quadstep.studies.paper.cases import fly_study, plan_study
 from quadstep.studies.paper.claims import check_claims
-from quadstep.studies.paper.study import fly_study, plan_study
 
 FILE = Path(__file__).parent / "golden" / "metrics.json"
 

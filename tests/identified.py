@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.identify.closed_loop import Beside, fly_again
-from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import identify
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.read import read_log
+from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.table import compare
 from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.io.documents import read_toml

@@ -13,7 +13,7 @@ from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Command, Controller
 from quadstep.io.errors import UserError
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.registry import flight_metrics
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import vector

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from tests.campaigns import (
     MASS,
     NOISY,

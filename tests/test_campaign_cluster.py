@@ -17,9 +17,18 @@ from quadstep.io.errors import UserError
 from quadstep.linear.quick import quick_grade
 from quadstep.report.terminal.progress import Progress
 from quadstep.studies.campaign import cluster, cluster_connection
-from quadstep.studies.campaign.cluster import Pieces, Span, finished_tasks, flown_on_cluster, fly_span, order, span_size, spans
-from quadstep.studies.campaign.flown import Flyer
-from quadstep.studies.campaign.run import fly_campaign
+from quadstep.studies.campaign.cluster import (
+    ChunkSpan,
+    Pieces,
+    finished_tasks,
+    flown_on_cluster,
+    fly_span,
+    order,
+    span_size,
+    spans,
+)
+from quadstep.studies.campaign.flyer import Flyer
+from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import Chunk, parquet
 from tests.campaigns import (
@@ -173,7 +182,7 @@ def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_p
                 joined.add_node(num_cpus=1, object_store_memory=STORE)
 
     with no_report():
-        fly_campaign(path, tmp_path / "out", engine=Engine.RAY, progress=Killing(), grading=quick_grade)
+        fly_campaign(CampaignRequest(path, tmp_path / "out", engine=Engine.RAY, progress=Killing(), grading=quick_grade))
     assert lost == ["worker", "node"]
     assert counts == sorted(counts)
     assert counts[-1] == 3600
@@ -202,7 +211,7 @@ def test_a_driver_that_was_interrupted_and_killed_is_gone_on_with(whole, joined,
     assert soon(lambda: not flying()), "its workers fly on"
 
     with no_report():
-        fly_campaign(path, out, engine=Engine.RAY, resume=True)
+        fly_campaign(CampaignRequest(path, out, engine=Engine.RAY, resume=True))
     assert flights(out) == flights(straight)
     assert not leftovers(out)
 
@@ -356,9 +365,9 @@ def test_a_task_is_small_enough_for_all_cores_and_large_enough_to_be_worth_it():
 def test_pieces_are_put_together_in_order_whichever_comes_first():
     chunk, other, pieces = Chunk("a", 0, 3), Chunk("b", 3, 4), Pieces()
     one, two, three = (pa.table({"flight": numbers}) for numbers in ([0, 1], [2], [3]))
-    assert pieces.add(Span(chunk, 2, 3), two) is None
-    assert pieces.add(Span(other, 3, 4), three)["flight"].to_pylist() == [3]
-    assert pieces.add(Span(chunk, 0, 2), one)["flight"].to_pylist() == [0, 1, 2]
+    assert pieces.add(ChunkSpan(chunk, 2, 3), two) is None
+    assert pieces.add(ChunkSpan(other, 3, 4), three)["flight"].to_pylist() == [3]
+    assert pieces.add(ChunkSpan(chunk, 0, 2), one)["flight"].to_pylist() == [0, 1, 2]
     assert not pieces.tables
 
 
@@ -412,9 +421,9 @@ def test_ray_is_loaded_for_its_engine_only_and_matplotlib_for_reports(whole, tmp
     path, _ = whole
     program = (
         "import sys, quadstep, quadstep.commands.cli\nfrom pathlib import Path\n"
-        "from quadstep.studies.campaign.run import fly_campaign\n"
+        "from quadstep.studies.campaign.run import CampaignRequest, fly_campaign\n"
         "import types; sys.modules['quadstep.studies.campaign.report'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
-        "fly_campaign(Path(sys.argv[1]), Path(sys.argv[2]), 64)\n"
+        "fly_campaign(CampaignRequest(Path(sys.argv[1]), Path(sys.argv[2]), 64))\n"
         "assert not {'ray', 'quadstep.studies.campaign.cluster', 'matplotlib'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", program, str(path), str(tmp_path / "out")], check=True)

@@ -7,7 +7,7 @@ from quadstep.engines.wasm import exporting, imported, leb, sections, whole
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import share
 from quadstep.page import serve
-from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME, Flyer
+from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, TIME, Flyer
 from quadstep.studies.campaign.page import campaign_page, rate
 from quadstep.studies.campaign.schema import read_campaign
 from tests.commands import write

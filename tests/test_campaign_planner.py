@@ -15,11 +15,11 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten, leaf_names
 from quadstep.numbers.noise import key
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flown import Flyer, planner
+from quadstep.studies.campaign.flyer import Flyer, planner
 from quadstep.studies.campaign.report_text import opening
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import opened
-from quadstep.studies.campaign.summary import Summary
+from quadstep.studies.campaign.summary import CampaignSummary
 from tests.campaigns import NOISY, SHORT, campaign, fly, manifest, written
 
 WAYPOINTS = """
@@ -257,7 +257,7 @@ def test_keys_that_are_set_up_flight_by_flight_are_named_with_their_price(tmp_pa
     assert found["set_up_singly"] == kept["summary"]["set_up_singly"] == ["simulation.duration"]
     assert found["set_up_each[s]"] > 0.0
     assert "set_up_each[s]" not in kept["summary"]  # what is kept has no measured times
-    summary = Summary(20, share(20, 20), {}, [], [], singly=("simulation.duration",))
+    summary = CampaignSummary(20, share(20, 20), {}, [], [], singly=("simulation.duration",))
     with opened(tmp_path / "out", read_campaign(path), 20, Engine.LANES, resume=True) as store:
         (words,) = [one for one in opening(store, read_campaign(path), summary, path) if "set up one by one" in one]
     assert "each flight, because simulation.duration cannot be set for many flights at once" in words

@@ -20,11 +20,11 @@ from quadstep.report import units
 from quadstep.report.flown import view
 from quadstep.studies.campaign import pictures, report, report_text
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flown import table
+from quadstep.studies.campaign.flyer import table
 from quadstep.studies.campaign.replay import replay_of
-from quadstep.studies.campaign.run import fly_campaign
+from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
-from quadstep.studies.campaign.sensitivity import Result, parts_of
+from quadstep.studies.campaign.sensitivity import ExplainedResult, parts_of
 from quadstep.studies.campaign.store import opened
 from quadstep.studies.campaign.summary import sentences, summarise
 from quadstep.studies.campaign.varied import Bins, variation_text
@@ -81,7 +81,7 @@ def flown(tmp_path_factory):
     """A real campaign: its folder, file and summary."""
     folder = tmp_path_factory.mktemp("flown")
     path = written(folder, MASS + SCALE, head="flights = 200\n[failure]\nposition_rmse = 0.12")
-    done = fly_campaign(path, folder / "out")
+    done = fly_campaign(CampaignRequest(path, folder / "out"))
     return folder / "out", path, done.summary
 
 
@@ -241,7 +241,7 @@ def test_nothing_that_varies_and_a_choice_of_one_value(tmp_path, unflown):
 
 def test_a_histogram_of_few_flights_counts_whole_ones():
     above, below = Figure().subplots(2)
-    pictures.draw_metric(above, below, pictures.Metric(RMSE, np.array([0.19, 0.2, 0.21, 0.4]), None), 4)
+    pictures.draw_metric(above, below, pictures.PlottedMetric(RMSE, np.array([0.19, 0.2, 0.21, 0.4]), None), 4)
     assert [tick % 1.0 for tick in above.get_yticks()] == [0.0] * len(above.get_yticks())
 
 
@@ -321,7 +321,7 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
 def test_pairs_are_looked_for_only_among_keys_that_are_independent(tmp_path):
     random = np.random.default_rng(0)
     keys = {name: parts_of(random.normal(size=2000)) for name in ("vehicle.mass", "disturbance.scale")}
-    result = Result(random.normal(size=2000))
+    result = ExplainedResult(random.normal(size=2000))
     assert report.explained(result, keys, campaign(tmp_path / "a", MASS + SCALE)).pair is not None
     group = '[[correlated]]\nkeys = ["vehicle.mass", "disturbance.scale"]\nmean = [1.0, 1.0]\n'
     read = campaign(tmp_path / "b", f"{group}covariance = [[0.01, 0.0], [0.0, 0.01]]")
@@ -396,7 +396,7 @@ def test_the_curve_of_those_that_are_worse_counts_the_lost_as_worse(monkeypatch,
     figures = []
     monkeypatch.setattr(pictures, "write", lambda figure, path, sheet: figures.append(figure))
     values = np.random.default_rng(0).lognormal(size=900)
-    pictures.draw_distributions(tmp_path / "x", [pictures.Metric("m", values, 1.0)], 1000)
+    pictures.draw_distributions(tmp_path / "x", [pictures.PlottedMetric("m", values, 1.0)], 1000)
     above, below = figures[0].axes
     x, y = below.lines[0].get_data()
     for at, share_worse in zip(x, y, strict=True):
@@ -469,5 +469,5 @@ def test_the_examples_can_be_flown(name, tmp_path, unflown):
     assert path.read_text(encoding="utf-8").startswith("# ")
     read = read_campaign(path)
     assert all(variation_text(read.file, key) for key in read.file.keys)
-    done = fly_campaign(path, tmp_path / "out", flights=2)
+    done = fly_campaign(CampaignRequest(path, tmp_path / "out", flights=2))
     assert done.summary.outcomes == {"completed": 2}

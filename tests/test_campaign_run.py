@@ -15,7 +15,7 @@ from quadstep.engines.sweep import Sweep
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import InterruptedRun, UserError
 from quadstep.studies.campaign import run as run_module
-from quadstep.studies.campaign.flown import Flyer, on_lanes
+from quadstep.studies.campaign.flyer import Flyer, on_lanes
 from quadstep.studies.campaign.replay import replay
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import Chunk, parquet
@@ -42,7 +42,7 @@ PRECISIONS = pytest.mark.parametrize("precision", ["f64", "f32"])
 def fly_campaign(*arguments, **more):
     """As of the package, but for the report."""
     with no_report():
-        return run_module.fly_campaign(*arguments, **more)
+        return run_module.fly_campaign(run_module.CampaignRequest(*arguments, **more))
 
 
 # The same flights however they are flown

@@ -5,7 +5,14 @@ import pyarrow as pa
 import pytest
 
 from quadstep.studies.campaign import sensitivity
-from quadstep.studies.campaign.sensitivity import Parts, Result, estimate, first_order, parts_of, strongest_interaction
+from quadstep.studies.campaign.sensitivity import (
+    ExplainedResult,
+    FlightParts,
+    estimate,
+    first_order,
+    parts_of,
+    strongest_interaction,
+)
 from quadstep.studies.campaign.varied import OTHERS, bins, merged, text_of, texts_of, varied
 from tests.campaigns import distribution
 
@@ -17,7 +24,7 @@ PAIR = 0.2437
 def ishigami(flights, seed=5):
     a, b, c = x = np.random.default_rng(seed).uniform(-np.pi, np.pi, (3, flights))
     y = np.sin(a) + 7.0 * np.sin(b) ** 2 + 0.1 * c**4 * np.sin(a)
-    return Result(y), dict(zip("abc", map(parts_of, x), strict=True))
+    return ExplainedResult(y), dict(zip("abc", map(parts_of, x), strict=True))
 
 
 @pytest.mark.parametrize(("flights", "tolerance"), [(3000, 0.03), (300_000, 0.004)])
@@ -43,7 +50,7 @@ def test_a_key_without_influence_explains_nothing_on_average_however_many_parts(
     shares = []
     for seed in range(100):
         random = np.random.default_rng(seed)
-        shares.append(Result(random.normal(size=400)).explained(parts_of(random.uniform(size=400)).at_most(40))[0])
+        shares.append(ExplainedResult(random.normal(size=400)).explained(parts_of(random.uniform(size=400)).at_most(40))[0])
     assert abs(np.mean(shares)) < 0.012  # 39 / 399 = 0.098 if chance were not taken off
     assert np.min(shares) < 0.0 < np.max(shares)
 
@@ -53,13 +60,13 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     for seed in range(60):
         random = np.random.default_rng(seed)
         x, noise = random.normal(size=(2, 600))
-        found = first_order(Result(x + noise), {"x": parts_of(x)})["x"]
+        found = first_order(ExplainedResult(x + noise), {"x": parts_of(x)})["x"]
         hits += found.low <= 0.5 <= found.high
         group = random.integers(0, 2, 2000)
         failed = random.uniform(size=2000) < np.where(group == 1, 0.1, 0.02)
         mean = 0.06
         truth = (0.5 * (0.1 - mean) ** 2 + 0.5 * (0.02 - mean) ** 2) / (mean * (1.0 - mean))
-        found = first_order(Result(failed.astype(float)), {"x": Parts(group, 2, ordered=False)})["x"]
+        found = first_order(ExplainedResult(failed.astype(float)), {"x": FlightParts(group, 2, ordered=False)})["x"]
         rare += found.low <= truth <= found.high
     assert 52 <= hits < 60
     assert rare >= 52
@@ -80,7 +87,7 @@ def test_a_choice_that_decides_all_explains_all_and_its_order_does_not_matter():
     places = np.arange(300) % 3
     y = np.array([5.0, -1.0, 2.0])[places]
     for shuffled in (places, np.array([2, 0, 1])[places]):
-        found = first_order(Result(y), {"k": Parts(shuffled, 3, ordered=False)})["k"]
+        found = first_order(ExplainedResult(y), {"k": FlightParts(shuffled, 3, ordered=False)})["k"]
         assert found == pytest.approx((1.0, 1.0, 1.0))
 
 
@@ -88,28 +95,35 @@ def test_results_do_not_depend_on_scale_or_offset_and_are_the_same_every_time():
     random = np.random.default_rng(1)
     x, noise = random.normal(size=(2, 500))
     keys = {"x": parts_of(x)}
-    found = first_order(Result(x + noise), keys)
-    assert found == first_order(Result(x + noise), keys)
-    assert found["x"] == pytest.approx(first_order(Result(1e6 + 1e-3 * (x + noise)), keys)["x"], abs=1e-6)
+    found = first_order(ExplainedResult(x + noise), keys)
+    assert found == first_order(ExplainedResult(x + noise), keys)
+    assert found["x"] == pytest.approx(first_order(ExplainedResult(1e6 + 1e-3 * (x + noise)), keys)["x"], abs=1e-6)
 
 
 @pytest.mark.parametrize("y", [np.full(100, 0.1), np.zeros(100), np.full(1, 3.0), np.full(100, 1e-300)])
 def test_what_does_not_vary_is_explained_by_nothing(y):
-    result, keys = Result(y), {"a": parts_of(np.linspace(0.0, 1.0, len(y))), "b": parts_of(np.linspace(0.0, 1.0, len(y)) ** 2)}
+    result, keys = (
+        ExplainedResult(y),
+        {"a": parts_of(np.linspace(0.0, 1.0, len(y))), "b": parts_of(np.linspace(0.0, 1.0, len(y)) ** 2)},
+    )
     assert first_order(result, keys) == {}
     assert strongest_interaction(result, keys) is None
 
 
 def test_as_many_parts_as_flights_say_nothing_and_a_constant_key_explains_nothing():
     y = np.random.default_rng(0).normal(size=30)
-    assert first_order(Result(y), {"k": Parts(np.arange(30), 30, ordered=False)}) == {}
-    assert first_order(Result(y), {"k": Parts(np.zeros(30, dtype=int), 1, ordered=True)})["k"] == (0.0, 0.0, 0.0)
+    assert first_order(ExplainedResult(y), {"k": FlightParts(np.arange(30), 30, ordered=False)}) == {}
+    assert first_order(ExplainedResult(y), {"k": FlightParts(np.zeros(30, dtype=int), 1, ordered=True)})["k"] == (
+        0.0,
+        0.0,
+        0.0,
+    )
 
 
 def test_no_value_is_outside_0_to_1_or_not_finite_even_where_failures_are_rare():
     y = np.zeros(50)
     y[7] = 1.0  # many resamples have no failure at all
-    found = first_order(Result(y), {"k": parts_of(np.linspace(0.0, 1.0, 50))})
+    found = first_order(ExplainedResult(y), {"k": parts_of(np.linspace(0.0, 1.0, 50))})
     assert all(np.isfinite(one).all() and 0.0 <= one.low <= one.value <= one.high <= 1.0 for one in found.values())
 
 
@@ -125,12 +139,12 @@ def test_parts_of_numbers_are_of_nearly_equal_count_and_in_order():
 
 def test_neighbours_are_joined_only_where_there_are_neighbours():
     places = np.repeat(np.arange(100), 3)
-    joined = Parts(places, 100, ordered=True).at_most(7)
+    joined = FlightParts(places, 100, ordered=True).at_most(7)
     assert joined.size == 7
     assert sorted(set(joined.places)) == list(range(7))
     assert (np.diff(joined.places) >= 0).all()
-    assert Parts(places, 100, ordered=False).at_most(7).size == 100
-    assert Parts(places, 100, ordered=True).at_most(200).size == 100
+    assert FlightParts(places, 100, ordered=False).at_most(7).size == 100
+    assert FlightParts(places, 100, ordered=True).at_most(200).size == 100
 
 
 def column(values):

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binomtest
 
 from quadstep.metrics.statistics import share
-from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.studies.campaign.report_text import glance
 from quadstep.studies.campaign.summary import LARGEST, RMSE, as_json, sentences, summarise
 

@@ -15,7 +15,7 @@ from quadstep.page import build
 from quadstep.page.sharing import Access
 from quadstep.studies import classroom
 from quadstep.studies.class_server import MOST_AT_ONCE, class_server
-from quadstep.studies.classroom import MANIFEST, SUBMISSION, Result, Room, flown_apart, fly_submission, submitted
+from quadstep.studies.classroom import MANIFEST, SUBMISSION, Room, SubmissionResult, flown_apart, fly_submission, submitted
 from tests.commands import quadstep
 from tests.pages import STAND_IN, serving
 from tests.patience import PATIENCE
@@ -49,7 +49,7 @@ def attempted(text, ground, out):
     try:
         return fly_submission(text, ground, out)
     except UserError as error:
-        return Result(str(error))
+        return SubmissionResult(str(error))
 
 
 def test_gains_are_flown_in_the_class_s_mission_and_the_best_two_flights_are_kept(room, tmp_path):

@@ -9,11 +9,10 @@ from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.studies.comparison.entrants import Entrant
-from quadstep.studies.comparison.found import Comparison, Result
 from quadstep.studies.comparison.linear import Linear, rows, unlinearised
 from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
-from quadstep.studies.comparison.ranking import Ranked
-from quadstep.studies.comparison.spread import Effort, Spread
+from quadstep.studies.comparison.ranking import Effort, Ranked, Spread
+from quadstep.studies.comparison.results import Comparison, SituationResult
 from quadstep.studies.comparison.study import Situation
 from quadstep.studies.comparison.training import Trained
 from quadstep.studies.comparison.words import missed, of_all, of_situation
@@ -23,7 +22,9 @@ WHERE = Situation("crazyflie", "hover", "calm")
 
 def result(name, median, lost=0.0):
     estimate = Estimate(median, math.nan, math.nan)
-    return Result(WHERE, name, 500, Estimate(lost, 0.0, 1.0), {"e": Spread(median, estimate, estimate)}, Effort(0.0, 0.0, 0.0))
+    return SituationResult(
+        WHERE, name, 500, Estimate(lost, 0.0, 1.0), {"e": Spread(median, estimate, estimate)}, Effort(0.0, 0.0, 0.0)
+    )
 
 
 def comparison(count):

@@ -11,18 +11,20 @@ from quadstep.metrics.statistics import ordered_quantile
 from quadstep.studies.comparison import words
 from quadstep.studies.comparison.ranking import (
     ALPHA,
+    CellFlights,
     by_chance,
     compare,
     corrected,
     differences,
     fewest,
     holm,
+    losses,
     median_difference,
     overall,
     pair,
     signed_ranks,
+    spread,
 )
-from quadstep.studies.comparison.spread import Flown, losses, spread
 
 METRIC = "position_rmse"
 
@@ -31,7 +33,7 @@ def flown(values):
     """Flights with these errors; infinite: lost."""
     values = np.array(values, dtype=float)
     lost = np.isinf(values)
-    return Flown(lost, {METRIC: np.where(lost, math.nan, values)})
+    return CellFlights(lost, {METRIC: np.where(lost, math.nan, values)})
 
 
 def normal(mean, seed, count=60):

@@ -17,8 +17,8 @@ from quadstep.engines.fly import fly
 from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.results.folder import RUNNING
 from quadstep.io.results.parts import parts_in
-from quadstep.studies.comparison import jobs, workers
-from quadstep.studies.comparison.run import How, Run
+from quadstep.studies.comparison import jobs
+from quadstep.studies.comparison.run import ComparisonRun, How
 from quadstep.studies.comparison.study import FIRST, Situation, read_study
 from tests.campaigns import soon
 from tests.commands import LINE, files, heeding_interrupts, metrics, quadstep, write
@@ -57,7 +57,7 @@ position_noise = 0.005
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch):
     """Processes of their own cost seconds; one test has them."""
-    monkeypatch.setattr(workers, "drawing_pool", here)
+    monkeypatch.setattr(jobs, "drawing_pool", here)
     monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
 
 
@@ -67,7 +67,7 @@ def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("compare")
     file = written(folder, SMALL + TUNING.replace("repeats = 1", "repeats = 2") + MARGIN)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(workers, "drawing_pool", here)
+        patch.setattr(jobs, "drawing_pool", here)
         patch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
         return quadstep("compare", file, "--out", folder / "out"), folder / "out", file
 
@@ -189,7 +189,7 @@ def test_the_same_command_again_flies_nothing_and_gives_the_same_tables(done, mo
     names = ("cells.csv", "pairs.csv", "gains.json", "results.md")
     before = {name: (out / name).read_bytes() for name in names}
     monkeypatch.setattr(jobs, "worked", lambda job: pytest.fail(f"{job.label} is known"))
-    monkeypatch.setattr(workers, "worked", lambda job: pytest.fail(f"{job.label} is known"))
+    monkeypatch.setattr(jobs, "worked", lambda job: pytest.fail(f"{job.label} is known"))
     assert quadstep("compare", file, "--out", out).code == 0
     assert before == {name: (out / name).read_bytes() for name in before}
 
@@ -207,7 +207,7 @@ def test_gains_found_once_can_be_brought_along(done, tmp_path, monkeypatch):
 
 def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     _, out, file = done
-    real, left = workers.worked, [4]
+    real, left = jobs.worked, [4]
 
     def stopped(job):
         left[0] -= 1
@@ -215,7 +215,7 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return real(job)
 
-    monkeypatch.setattr(workers, "worked", stopped)
+    monkeypatch.setattr(jobs, "worked", stopped)
     result = quadstep("compare", file, "--out", tmp_path / "out")
     assert result.code == 130
     assert f"finished flights are kept in {tmp_path / 'out'}; run the same command to continue" in result.err
@@ -311,9 +311,9 @@ def test_equal_missions_share_what_is_kept_and_compare_as_equal(tmp_path):
 def test_equal_controllers_that_fail_are_each_a_problem(monkeypatch, tmp_path):
     cell = study(SMALLEST).cell(Situation("research-2.6kg", "up", "calm"), "firm", {"type": "geometric"})
     equal = [jobs.linearising(cell._replace(controller=name)) for name in ("firm", "again")]
-    monkeypatch.setattr(workers, "worked", lambda _: jobs.Worked(b"", "no idea"))
+    monkeypatch.setattr(jobs, "worked", lambda _: jobs.Worked(b"", "no idea"))
     with parts_in(tmp_path) as kept:
-        run = Run(kept, How(keep_going=True))
+        run = ComparisonRun(kept, How(keep_going=True))
         run.work("linearising", equal)
     assert [one.controller[1] for one in run.problems] == ["firm", "again"]
 
@@ -323,7 +323,7 @@ def test_keys_that_are_set_up_flight_by_flight_are_named_once_for_each_controlle
     text = SMALLEST.replace("[scenarios.calm]\n", "[scenarios.calm]\n" + vary)
     cell = study(text).cell(Situation("research-2.6kg", "up", "calm"), "firm", {"type": "geometric"})
     with parts_in(tmp_path) as kept:
-        Run(kept, How()).work("flying", [jobs.flying(cell, flights) for flights in (2, 3)])
+        ComparisonRun(kept, How()).work("flying", [jobs.flying(cell, flights) for flights in (2, 3)])
     (line,) = caplog.messages
     assert re.match(
         r"quadstep: note: firm: research-2\.6kg, up, calm: each flight is set up by itself, [0-9.e+]+ ms each, because "
@@ -455,7 +455,7 @@ def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
     ],
 )  # fmt: skip
 def test_bad_input_is_one_line_before_anything_flies(tmp_path, monkeypatch, text, said):
-    monkeypatch.setattr(workers, "worked", lambda job: pytest.fail("it must not fly"))
+    monkeypatch.setattr(jobs, "worked", lambda job: pytest.fail("it must not fly"))
     result = quadstep("compare", written(tmp_path, text), "--out", tmp_path / "out")
     assert result.refused, result
     assert said in result.err

@@ -11,7 +11,7 @@ from quadstep import UserError
 from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.control.registry import STOCK, names
 from quadstep.export import arm
-from quadstep.export.c.flown import exported
+from quadstep.export.c.flight import exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import CLOCKS, instructions
 from quadstep.interfaces.closed_loop import Clock

@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from quadstep.export import arm
-from quadstep.studies.comparison import workers
+from quadstep.studies.comparison import jobs
 from tests.commands import quadstep, write
 from tests.needs import CORTEX_M, needs
 from tests.studies import here
@@ -42,7 +42,7 @@ def programs(tmp_path, monkeypatch):
     for tool in TOOLS:
         program(folder, tool, f'exec {shutil.which(tool)} "$@"')
     monkeypatch.setenv("PATH", str(folder))
-    monkeypatch.setattr(workers, "drawing_pool", here)
+    monkeypatch.setattr(jobs, "drawing_pool", here)
     monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
     return folder
 

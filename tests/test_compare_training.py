@@ -11,7 +11,7 @@ from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection
 from quadstep.studies.comparison import jobs, training
 from quadstep.studies.comparison.entrants import trained_of
-from quadstep.studies.comparison.training import Journal, Place, over_all, read_lines, train
+from quadstep.studies.comparison.training import Journal, JournalPlace, over_all, read_lines, train
 from quadstep.studies.tuning.judge import Judge, Judged
 from quadstep.studies.tuning.trial import Tried
 from tests.studies import SMALL, TUNING, study
@@ -48,7 +48,7 @@ def task():
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    journal = Place(tmp_path_factory.mktemp("journal"), "one.jsonl")
+    journal = JournalPlace(tmp_path_factory.mktemp("journal"), "one.jsonl")
     return train(task(), journal), journal
 
 
@@ -77,10 +77,10 @@ def test_gains_with_which_no_flight_survives_are_kept_with_their_margins_and_rea
 def test_a_search_that_was_stopped_goes_on_and_ends_as_if_nothing_had_been(trained, tmp_path, monkeypatch):
     found, journal = trained
     lines = journal.path.read_text(encoding="utf-8").splitlines(keepends=True)
-    half = Place(tmp_path, "half.jsonl")
+    half = JournalPlace(tmp_path, "half.jsonl")
     half.path.write_text("".join(lines[:5]) + lines[5][:40], encoding="utf-8")  # killed while it wrote
-    flown, real = [], training.Ground.fly
-    monkeypatch.setattr(training.Ground, "fly", lambda *given: flown.append(1) or real(*given))
+    flown, real = [], training.CandidateFlyer.fly
+    monkeypatch.setattr(training.CandidateFlyer, "fly", lambda *given: flown.append(1) or real(*given))
     assert train(task(), half) == found
     assert len(flown) == 2 * (len(lines) - 5), "the first flights of a generation, and the others"
     assert half.path.read_text(encoding="utf-8") == journal.path.read_text(encoding="utf-8")
@@ -101,14 +101,14 @@ def test_a_changed_journal_is_refused(trained, tmp_path):
         content[place] ^= 1
         (tmp_path / "one.jsonl").write_bytes(content)
         with pytest.raises(UserError, match=r"one\.jsonl: was changed"):
-            read_lines(Place(tmp_path, "one.jsonl"))
+            read_lines(JournalPlace(tmp_path, "one.jsonl"))
 
 
 def test_no_journal_has_no_lines(tmp_path):
-    assert read_lines(Place(tmp_path, "none.jsonl")) == []
-    assert read_lines(Place(tmp_path / "none", "none.jsonl")) == []
+    assert read_lines(JournalPlace(tmp_path, "none.jsonl")) == []
+    assert read_lines(JournalPlace(tmp_path / "none", "none.jsonl")) == []
     (tmp_path / "half.jsonl").write_text("cut sho", encoding="utf-8")
-    assert read_lines(Place(tmp_path, "half.jsonl")) == []
+    assert read_lines(JournalPlace(tmp_path, "half.jsonl")) == []
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from quadstep.control.wanted_attitude import tilted_within, up_axis, wanted_atti
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.registry import flight_metrics
 from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset

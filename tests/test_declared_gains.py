@@ -31,8 +31,7 @@ from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_nam
 from quadstep.page.conditions import OPERATIONS, page_conditions
 from quadstep.page.sliders import sliders
 from quadstep.studies.tuning.gains import gain as gain_of
-from quadstep.studies.tuning.gains import tunable
-from quadstep.studies.tuning.theorem import with_gains
+from quadstep.studies.tuning.gains import tunable, with_gains
 from quadstep.vehicle.paper import State
 from quadstep.vehicle.plants.planar import PlanarState
 from tests.pages import needs_node, run_node, value_of

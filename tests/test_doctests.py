@@ -13,7 +13,7 @@ FRONTS = ("quadstep.control", "quadstep.world.guidance", "quadstep.numbers")
 
 MODULES = (
     "quadstep", "quadstep.studies.flights.interface", "quadstep.io.errors", "quadstep.mission.schema", "quadstep.mission.read",
-    "quadstep.engines.engine", "quadstep.metrics.of_log",
+    "quadstep.engines.engine", "quadstep.metrics.registry",
     "quadstep.numbers.functions", "quadstep.numbers.vectors", "quadstep.numbers.structure", "quadstep.interfaces.reference",
     "quadstep.world.guidance.minimum_jerk", "quadstep.world.guidance.orbit", "quadstep.world.guidance.setpoints",
     "quadstep.world.guidance.piecewise",

@@ -10,7 +10,7 @@ from quadstep.export.run import TARGETS, ExportRequest, export_mission
 from quadstep.identify.logs.read import read_topics
 from quadstep.io import doors
 from quadstep.io.user_code import loading
-from quadstep.io.user_code.blame import NAMED
+from quadstep.io.user_code.loading import NAMED
 from quadstep.mission.own_controller import AUTOPILOTS
 from quadstep.report.panels import flight_jobs
 from tests.commands import LINE, quadstep, write

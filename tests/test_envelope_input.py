@@ -5,7 +5,7 @@ import json
 import pytest
 
 from quadstep.io.errors import UserError
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from tests.campaigns import MASS, SHORT, leftovers, refused, written
 from tests.commands import quadstep
 

@@ -17,7 +17,7 @@ from quadstep.engines import kernel
 from quadstep.engines.sweep import Sweep
 from quadstep.io.errors import UserError
 from quadstep.numbers import atan2, exp, sqrt, where
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import read_campaign
 from tests.bits.arm import swept_on_arm
 from tests.bits.flights import CAMPAIGNS, SPECIAL, functions, inputs, same

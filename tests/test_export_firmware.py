@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.export.c.flown import exported
+from quadstep.export.c.flight import exported
 from quadstep.export.firmware import firmware_files
 from quadstep.io.errors import UserError
 from tests.adapters import adapter, flown, numbers

@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from quadstep.linear.analysis import studied
-from quadstep.linear.firmware import PATHS, in_firmware, within
+from quadstep.linear.grade import PATHS, in_firmware, within
 from tests.commands import quadstep, write
 from tests.exports import real_mission
 

@@ -22,7 +22,7 @@ from quadstep.studies.campaign.store import Store
 from tests.patience import PATIENCE
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
-SMALL = files.Kind("a small file", 10)
+SMALL = files.FileKind("a small file", 10)
 
 
 # What may be opened

@@ -8,11 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from quadstep.identify import report
+from quadstep.identify import pages, report
 from quadstep.identify.averages import blocks, rotor_speeds, torques
 from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
-from quadstep.identify.errors import differences
-from quadstep.identify.errors import logged as measured_at
 from quadstep.identify.fit import EFFECTS, LONG_WEIGHTS, Fitted, Identified, identify, limits_guess
 from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with_values
 from quadstep.identify.logs.signals import spectrum
@@ -24,7 +22,8 @@ from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.residual import trained
 from quadstep.identify.run import Identification
 from quadstep.identify.search import solved
-from quadstep.identify.starts import laid_out, starts_at
+from quadstep.identify.starts import differences, laid_out, starts_at
+from quadstep.identify.starts import logged as measured_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_proportion
 from quadstep.io.errors import UserError
 from quadstep.mission.vehicle_list import read_vehicle
@@ -381,7 +380,8 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
         truth, None, {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", "made")}, {"command.exponent": "the reason"}
     )
     run = Identification(vehicle, with_fitted(found), [], None, None, None)
-    report.write(tmp_path / "r.html", report.evidence(run, flights[:1], start(), "made"), run, flights[:1], start())
+    told = report.evidence(run, flights[:1], start(), "made")
+    pages.write_identification(tmp_path / "r.html", told, run, flights[:1], start())
     text = (tmp_path / "r.html").read_text()
     for words in (
         "rotor.rise_time",

@@ -13,7 +13,7 @@ import pytest
 
 from quadstep.commands import deliver
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging import junit, metrics, share
+from quadstep.metrics.judging import junit, metrics
 from quadstep.metrics.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.statistics import share as interval
 from tests.commands import LINE, quadstep
@@ -215,23 +215,23 @@ def test_a_junit_file_that_cannot_be_written_is_refused_before_the_flight(missio
 @pytest.mark.parametrize("text", ["nan", "1.5", "-1", "", "abc", "0", "1", "inf", "99.9%", "1e-400"])
 def test_a_share_that_is_none_is_refused(text):
     with pytest.raises(UserError, match="between 0 and 1"):
-        share.parsed(text)
+        metrics.parsed_share(text)
 
 
 def test_the_lower_end_of_the_exact_interval_decides():
     found = interval(998, 1000)
-    assert share.JudgedShare(found.low, found, 1000).met
-    missed = share.JudgedShare(math.nextafter(found.low, 1.0), found, 1000)
+    assert metrics.JudgedShare(found.low, found, 1000).met
+    missed = metrics.JudgedShare(math.nextafter(found.low, 1.0), found, 1000)
     assert not missed.met
     assert "success rate should be at least" in missed.case.failure
 
 
 @pytest.mark.parametrize("least", [0.5, 0.9, 0.999, 0.99999])
 def test_the_flights_that_a_share_needs_are_the_fewest(least):
-    needed = share.flights_needed(least)
+    needed = metrics.flights_needed(least)
     assert interval(needed, needed).low >= least
     assert interval(needed - 1, needed - 1).low < least
-    judged = share.JudgedShare(least, interval(needed - 1, needed - 1), needed - 1)
+    judged = metrics.JudgedShare(least, interval(needed - 1, needed - 1), needed - 1)
     assert f"{needed} could, if none fails" in judged.case.failure
 
 

@@ -11,7 +11,7 @@ from docs.site.notebooks import lessons, notebook
 from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.mission.fields import plain
-from quadstep.studies.lessons import Measured, Task, checked, differing, judged, tasks
+from quadstep.studies.lessons import LessonTask, MeasuredMission, checked, differing, judged, tasks
 from tests.commands import quadstep
 
 ROOT = Path(__file__).parent.parent
@@ -98,7 +98,7 @@ def test_a_student_who_changes_more_than_the_exercise_lets_them_solves_nothing(n
 
 def test_a_course_that_leaves_out_what_a_mission_needs_says_so(tmp_path):
     mission = read_mission(mission_of("4.4", tmp_path, {}))
-    task = Task(name="a", asks="Fly.", same={"path.type": "minimum-jerk"}, free=("path.duration",))
+    task = LessonTask(name="a", asks="Fly.", same={"path.type": "minimum-jerk"}, free=("path.duration",))
     (case,) = differing(task, mission, plain(mission.model_dump()))
     assert case.failure == "only path.type, path.duration may be given; with these alone: path.end: missing; it is needed"
 
@@ -179,9 +179,9 @@ def test_a_limit_may_be_of_a_gain_that_the_mission_leaves_out(tmp_path):
         '[path]\ntype = "step"\nstart = [0, 0, 5]\nend = [0, 0, 5]\ntime = 0.0\nduration = 0.1\n'
     )
     for most, solved in ((1000.0, True), (1e-3, False)):
-        task = Task(name="a", asks="Be gentle.", most={"controller.rate": most})
+        task = LessonTask(name="a", asks="Be gentle.", most={"controller.rate": most})
         mission = read_mission(file)
-        (_, limit) = judged(task, mission, plain(mission.model_dump()), Measured({}, None, None))
+        (_, limit) = judged(task, mission, plain(mission.model_dump()), MeasuredMission({}, None, None))
         assert (limit.failure is None) == solved, limit
 
 

@@ -9,7 +9,7 @@ from quadstep import Mission
 from quadstep.linear import quick
 from quadstep.linear.analysis import limits, studied
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, grade, graded
-from quadstep.linear.margins import Limits
+from quadstep.linear.margins import MarginLimits
 from quadstep.linear.quick import quick_grade
 from quadstep.linear.run import flown_from_rest, record
 from quadstep.linear.tables import sentences
@@ -35,7 +35,7 @@ def analysis():
 
 
 def test_the_limits_are_the_textbooks_and_twice_the_latency():
-    assert limits(hover()) == Limits(6.0, math.radians(30.0), 0.0)
+    assert limits(hover()) == MarginLimits(6.0, math.radians(30.0), 0.0)
     assert limits(hover(sensors={"latency": 0.02})).delay == pytest.approx(0.04)
     late = Mission(vehicle={"preset": "x500", "command": {"speed": 1000.0, "delay": 0.01}}, path=HOLD)
     assert limits(late).delay == pytest.approx(0.02)
@@ -56,11 +56,11 @@ def test_each_margin_is_held_against_its_limit(analysis):
     least = 20.0 * math.log10(min(min(one.gain_up, 1.0 / max(one.gain_down, 1e-9)) for one in analysis.margins))
     assert gain == pytest.approx(least)
     assert (phase, delay) == (min(one.phase for one in analysis.margins), min(one.delay for one in analysis.margins))
-    assert graded(analysis._replace(limits=Limits(gain, phase, delay))).word == SOUND
+    assert graded(analysis._replace(limits=MarginLimits(gain, phase, delay))).word == SOUND
     for limit, what in (
-        (Limits(1.001 * gain, phase, delay), "gain"),
-        (Limits(gain, 1.001 * phase, delay), "phase"),
-        (Limits(gain, phase, 1.001 * delay), "delay"),
+        (MarginLimits(1.001 * gain, phase, delay), "gain"),
+        (MarginLimits(gain, 1.001 * phase, delay), "phase"),
+        (MarginLimits(gain, phase, 1.001 * delay), "delay"),
     ):
         found = graded(analysis._replace(limits=limit))
         assert found.word == FRAGILE

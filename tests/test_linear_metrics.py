@@ -13,7 +13,7 @@ from quadstep.linear.quick import margin_metrics, of_analysis
 from quadstep.linear.worst import refused
 from quadstep.metrics.margins import MARGINS, is_margin
 from quadstep.mission.tune import Constraint, as_constraints
-from quadstep.studies.tuning.ground import Ground, read_request
+from quadstep.studies.tuning.ground import CandidateFlyer, read_request
 from tests.commands import quadstep
 
 MISSION = """
@@ -79,7 +79,7 @@ def test_candidates_are_given_their_own_margins(mission):
         "[tune]\nconstraints = { phase_margin_roll = 0.5 }\n[tune.gains]\ncontroller.position = { low = 0.1, high = 50.0 }\n"
     )
     mission.write_text(MISSION + tune)
-    ground = Ground(read_request(mission), 1)
+    ground = CandidateFlyer(read_request(mission), 1)
     (place,) = ground.asked.start
     values = ground.asked.numbers([place - 0.3])
     written = Mission.model_validate({**ground.asked.tuned(values), "tune": None})

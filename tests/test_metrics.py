@@ -9,10 +9,9 @@ import pytest
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.of_log import flight_metrics
 from quadstep.metrics.quantities import attitude_errors, position_errors
 from quadstep.metrics.reductions import rmse, settling_time
-from quadstep.metrics.registry import REPORTED, SCORED, score_names_of
+from quadstep.metrics.registry import REPORTED, SCORED, flight_metrics, score_names_of
 from quadstep.numbers import Vector
 from quadstep.vehicle.plants.in_space import COLUMNS
 

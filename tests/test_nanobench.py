@@ -5,9 +5,9 @@ import math
 import pytest
 
 from quadstep.identify.closed_loop import fly_again
-from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import identify
 from quadstep.identify.logs.read import read_log
+from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.table import compare
 from quadstep.identify.vehicle_file import identified_vehicle
 from tests.made_flights import start

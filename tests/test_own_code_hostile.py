@@ -12,7 +12,7 @@ from quadstep.control.opaque import opaque_law
 from quadstep.io import doors
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import installed
-from quadstep.io.user_code.blame import NAMED, blamed, said_of
+from quadstep.io.user_code.loading import NAMED, blamed, said_of
 from quadstep.io.user_code.places import place
 from quadstep.studies.campaign.schema import digests
 from quadstep.studies.tuning.ground import read_request

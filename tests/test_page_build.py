@@ -21,10 +21,9 @@ from quadstep.page.missions import fly_missions, identity, missions_page
 from quadstep.page.model import ClaimView, json_number
 from quadstep.page.scenes import PANELS, panels, scene
 from quadstep.page.story import OWN
-from quadstep.studies.paper.cases import NEURONS, case_1
+from quadstep.studies.paper.cases import NEURONS, case_1, fly_study, plan_study
 from quadstep.studies.paper.claims import answer, check_claims
 from quadstep.studies.paper.page import TURN_NEURONS, paper_page
-from quadstep.studies.paper.study import fly_study, plan_study
 from quadstep.vehicle.paper import rotor_map
 from tests.missions import EXAMPLES, MISSIONS, RECORDED
 from tests.pages import FLIGHTS, STAND_IN, data_of, flown, fly_page, needs_node

@@ -9,9 +9,10 @@ import pytest
 
 from quadstep.io.errors import InterruptedRun
 from quadstep.numbers.noise import probability
+from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.rare import run
-from quadstep.studies.rare.flights import Flights, values
+from quadstep.studies.rare.flights import PointFlyer, values
 from quadstep.studies.rare.mixture import FIRST, Points
 from tests.campaigns import NOISY, of, refused
 from tests.commands import quadstep
@@ -120,7 +121,7 @@ def heeded():
 
 def test_an_interrupted_run_goes_on_to_the_same_result(tmp_path, monkeypatch, heeded):
     path = written(tmp_path)
-    whole = run.estimate(path, tmp_path / "whole")
+    whole = run.estimate(CampaignRequest(path, tmp_path / "whole"))
     fly = run.fly_piece
 
     def pressed(flights, piece, told):
@@ -130,11 +131,11 @@ def test_an_interrupted_run_goes_on_to_the_same_result(tmp_path, monkeypatch, he
 
     monkeypatch.setattr(run, "fly_piece", pressed)
     with pytest.raises(InterruptedRun, match=r"2 of 6 replicates are kept in .*; continue with --resume"):
-        run.estimate(path, tmp_path / "part")
+        run.estimate(CampaignRequest(path, tmp_path / "part"))
     assert len(kept(tmp_path / "part")["pieces"]) == 2
     assert not kept(tmp_path / "part")["complete"]
     monkeypatch.setattr(run, "fly_piece", fly)
-    assert run.estimate(path, tmp_path / "part", resume=True).summary == whole.summary
+    assert run.estimate(CampaignRequest(path, tmp_path / "part", resume=True)).summary == whole.summary
 
 
 def test_what_has_changed_cannot_be_resumed(tmp_path):
@@ -203,7 +204,7 @@ def test_normal_numbers_become_the_campaigns_own_values():
 
 def test_a_flight_keeps_or_changes_its_noise_by_its_number(tmp_path):
     rest = '[vary]\nvehicle.mass = { type = "normal", mean = 2.6, deviation = 0.1 }\n[failure]\nlargest_error = 0.2\n'
-    flights = Flights(read_campaign(written(tmp_path, rest, NOISY)))
+    flights = PointFlyer(read_campaign(written(tmp_path, rest, NOISY)))
     assert flights.noisy
     assert [event.failure.value for event in flights.events()] == ["completed, above a limit", "ended early"]
     table = flights.fly(Points(np.zeros((3, 1)), np.array([FIRST, FIRST + 1, FIRST])))

@@ -8,10 +8,9 @@ import pytest
 from quadstep.numbers.noise import probability
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.cross_entropy import LEAST, beyond, cross_entropy
-from quadstep.studies.rare.kept import Done
 from quadstep.studies.rare.mixture import FIRST, Points, Random
-from quadstep.studies.rare.pieces import Kind
-from quadstep.studies.rare.subset import subset_simulation
+from quadstep.studies.rare.pieces import PieceKind, subset_simulation
+from quadstep.studies.rare.record import FinishedPiece
 from quadstep.studies.rare.summary import Crude, Estimate, interval, sentences, summarise
 
 METHODS = (subset_simulation, cross_entropy)
@@ -173,18 +172,20 @@ def test_intervals_of_replicates_hold_a_known_probability():
     assert held >= 17
 
 
-def piece(probability, kind=Kind.REPLICATE, crude_failures=0, again=None):
+def piece(probability, kind=PieceKind.REPLICATE, crude_failures=0, again=None):
     """A finished piece of 10,000 flights, 1000 of them crude."""
     event = {"failure": "any", "score": ["s"], "crude": 1000, "crude_failures": crude_failures, "failures": 0, "levels": []}
     events = [{**event, "probability": probability}]
-    return Done(kind=kind.value, method=Method.SUBSET, probability=probability, flights=10_000, events=events, again=again)
+    return FinishedPiece(
+        kind=kind.value, method=Method.SUBSET, probability=probability, flights=10_000, events=events, again=again
+    )
 
 
 REPLICATES = [piece(p) for p in (0.9e-5, 1.0e-5, 1.1e-5, 0.8e-5, 1.2e-5)]
 
 
 def test_nothing_is_said_against_replicates_that_agree():
-    found = summarise([*REPLICATES, piece(3e-5, Kind.METHOD)])
+    found = summarise([*REPLICATES, piece(3e-5, PieceKind.METHOD)])
     assert found.warnings == ()
     assert found.probability.value == pytest.approx(1e-5)
     assert found.flights == 60_000
@@ -199,7 +200,7 @@ def test_nothing_is_said_against_replicates_that_agree():
         ([*REPLICATES, piece(1e-4)], "the largest is 12.5 times the smallest"),
         ([piece(p, crude_failures=3) for p in (1e-5, 1.1e-5, 0.9e-5)], "Plain Monte Carlo flights disagree: 9 of 3,000"),
         ([piece(p) for p in (0.1, 0.11, 0.12)], "Plain Monte Carlo flights disagree: 0 of 3,000"),
-        ([*REPLICATES, piece(6e-5, Kind.SCORE)], "A second opinion finds more failures: 6e-05 (subset simulation, by s)"),
+        ([*REPLICATES, piece(6e-5, PieceKind.SCORE)], "A second opinion finds more failures: 6e-05 (subset simulation, by s)"),
         ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "only 4 % of the failures fail again"),
     ],
 )

@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 
 from quadstep.numbers.noise import probability
-from quadstep.studies.rare.cross_entropy import DEFENSIVE, LAST, LEAST, SLOW, Drawing, Sample, cross_entropy, highest, steered
+from quadstep.studies.rare.cross_entropy import (
+    DEFENSIVE,
+    LAST,
+    LEAST,
+    SLOW,
+    Drawing,
+    SampledFlights,
+    cross_entropy,
+    highest,
+    steered,
+)
 from quadstep.studies.rare.mixture import Mixture, Random, effective, fitted, fitted_with, log_standard, standard, together
 
 LEANING = Mixture(
@@ -126,7 +136,7 @@ def test_the_parts_of_a_fit_are_drawn_by_their_shares():
 
 def test_all_flights_of_a_replicate_are_one_weighted_sample():
     """Drawn from three distributions in turn, their weights add to 1, and over an event to its probability."""
-    sample = Sample(beyond(1.0), Random(2, 0, 2), 4000)
+    sample = SampledFlights(beyond(1.0), Random(2, 0, 2), 4000)
     for mean in (1.5, -1.0):
         sample.add(Drawing(Mixture(np.ones(1), np.array([[mean, 0.5]]), 0.8 * np.eye(2)[None])))
     assert len(sample.weights) == 16_000  # with the wide ones
@@ -169,7 +179,7 @@ def test_a_failure_that_the_last_fit_misses_does_not_outweigh_all_others(monkeyp
 
 def test_steering_ends_where_the_score_does_not_lead():
     """The score is noise of each flight's own."""
-    sample = Sample(lambda points: (points.noise * 0.6180339887 % 1.0)[None], Random(1, 0, 2), 500)
+    sample = SampledFlights(lambda points: (points.noise * 0.6180339887 % 1.0)[None], Random(1, 0, 2), 500)
     _, levels = steered(sample, 0, LEAST)
     assert len(levels) == SLOW + 1
     assert sample.scores.shape == (1, (SLOW + 2) * 500)  # one of them wide
@@ -199,7 +209,7 @@ def test_frequent_failures_need_no_steering():
 
 def test_steering_does_not_end_where_the_levels_are_close_but_lead_on(monkeypatch):
     monkeypatch.setattr("quadstep.studies.rare.cross_entropy.SHARE", 0.5)
-    _, levels = steered(Sample(beyond(3.719), Random(1, 0, 2), 500), 0, LEAST)
+    _, levels = steered(SampledFlights(beyond(3.719), Random(1, 0, 2), 500), 0, LEAST)
     assert max(b.probability / a.probability for a, b in pairwise(levels[:-1])) > 0.26
     assert [level.threshold for level in levels[-2:]] == [None, None]
     assert levels[-1].probability == pytest.approx(1e-4, rel=0.15)

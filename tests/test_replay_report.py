@@ -9,10 +9,9 @@ from html import unescape
 import numpy as np
 import pytest
 
-from quadstep.identify import beside_page
 from quadstep.identify.averages import matrices
 from quadstep.identify.closed_loop import Beside, Tracking
-from quadstep.identify.replay_report import share
+from quadstep.identify.replay_report import likeness, share
 from quadstep.metrics.statistics import Estimate
 from tests.commands import files, quadstep
 from tests.made_flights import MAPPING, logged, table, write
@@ -59,12 +58,12 @@ def test_flights_of_equal_errors_on_opposite_sides_are_not_called_alike():
     side, follows = still + np.eye(3)[0] * 0.2, Tracking(0.2, 0.1, 0.1, 0.1)
     opposite = Beside("a", follows, follows, time, still, side, -side, "")
     said = "The simulated RMSE is within a factor of two of the real one in {}, and the simulated position is {} from the real"
-    assert beside_page.answer([opposite]).startswith(said.format("1 of 1 flight", "400\N{NO-BREAK SPACE}mm"))
+    assert likeness([opposite]).startswith(said.format("1 of 1 flight", "400\N{NO-BREAK SPACE}mm"))
     same = opposite._replace(flown_position=side)
-    assert "0\N{NO-BREAK SPACE}m to 400\N{NO-BREAK SPACE}mm from the real one (RMS)." in beside_page.answer([opposite, same])
+    assert "0\N{NO-BREAK SPACE}m to 400\N{NO-BREAK SPACE}mm from the real one (RMS)." in likeness([opposite, same])
     lost = opposite._replace(lost="diverged after 1 s")
-    assert beside_page.answer([same, lost]).endswith("(RMS); 1 were lost.")
-    assert beside_page.answer([lost]).endswith("in 0 of 1 flight: all simulated flights were lost.")
+    assert likeness([same, lost]).endswith("(RMS); 1 were lost.")
+    assert likeness([lost]).endswith("in 0 of 1 flight: all simulated flights were lost.")
 
 
 def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):

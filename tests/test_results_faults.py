@@ -19,11 +19,11 @@ from quadstep.io.errors import UserError
 from quadstep.io.results import folder as folder_module
 from quadstep.io.results.parts import parts_in
 from quadstep.report.publish import publishing
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.store import opened as open_campaign
-from quadstep.studies.comparison.training import Journal, Place, read_lines
-from quadstep.studies.rare.kept import Done
-from quadstep.studies.rare.kept import opened as open_estimate
+from quadstep.studies.comparison.training import Journal, JournalPlace, read_lines
+from quadstep.studies.rare.record import FinishedPiece
+from quadstep.studies.rare.record import opened as open_estimate
 from quadstep.studies.tuning.judge import Judged
 from quadstep.studies.tuning.trial import Tried
 from tests.campaigns import MASS
@@ -148,7 +148,7 @@ def estimate(out):
     }
     with open_estimate(out, flown()[0], (out / "rare.json").exists(), False) as kept:
         for number in range(len(kept.pieces), 2):
-            kept.add(Done(kind=f"{number}", method="subset", probability=0.1, flights=9, events=[event]))
+            kept.add(FinishedPiece(kind=f"{number}", method="subset", probability=0.1, flights=9, events=[event]))
         kept.report(report)
         kept.save(complete=True)
 
@@ -163,7 +163,7 @@ def comparison(out):
     """A run that keeps parts, and publishes them."""
     with parts_in(out) as parts, publishing(out, "new", overwrite=True) as draft:
         if parts.read("gains", "a") is None:
-            journal = Journal(Place(out, ".writing-kept/journals/a.jsonl"))
+            journal = Journal(JournalPlace(out, ".writing-kept/journals/a.jsonl"))
             for number in range(2):
                 if journal.taken([{"k": number}]) is None:
                     journal.add(number, [{"k": number}], [Tried(Judged(1.0, {"x": 2.0}, 0, 0.0, 1.0))])
@@ -205,7 +205,7 @@ def test_whatever_goes_wrong_when_the_next_run_ends_as_if_nothing_had(tmp_path, 
         shutil.rmtree(out)
     assert place > 20
     assert files(tmp_path / f"out{place}") == wanted
-    assert read_lines(Place(tmp_path / "straight", ".writing-kept/journals/a.jsonl")) == []
+    assert read_lines(JournalPlace(tmp_path / "straight", ".writing-kept/journals/a.jsonl")) == []
 
 
 def test_a_campaign_whose_judging_was_cut_short_is_judged_as_whoever_resumes_it_says(tmp_path):

@@ -168,14 +168,14 @@ def test_a_changed_line_of_any_law_or_plant_changes_the_digest_and_a_comment_or_
 def test_all_that_flies_counts_and_what_only_shows_does_not():
     files = {
         "control/law.py": b"x = 1", "control/weights.toml": b"w = 1",
-        "studies/campaign/flown.py": b"from quadstep.other import thing",
+        "studies/campaign/flyer.py": b"from quadstep.other import thing",
         "other/thing.py": b"y = 2", "other/__init__.py": b"", "studies/campaign/report.py": b"z = 3",
         "report/page.py": b"p = 4",
         "other/alone.py": b"q = 5",
     }  # fmt: skip
     whole = code.digest(files)
     assert {name: code.digest({**files, name: content + b"5"}) != whole for name, content in files.items() if content} == {
-        "control/law.py": True, "control/weights.toml": True, "studies/campaign/flown.py": True, "other/thing.py": True,
+        "control/law.py": True, "control/weights.toml": True, "studies/campaign/flyer.py": True, "other/thing.py": True,
         "studies/campaign/report.py": False, "report/page.py": False, "other/alone.py": False,
     }  # fmt: skip
 

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from quadstep.studies.paper.claims import Verdict, check_claims
+from quadstep.studies.paper.claims import ClaimVerdict, check_claims
 from tests import golden
 
 
@@ -64,38 +64,38 @@ def test_every_claim_that_the_issue_lists_is_judged(doctored):
 def test_tracking_fails_from_a_millimetre_on(doctored, axis):
     errors = doctored.study.cases["case1"]["position"][axis]
     errors["largest[m]"] = 0.99e-3
-    assert doctored.verdict("near-perfect tracking") is Verdict.HOLDS
+    assert doctored.verdict("near-perfect tracking") is ClaimVerdict.HOLDS
     errors["largest[m]"] = 1.01e-3
-    assert doctored.verdict("near-perfect tracking") is Verdict.FAILS
+    assert doctored.verdict("near-perfect tracking") is ClaimVerdict.FAILS
 
 
 @pytest.mark.parametrize("angle", ["psi", "theta", "phi"])
 def test_angles_fail_from_5_mrad_on(doctored, angle):
     errors = doctored.study.cases["case1"]["attitude"][angle]
     errors["largest[rad]"] = 4.9e-3
-    assert doctored.verdict("angles match their commands") is Verdict.HOLDS
+    assert doctored.verdict("angles match their commands") is ClaimVerdict.HOLDS
     errors["largest[rad]"] = 5.1e-3
-    assert doctored.verdict("angles match their commands") is Verdict.FAILS
+    assert doctored.verdict("angles match their commands") is ClaimVerdict.FAILS
 
 
 def test_inputs_are_not_realisable_with_a_rotor_that_pulls_or_twice_the_weight(doctored):
     metrics = doctored.study.cases["case1"]
-    assert doctored.verdict("inputs realisable") is Verdict.HOLDS
+    assert doctored.verdict("inputs realisable") is ClaimVerdict.HOLDS
     metrics["u"]["largest[N]"] = 20.0
-    assert doctored.verdict("inputs realisable") is Verdict.FAILS
+    assert doctored.verdict("inputs realisable") is ClaimVerdict.FAILS
     metrics["u"]["largest[N]"] = 10.0
     metrics["rotors"]["least[N]"] = -0.1
     claim = doctored.claim("inputs realisable")
-    assert claim.verdict is Verdict.FAILS
+    assert claim.verdict is ClaimVerdict.FAILS
     assert "never negative" not in claim.measured
 
 
 def test_yaw_torque_fails_from_one_percent_of_the_pitch_torque_on(doctored):
     metrics = doctored.study.cases["case1"]
     metrics["tau_theta"]["largest[N m]"], metrics["tau_psi"]["largest[N m]"] = 1.0, 0.009
-    assert doctored.verdict("tau_psi = 0") is Verdict.HOLDS
+    assert doctored.verdict("tau_psi = 0") is ClaimVerdict.HOLDS
     metrics["tau_psi"]["largest[N m]"] = 0.011
-    assert doctored.verdict("tau_psi = 0") is Verdict.FAILS
+    assert doctored.verdict("tau_psi = 0") is ClaimVerdict.FAILS
 
 
 SILENT = [
@@ -112,13 +112,13 @@ SILENT = [
 
 @pytest.mark.parametrize(("name", "case", "way"), SILENT)
 def test_decoupling_fails_when_a_silent_channel_moves(doctored, name, case, way):
-    assert doctored.verdict(name) is Verdict.HOLDS
+    assert doctored.verdict(name) is ClaimVerdict.HOLDS
     *inner, last = way
     place = doctored.study.cases[case]
     for key in inner:
         place = place[key]
     place[last] = 1e-4
-    assert doctored.verdict(name) is Verdict.FAILS
+    assert doctored.verdict(name) is ClaimVerdict.FAILS
 
 
 def every_start(study, value, ours):
@@ -170,13 +170,13 @@ def test_a_comparison_holds_fails_or_stays_open_with_what_all_starts_say(doctore
     study = doctored.study
     every_start(study, measure(2.0), ours=False)
     every_start(study, measure(1.0), ours=True)
-    assert doctored.verdict(name) is Verdict.HOLDS
+    assert doctored.verdict(name) is ClaimVerdict.HOLDS
     every_start(study, measure(3.0), ours=True)
-    assert doctored.verdict(name) is Verdict.FAILS
+    assert doctored.verdict(name) is ClaimVerdict.FAILS
     measure(1.0)(next(metrics for (_, controller), metrics in study.starts.items() if controller == "adaptive"))
-    assert doctored.verdict(name) is Verdict.UNDECIDED
+    assert doctored.verdict(name) is ClaimVerdict.UNDECIDED
     every_start(study, measure(2.0), ours=True)
-    assert doctored.verdict(name) is Verdict.UNDECIDED
+    assert doctored.verdict(name) is ClaimVerdict.UNDECIDED
 
 
 def test_a_comparison_leaves_out_flights_that_diverge_and_counts_them(doctored):
@@ -187,14 +187,14 @@ def test_a_comparison_leaves_out_flights_that_diverge_and_counts_them(doctored):
     z_error(9.0)(lost)
     lost["outcome"], lost["ended[s]"] = "off_path", 1.0
     claim = doctored.claim("better z tracking than [11]")
-    assert claim.verdict is Verdict.HOLDS
+    assert claim.verdict is ClaimVerdict.HOLDS
     assert "a controller lost in 2" in claim.measured
 
 
 def test_an_attitude_that_never_settles_loses_to_one_that_does(doctored):
     every_start(doctored.study, settling(None), ours=True)
     every_start(doctored.study, settling(9.0), ours=False)
-    assert doctored.verdict("faster attitude settling than [11]") is Verdict.FAILS
+    assert doctored.verdict("faster attitude settling than [11]") is ClaimVerdict.FAILS
 
 
 def peaks(tilt, torque):
@@ -210,40 +210,40 @@ def test_transients_must_be_larger_and_gone_within_ten_seconds(doctored):
     every_start(doctored.study, peaks(0.2, 2.0), ours=True)
     every_start(doctored.study, peaks(0.1, 1.0), ours=False)
     settling(2.0)(doctored.study.cases["case3_adaptive"])
-    assert doctored.verdict(name) is Verdict.HOLDS
+    assert doctored.verdict(name) is ClaimVerdict.HOLDS
     settling(11.0)(doctored.study.cases["case3_adaptive"])
-    assert doctored.verdict(name) is Verdict.FAILS
+    assert doctored.verdict(name) is ClaimVerdict.FAILS
     settling(2.0)(doctored.study.cases["case3_adaptive"])
     every_start(doctored.study, peaks(0.0, 0.0), ours=True)
-    assert doctored.verdict(name) is Verdict.FAILS
+    assert doctored.verdict(name) is ClaimVerdict.FAILS
 
 
 def test_a_larger_tilt_with_a_smaller_torque_is_not_a_larger_transient_in_both(doctored):
     every_start(doctored.study, peaks(0.9, 0.0), ours=True)
     every_start(doctored.study, peaks(0.1, 9.0), ours=False)
-    assert doctored.verdict("larger early transients") is not Verdict.HOLDS
+    assert doctored.verdict("larger early transients") is not ClaimVerdict.HOLDS
 
 
 def test_the_nets_cause_the_transients_only_if_these_are_gone_without_them(doctored):
     name = "transients caused by the nets"
-    assert doctored.verdict(name) is Verdict.FAILS
+    assert doctored.verdict(name) is ClaimVerdict.FAILS
     without = doctored.study.further["case3 without nets"]
     without["largest_tilt[rad]"] = 0.01
     without["tau_theta"]["largest[N m]"] = without["tau_phi"]["largest[N m]"] = 1.0
-    assert doctored.verdict(name) is Verdict.HOLDS
+    assert doctored.verdict(name) is ClaimVerdict.HOLDS
 
 
 def test_a_wide_range_holds_if_no_flight_with_nets_diverges(doctored):
     name = "a wide range of nonlinearities"
-    assert doctored.verdict(name) is Verdict.FAILS
+    assert doctored.verdict(name) is ClaimVerdict.FAILS
     for metrics in doctored.study.stress.values():
         metrics["outcome"] = "completed"
-    assert doctored.verdict(name) is Verdict.HOLDS
+    assert doctored.verdict(name) is ClaimVerdict.HOLDS
     doctored.study.stress[10.0, 1.0, False]["outcome"] = "spinning"
-    assert doctored.verdict(name) is Verdict.HOLDS
+    assert doctored.verdict(name) is ClaimVerdict.HOLDS
     doctored.study.stress[10.0, 1.0, True]["outcome"] = "spinning"
     claim = doctored.claim(name)
-    assert claim.verdict is Verdict.FAILS
+    assert claim.verdict is ClaimVerdict.FAILS
     assert "1 of 6 diverge at scale 1" in claim.measured
 
 
@@ -255,19 +255,19 @@ def by_neurons(study, errors):
 def test_neurons_are_judged_by_their_errors(doctored):
     eight, twelve = "8 neurons are worse than 10", "12 neurons are no better than 10"
     by_neurons(doctored.study, {8: 2.0, 10: 1.0, 12: 1.0})
-    assert (doctored.verdict(eight), doctored.verdict(twelve)) == (Verdict.HOLDS, Verdict.HOLDS)
+    assert (doctored.verdict(eight), doctored.verdict(twelve)) == (ClaimVerdict.HOLDS, ClaimVerdict.HOLDS)
     by_neurons(doctored.study, {8: 1.0, 10: 1.0, 12: 0.5})
-    assert (doctored.verdict(eight), doctored.verdict(twelve)) == (Verdict.FAILS, Verdict.FAILS)
+    assert (doctored.verdict(eight), doctored.verdict(twelve)) == (ClaimVerdict.FAILS, ClaimVerdict.FAILS)
 
 
 def test_the_nets_cannot_be_judged_by_a_case_that_hardly_disturbs(doctored):
     claim = doctored.claim("nonlinearities compensated by the nets")
-    assert claim.verdict is Verdict.UNDECIDED
+    assert claim.verdict is ClaimVerdict.UNDECIDED
     assert claim.values["largest_disturbance[N]"] == pytest.approx(2.3e-4, rel=0.1)  # reading.md
     assert min(claim.values["rmse_ratio_off_to_on"].values()) > 1.0
 
 
 def test_the_reference_rests_at_the_end_point(doctored):
     claim = doctored.claim("rest at the end point")
-    assert claim.verdict is Verdict.HOLDS
+    assert claim.verdict is ClaimVerdict.HOLDS
     assert max(claim.values.values()) < 1e-12

@@ -9,7 +9,7 @@ from quadstep import read_mission
 from quadstep.engines.fly import fingerprint
 from quadstep.mission.read import plan_mission
 from quadstep.studies.tuning import run
-from quadstep.studies.tuning.ground import UNSEEN, Ground
+from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer
 from quadstep.studies.tuning.report import caution
 from tests.commands import metrics, quadstep
 from tests.missions import EXAMPLES
@@ -93,7 +93,7 @@ def test_the_table_changes_no_flight(tmp_path):
 
 
 def test_gains_that_are_no_better_are_called_so(tmp_path, monkeypatch):
-    original = Ground.fly
+    original = CandidateFlyer.fly
 
     def unlucky(self, candidates, first, count, progress=None):
         flown = original(self, candidates, first, count, progress)
@@ -101,7 +101,7 @@ def test_gains_that_are_no_better_are_called_so(tmp_path, monkeypatch):
             flown[1].metrics[:] *= 50.0
         return flown
 
-    monkeypatch.setattr(Ground, "fly", unlucky)
+    monkeypatch.setattr(CandidateFlyer, "fly", unlucky)
     done = tune(written(tmp_path, WINDY + SOFT), tmp_path / "out", 200)
     assert done.code == 0
     assert "WORSE on flights they were not tuned on: do not use them" in done.out
@@ -156,7 +156,7 @@ def test_numbers_of_one_gain_keep_their_proportion(tmp_path):
 
 @pytest.mark.parametrize("where", ["search", "comparison", "picture"])
 def test_an_interrupt_leaves_nothing(tmp_path, monkeypatch, where):
-    original = Ground.fly
+    original = CandidateFlyer.fly
     calls = []
 
     def interrupted(self, candidates, first, count, progress=None):
@@ -168,7 +168,7 @@ def test_an_interrupt_leaves_nothing(tmp_path, monkeypatch, where):
     def draw(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Ground, "fly", interrupted)
+    monkeypatch.setattr(CandidateFlyer, "fly", interrupted)
     if where == "picture":
         monkeypatch.setattr(run, "draw_search", draw)
     done = tune(written(tmp_path, QUICK), tmp_path / "deep" / "out", 100)

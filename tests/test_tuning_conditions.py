@@ -9,7 +9,7 @@ from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.report.terminal.progress import SILENT
 from quadstep.studies.tuning import run
-from quadstep.studies.tuning.ground import Ground, read_request
+from quadstep.studies.tuning.ground import CandidateFlyer, read_request
 from quadstep.studies.tuning.search import Search
 from tests.tuning import PAPER, ground, history, tuned, written
 
@@ -51,13 +51,13 @@ def test_the_result_keeps_them_where_the_best_gains_would_not(tmp_path):
 
 def test_nothing_that_breaks_them_is_flown(tmp_path, monkeypatch):
     flown = []
-    original = Ground.fly
+    original = CandidateFlyer.fly
 
     def noted(self, candidates, *more, **named):
         flown.extend(candidates)
         return original(self, candidates, *more, **named)
 
-    monkeypatch.setattr(Ground, "fly", noted)
+    monkeypatch.setattr(CandidateFlyer, "fly", noted)
     Search([ground(tmp_path, mission())], 150, 1, SILENT).run()
     assert len(flown) > 100
     assert all(gain > slope for slope, gain in map(slopes, flown))

@@ -7,7 +7,7 @@ import pytest
 
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
-from quadstep.studies.tuning.ground import Ground, asked_of
+from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
 
 MISSION = {
     "vehicle": {"preset": "research-2.6kg"},
@@ -23,7 +23,7 @@ NONE = {"controller.corner": 10.0, "controller.pace": 0.014}  # the weights diff
 
 @pytest.fixture(scope="module")
 def ground():
-    return Ground(asked_of(Path("m.toml"), "", MISSION, Path()), 1)
+    return CandidateFlyer(asked_of(Path("m.toml"), "", MISSION, Path()), 1)
 
 
 def test_gains_without_a_law_are_one_line_of_a_mission():

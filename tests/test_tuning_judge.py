@@ -7,7 +7,7 @@ from quadstep.engines.scored import bare
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
-from quadstep.studies.tuning.judge import Flown, Judge
+from quadstep.studies.tuning.judge import CandidateFlights, Judge
 from quadstep.studies.tuning.report import answer
 from quadstep.studies.tuning.unseen import compare
 from tests.flights import METRICS
@@ -27,7 +27,7 @@ def flown(rmse, largest=None, ended=None):
     metrics[:, METRICS.index("variation_thrust[N]")] = np.arange(count)
     ended = np.full(count, 10.0) if ended is None else np.array(ended, dtype=float)
     outcome = np.where(ended < 10.0, Outcome.OFF_PATH, Outcome.COMPLETED).astype(np.int8)
-    return Flown(outcome, ended, metrics, bare(METRICS))
+    return CandidateFlights(outcome, ended, metrics, bare(METRICS))
 
 
 @pytest.mark.parametrize(("aggregate", "wanted"), [("mean", 2.5), ("p95", 3.85), ("worst", 4.0)])

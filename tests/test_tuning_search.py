@@ -10,10 +10,10 @@ from quadstep.linear.quick import margin_metrics
 from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
 from quadstep.report.terminal.progress import SILENT
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
-from quadstep.studies.tuning.ground import UNSEEN, Ground, read_request
+from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, read_request
 from quadstep.studies.tuning.judge import Judge
 from quadstep.studies.tuning.search import Search, population
 from tests.commands import Listener, metrics
@@ -90,13 +90,13 @@ def test_restarts_double_the_population_while_ten_generations_fit(tmp_path):
 @pytest.mark.parametrize("budget", [18, 33, 34, 64, 200])
 def test_the_budget_is_never_exceeded_and_no_generation_is_left(tmp_path, monkeypatch, budget):
     flown = []
-    original = Ground.fly
+    original = CandidateFlyer.fly
 
     def counted(self, candidates, first, count, progress=None):
         flown.append(len(candidates) * count)
         return original(self, candidates, first, count, progress)
 
-    monkeypatch.setattr(Ground, "fly", counted)
+    monkeypatch.setattr(CandidateFlyer, "fly", counted)
     path = written(tmp_path, PAPER + TWO)
     least = 19
     if budget < least:
@@ -159,13 +159,13 @@ def test_what_the_search_says_of_the_tuned_gains_is_what_their_mission_flies(tmp
 
 def test_no_flight_of_the_comparison_was_tuned_on(tmp_path, monkeypatch):
     spans = []
-    original = Ground.fly
+    original = CandidateFlyer.fly
 
     def noted(self, candidates, first, count, progress=None):
         spans.append((first, first + count, len(candidates)))
         return original(self, candidates, first, count, progress)
 
-    monkeypatch.setattr(Ground, "fly", noted)
+    monkeypatch.setattr(CandidateFlyer, "fly", noted)
     run.tune(written(tmp_path, WINDY + SOFT), 200, tmp_path / "out")
     assert spans[-1] == (UNSEEN, UNSEEN + 32, 2)
     assert {span[:2] for span in spans[:-1]} == {(0, 4), (4, 8)}

@@ -8,7 +8,7 @@ import pytest
 from quadstep.io.errors import UserError
 from quadstep.mission.tune import Constraint
 from quadstep.studies.tuning.judge import Judged, squashed
-from quadstep.studies.tuning.trial import Flights, Guess, Stability, Tried, few, flights_of, looked_at
+from quadstep.studies.tuning.trial import MarginGuess, Stability, TrialFlights, Tried, few, flights_of, looked_at
 
 LIMITS = {"phase_margin": Constraint(least=0.5)}
 
@@ -38,9 +38,9 @@ class Loops:
 
 def test_most_candidates_fly_a_quarter_of_the_flights_and_at_least_four():
     assert [few(seeds) for seeds in (1, 3, 4, 8, 16, 64)] == [1, 3, 4, 4, 4, 16]
-    assert flights_of([16, 16, 1]) == Flights(9, 33)
-    assert Flights(8, 32).most(10) == 10 * 8 + 3 * 24
-    assert Flights(1, 1).most(10) == 10
+    assert flights_of([16, 16, 1]) == TrialFlights(9, 33)
+    assert TrialFlights(8, 32).most(10) == 10 * 8 + 3 * 24
+    assert TrialFlights(1, 1).most(10) == 10
 
 
 @pytest.mark.parametrize("margins", [{0.1: 0.25, 0.2: 0.5, 0.3: 0.9}, {0.1: None, 0.2: 0.5, 0.3: 0.9}])
@@ -72,7 +72,7 @@ def test_margins_are_guessed_from_those_looked_at():
     def looked(point):
         return Tried(judged(0.1), judged(0.1)._replace(parts={"phase_margin": margin(point)}))
 
-    guess, random = Guess(LIMITS), np.random.default_rng(1)
+    guess, random = MarginGuess(LIMITS), np.random.default_rng(1)
     assert guess.missed([[0.5, 0.5]], [0.5, 0.5]) == [0.0]
     for point in random.uniform(0.0, 0.4, (12, 2)).tolist():
         guess.learn(point, looked(point))

@@ -8,7 +8,7 @@ import warnings
 import pytest
 
 from quadstep.io.errors import UserError
-from quadstep.io.user_code import blame, loading
+from quadstep.io.user_code import loading
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import Place, digest, place
 from tests.commands import quadstep, quadstep_process
@@ -159,7 +159,7 @@ def test_a_function_is_a_controller(folder):
 @pytest.mark.parametrize(("asked", "shown"), [([], ["law.py"]), (["default"], ["law.py", "numpy.py"])])
 def test_a_command_shows_warnings_of_libraries_to_who_asks(asked, shown, monkeypatch):
     monkeypatch.setattr(sys, "warnoptions", asked)
-    monkeypatch.setattr(blame, "FILES", {"law.py"})
+    monkeypatch.setattr(loading, "FILES", {"law.py"})
     seen = []
     monkeypatch.setattr(warnings, "showwarning", lambda message, kind, file, *_: seen.append(file))
     quadstep("--version")

@@ -25,7 +25,7 @@ from quadstep.proofs.verify.registry import (
     verify,
     write_document,
 )
-from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, judge
+from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, judge
 
 PAGE = Path(__file__).parents[1] / "docs" / "errata.md"
 
@@ -219,7 +219,7 @@ def failing_row(gather):
 
 
 def test_a_failing_row_is_marked_and_the_exit_code_is_1(monkeypatch, capsys):
-    row = failing_row(lambda: Evidence([Check("sum of thrusts", "4", "5", False)]))
+    row = failing_row(lambda: Checks([Check("sum of thrusts", "4", "5", False)]))
     monkeypatch.setattr("quadstep.proofs.verify.registry.chosen", lambda only: [row])
     assert run(monkeypatch, "verify") == 1
     shown = capsys.readouterr().out
@@ -233,4 +233,4 @@ def test_evidence_that_breaks_or_is_empty_fails():
         raise ValueError("no such thing")
 
     assert judge(failing_row(broken)).failure == "evidence: expected no error, found ValueError: no such thing"
-    assert not judge(failing_row(lambda: Evidence([]))).passed
+    assert not judge(failing_row(lambda: Checks([]))).passed

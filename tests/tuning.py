@@ -3,7 +3,7 @@
 import csv
 import tomllib
 
-from quadstep.studies.tuning.ground import Ground, read_request
+from quadstep.studies.tuning.ground import CandidateFlyer, read_request
 
 PAPER = """# A note that must stay.
 [path]
@@ -68,7 +68,7 @@ def written(folder, text, name="mission.toml"):
 
 def ground(folder, text, seed=1):
     """The proving ground of a mission."""
-    return Ground(read_request(written(folder, text)), seed)
+    return CandidateFlyer(read_request(written(folder, text)), seed)
 
 
 def history(folder):

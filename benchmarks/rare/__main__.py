@@ -17,9 +17,9 @@ import numpy as np
 from benchmarks.rare.starts import Starts
 from quadstep.io.atomic import write_beside
 from quadstep.metrics.statistics import Estimate, share
-from quadstep.studies.campaign.flown import SUCCESS, Flyer
+from quadstep.studies.campaign.flyer import SUCCESS, Flyer
 from quadstep.studies.campaign.schema import Campaign, Method, RareSection, read_campaign
-from quadstep.studies.rare.flights import Flights
+from quadstep.studies.rare.flights import PointFlyer
 from quadstep.studies.rare.pieces import fly_piece, pieces
 from quadstep.studies.rare.summary import summarise
 
@@ -76,7 +76,7 @@ def estimate(case: str, method: Method) -> bool:
     found = read(path) or []
     if len(found) >= REPETITIONS:
         return False
-    flights = (Starts if case in KNOWN else Flights)(campaign_of(case, SEED + len(found), method))
+    flights = (Starts if case in KNOWN else PointFlyer)(campaign_of(case, SEED + len(found), method))
     done = [fly_piece(flights, piece, lambda _: None) for piece in pieces(flights.campaign)]
     summary = summarise(done)
     one = {

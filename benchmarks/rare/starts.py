@@ -7,13 +7,13 @@ import numpy as np
 from benchmarks.rare.cases.first_sample import UNIT, Corner, Edge, FirstSample, Radius, Side, Sum
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.variants import numbers
-from quadstep.studies.rare.flights import Event, Failure, Flights, Scale, values
+from quadstep.studies.rare.flights import Event, Failure, PointFlyer, Scale, values
 from quadstep.studies.rare.mixture import Evaluate, Floats, Points
 
 METRICS: dict[str, FirstSample] = {one.name: one for one in (Sum(), Side(), Corner(), Radius(), Edge())}
 
 
-class Starts(Flights):
+class Starts(PointFlyer):
     """What a campaign of these cases draws, judged as its flights are."""
 
     def __init__(self, campaign: Campaign) -> None:
@@ -25,7 +25,7 @@ class Starts(Flights):
         return [Event(Failure.ANY, {self.name: Scale(0.0, 1.0)})]
 
     def evaluate(self, events: Sequence[Event], told: Callable[[int], None]) -> Evaluate:
-        """As `Flights.evaluate`."""
+        """As `PointFlyer.evaluate`."""
 
         def judged(points: Points) -> Floats:
             told(len(points.noise))

@@ -30,7 +30,7 @@ __all__ = [
 if TYPE_CHECKING:
     from quadstep.engines.engine import Engine
     from quadstep.io.errors import UserError
-    from quadstep.metrics.of_log import flight_metrics
+    from quadstep.metrics.registry import flight_metrics
     from quadstep.mission.read import read_mission
     from quadstep.mission.schema import Mission
     from quadstep.studies.flights.interface import Flight, fly, fly_all
@@ -40,7 +40,7 @@ _PLACES = {
     "Flight": "quadstep.studies.flights.interface",
     "Mission": "quadstep.mission.schema",
     "UserError": "quadstep.io.errors",
-    "flight_metrics": "quadstep.metrics.of_log",
+    "flight_metrics": "quadstep.metrics.registry",
     "fly": "quadstep.studies.flights.interface",
     "fly_all": "quadstep.studies.flights.interface",
     "read_mission": "quadstep.mission.read",

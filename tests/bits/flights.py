@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.engines.lanes import fly_lanes
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.registry import flight_metrics
 from quadstep.numbers import atan2, cos, exp, log, sigmoid, sin, sqrt
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import NOISY, SHORT, written
 from tests.flights import CASE_1, parameters, state, through_lanes

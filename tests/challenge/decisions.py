@@ -9,8 +9,7 @@ from scipy.stats import norm
 
 from quadstep.metrics.statistics import exact_share
 from quadstep.studies.campaign.until import looks
-from quadstep.studies.comparison.ranking import compare, corrected
-from quadstep.studies.comparison.spread import Flown
+from quadstep.studies.comparison.ranking import CellFlights, compare, corrected
 from quadstep.studies.rare.cross_entropy import cross_entropy
 from quadstep.studies.rare.mixture import Points, Random
 from quadstep.studies.rare.summary import Crude, interval
@@ -19,8 +18,8 @@ from tests.challenge.search import Attempt, Search, coverage
 METRIC = "position_rmse"
 
 
-def flown(errors: np.ndarray, lost: np.ndarray) -> Flown:
-    return Flown(lost, {METRIC: np.where(lost, math.nan, errors)})
+def flown(errors: np.ndarray, lost: np.ndarray) -> CellFlights:
+    return CellFlights(lost, {METRIC: np.where(lost, math.nan, errors)})
 
 
 def equal_controllers(seed: int) -> Iterable[Attempt]:

@@ -17,7 +17,7 @@ from quadstep.mission.presets import preset_table
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.mission.template import template
 from quadstep.mission.vehicle_list import parameters, read_vehicle
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.replay import replay
 from quadstep.studies.campaign.schema import read_campaign
 from tests.fuzz.mutate import mutated, scrambled, toml

@@ -20,7 +20,7 @@ from quadstep.page.opened import open_result
 from quadstep.page.serve import list_page
 from quadstep.report.publish import MANIFEST, files_to_replace, write_json
 from quadstep.report.tables import write_log
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import opened, parquet
 from quadstep.studies.campaign.summary import sentences, summarise

@@ -11,7 +11,7 @@ from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, St
 from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
-from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
+from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
 
@@ -57,55 +57,35 @@ def campaign(
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
         from quadstep.linear.quick import quick_grade
-        from quadstep.metrics.judging import share
+        from quadstep.metrics.judging.metrics import parsed_share
         from quadstep.studies.campaign import until as limit
         from quadstep.studies.campaign.evidence import evidence, refuse_known
-        from quadstep.studies.campaign.run import fly_campaign
+        from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 
     if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
         raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
     if resume and overwrite:
         raise UserError("--resume and --overwrite: choose one: go on with the campaign in the folder, or replace it")
-    least = None if require is None else share.parsed(require)
+    least = None if require is None else parsed_share(require)
     if junit:
         check_junit(junit)
     drawn_on = sheet(figures, width, style)
     if rare:
-        given = {
-            "--until": until is not None,
-            "--flights": flights is not None,
-            "--engine": engine is not Engine.LANES,
-        }
-        refused = [name for name, was in given.items() if was]
-        if refused:
+        given = {"--until": until is not None, "--flights": flights is not None, "--engine": engine is not Engine.LANES}
+        if refused := [name for name, was in given.items() if was]:
             raise UserError(f"{refused[0]}: cannot be used with --rare, whose settings are in [rare] of the campaign file")
-        estimate_rare(file, out or Path("out") / f"{file.stem}-rare", resume, overwrite, drawn_on, least, as_json, junit)
-        return
-    folder, target = out or Path("out") / file.stem, None if until is None else limit.parsed(until)
-    if target is not None or least is not None:
+    folder = out or Path("out") / (f"{file.stem}-rare" if rare else file.stem)
+    target = None if until is None else limit.parsed(until)
+    if not rare and (target is not None or least is not None):
         refuse_known(file, "--require" if target is None else "--until")
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
-        decided = None
-        if target is not None:
-            decided = limit.fly_until(file, folder, target, flights, engine, resume, overwrite, shown, drawn_on, quick_grade)
-        done = (
-            decided.done
-            if decided
-            else fly_campaign(file, folder, flights, engine, resume, overwrite, shown, drawn_on, quick_grade)
-        )
-    finish(evidence(done, file, engine, least, decided), "campaign", folder, as_json, junit, started)
+        asked = CampaignRequest(file, folder, flights, engine, resume, overwrite, shown, drawn_on, quick_grade)
+        if rare:
+            from quadstep.studies.rare.run import estimate
 
-
-def estimate_rare(
-    file: Path, folder: Path, resume: bool, overwrite: bool, drawn_on: Sheet, least: float | None, as_json: bool,
-    junit: Path | None,
-) -> None:  # fmt: skip
-    """`--rare`."""
-    started = time.perf_counter()
-    with needed_by("`quadstep campaign`"):
-        from quadstep.linear.quick import quick_grade
-        from quadstep.studies.rare.run import estimate
-
-    with bar("flying", "flights") as shown, needed_by("`quadstep campaign`"):
-        found = estimate(file, folder, resume, overwrite, shown, drawn_on, quick_grade)
-    finish(found.judged(least), "campaign --rare", folder, as_json, junit, started)
+            found = estimate(asked).judged(least)
+        else:
+            decided = None if target is None else limit.fly_until(asked, target)
+            done = decided.done if decided else fly_campaign(asked)
+            found = evidence(done, file, engine, least, decided)
+    finish(found, "campaign --rare" if rare else "campaign", folder, as_json, junit, started)

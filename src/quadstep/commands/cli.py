@@ -2,6 +2,7 @@
 
 import gc
 import os
+import platform
 import signal
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -13,16 +14,32 @@ import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
+from quadstep.commands.arguments import plain, refuse_empty
 from quadstep.commands.completion import VARIABLE, answer_shell
-from quadstep.commands.given import plain, refuse_empty
-from quadstep.commands.version import version_lines
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
-from quadstep.io.user_code.blame import NAMED, blamed, print_whole, user_error, warn_of_users_only
-from quadstep.io.user_code.loading import refuse
+from quadstep.io.user_code.loading import NAMED, blamed, print_whole, refuse, user_error, warn_of_users_only
 from quadstep.report.terminal.screen import complain, say, width
 from quadstep.report.terminal.streams import OutputError, prepare_streams
 from quadstep.report.writable import provide_writable
+
+
+def version_lines() -> list[str]:
+    """Version; engine, processor and what code is written for; Python and what computes. Raises UserError."""
+    import llvmlite
+    import numpy as np
+
+    from quadstep.engines.kernel import host
+    from quadstep.io.version import __version__
+
+    processor = host()
+    llvm = ".".join(map(str, llvmlite.binding.llvm_version_info))
+    return [
+        f"quadstep {__version__}",
+        f"engine lanes: LLVM {llvm}, {processor.doubles} numbers in f64 at once, for {processor.name}",
+        f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.system()} on {platform.machine()}",
+    ]
+
 
 SELDOM = 50_000
 """Objects made between searches for garbage: nearly all that a command loads stays, and the search is a sixth of its start."""
@@ -39,7 +56,6 @@ class Commands(TyperGroup):
         return super().parse_args(ctx, args or ["--help"])
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Writes the list."""
         with formatter.section("Commands"):
             commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
             formatter.write_dl([(name, one.get_short_help_str(1000)) for name, one in commands.items() if one])
@@ -79,7 +95,6 @@ class AllCommands(Commands):
     """The package's commands, and those of other distributions, which are loaded for the list in the help or by their name."""
 
     def list_commands(self, ctx: object) -> list[str]:
-        """All of them."""
         return [*self.commands, *(name for name in COMMANDS.names if name not in COMMANDS.own)]
 
     def get_command(self, ctx: object, name: str) -> Any:

@@ -15,8 +15,8 @@ from quadstep.report.terminal.bars import Bar, bar
 from quadstep.report.terminal.screen import complain
 
 if TYPE_CHECKING:
-    from quadstep.studies.comparison.run import Finished, How
-    from quadstep.studies.comparison.study import Study
+    from quadstep.studies.comparison.run import FinishedComparison, How
+    from quadstep.studies.comparison.study import ComparisonStudy
 
 MOST_SEEDS, USUAL_SEEDS = 100_000, 100
 
@@ -74,7 +74,7 @@ def check_seeds(seeds: int | None) -> None:
 
 
 def run_study(
-    study: "Study", folder: Path, seeds: int | None, engine: Engine, retune: bool, keep_going: bool, overwrite: bool,
+    study: "ComparisonStudy", folder: Path, seeds: int | None, engine: Engine, retune: bool, keep_going: bool, overwrite: bool,
     drawn_on: Sheet,
 ) -> None:  # fmt: skip
     """Work a study out, and say what was found."""
@@ -94,7 +94,7 @@ def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune
     return How(engine, overwrite, keep_going, retune, shown, drawn_on)
 
 
-def said(done: "Finished") -> None:
+def said(done: "FinishedComparison") -> None:
     """Say what was found. Raises typer.Exit where something could not be flown."""
     show(done.evidence, done.folder)
     for one in done.found.problems:

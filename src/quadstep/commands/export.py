@@ -44,8 +44,7 @@ def export(
     with bar("loading") as shown:
         request = ExportRequest(target, precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
-        from quadstep.linear.firmware import PATHS, in_firmware
-        from quadstep.linear.grade import FRAGILE, UNSTABLE
+        from quadstep.linear.grade import FRAGILE, PATHS, UNSTABLE, in_firmware
         from quadstep.linear.quick import quick_grade
         from quadstep.metrics.margins import at_rest_sentences
 

@@ -51,7 +51,7 @@ def identify(
 
     Logs cannot reveal the mass; it comes from --vehicle or --mass.
     """
-    from quadstep.identify.report import evidence, write
+    from quadstep.identify.report import evidence
     from quadstep.identify.run import run
     from quadstep.identify.vehicle_file import as_toml
     from quadstep.io.atomic import refuse_other, write_beside
@@ -74,8 +74,10 @@ def identify(
     write_beside(out, as_toml(result.vehicle))
     told = evidence(result, flights, section, source)
     if report:
+        from quadstep.identify.pages import write_identification
+
         complain("drawing: the report")
-        write(out.with_suffix(".html"), told, result, flights, section)
+        write_identification(out.with_suffix(".html"), told, result, flights, section)
     show(told, None)
     say(f"{counted(len(flights), 'flight')} in {time.monotonic() - begun:.0f} s")
     pages = f" and {out.with_suffix('.html')}" if report else ""

@@ -55,7 +55,7 @@ def replay(
     """
     from quadstep.identify.logs.judge import judge
     from quadstep.identify.replay import ReplayRequest, replayed
-    from quadstep.identify.replay_report import evidence, identity, write
+    from quadstep.identify.replay_report import evidence, identity
     from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):
@@ -79,7 +79,9 @@ def replay(
     found = replayed(flights, asked)
     told = evidence(flights, asked, found, warnings)
     if out:
-        write(out, flights, asked, found, told, overwrite, drawn_on)
+        from quadstep.identify.pages import write_replay
+
+        write_replay(out, flights, asked, found, told, overwrite, drawn_on)
     warn(warnings)
     show(told._replace(warnings=()), out)
 

@@ -109,5 +109,4 @@ def interval_text(estimate: Iterable[float] | None, factor: float = 1.0) -> str:
 
 
 def number(value: float) -> str:
-    """A number, or "none"."""
     return f"{value:.4g}" if math.isfinite(value) else "none"

@@ -88,7 +88,7 @@ def call(driver: ctypes.CDLL, name: str, *arguments: object) -> None:
     raise OutOfDeviceMemoryError(message) if status == OUT_OF_MEMORY else CudaError(message)
 
 
-__all__ = ["CudaError", "Device", "Kernel", "Memory", "Module", "NoDeviceError", "OutOfDeviceMemoryError"]
+__all__ = ["CudaError", "Device", "DeviceKernel", "Memory", "Module", "NoDeviceError", "OutOfDeviceMemoryError"]
 
 LOG_SIZE = 8192
 
@@ -177,11 +177,10 @@ class Module:
             raise type(error)(f"{error} {log.value.decode(errors='replace')}") from error
         self.close = discarded(self, device, "cuModuleUnload", self.handle)
 
-    def kernel(self, name: str) -> "Kernel":
-        """A kernel by name."""
+    def kernel(self, name: str) -> "DeviceKernel":
         function = ctypes.c_void_p()
         self.device.call("cuModuleGetFunction", ctypes.byref(function), self.handle, name.encode())
-        return Kernel(self, function)
+        return DeviceKernel(self, function)
 
     def fill(self, name: str, values: NDArray[np.generic]) -> None:
         """Write into a variable of the module."""
@@ -192,7 +191,7 @@ class Module:
         self.device.call("cuMemcpyHtoD_v2", address, values.ctypes.data, values.nbytes)
 
 
-class Kernel:
+class DeviceKernel:
     """A kernel ready to run."""
 
     def __init__(self, module: Module, function: ctypes.c_void_p) -> None:

@@ -51,16 +51,16 @@ FLOWN_BY: Mapping[str, Door] = {
     FLIGHTS: Door("quadstep.engines.flights", {
         Engine.LANES: "quadstep.engines.fly:on_lanes",
         Engine.PYTHON: "quadstep.engines.fly:on_floats",
-        Engine.C: "quadstep.export.c.flown:on_c",
+        Engine.C: "quadstep.export.c.flight:on_c",
     }),
     CAMPAIGNS: Door("quadstep.engines.campaigns", {
-        Engine.LANES: "quadstep.studies.campaign.flown:on_lanes",
+        Engine.LANES: "quadstep.studies.campaign.flyer:on_lanes",
         Engine.GPU: "quadstep.studies.campaign.device:on_gpu",
         Engine.RAY: "quadstep.studies.campaign.cluster:on_cluster",
     }),
     JOBS: Door("quadstep.engines.jobs", {
-        Engine.LANES: "quadstep.studies.comparison.workers:on_cores",
-        Engine.RAY: "quadstep.studies.comparison.workers:on_cluster",
+        Engine.LANES: "quadstep.studies.comparison.jobs:on_cores",
+        Engine.RAY: "quadstep.studies.comparison.jobs:on_cluster",
     }),
 }  # fmt: skip
 """What does the work on each engine: a door for each kind of work.

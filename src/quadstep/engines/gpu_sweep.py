@@ -13,7 +13,7 @@ from llvmlite import binding as llvm
 from numpy.typing import ArrayLike, NDArray
 
 from quadstep.engines import kernel
-from quadstep.engines.cuda import PROCESSORS, Device, Kernel, Memory, Module, NoDeviceError, OutOfDeviceMemoryError
+from quadstep.engines.cuda import PROCESSORS, Device, DeviceKernel, Memory, Module, NoDeviceError, OutOfDeviceMemoryError
 from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import Scored
 from quadstep.engines.sweep import Batch, Swept
@@ -84,9 +84,7 @@ def program(
 
 def assembly(text: str, architecture: int = NEWEST) -> str:
     machine = prepare().create_target_machine(cpu=f"sm_{min(architecture, NEWEST)}", features=FEATURES, opt=3)
-    module = llvm.parse_assembly(text)
-    module.verify()
-    kernel.optimise(module, machine)
+    module = kernel.verified(text, machine)
     llvm.set_option("", SCHEDULER)
     try:
         written: str = machine.emit_assembly(module)
@@ -111,7 +109,9 @@ class Portions:
     fixed: flights per launch instead, if that many fit into memory.
     """
 
-    def __init__(self, device: Device, kernel: Kernel, threads: int, bytes_a_flight: int, fixed: int | None = None) -> None:
+    def __init__(
+        self, device: Device, kernel: DeviceKernel, threads: int, bytes_a_flight: int, fixed: int | None = None
+    ) -> None:
         self.threads, self.fixed = threads, fixed
         self.wave = device.attribute(PROCESSORS) * max(1, kernel.resident_blocks(threads)) * threads
         self.most = max(threads, int(SHARE * device.free_memory()) // bytes_a_flight)

@@ -184,16 +184,16 @@ def machine_code(text: str) -> llvm.ExecutionEngine:
 
 def object_code(text: str, target: llvm.TargetMachine, level: int = 3) -> bytes:
     """An LLVM module as an object file of this kind of machine, optimised without a change to any result; at level 0 not."""
-    module = llvm.parse_assembly(text)
-    module.verify()
-    if level:
-        optimise(module, target)
-    code: bytes = target.emit_object(module)
+    code: bytes = target.emit_object(verified(text, target, level))
     return code
 
 
-def optimise(module: llvm.ModuleRef, target: llvm.TargetMachine) -> None:
-    """Run the passes that gain speed here."""
+def verified(text: str, target: llvm.TargetMachine, level: int = 3) -> llvm.ModuleRef:
+    """An LLVM module, parsed and verified; after the passes that gain speed here, but at level 0."""
+    module = llvm.parse_assembly(text)
+    module.verify()
+    if not level:
+        return module
     tuning = llvm.create_pipeline_tuning_options(speed_level=2)
     tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
     builder = llvm.create_pass_builder(target, tuning)
@@ -202,6 +202,7 @@ def optimise(module: llvm.ModuleRef, target: llvm.TargetMachine) -> None:
     # Closing them frees nothing (llvmlite 0.50 inherits `_dispose` from the wrong base): 9 MB for each law compiled.
     NewPassManager._dispose(passes)
     passes.detach()
+    return module
 
 
 MOST = 64

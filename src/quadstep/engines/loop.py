@@ -39,7 +39,6 @@ def runge_kutta_4(rate: Callable[[S], S], state: S, step: Number) -> S:
 
 
 def alike(state: S, parts: list[Any]) -> S:
-    """A structure of the same type with other parts."""
     return type(state)(*parts)
 
 
@@ -67,7 +66,6 @@ class Sensed(Protocol):
 
 
 def sensors_of(p: Numbers) -> tuple[Sensors, Key]:
-    """Those of a flight that has some."""
     sensed = cast(Sensed, p)
     return sensed.sensors, sensed.key
 

@@ -72,7 +72,6 @@ class Scored:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """The tasks of the loop, then the score."""
         return (*(Task(task.name, within(task)) for task in self.loop.tasks), Task("score", self.score))
 
     def start(self, start: tuple[object, ...], parameters: Numbers) -> ScoredCycle:

@@ -183,7 +183,6 @@ class Ticking(ABC):
         return number if isinstance(number, RecordedNumber) else RecordedNumber(self.emitter, self.emitter.constant(number))
 
     def wide(self, scalar: ir.Value) -> RecordedNumber:
-        """The same scalar in every lane."""
         return RecordedNumber(self.emitter, self.emitter.spread(scalar))
 
     def vector_at(self, buffer: str, offset: ir.Value) -> ir.Value:

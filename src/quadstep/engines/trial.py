@@ -15,9 +15,9 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.metric import Metric, added, started
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.blame import blamed
+from quadstep.io.user_code.loading import blamed
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
-from quadstep.program.python_code import Code, entered
+from quadstep.program.python_code import PythonCode, entered
 
 if TYPE_CHECKING:
     from quadstep.vehicle.plants.multirotor import Spun
@@ -90,7 +90,7 @@ def check_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -
 
 def try_metrics(metrics: Sequence[Metric], columns: Iterable[str]) -> None:
     """Records one sample of the metrics, as engines do that compile them. Raises what they raise where they cannot be."""
-    code, names = Code(precise=True), list(columns)
+    code, names = PythonCode(precise=True), list(columns)
     sample = dict(zip(names, entered(code, [], tuple(0.0 for _ in names)), strict=True))
     added(metrics, entered(code, [], started(metrics)), sample)
 

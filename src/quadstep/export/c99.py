@@ -9,7 +9,7 @@ from typing import NamedTuple
 from quadstep.engines.fly import FlightPlan
 from quadstep.export.arm import InstructionCounts, Sizes, measured
 from quadstep.export.c.compiler import BITS, WARNINGS
-from quadstep.export.c.flown import exported
+from quadstep.export.c.flight import exported
 from quadstep.export.c.golden import golden, golden_header, test_source
 from quadstep.export.c.interface import Exported, header, loops, title
 from quadstep.export.c.literals import filled

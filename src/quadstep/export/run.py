@@ -11,7 +11,7 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan, fingerprint, fly
 from quadstep.export import arm, misra
 from quadstep.export.arm import state_size
-from quadstep.export.c.flown import exported, fly_c
+from quadstep.export.c.flight import exported, fly_c
 from quadstep.export.c.interface import Exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import NOTHING, Facts, Measurements, datasheet

@@ -125,7 +125,7 @@ def numbers_of(vehicle: AirframeSection, flights: Sequence[FlightRecord]) -> Pre
         curve = Curve(command.speed, command.exponent, command.voltage_exponent, command.nominal_voltage, command.delay)
     if "voltage" not in flights[0].channels:
         curve = curve._replace(voltage_exponent=0.0)
-    observer = vehicle.prediction.build() if vehicle.prediction else USUAL_OBSERVER
+    observer = vehicle.prediction.as_numbers(Observer) if vehicle.prediction else USUAL_OBSERVER
     rows = laid_out(flights[:1]).rows
     return PredictorParameters(
         airframe._replace(rotor=rotor), vector(0.0, 0.0, 0.0), vector(*tilt), curve, observer, rows, 0.0, 0.0
@@ -158,7 +158,6 @@ def leaf_values(point: Floats, free: Sequence[Free]) -> Floats:
 
 
 def placed(parameters: PredictorParameters, free: Sequence[Free], point: Floats) -> PredictorParameters:
-    """The parameters with the numbers of a point."""
     new = {leaf: value for one, value in zip(free, values_at(point, free), strict=True) for leaf in one.leaves}
     names = [name.removeprefix(PREFIX) for name in leaf_names(parameters, PREFIX.removesuffix("."))]
     return rebuild(parameters, (new.get(name, leaf) for name, leaf in zip(names, flatten(parameters), strict=True)))

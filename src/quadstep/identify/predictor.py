@@ -150,7 +150,6 @@ class Predictor:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """One task: take in a row."""
         return (Task("row", self.row_taken),)
 
     def row(self, cycle: PredictionCycle, parameters: PredictorParameters, time: Number) -> list[Number]:

@@ -8,11 +8,10 @@ import numpy as np
 from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import Scored
 from quadstep.engines.sweep import Sweep, places
-from quadstep.identify.errors import States, constant, differences, logged, norms
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
 from quadstep.identify.predictor import Prediction, Predictor, PredictorParameters
-from quadstep.identify.starts import Laid, Starts
+from quadstep.identify.starts import Laid, Starts, States, constant, differences, logged, norms
 from quadstep.interfaces.closed_loop import Ticks
 
 

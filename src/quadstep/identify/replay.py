@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.identify.closed_loop import Beside, fly_again, hover_ratio, later_ratio
-from quadstep.identify.errors import HORIZONS
 from quadstep.identify.estimator import Estimated, estimate
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.predictor import PredictorParameters
-from quadstep.identify.starts import MASKED_HISTORY, setpoint_of
+from quadstep.identify.starts import HORIZONS, MASKED_HISTORY, setpoint_of
 from quadstep.identify.table import ErrorTable, compare, predicted
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report.units import counted
+from quadstep.vehicle.airframe.observer import Observer
 
 ENOUGH = 0.9
 """Share of the flight that must have setpoints for predictions to use them."""
@@ -51,7 +51,7 @@ def ready(
     seen = [setpoint_of(flight)[:, 3][flight.flying] for flight in flights]
     guided = bool(vehicle.guided_prediction) and not commands_only and all(len(s) and s.mean() > ENOUGH for s in seen)
     if guided and vehicle.guided_prediction:
-        p = p._replace(observer=vehicle.guided_prediction.build())
+        p = p._replace(observer=vehicle.guided_prediction.as_numbers(Observer))
     return p, guided
 
 

@@ -1,4 +1,4 @@
-"""What `quadstep replay` has found, for its readers; with --out its figures and tables too."""
+"""What `quadstep replay` has found, for its readers, and its tables as CSV."""
 
 import hashlib
 from collections.abc import Sequence
@@ -7,26 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.identify import beside_page
-from quadstep.identify.beside_page import flight_picture
-from quadstep.identify.errors import GROUPS, HORIZONS
-from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Deviation, Estimated
-from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.closed_loop import Beside, Tracking
+from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Estimated
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import Replayed, ReplayRequest
+from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.table import ErrorTable, why_unusable
 from quadstep.identify.vehicle_file import fitted_to
-from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.report import page
-from quadstep.report.axes import logarithmic, plain_decades
-from quadstep.report.canvas import LINES, drawing, margins, new_figure
-from quadstep.report.canvas import write as write_figure
-from quadstep.report.drawing import FigureJob
-from quadstep.report.evidence import Evidence, Figure, Section, Table
-from quadstep.report.panel import Panel
-from quadstep.report.publish import publishing
-from quadstep.report.sheet import Sheet
+from quadstep.report.evidence import Evidence, Section, Table
 from quadstep.report.tables import write_csv
 from quadstep.report.units import counted, handy, interval, listed, number, percent, quantity
 
@@ -37,60 +28,14 @@ FACTOR = {"position": 1.0, "velocity": 1.0, "attitude": 180.0 / np.pi, "rates": 
 """To these units."""
 
 
-def draw_errors(path: Path, found: ErrorTable, period: float, sheet: Sheet) -> None:
-    """Mean errors of the predictions and of the two guesses over the time ahead."""
-    ahead = period * np.array(found.horizons)
-    columns = sheet.side_by_side(2)
-    with drawing(sheet):
-        figure = new_figure(sheet, 8.0, 4.6, 1.45 * len(GROUPS) / columns)
-        margins(figure, sheet, 0.09, 0.1, 0.98, 0.92, 0.24, 0.2)
-        panels = figure.subplots(len(GROUPS) // columns, columns, sharex=True, squeeze=False)
-        for group, axes in zip(GROUPS, panels.flat, strict=True):
-            rows = np.array([found.means(horizon, group) for horizon in found.horizons]).T * FACTOR[group]
-            unit, factor = handy(UNIT[group], float(rows.max()))
-            for style, name, row in zip(LINES, ("predicted", "constant", "zero rate"), factor * rows, strict=False):
-                axes.plot(ahead, row, label=name, marker="o", markersize=3, **style)
-            axes.set_xscale("log")
-            logarithmic(axes, list(factor * rows))
-            axes.set_ylabel(f"{group} [{unit}]")
-            plain_decades(axes.xaxis)
-        for axes in panels[-1]:
-            axes.set_xlabel("time ahead [s]")
-        panels[0, 0].legend(
-            loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=3, handlelength=2.2, columnspacing=1.2
-        )
-        write_figure(figure, path, sheet)
-
-
-def estimate_picture(one: Estimated, place: int) -> FigureJob:
-    """Errors of the filter and of the log's own estimate over time. place: of the flight among the others."""
-    several = {"filter": sizes(one.filter_deviation)}
-    if one.own_deviation:
-        several["estimate in the log"] = sizes(one.own_deviation)
-    known = np.logical_and.reduce([np.isfinite(values) for parts in several.values() for values in parts])
-    panels = [
-        Panel(name, unit, {who: parts[i][known] for who, parts in several.items()})
-        for i, (name, unit) in enumerate((("position", "m"), ("velocity", "m/s"), ("tilt", "°"), ("yaw", "°")))
-    ]
-    caption = f"{one.name}: how far estimates are from the truth."
-    return FigureJob(f"{FIGURES}/estimate{place}", caption, one.time[known], panels, 2)
-
-
-def sizes(one: Deviation) -> tuple[Floats, ...]:
-    """How large each part is [m, m/s, °, °]."""
-    lengths = [np.linalg.norm(values, axis=1) for values in (one.position, one.velocity)]
-    return (*lengths, np.degrees(one.tilt), np.degrees(np.abs(one.yaw)))
-
-
 AHEAD = 50
 """Samples ahead, of which the summary speaks."""
 
-ERRORS = f"{FIGURES}/errors"
 
 TIMES = 2.0
 """From this ratio on it is said how many times."""
 
-SI = {"position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"}
+SI = UNIT | {"attitude": "rad"}
 
 
 def identity(flights: Sequence[FlightRecord], asked: ReplayRequest) -> str:
@@ -100,17 +45,6 @@ def identity(flights: Sequence[FlightRecord], asked: ReplayRequest) -> str:
         for values in (flight.time, flight.motors, *flight.channels.values()):
             digest.update(values.tobytes())
     return f"replay-{digest.hexdigest()[:16]}"
-
-
-def write(
-    folder: Path, flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, told: Evidence, overwrite: bool,
-    sheet: Sheet,
-) -> None:  # fmt: skip
-    """Write every file of the folder. told: what was found. Raises UserError."""
-    with publishing(folder, identity(flights, asked), overwrite) as out:
-        (out / FIGURES).mkdir()
-        write_tables(out, found)
-        illustrated(told, found, out, sheet.with_svg()).write(out)
 
 
 def write_tables(out: Path, found: Replayed) -> None:
@@ -168,7 +102,7 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
     sections += [error_table(one.title, one.compared, found.period) for one in found.predictions]
     sections += [page.paragraph(found.thrust)] if found.thrust else []
     if found.flown and asked.controller:
-        sections.append(beside_page.table(found.flown, str(asked.controller["type"])))
+        sections.append(tracking_table(found.flown, str(asked.controller["type"])))
     if found.estimates:
         sections.append(estimate_table(found.estimates))
     known = [flight.name for flight in flights if flight.name in fitted_to(asked.section)]
@@ -187,23 +121,11 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
     )
 
 
-def illustrated(told: Evidence, found: Replayed, out: Path, sheet: Sheet) -> Evidence:
-    """The same with its figures, which are drawn into a folder: one of each kind at the top, the others below."""
-    draw_errors(out / ERRORS, found.predictions[0].compared, found.period, sheet)
-    flown = [beside_page.drawn(out, flight_picture(one, place), sheet) for place, one in enumerate(found.flown)]
-    estimated = [beside_page.drawn(out, estimate_picture(one, place), sheet) for place, one in enumerate(found.estimates)]
-    caption = "Mean error of predictions over the time ahead: the vehicle helps where its line is below those of both guesses."
-    rest = [*flown[1:], *estimated[1:]]
-    more = [page.heading("The other flights", "others")] if rest else []
-    figures = [Figure(ERRORS, caption), *flown[:1], *estimated[:1]]
-    return told._replace(figures=figures, sections=[*told.sections, *more, *rest])
-
-
 def answer(found: Replayed) -> str:
     """What was asked, in a sentence: predictions, simulated flights, estimates."""
     said = [predicting(found.predictions[0].compared, found.period)] if found.predictions else []
     if found.flown:
-        said.append(beside_page.answer(found.flown).rstrip("."))
+        said.append(likeness(found.flown).rstrip("."))
     if found.estimates:
         said.append(f"The Kalman filter's position is off by {quantity(filtered(found.estimates), 'm')} (RMS)")
     first, *rest = said
@@ -261,7 +183,6 @@ def facts(compared: ErrorTable, period: float) -> list[page.Fact]:
 
 
 def said(ratio: Estimate) -> str:
-    """A ratio with its interval, if it has one."""
     return number(ratio.value) if np.isnan(ratio.low) else interval(*ratio)
 
 
@@ -300,3 +221,34 @@ def estimate_table(found: Sequence[Estimated]) -> Table:
     )
     header = ("flight, estimate", "position", "velocity", "tilt", "yaw")
     return Table("Estimates", "estimates", header, rows, f"{sensors}.", escape, shown=sensors)
+
+
+TRACKING = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [rad/s]", "lost")
+
+
+def likeness(found: Sequence[Beside]) -> str:
+    """How similar they are, in a sentence: equal errors need not be the same ones, so how far apart the flights are too."""
+    near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
+    apart = [one.apart for one in found if not one.lost]
+    said = f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found), 'flight')}"
+    if not apart:
+        return f"{said}: all simulated flights were lost."
+    span = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
+    lost = f"; {len(found) - len(apart)} were lost" if len(apart) < len(found) else ""
+    return f"{said}, and the simulated position is {span} from the real one (RMS){lost}."
+
+
+def tracking_table(found: Sequence[Beside], controller: str) -> Table:
+    """How each flight, and its simulation, follows its setpoints."""
+    rows = [
+        (one.name, *map(" / ".join, zip(tracked(one.real), tracked(one.simulated), strict=True)), one.lost) for one in found
+    ]
+    title = f"Logged setpoints simulated with {controller}"
+    text = f"{title}, starting from the measured state."
+    return Table("Real and simulated flights", "simulated", TRACKING, rows, text, escape, shown=title)
+
+
+def tracked(one: Tracking) -> tuple[str, str, str, str]:
+    """How a flight follows its setpoints, as text."""
+    cm, ms, degrees, rate = map(number, (100 * one.rmse, 1e3 * one.lead, np.degrees(one.tilt), one.rate))
+    return cm, ms, degrees, rate

@@ -1,44 +1,21 @@
 """What an identification has found, for its readers: the parameters, how well they predict, the residuals."""
 
-import contextlib
 from collections.abc import Sequence
 from html import escape
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
-from matplotlib.axes import Axes
 
-from quadstep.identify.beside_page import drawn, flight_picture, table
-from quadstep.identify.closed_loop import fly_again, hover_ratio
-from quadstep.identify.errors import GROUPS, HORIZONS
+from quadstep.identify.closed_loop import hover_ratio
 from quadstep.identify.fit import Identified
 from quadstep.identify.logs.flight import FlightRecord
-from quadstep.identify.logs.signals import spectrum
 from quadstep.identify.replay_report import METHOD, error_table
-from quadstep.identify.residual import Followed, followed
+from quadstep.identify.residual import Followed
 from quadstep.identify.run import AHEAD, Identification, answer
-from quadstep.identify.vehicle_file import identified_vehicle
-from quadstep.io.atomic import write_beside
-from quadstep.io.errors import UserError
-from quadstep.io.results.record import FIGURES
+from quadstep.identify.starts import GROUPS
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report import page
-from quadstep.report.axes import plain_decades, powers
-from quadstep.report.canvas import LINES, drawing, new_figure
-from quadstep.report.canvas import write as write_figure
-from quadstep.report.drawing import FigureJob
-from quadstep.report.evidence import Evidence, Figure, Section, Table
-from quadstep.report.panel import Panel
-from quadstep.report.sheet import Sheet
+from quadstep.report.evidence import Evidence, Table
 from quadstep.report.units import percent
-
-SHOWN = 8.0
-"""Longest part of a flight that is drawn [s]."""
-
-SVG = Sheet(formats=("svg",))
-
-AXES = ("roll", "pitch", "yaw")
 
 
 def evidence(run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, mass: str) -> Evidence:
@@ -72,31 +49,6 @@ def evidence(run: Identification, flights: Sequence[FlightRecord], start: Airfra
         ],
         more=said[1:],
     )
-
-
-def write(path: Path, told: Evidence, run: Identification, flights: Sequence[FlightRecord], start: AirframeSection) -> None:
-    """Write the page, its figures of the flights that were held out or, if none were, of the fitted ones. Raises UserError."""
-    tested = run.tested or run.found
-    shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
-    kind = "held out of this fit" if run.held_out else "fitted"
-    followers = [one for one in (followed(flight, start, tested.numbers) for flight in shown) if one]
-    vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
-    with TemporaryDirectory() as folder:
-        out = Path(folder)
-        (out / FIGURES).mkdir()
-        pictures: list[Figure] = [
-            part for i, one in enumerate(followers) for part in (predictions(out, one, i, kind), spectra(out, one, i))
-        ]
-        sections: list[Section] = [
-            page.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
-            *told.sections,
-            unexplained(followers, shown, vehicle, kind),
-            *again(out, shown, vehicle),
-            *([page.heading("The other flights", "others")] if pictures[2:] else []),
-            *pictures[2:],
-        ]
-        text = told._replace(figures=pictures[:2], sections=sections).html(out)
-    write_beside(path, text)
 
 
 def of_residual(run: Identification) -> list[str]:
@@ -147,65 +99,3 @@ def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehi
         f"torque and thrust are unexplained. RMS and mean values over the flights that were {kind}."
     )
     return Table("What the model cannot explain", "left", header, rows, text, escape)
-
-
-def predictions(out: Path, one: Followed, place: int, kind: str) -> Figure:
-    """Measured and predicted signals, and the residuals. place: of the flight among the others; kind: of flight."""
-    kept = one.time - one.time[0] <= SHOWN
-    measured, predicted = one.measured[AHEAD], one.predicted[AHEAD]
-    panels = []
-    for axis, name in enumerate(AXES):
-        lines = {"measured": measured.rates[kept, axis], f"predicted {AHEAD} samples earlier": predicted.rates[kept, axis]}
-        panels.append(Panel(f"{name} rate", "rad/s", lines))
-    rest = {name: (predicted.rates - measured.rates)[kept, axis] for axis, name in enumerate(AXES)}
-    panels.append(Panel("residual of the rates", "rad/s", rest))
-    for axis, name in enumerate("xyz"):
-        lines = {"measured": measured.velocity[kept, axis], "predicted": predicted.velocity[kept, axis]}
-        panels.append(Panel(f"velocity along {name}", "m/s", lines))
-    rest = {name: (predicted.velocity - measured.velocity)[kept, axis] for axis, name in enumerate("xyz")}
-    panels.append(Panel("residual of the velocity", "m/s", rest))
-    caption = (
-        f"{one.name} ({kind}): measured, and predicted {AHEAD} samples earlier. The residuals show what the vehicle does not "
-        "explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
-    )
-    return drawn(out, FigureJob(f"{FIGURES}/predicted{place}", caption, one.time[kept], panels, 2), SVG)
-
-
-def spectra(out: Path, one: Followed, place: int) -> Figure:
-    """Amplitude spectral densities of the measured rates and of the residuals. place: of the flight among the others."""
-    name = f"{FIGURES}/spectra{place}"
-    with drawing(SVG):
-        sheet = new_figure(SVG, 9.0, 2.8)
-        sheet.subplots_adjust(0.08, 0.18, 0.99, 0.84, 0.08)
-        first: Axes | None = None
-        for axis, turn in enumerate(AXES):
-            panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
-            frequencies, signal = spectrum(one.measured[HORIZONS[0]].rates, one.period)
-            panel.loglog(frequencies, signal[:, axis], label="measured", **LINES[0])
-            for style, horizon in zip(LINES[1:], HORIZONS[:2], strict=False):
-                rest = one.predicted[horizon].rates - one.measured[horizon].rates
-                panel.loglog(*(values[:, axis] if values.ndim > 1 else values for values in spectrum(rest, one.period)),
-                             label=f"residual, {horizon} ahead", **style)  # fmt: skip
-            plain_decades(panel.xaxis)
-            panel.yaxis.set_major_formatter(powers())
-            panel.set_title(f"{turn} rate", fontsize=9, loc="left")
-            panel.set_xlabel("frequency [Hz]")
-            if first is None:
-                first = panel
-                panel.set_ylabel("rad/s per √Hz")
-                panel.legend(loc="upper right", fontsize="x-small")
-            else:
-                panel.tick_params(labelleft=False)
-        write_figure(sheet, out / name, SVG)
-    return Figure(name, "Spectra of the rates and of what predictions miss of them: the vehicle explains a frequency as far "
-                        "as the residual is below the measurement.")  # fmt: skip
-
-
-def again(out: Path, flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[Section]:
-    """The real flights beside simulated ones, if they have setpoints."""
-    found = []
-    for flight in flights:
-        with contextlib.suppress(UserError):
-            found += fly_again([flight], vehicle, {"type": "pid"})
-    pictures = [drawn(out, flight_picture(one, place), SVG) for place, one in enumerate(found)]
-    return [table(found, "pid"), *pictures] if found else []

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.errors import GROUPS
 from quadstep.identify.fit import Identified, Say, identify
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ready
 from quadstep.identify.residual import trained
+from quadstep.identify.starts import GROUPS
 from quadstep.identify.table import ErrorTable, compare
 from quadstep.identify.vehicle_file import IDENTIFIED, identified_vehicle, in_proportion
 from quadstep.io.errors import UserError

@@ -6,12 +6,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.errors import GROUPS, HORIZONS, States, constant, logged, norms, zero_rate
 from quadstep.identify.fit import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.problem import PredictionBatch, as_states
-from quadstep.identify.starts import HISTORY, Starts, laid_out, starts_at, usable
+from quadstep.identify.starts import (
+    GROUPS,
+    HISTORY,
+    HORIZONS,
+    Starts,
+    States,
+    constant,
+    laid_out,
+    logged,
+    norms,
+    starts_at,
+    usable,
+    zero_rate,
+)
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, mean
 from quadstep.mission.airframe import AirframeSection
@@ -45,7 +57,6 @@ def predicted(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, rows: Sequence[NDArray[np.int64]],
     horizons: tuple[int, ...] = HORIZONS, guided: bool = False, longest: int = HISTORY,
 ) -> tuple[Starts, list[States]]:  # fmt: skip
-    """Predictions from these rows of each flight, at each horizon."""
     laid = laid_out(flights, guided)
     starts = starts_at(flights, laid, rows, longest)
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)

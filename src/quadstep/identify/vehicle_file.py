@@ -112,7 +112,6 @@ def observer_content(observer: Observer) -> dict[str, object]:
 
 
 def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_source: str) -> dict[str, str]:
-    """The source of every number, by key."""
     result = dict(vehicle.sources)
     result["mass"] = mass_source
     grouped: dict[str, list[str]] = {}

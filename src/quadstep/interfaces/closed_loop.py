@@ -91,9 +91,7 @@ class ClosedLoop(Protocol[Z, P]):
         """The cycle one integrator step later, all commands held."""
         ...
 
-    def row(self, cycle: Z, parameters: P, time: Number) -> list[Number]:
-        """One row of the log."""
-        ...
+    def row(self, cycle: Z, parameters: P, time: Number) -> list[Number]: ...
 
 
 def finite(x: Number) -> Condition:

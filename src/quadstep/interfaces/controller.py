@@ -253,7 +253,6 @@ def declarations_of(controller: type[Controller]) -> Mapping[str, Declaration]:
 
 @cached_by_class
 def keys_of(controller: type[Controller]) -> Mapping[str, tuple[str, Gain]]:
-    """By key: field and declaration."""
     return {one.key: (name, one) for name, one in declarations_of(controller).items() if isinstance(one, Gain)}
 
 

@@ -260,7 +260,6 @@ def from_gains(rule: Rule) -> FromGains:
 
 
 def resolved(default: Default, gains: object, model: Model) -> object:
-    """What a default comes to."""
     if isinstance(default, FromGains):
         return default.rule(gains, model)
     return default(model) if callable(default) else default
@@ -280,7 +279,6 @@ def cached_by_class(function: Callable[P, R]) -> Callable[P, R]:
 
 @cached_by_class
 def kinds_of(gains: type) -> Mapping[str, type]:
-    """The type of every field."""
     return get_type_hints(gains)
 
 

@@ -50,7 +50,6 @@ class Metric(ABC):
 
     @property
     def full_name(self) -> str:
-        """With its unit."""
         return f"{self.name}[{self.unit}]" if self.unit else self.name
 
 
@@ -67,6 +66,5 @@ def started(metrics: Sequence[Metric]) -> tuple[Summed, ...]:
 
 
 def added(metrics: Sequence[Metric], before: Sequence[Summed], sample: Mapping[str, Number]) -> tuple[Summed, ...]:
-    """One more sample."""
     sums = [one.add(last.sums, sample) for one, last in zip(metrics, before, strict=True)]
     return tuple(Summed(now, one.value(now)) for one, now in zip(metrics, sums, strict=True))

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 
 from quadstep.io.errors import UserError
-from quadstep.io.parameter_files import Parameters, number_of
+from quadstep.io.parameter_files import AutopilotParameters, number_of
 
 LOWPASS = ("PT1", "BIQUAD", "PT2", "PT3")
 CHOICES: Mapping[str, tuple[str, ...]] = {
@@ -40,7 +40,7 @@ class BetaflightDiff:
     OTHER = re.compile(r"(batch (start|end)|[a-z]\w*( .*)?)")
 
     @staticmethod
-    def read(text: str) -> Parameters:
+    def read(text: str) -> AutopilotParameters:
         """Of the profiles, those that the text chooses last. A setting that is no number is NaN, unless `CHOICES` has it."""
         about = BetaflightDiff.ABOUT.search(text)
         if about and about[1] != VERSION:
@@ -63,7 +63,7 @@ class BetaflightDiff:
         values = {name: one for kind in chosen for name, one in found.get((kind, chosen[kind]), {}).items()}
         if not (about or values):
             raise UserError("is not what Betaflight answers to `diff all`")
-        return Parameters(values)
+        return AutopilotParameters(values)
 
     @staticmethod
     def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:  # noqa: ARG004 (a diff does not say them)

@@ -91,7 +91,6 @@ def fault(error: ValueError) -> str:
 
 
 def too_deep(source: str) -> UserError:
-    """The error for too many levels."""
     return UserError(f"{source}: nested too deep; at most {DEEPEST} levels are allowed")
 
 

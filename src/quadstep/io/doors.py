@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.user_code import loading
-from quadstep.io.user_code.blame import NAMED
+from quadstep.io.user_code.loading import NAMED
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

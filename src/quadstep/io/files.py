@@ -11,25 +11,25 @@ from typing import NamedTuple, TextIO
 from quadstep.io.errors import UserError
 
 
-class Kind(NamedTuple):
+class FileKind(NamedTuple):
     """A kind of file. most: bytes that it may have."""
 
     what: str
     most: int
 
 
-TOML = Kind("a TOML file", 2_000_000)
+TOML = FileKind("a TOML file", 2_000_000)
 """100,000 values of a campaign's grid fit; reading the worst of this size takes some seconds and 350 MB."""
 
-JSON = Kind("a JSON file", 16_000_000)
-RECORDING = Kind("a recording", 100_000_000)
-LOG = Kind("a log", 400_000_000)
+JSON = FileKind("a JSON file", 16_000_000)
+RECORDING = FileKind("a recording", 100_000_000)
+LOG = FileKind("a log", 400_000_000)
 """500,000 rows, which is the longest log, of 40 columns."""
 
-FLIGHTS = Kind("a file of flights", 1_000_000_000)
-PAGE = Kind("a page", 400_000_000)
-STORY = Kind("a story", 200_000)
-PYTHON = Kind("a Python file", 2_000_000)
+FLIGHTS = FileKind("a file of flights", 1_000_000_000)
+PAGE = FileKind("a page", 400_000_000)
+STORY = FileKind("a story", 200_000)
+PYTHON = FileKind("a Python file", 2_000_000)
 ANY = LOG
 """Whatever a mission may name."""
 
@@ -37,7 +37,7 @@ LONGEST_LINE = 65_536
 """Characters of a line in a table."""
 
 
-def opened(path: Path, kind: Kind, links: bool = True, folder: int | None = None) -> io.BufferedReader:
+def opened(path: Path, kind: FileKind, links: bool = True, folder: int | None = None) -> io.BufferedReader:
     """A file opened for reading. links: whether `path` may be a link. folder: an open handle of the folder it is in.
 
     Raises UserError naming the file where it cannot be opened, is no regular file, or is larger than `kind` may be.
@@ -62,7 +62,7 @@ def opened(path: Path, kind: Kind, links: bool = True, folder: int | None = None
     return file
 
 
-def check(path: Path, status: os.stat_result, kind: Kind) -> None:
+def check(path: Path, status: os.stat_result, kind: FileKind) -> None:
     """Refuses anything but a regular file, and one that is too large. Raises UserError."""
     if not stat.S_ISREG(status.st_mode):
         names = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
@@ -72,18 +72,17 @@ def check(path: Path, status: os.stat_result, kind: Kind) -> None:
         raise too_large(path, kind)
 
 
-def too_large(path: Path, kind: Kind) -> UserError:
-    """The error for a file that is too large for its kind."""
+def too_large(path: Path, kind: FileKind) -> UserError:
     return UserError(f"{path}: too large; {kind.what} may have at most {kind.most / 1e6:g} MB")
 
 
-def read_bytes(path: Path, kind: Kind, links: bool = True) -> bytes:
+def read_bytes(path: Path, kind: FileKind, links: bool = True) -> bytes:
     """All bytes of a file. Raises UserError as `opened` does, also for a file that grows while it is read."""
     with opened(path, kind, links) as file:
         return content_of(file, path, kind)
 
 
-def content_of(file: io.BufferedReader, path: Path, kind: Kind) -> bytes:
+def content_of(file: io.BufferedReader, path: Path, kind: FileKind) -> bytes:
     """All bytes of an open file. Raises UserError."""
     try:
         found = file.read(kind.most + 1)
@@ -94,7 +93,7 @@ def content_of(file: io.BufferedReader, path: Path, kind: Kind) -> bytes:
     return found
 
 
-def read_text(path: Path, kind: Kind, links: bool = True) -> str:
+def read_text(path: Path, kind: FileKind, links: bool = True) -> str:
     """The text of a file in UTF-8, line ends as they are. Raises UserError as `read_bytes` does, and for other bytes."""
     try:
         return read_bytes(path, kind, links).decode("utf-8-sig")
@@ -111,7 +110,7 @@ def is_file(path: Path) -> bool:
 
 
 @contextlib.contextmanager
-def table(path: Path, kind: Kind, links: bool = True) -> Iterator[Iterator[str]]:
+def table(path: Path, kind: FileKind, links: bool = True) -> Iterator[Iterator[str]]:
     """The lines of a table in UTF-8, one by one, while the block runs.
 
     Raises UserError as `opened` does, and where a line is longer than `LONGEST_LINE`; ValueError for other bytes.

@@ -15,10 +15,10 @@ from quadstep.io.errors import UserError
 
 Said = TypeVar("Said")
 
-KIND = files.Kind("a file of parameters", 1 << 20)
+KIND = files.FileKind("a file of parameters", 1 << 20)
 
 
-class Parameters(NamedTuple):
+class AutopilotParameters(NamedTuple):
     """values: by name, what the autopilot flies with. defaults: what the file says that its firmware has without it. version:
     of its firmware, as "1.15", where the file says it.
     """
@@ -35,7 +35,7 @@ class Format(Protocol):
     """Of such files; the first is written."""
 
     @staticmethod
-    def read(text: str) -> Parameters:
+    def read(text: str) -> AutopilotParameters:
         """What a file says. Raises UserError: one line without the file's name."""
         ...
 
@@ -54,7 +54,7 @@ class CrazyflieYaml:
     ENTRY = re.compile(r" {4}(default_value|is_stored|stored_value): (.+)")
 
     @staticmethod
-    def read(text: str) -> Parameters:
+    def read(text: str) -> AutopilotParameters:
         """A parameter that is not stored has its default."""
         top: dict[str, str] = {}
         found: dict[str, dict[str, str]] = {}
@@ -82,7 +82,7 @@ class CrazyflieYaml:
             values[name] = number_of(said.get(key, ""), f"{name}: {key}")
             if "default_value" in said:
                 defaults[name] = number_of(said["default_value"], f"{name}: default_value")
-        return Parameters(values, defaults)
+        return AutopilotParameters(values, defaults)
 
     @staticmethod
     def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:
@@ -108,7 +108,7 @@ class QgcParams:
     """Beginnings of the names of whole numbers, among those that are written here."""
 
     @staticmethod
-    def read(text: str) -> Parameters:
+    def read(text: str) -> AutopilotParameters:
         """One vehicle's; defaults are not in it."""
         values: dict[str, float] = {}
         stack, version = QgcParams.STACK.search(text), QgcParams.VERSION.search(text)
@@ -121,7 +121,7 @@ class QgcParams:
             if len(fields) != 5 or fields[4] not in (QgcParams.WHOLE, QgcParams.REAL):
                 raise UserError(f"line {number} is not one of QGroundControl's files of parameters: {line.strip()!r:.60}")
             once(values, fields[2], number_of(fields[3], f"line {number}: {fields[2]:.20}"), number)
-        return Parameters(some(values, "QGroundControl"), version=version[1] if version else "")
+        return AutopilotParameters(some(values, "QGroundControl"), version=version[1] if version else "")
 
     @staticmethod
     def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:  # noqa: ARG004 (files do not say them)
@@ -140,7 +140,7 @@ class ArduPilotParm:
     LINE = re.compile(r"([A-Z][A-Z0-9_]*)(?:\s*,\s*|\s+)(\S+)")
 
     @staticmethod
-    def read(text: str) -> Parameters:
+    def read(text: str) -> AutopilotParameters:
         """Defaults are not in it."""
         values: dict[str, float] = {}
         for number, line in uncommented(text):
@@ -148,7 +148,7 @@ class ArduPilotParm:
             if not found:
                 raise UserError(f"line {number} is not one of ArduPilot's files of parameters: {line.strip()!r:.60}")
             once(values, found[1], number_of(found[2], f"line {number}: {found[1]:.20}"), number)
-        return Parameters(some(values, "ArduPilot"))
+        return AutopilotParameters(some(values, "ArduPilot"))
 
     @staticmethod
     def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:  # noqa: ARG004 (files do not say them)
@@ -168,10 +168,10 @@ FORMATS = Door(
 )
 
 
-def read_parameters(path: Path, form: str) -> Parameters:
+def read_parameters(path: Path, form: str) -> AutopilotParameters:
     """What a file of one of the `FORMATS` says. Raises UserError naming it."""
     try:
-        found: Parameters = FORMATS.load(form).read(files.read_text(path, KIND))
+        found: AutopilotParameters = FORMATS.load(form).read(files.read_text(path, KIND))
     except UserError as error:
         raise UserError(f"{error}" if str(path) in str(error) else f"{path}: {error}") from None
     return found

@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep.engines.fly import FlightPlan
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
-from quadstep.linear.margins import TEXTBOOK, Limits, Margins, margins
+from quadstep.linear.margins import TEXTBOOK, MarginLimits, Margins, margins
 from quadstep.linear.modes import STILL, Modes, Pole, Reduced, poles
 from quadstep.linear.sampled import WANTED, linearising
 from quadstep.linear.states import Array, Channel
@@ -25,7 +25,7 @@ SETTLED = 0.02
 """Share of the step within which the response has settled."""
 
 
-class Step(NamedTuple):
+class StepResponse(NamedTuple):
     """One step. t [s]; value, name, unit: of the stepped quantity."""
 
     name: str
@@ -46,7 +46,7 @@ class Step(NamedTuple):
         return math.inf if last >= len(self.t) else float(self.t[last])
 
 
-def steps(loop: Reduced, poles: list[Pole]) -> list[Step]:
+def steps(loop: Reduced, poles: list[Pole]) -> list[StepResponse]:
     """The step responses of each part of the pose."""
     names, rows = loop.period.pose
     inputs = [WANTED.index(name) for name in names]
@@ -61,7 +61,8 @@ def steps(loop: Reduced, poles: list[Pole]) -> list[Step]:
     t = np.array([k * loop.period.length for k in range(len(made))])
     values = np.array(made)
     return [
-        Step(name, "rad" if name == "yaw" else "m", t, np.ascontiguousarray(values[:, i, i])) for i, name in enumerate(names)
+        StepResponse(name, "rad" if name == "yaw" else "m", t, np.ascontiguousarray(values[:, i, i]))
+        for i, name in enumerate(names)
     ]
 
 
@@ -78,7 +79,7 @@ class Analysis(NamedTuple):
     margins: tuple[Margins, ...]
     loop: Reduced
     not_held: tuple[str, ...]
-    limits: Limits
+    limits: MarginLimits
     bends: tuple[str, ...] = ()
     near: tuple[str, ...] = ()
     tried: str = ""
@@ -109,13 +110,13 @@ def studied(mission: Mission) -> Studied:
         return Studied(rests[0], found._replace(near=rests[0].near, tried=rests[0].tried))
 
 
-def limits(mission: Mission) -> Limits:
+def limits(mission: Mission) -> MarginLimits:
     """What a mission asks of a sound loop."""
     asked = mission.margins
-    return Limits(asked.gain, asked.phase, asked.least_delay(mission.latency))
+    return MarginLimits(asked.gain, asked.phase, asked.least_delay(mission.latency))
 
 
-def of_loop(loop: Reduced, asked: Limits = TEXTBOOK) -> Analysis:
+def of_loop(loop: Reduced, asked: MarginLimits = TEXTBOOK) -> Analysis:
     """The analysis of a linearised period."""
     channels = loop.period.channels
     modes = Modes(loop)

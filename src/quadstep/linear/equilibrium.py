@@ -12,14 +12,13 @@ from quadstep.linear.modes import Reduced, reduced
 from quadstep.linear.nearby import MOVED, NEAR, bending, nearby
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
-from quadstep.linear.states import Array, Flown, commanded, states, with_states
+from quadstep.linear.states import Array, LoopState, commanded, states, with_states
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
-from quadstep.mission.lagrange import LagrangeMission
+from quadstep.mission.lagrange import LagrangeMission, VehicleSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paths import StepPath
 from quadstep.mission.schema import Mission
-from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
 from quadstep.sensing.sensors import filled
 
@@ -51,7 +50,7 @@ class Rest(NamedTuple):
     """
 
     loops: Loops
-    flown: Flown
+    flown: LoopState
     first: int
     period: Reduced
     pieces: tuple[Reduced, ...] = ()
@@ -142,13 +141,13 @@ def same(one: Rest, other: Rest) -> bool:
     return largest(still(others - values, (other.first - one.first) * one.loops.h), values) <= NEAR
 
 
-def warmed(loops: Loops) -> tuple[Flown, int]:
+def warmed(loops: Loops) -> tuple[LoopState, int]:
     """The loop shortly after its start, and the tick."""
     first = max(1, round(WARM / (loops.count * loops.h))) * loops.count
     return loops.fly(loops.begin(), 0, first), first
 
 
-def newton(loops: Loops, flown: Flown, first: int) -> Rest:
+def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
     """The equilibrium near a state. Raises NotLinearError."""
     sizes: list[float] = []
     for _ in range(MOST_STEPS):
@@ -197,9 +196,9 @@ def with_near(rest: Rest) -> Rest:
     return rest._replace(pieces=(*rest.pieces, *nearby(*place, rest.period.places)), tried=tried, near=near)
 
 
-def better(loops: Loops, flown: Flown, first: int, period: Reduced, change: Array, size: float) -> Flown:
+def better(loops: Loops, flown: LoopState, first: int, period: Reduced, change: Array, size: float) -> LoopState:
     """After a step of Newton's method: the longest share of it after which the loop moves less than `size`, or else least."""
-    tried: list[tuple[float, Flown]] = []
+    tried: list[tuple[float, LoopState]] = []
     for share in SHARES:
         one = stepped(flown, period, share * change)
         tried.append((moving(loops, one, first, period), one))
@@ -208,14 +207,13 @@ def better(loops: Loops, flown: Flown, first: int, period: Reduced, change: Arra
     return min(tried, key=lambda pair: pair[0])[1]
 
 
-def stepped(flown: Flown, period: Reduced, change: Array) -> Flown:
-    """The loop with the states of a reduced period changed."""
+def stepped(flown: LoopState, period: Reduced, change: Array) -> LoopState:
     values = np.array(states(flown)[0])
     values[period.places] += change
     return with_states(flown, values.tolist())
 
 
-def moving(loops: Loops, flown: Flown, first: int, period: Reduced) -> float:
+def moving(loops: Loops, flown: LoopState, first: int, period: Reduced) -> float:
     """The largest change of a state over a period, relative to 1; infinite where it is not finite."""
     values, after = (np.array(states(one)[0])[period.places] for one in (flown, loops.fly(flown, first, first + loops.count)))
     size = largest(still(after - values, loops.count * loops.h), values)
@@ -237,7 +235,7 @@ def residual(period: Period) -> Array:
     return still(period.after - period.values, period.length)
 
 
-def outcome(loops: Loops, flown: Flown, first: int) -> None:
+def outcome(loops: Loops, flown: LoopState, first: int) -> None:
     """Raises NoRestError if a flight would end here."""
     reference = loops.loop.wanted(first * loops.h, loops.p)
     code = loops.loop.plant.outcome(loops.p, flown.cycle.state, flown.cycle.command, reference)
@@ -245,11 +243,11 @@ def outcome(loops: Loops, flown: Flown, first: int) -> None:
         raise NoRestError(f"the equilibrium cannot be flown: it ends with {code}")
 
 
-def flown_to(plan: FlightPlan, first: int) -> Flown:
+def flown_to(plan: FlightPlan, first: int) -> LoopState:
     """The loop before tick `first`, as flown. Raises NotLinearError where the flight ended before."""
     log = fly(plan._replace(ticks=plan.ticks._replace(last=first - 1)))
     if log.outcome is not Outcome.COMPLETED:
         raise NoRestError(f"no rest found: the flight ended after {log.ended:g} s")
     loops = Loops(plan)
     asked = Vector(commanded(loops.loop, loops.p, log.final.command))
-    return loops.step(Flown(log.final, filled(asked, loops.loop.late), asked), first - 1)
+    return loops.step(LoopState(log.final, filled(asked, loops.loop.late), asked), first - 1)

@@ -77,7 +77,7 @@ REFINED, ZOOMS, ZOOMED = 30, 4, 9
 """Most steps to a crossing; number of refinements of a minimum, and frequencies in each."""
 
 
-class Limits(NamedTuple):
+class MarginLimits(NamedTuple):
     """Least margins of a sound loop: gain [dB] both ways, phase [rad], delay [s]."""
 
     gain: float
@@ -85,7 +85,7 @@ class Limits(NamedTuple):
     delay: float
 
 
-TEXTBOOK = Limits(LEAST_GAIN, LEAST_PHASE, 0.0)
+TEXTBOOK = MarginLimits(LEAST_GAIN, LEAST_PHASE, 0.0)
 """Without latency."""
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from quadstep.linear.modes import Reduced, reduced, scales
 from quadstep.linear.sampled import Loops, approached
-from quadstep.linear.states import Array, Flown, states, with_states
+from quadstep.linear.states import Array, LoopState, states, with_states
 
 NEAR = 1e-4
 """Distance: 0.1 mm, 0.1 mm/s, 0.1 mrad/s and a quaternion's entry by as much; relative to 1 and to a state's size."""
@@ -24,7 +24,7 @@ MOVED, SEED = 4, 5
 """States near rest at which a loop that bends is linearised, and what they are drawn from."""
 
 
-def bending(loops: Loops, flown: Flown, first: int, period: Reduced) -> tuple[str, ...]:
+def bending(loops: Loops, flown: LoopState, first: int, period: Reduced) -> tuple[str, ...]:
     """The states whose slopes over a period are others near the rest `flown` at tick `first`."""
     missed = missing(period.map, differences(loops, flown, first, period.places, NEAR)).max(axis=1)
     return tuple(period.period.names[place] for place in np.flatnonzero(~(missed <= STRAIGHT)))
@@ -38,7 +38,7 @@ def missing(exact: Array, other: Array) -> Array:
     return found
 
 
-def differences(loops: Loops, flown: Flown, first: int, places: NDArray[np.intp], size: float) -> Array:
+def differences(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp], size: float) -> Array:
     """The map of a period between these states, by central differences of flights, all of them flown as one of arrays."""
     values = np.array(states(flown)[0])
     count = len(places)
@@ -52,7 +52,7 @@ def differences(loops: Loops, flown: Flown, first: int, places: NDArray[np.intp]
     return found
 
 
-def nearby(loops: Loops, flown: Flown, first: int, places: NDArray[np.intp]) -> list[Reduced]:
+def nearby(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp]) -> list[Reduced]:
     """The loop linearised at states near its rest, without those where slopes do not exist. What is at these places is moved
     before the last step of a period, so that what has to have length one does.
     """

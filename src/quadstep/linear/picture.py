@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.linear.analysis import Analysis, Step
+from quadstep.linear.analysis import Analysis, StepResponse
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array, Channel
 from quadstep.linear.transfer import Complex
@@ -87,7 +87,7 @@ def draw_nyquist(path: Path, shown: Open, sheet: Sheet) -> None:
         write(figure, path, sheet)
 
 
-def draw_steps(path: Path, steps: Sequence[Step], sheet: Sheet) -> None:
+def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
     """Response of each stepped quantity to its step of the path."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 4.0, 2.8)

@@ -13,7 +13,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES
 from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
-from quadstep.linear.analysis import Analysis, Step, Studied, steps, studied
+from quadstep.linear.analysis import Analysis, StepResponse, Studied, steps, studied
 from quadstep.linear.equilibrium import held, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
@@ -50,7 +50,7 @@ def margin_record(one: Margins) -> dict[str, float | None]:
     return dict(zip(MARGIN_COLUMNS, margin_numbers(one), strict=True))
 
 
-def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
+def record(found: Analysis, steps: list[StepResponse]) -> dict[str, object]:
     period, grade, asked = found.loop.period, graded(found), found.limits
     return {
         "grade": grade.word,
@@ -128,7 +128,6 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> E
 
 
 def of_file(mission: Mission, path: Path) -> Studied:
-    """The same, with the file named in errors."""
     try:
         return studied(mission)
     except UserError as error:
@@ -136,7 +135,6 @@ def of_file(mission: Mission, path: Path) -> Studied:
 
 
 def channel_rows(found: Analysis) -> list[tuple[object, ...]]:
-    """The margins of each channel as numbers."""
     return [(channel.name, *margin_numbers(one)) for channel, one in zip(found.channels, found.margins, strict=False)]
 
 
@@ -173,7 +171,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: S
     )
 
 
-def captions(found: Analysis, moves: list[Step]) -> dict[str, str]:
+def captions(found: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     """What to see in each figure."""
     pairs = list(zip(found.channels, found.margins, strict=False))
     phase = min(pairs, key=lambda pair: pair[1].phase)
@@ -195,7 +193,7 @@ def captions(found: Analysis, moves: list[Step]) -> dict[str, str]:
     }
 
 
-def draw(folder: Path, found: Analysis, moves: list[Step], sheet: Sheet) -> None:
+def draw(folder: Path, found: Analysis, moves: list[StepResponse], sheet: Sheet) -> None:
     """The figures: frequencies up to half the rate of the law."""
     folder.mkdir()
     ready = opened(found.loop)

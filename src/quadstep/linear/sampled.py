@@ -16,8 +16,8 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Numbers
 from quadstep.interfaces.closed_loop import Clock
 from quadstep.interfaces.reference import PathLaw, Reference
-from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, Side, apart
-from quadstep.linear.states import Array, Channel, Flown, Pose, channels, commanded, moved, pose, states, with_states
+from quadstep.linear.side import SAME, EdgeSide, NoSlopeError, NotLinearError, apart
+from quadstep.linear.states import Array, Channel, LoopState, Pose, channels, commanded, moved, pose, states, with_states
 from quadstep.numbers import Number, Structure, Vector, flatten
 from quadstep.numbers.dual import Seeds
 from quadstep.sensing.sensors import filled, passed
@@ -128,10 +128,10 @@ class Loops:
         """Which tasks run at tick k."""
         return tuple(k % every == 0 for every in self.plan.ticks.every)
 
-    def begin(self) -> Flown:
-        return Flown(self.loop.start(self.plan.start, self.p), (), Vector(()))
+    def begin(self) -> LoopState:
+        return LoopState(self.loop.start(self.plan.start, self.p), (), Vector(()))
 
-    def tasks(self, flown: Flown, k: int, p: Numbers) -> tuple[Flown, Structure]:
+    def tasks(self, flown: LoopState, k: int, p: Numbers) -> tuple[LoopState, Structure]:
         """After the tasks of tick k; the command, () where the law is not due."""
         cycle, line, asked = flown
         command: Structure = ()
@@ -147,13 +147,13 @@ class Loops:
                 cycle = cycle._replace(memory=memory, held=held, waiting=waiting)
             elif due:
                 cycle, _ = task.run(cycle, p, clock)
-        return Flown(cycle, line, asked), command
+        return LoopState(cycle, line, asked), command
 
-    def step(self, flown: Flown, k: int) -> Flown:
+    def step(self, flown: LoopState, k: int) -> LoopState:
         clock = Clock(k * self.h, float(k), self.h)
         return flown._replace(cycle=self.loop.advance(flown.cycle, self.p, clock))
 
-    def fly(self, flown: Flown, first: int, past: int) -> Flown:
+    def fly(self, flown: LoopState, first: int, past: int) -> LoopState:
         for k in range(first, past):
             flown = self.step(self.tasks(flown, k, self.p)[0], k)
         return flown
@@ -163,12 +163,12 @@ class Moment(NamedTuple):
     """Tick k as flown: the loop before it, the loop after its tasks, and the law's last command."""
 
     k: int
-    flown: Flown
-    after: Flown
+    flown: LoopState
+    after: LoopState
     command: Structure
 
 
-def linearised(loops: Loops, flown: Flown, first: int, way: Array | None = None) -> Period:
+def linearised(loops: Loops, flown: LoopState, first: int, way: Array | None = None) -> Period:
     """As `approached`. Raises NoSlopeError where a slope does not exist."""
     found = approached(loops, flown, first, way)
     if found.broken:
@@ -176,7 +176,7 @@ def linearised(loops: Loops, flown: Flown, first: int, way: Array | None = None)
     return found
 
 
-def approached(loops: Loops, flown: Flown, first: int, way: Array | None = None) -> Period:
+def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = None) -> Period:
     """One period from tick `first` on, a multiple of the period's. flown: once the law has run. way: a deviation of all
     states, to whose side the loop is linearised where it bends. Raises NotLinearError.
     """
@@ -194,7 +194,7 @@ def approached(loops: Loops, flown: Flown, first: int, way: Array | None = None)
         moments.append(Moment(k, flown, after, held))
         flown = loops.step(after, k)
     ticks: dict[int, Tick] = {}
-    side = Side(way)
+    side = EdgeSide(way)
     if way is None:
         for due in dict.fromkeys(loops.due(one.k) for one in moments):
             ticks |= alike(loops, [one for one in moments if loops.due(one.k) == due], side)
@@ -206,7 +206,7 @@ def approached(loops: Loops, flown: Flown, first: int, way: Array | None = None)
     )
 
 
-def alike(loops: Loops, moments: list[Moment], side: Side) -> dict[int, Tick]:
+def alike(loops: Loops, moments: list[Moment], side: EdgeSide) -> dict[int, Tick]:
     """Ticks with the same tasks: one for all if nothing has moved and no task depends on time; else each by itself. (A task
     that follows a plan depends on the time since the plan was made.)
     """
@@ -223,7 +223,7 @@ def alike(loops: Loops, moments: list[Moment], side: Side) -> dict[int, Tick]:
     return found
 
 
-def tick_of(loops: Loops, one: Moment, side: Side, tasks: Array, known: Tick | None = None) -> Tick:
+def tick_of(loops: Loops, one: Moment, side: EdgeSide, tasks: Array, known: Tick | None = None) -> Tick:
     """The slopes of a tick. tasks: of its tasks. known: another whose step is the same. Raises NotLinearError."""
     n = len(tasks)
     if known is not None:
@@ -231,7 +231,7 @@ def tick_of(loops: Loops, one: Moment, side: Side, tasks: Array, known: Tick | N
     return Tick(tasks[:, :n], tasks[:, n:], of_step(loops, one, side), acting(loops, one), loops.due(one.k)[-1])
 
 
-def of_tasks(loops: Loops, one: Moment, side: Side) -> Array:
+def of_tasks(loops: Loops, one: Moment, side: EdgeSide) -> Array:
     """The tasks' slopes by state and path, (states, states + path)."""
     values, names = states(one.flown)
     n, r = len(values), len(WANTED)
@@ -246,7 +246,7 @@ def of_tasks(loops: Loops, one: Moment, side: Side) -> Array:
     return found
 
 
-def of_step(loops: Loops, one: Moment, side: Side) -> Array:
+def of_step(loops: Loops, one: Moment, side: EdgeSide) -> Array:
     """The slopes of the integrator's step by state, (states, states)."""
     values, names = states(one.after)
 
@@ -267,5 +267,5 @@ def acting(loops: Loops, one: Moment) -> Array:
 
     found = np.zeros((len(names), m))
     held = [place for place, name in enumerate(names) if name.startswith("held")]
-    found[held] = Side().slopes(one.k * loops.h, [names[place] for place in held], m, made)
+    found[held] = EdgeSide().slopes(one.k * loops.h, [names[place] for place in held], m, made)
     return found

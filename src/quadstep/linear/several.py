@@ -16,7 +16,7 @@ from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, studied, worst_of
 from quadstep.linear.equilibrium import flown_to, quiet
-from quadstep.linear.margins import Limits
+from quadstep.linear.margins import MarginLimits
 from quadstep.linear.modes import reduced
 from quadstep.linear.picture import draw_over
 from quadstep.linear.run import MARGIN_COLUMNS, margin_numbers, record
@@ -47,7 +47,7 @@ def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | s
         yield first * plans[0].ticks.step, at(plans, first, limits(mission))
 
 
-def at(plans: list[FlightPlan], first: int, asked: Limits) -> Analysis | str:
+def at(plans: list[FlightPlan], first: int, asked: MarginLimits) -> Analysis | str:
     try:
         with linearising():
             loops = [reduced(linearised(Loops(plan), flown_to(plan, first), first)) for plan in plans]

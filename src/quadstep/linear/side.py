@@ -26,7 +26,7 @@ class NoSlopeError(NotLinearError):
     """There is no slope just here: a jump, or a slope without bound."""
 
 
-class Side:
+class EdgeSide:
     """The side on which a loop is differentiated.
 
     way: a small deviation of the state; None where the loop bends nowhere, which is then found out. bends: the places where it

@@ -62,7 +62,7 @@ def moved(p: object, command: Structure, by: Sequence[Number]) -> Structure:
 Array = NDArray[np.float64]
 
 
-class Flown(NamedTuple):
+class LoopState(NamedTuple):
     """The state from tick to tick. asked: the command that the actuators hold, by channel; line: commands under way."""
 
     cycle: Cycle
@@ -70,14 +70,13 @@ class Flown(NamedTuple):
     asked: Vector
 
 
-def states(flown: Flown) -> tuple[list[float], list[str]]:
+def states(flown: LoopState) -> tuple[list[float], list[str]]:
     """Everything that can deviate: the whole state, except for the command as logged."""
     kept = flown._replace(cycle=flown.cycle._replace(command=()))
     return flatten(kept), [name.removeprefix("cycle.") for name in leaf_names(kept)]
 
 
-def with_states(flown: Flown, values: Sequence[Number]) -> Flown:
-    """The same with these in their place."""
+def with_states(flown: LoopState, values: Sequence[Number]) -> LoopState:
     bare = rebuild(flown._replace(cycle=flown.cycle._replace(command=())), iter(values))
     return bare._replace(cycle=bare.cycle._replace(command=flown.cycle.command))
 
@@ -98,7 +97,7 @@ class Pose(NamedTuple):
     rows: Array
 
 
-def pose(loop: Loop, p: Numbers, flown: Flown, time: float) -> Pose:
+def pose(loop: Loop, p: Numbers, flown: LoopState, time: float) -> Pose:
     """The pose of the vehicle at this time [s]."""
     values, _ = states(flown)
     plant, state = loop.plant, with_states(flown, Seeds(len(values), 1.0).seeded(values, 0)).cycle.state

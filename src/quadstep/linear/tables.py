@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quadstep.linear.analysis import Analysis, Step
+from quadstep.linear.analysis import Analysis, StepResponse
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.modes import Pole
@@ -127,6 +127,6 @@ def first(names: Iterable[str]) -> str:
     return ", ".join(every[:NAMED]) + (f" and {len(every) - NAMED} more" if len(every) > NAMED else "")
 
 
-def step_rows(steps: list[Step]) -> list[list[str]]:
+def step_rows(steps: list[StepResponse]) -> list[list[str]]:
     """A row of `STEP_HEADER` for each step."""
     return [[one.name, f"{100.0 * one.overshoot:.1f}", number(one.settling, ".2f")] for one in steps]

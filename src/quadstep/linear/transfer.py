@@ -92,7 +92,6 @@ class Opened:
         return hold(self.due, self.ticks)
 
     def only(self, channel: int) -> "Opened":
-        """The same with a single channel."""
         own = slice(channel, channel + 1)
         return replace(self, b=self.b[own], c=self.c[own], d=self.d[own])
 

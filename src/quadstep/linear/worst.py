@@ -38,7 +38,7 @@ NAMED = 3
 """Most loops with the same reason that are named."""
 
 
-class Worst(NamedTuple):
+class LeastMargin(NamedTuple):
     """The least of one margin. where: the name of the loop."""
 
     margin: str
@@ -97,7 +97,7 @@ def whose(names: Sequence[str], total: int) -> str:
     return ", ".join(names) if len(names) <= NAMED else f"{len(names)} of {total}, first {names[0]}"
 
 
-def worst(found: Found) -> list[Worst]:
+def worst(found: Found) -> list[LeastMargin]:
     """The least of each margin over all loops and channels."""
     made = []
     for title, value, less, text in MEASURES:
@@ -108,7 +108,7 @@ def worst(found: Found) -> list[Worst]:
         ]
         if every:
             best = (min if less else max)(every, key=lambda one: one[0])
-            made.append(Worst(title, text(best[3]), best[2], best[1]))
+            made.append(LeastMargin(title, text(best[3]), best[2], best[1]))
     return made
 
 

@@ -54,7 +54,6 @@ class Energy(EffortMetric):
     unit: ClassVar[str] = "J"
 
     def start(self) -> OverTime[Number]:
-        """Nothing."""
         return OverTime(-1.0, 0.0, 0.0, 0.0)
 
     def add(self, sums: OverTime[Number], sample: Mapping[str, Number]) -> OverTime[Number]:
@@ -65,7 +64,6 @@ class Energy(EffortMetric):
         return OverTime(where(new, sample["t"], sums.first), sample["t"], power, sums.sum + where(new, 0.0, more))
 
     def value(self, sums: OverTime[Number]) -> Number:
-        """The sum."""
         return sums.sum
 
 
@@ -77,7 +75,6 @@ class RotorActivity(EffortMetric):
     unit: ClassVar[str] = "N/s"
 
     def start(self) -> OverTime[Vector]:
-        """Nothing."""
         return OverTime(-1.0, 0.0, Vector([0.0] * self.rotors), 0.0)
 
     def add(self, sums: OverTime[Vector], sample: Mapping[str, Number]) -> OverTime[Vector]:
@@ -107,11 +104,9 @@ class Saturation(EffortMetric):
     name: ClassVar[str] = "saturation"
 
     def start(self) -> SampleCounts:
-        """None."""
         return SampleCounts(0.0, 0.0)
 
     def add(self, sums: SampleCounts, sample: Mapping[str, Number]) -> SampleCounts:
-        """One more."""
         missing = absolute(sample["u"] - sample["u_a"])
         for axis in ("tau_x", "tau_y", "tau_z"):
             missing = maximum(missing, 10.0 * absolute(sample[axis] - sample[f"{axis}_a"]))
@@ -119,7 +114,6 @@ class Saturation(EffortMetric):
         return SampleCounts(sums.samples + 1.0, sums.counting + where(limited, 1.0, 0.0))
 
     def value(self, sums: SampleCounts) -> Number:
-        """The share."""
         return sums.counting / maximum(sums.samples, 1.0)
 
 

@@ -86,7 +86,6 @@ def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:
 
 
 def has(seen: LoggedFlight, *names: str) -> bool:
-    """Whether the log has these columns."""
     return all(name in seen.log.columns for name in names)
 
 

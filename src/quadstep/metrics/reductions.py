@@ -41,7 +41,6 @@ class Sums(Protocol):
 
 
 def rmse(errors: Numbers) -> float:
-    """Root of the mean square."""
     return float(np.sqrt(np.mean(np.square(errors))))
 
 

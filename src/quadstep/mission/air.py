@@ -94,15 +94,8 @@ class WindSection(Section):
         dryden = Dryden(0.0, 6.096, 1.0)
         if self.turbulence:
             dryden = Dryden(self.turbulence.strength, self.turbulence.height, self.turbulence.airspeed or 0.0)
-        return Wind(
-            mean=Vector(self.mean),
-            swing=Vector(self.swing),
-            swing_frequency=self.swing_frequency,
-            gust=Vector(gust.velocity),
-            gust_start=gust.start,
-            gust_length=gust.length,
-            turbulence=dryden,
-        )
+        shape = {"gust": Vector(gust.velocity), "gust_start": gust.start, "gust_length": gust.length}
+        return self.as_numbers(Wind, **shape, turbulence=dryden)
 
 
 class OwnWindSection(OwnSection):

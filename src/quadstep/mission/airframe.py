@@ -28,7 +28,6 @@ from quadstep.vehicle.airframe.agility import LATE, agility
 from quadstep.vehicle.airframe.allocation import Allocation, allocation, mixing, rank
 from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
 from quadstep.vehicle.airframe.motion import contact
-from quadstep.vehicle.airframe.observer import Observer
 from quadstep.vehicle.airframe.plant import INPUTS, NO_DRAG, OUTPUTS, Airframe, Residual, hover_drag
 from quadstep.vehicle.airframe.rotor import Battery, Drag, Rotor
 
@@ -88,17 +87,8 @@ class RotorSection(Section):
         return self
 
     def build(self) -> Rotor:
-        """The rotor as numbers."""
-        return Rotor(
-            thrust=self.thrust_coefficient,
-            torque=self.torque_coefficient,
-            inertia=self.inertia,
-            rise=self.rise_time,
-            fall=self.fall_time,
-            slowest=self.slowest,
-            fastest=self.fastest,
-            radius=self.radius,
-        )
+        thrust, torque = self.thrust_coefficient, self.torque_coefficient
+        return self.as_numbers(Rotor, thrust=thrust, torque=torque, rise=self.rise_time, fall=self.fall_time)
 
 
 class DragSection(Section):
@@ -119,10 +109,6 @@ class DragSection(Section):
             )
         return self
 
-    def build(self) -> Drag:
-        """Drag as numbers."""
-        return Drag(Vector(self.parasitic), Vector(self.rotor), self.flapping, self.translational_lift)
-
 
 class BatterySection(Section):
     """What drives the rotors. Without the effect `battery` it is not used."""
@@ -141,10 +127,6 @@ class BatterySection(Section):
             raise ValueError("efficiency must be greater than 0")
         return self
 
-    def build(self) -> Battery:
-        """The battery as numbers."""
-        return Battery(self.full, self.empty, self.capacity, self.resistance, self.efficiency)
-
 
 class EffectsSection(Section):
     """Which effects act."""
@@ -154,10 +136,6 @@ class EffectsSection(Section):
     gyroscopic: Annotated[bool, Quantity("", "gyroscopic and spin-up torque of the rotors")] = True
     drag: Annotated[bool, Quantity("", "all effects in the table drag")] = True
     residual: Annotated[bool, Quantity("", "the learned residual, if the vehicle has one")] = False
-
-    def build(self) -> Effects:
-        """The effects as structure."""
-        return Effects(battery=self.battery, ground=self.ground, gyroscopic=self.gyroscopic, drag=self.drag)
 
 
 MOST_LATE = 250
@@ -202,22 +180,8 @@ class PredictionSection(Section):
     reach: Annotated[Positive, Quantity("m/s^2", "largest acceleration towards the setpoint")] = 1e3
     steepest: Annotated[Positive, Quantity("", "tangent of the largest tilt for the setpoint")] = 0.5
 
-    def build(self) -> Observer:
-        """The observer as numbers."""
-        pairs = {name: Vector(value) for name, value in self.model_dump().items() if isinstance(value, tuple)}
-        return Observer(
-            **pairs,
-            spring=self.spring,
-            path=self.path,
-            drift=self.drift,
-            delay=self.delay,
-            reach=self.reach,
-            steepest=self.steepest,
-        )
-
 
 def as_nested(value: object) -> object:
-    """Lists of lists as tuples of tuples."""
     return tuple(map(as_tuple, value)) if isinstance(value, list | tuple) else value
 
 
@@ -271,7 +235,6 @@ class BuiltAirframe(NamedTuple):
     stale: Number = 0.0
 
     def model(self) -> Model:
-        """What it is to a controller."""
         airframe, rotors = self.airframe, len(self.geometry.mounts)
         rotor = airframe.rotor
         pace = agility(self.geometry, airframe, self.allocation, self.delay, self.stale)
@@ -455,19 +418,17 @@ class AirframeSection(Section):
         are [s]. period: of its law [s].
         """
         geometry, rotor = self.geometry(), self.rotor.build()
-        airframe = Airframe(
-            mass=self.mass,
-            inertia=Vector(self.inertia),
-            gravity=self.gravity,
+        airframe = self.as_numbers(
+            Airframe,
             rotor=rotor,
-            drag=self.drag.build(),
-            battery=(self.battery or UNUSED_BATTERY).build(),
+            drag=self.drag.as_numbers(Drag),
+            battery=(self.battery or UNUSED_BATTERY).as_numbers(Battery),
             ground=NO_GROUND if self.ground is None else self.ground,
             residual=self.residual.build() if self.residual and self.effects.residual else (),
             contact=contact(self.legs, self.mass, self.gravity, len(geometry.mounts)) if self.legs is not None else (),
         )
         delay = age + self.command_delay + 0.5 * period
-        return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor), delay, stale)
+        return BuiltAirframe(geometry, self.effects.as_numbers(Effects), airframe, allocation(geometry, rotor), delay, stale)
 
 
 LONGEST_ON_LEGS = 0.004

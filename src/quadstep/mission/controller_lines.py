@@ -83,5 +83,4 @@ def written(value: object, stands_for_three: bool = False) -> str:
 
 
 def commented(line: str, *said: str) -> str:
-    """A line and what is said of it."""
     return f"{line:<{WIDTH}} # {'; '.join(filter(lambda part: part not in ('', '-'), said))}"

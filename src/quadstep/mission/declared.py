@@ -15,7 +15,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import place
-from quadstep.metrics.of_log import Metrics, flight_metrics
+from quadstep.metrics.registry import Metrics, flight_metrics
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import section_of
@@ -40,7 +40,6 @@ class OwnVehicleSection(NumbersSection):
     type: str
 
     def model(self) -> Model:
-        """What it is to a controller."""
         return self.plant.model(self.numbers())
 
     def warnings(self) -> list[str]:

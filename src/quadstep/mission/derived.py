@@ -49,9 +49,7 @@ class BuiltController(NamedTuple):
 class Modelled(Protocol):
     """A vehicle."""
 
-    def model(self) -> Model:
-        """What it is to a controller."""
-        ...
+    def model(self) -> Model: ...
 
 
 class ControllerSection(Section):

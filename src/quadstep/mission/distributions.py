@@ -100,7 +100,6 @@ class LogNormal(Section):
 
     @property
     def logarithm(self) -> Normal:
-        """The distribution of the logarithm."""
         low, high = (None if end is None else log(end) for end in (self.low, self.high))
         return Normal(type="normal", mean=log(self.median), deviation=self.sigma, low=low, high=high)
 
@@ -135,7 +134,6 @@ class Choice(Section):
 
     @property
     def options(self) -> tuple[object, ...]:
-        """The options."""
         return self.values
 
     def place(self, u: Number) -> NDArray[np.int64]:
@@ -170,7 +168,6 @@ class Grid(Section):
 
     @property
     def options(self) -> tuple[object, ...]:
-        """The values in order."""
         if self.values is not None:
             return self.values
         assert self.low is not None and self.high is not None and self.count is not None
@@ -187,7 +184,6 @@ def within(x: Number, low: float | None, high: float | None) -> Number:
 
 
 def as_rows(rows: object) -> object:
-    """A list of lists as a tuple of tuples."""
     return tuple(as_tuple(row) for row in rows) if isinstance(rows, list) else rows
 
 
@@ -246,7 +242,6 @@ class Correlated(Section):
             raise ValueError(f"{name}: must be positive definite") from None
 
     def quantiles(self, us: list[Number]) -> list[Number]:
-        """The values of the keys."""
         normal = [inverse_normal(u) for u in us]
         return [
             mean + total(weight * z for weight, z in zip(row[: i + 1], normal, strict=False))

@@ -1,18 +1,29 @@
 """Kinds of values in a mission file."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+
+from quadstep.numbers import Vector
+
+Numbers = TypeVar("Numbers")
 
 
 class Section(BaseModel):
     """A table of the mission file: unknown keys and wrong types are refused."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    def as_numbers(self, kind: Callable[..., Numbers], **others: object) -> Numbers:
+        """The structure of laws whose fields have the names of these keys. others: those that have other names."""
+        same = {name: one for name, one in kind.__annotations__.items() if name not in others and hasattr(self, name)}
+        values = {name: getattr(self, name) for name in same}
+        return kind(**{name: Vector(value) if same[name] is Vector else value for name, value in values.items()}, **others)
 
 
 def plain(value: object) -> object:

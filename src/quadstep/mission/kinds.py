@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
 
 
-class Kind(NamedTuple):
+class MissionKind(NamedTuple):
     """A kind of mission whose vehicle has no `type`.
 
     place: module and class within this package. needs: what is said of its tables in a mission of another kind.
@@ -60,11 +60,11 @@ class Kind(NamedTuple):
         return loaded
 
 
-PAPER = Kind(
+PAPER = MissionKind(
     "lagrange.LagrangeMission",
     "needs the paper's plant, but [vehicle] describes a real vehicle: leave out preset, file, layout and rotor",
 )
-REAL = Kind(
+REAL = MissionKind(
     "multirotor.MultirotorMission",
     'needs a real vehicle, but [vehicle] names none: give preset = "x500" (`quadstep vehicles` lists the presets), '
     'or file = "my.toml"',

@@ -2,30 +2,99 @@
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, model_validator
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.interfaces.log import FlightLog
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.model import MARGIN, Kinematics, Model
 from quadstep.interfaces.reference import Reference
 from quadstep.io.user_code.installed import DISTURBANCES
-from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
+from quadstep.metrics.registry import Metrics, flight_metrics
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, section_of
-from quadstep.mission.fields import Angles, Finite, Name, Positive, Quantity, Section, Triple
+from quadstep.mission.fields import (
+    Angles,
+    Finite,
+    Name,
+    NonNegative,
+    Positive,
+    PositiveDiagonal,
+    Quantity,
+    Section,
+    Triple,
+    as_tuple,
+)
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_thing import OwnMetrics, OwnSection, own_or
 from quadstep.mission.paths import AnyPath, BuiltPath, path_warnings
 from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.tune import TuneSection
-from quadstep.mission.vehicles import VehicleSection
-from quadstep.numbers import Vector
-from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, State
+from quadstep.numbers import Vector, total
+from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, Rotors, State, Vehicle
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
+
+
+class RotorsSection(Section):
+    """The four rotors of the paper's vehicle."""
+
+    arm: Annotated[Positive, Quantity("m", "l, from the centre to a rotor")] = 0.25
+    moment: Annotated[Positive, Quantity("m", "c, torque per thrust")] = 0.05
+    limits: Annotated[
+        Annotated[tuple[NonNegative, Positive], BeforeValidator(as_tuple)] | None,
+        Quantity("N", "smallest and largest thrust of one rotor; default: no limits"),
+    ] = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "RotorsSection":
+        if self.limits and self.limits[0] >= self.limits[1]:
+            raise ValueError(f"limits must be [smallest, largest] thrust of one rotor, not {list(self.limits)}")
+        return self
+
+
+class VehicleSection(Section):
+    """The paper's vehicle."""
+
+    mass: Annotated[Positive, Quantity("kg", "mass m")] = 1.0
+    inertia: Annotated[PositiveDiagonal, Quantity("kg m^2", "diagonal of Sigma")] = (5.0, 5.0, 5.0)
+    gravity: Annotated[Positive, Quantity("m/s^2", "gravity g")] = 9.81
+    kinematics: Annotated[
+        Literal["standard", "printed", "rigid"],
+        Quantity("", "which T_eta: that of Newton-Euler, the paper's, or the one consistent with its thrust"),
+    ] = "standard"
+    rotors: RotorsSection = RotorsSection()
+
+    @model_validator(mode="after")
+    def _rigid(self) -> "VehicleSection":
+        for axis in range(3):
+            others = total(self.inertia) - self.inertia[axis]
+            if self.inertia[axis] > others * (1.0 + 1e-12):
+                raise ValueError(
+                    f"inertia breaks the triangle inequality: {self.inertia[axis]:g} is more than the sum of the other two, "
+                    f"{others:g}; no rigid body has it"
+                )
+        return self
+
+    def warnings(self) -> list[str]:
+        """Limits with which no controller could hover."""
+        if self.rotors.limits:
+            lift, weight = 4.0 * self.rotors.limits[1], self.mass * self.gravity
+            if lift <= weight:
+                return [f"vehicle.rotors.limits: four rotors lift at most {lift:g} N, the weight is {weight:g} N"]
+        return []
+
+    def model(self) -> Model:
+        greatest = self.rotors.limits[1] if self.rotors.limits else math.inf
+        kinematics = Kinematics(self.kinematics)
+        return Model(self.mass, Vector(self.inertia), self.gravity, MARGIN * 4 * greatest, kinematics=kinematics)
+
+    def build(self) -> Vehicle:
+        least, greatest = self.rotors.limits or (-1e300, 1e300)
+        rotors = Rotors(self.rotors.arm, self.rotors.moment, least, greatest)
+        return self.as_numbers(Vehicle, rotors=rotors)
 
 
 class DisturbanceSection(Section):
@@ -39,7 +108,7 @@ class DisturbanceSection(Section):
     """No law but the paper's."""
 
     def build(self) -> Disturbance:
-        return Disturbance(self.scale, Vector(self.force), Vector(self.torque))
+        return self.as_numbers(Disturbance)
 
 
 class OwnDisturbanceSection(OwnSection):
@@ -82,7 +151,6 @@ class StartSection(Section):
         return self
 
     def state(self, wanted: Reference) -> State:
-        """The state at t = 0."""
         return State(
             position=Vector(self.position) if self.position else wanted.position,
             velocity=Vector(self.velocity) if self.velocity else wanted.velocity,
@@ -142,13 +210,13 @@ class LagrangeMission(Mission):
         return metrics, [f"a rotor is at a limit {100 * share:.3g} % of the time"] if share else []
 
     def build(self, path: BuiltPath) -> Built:
-        limits, rotors, vehicle = self.limits, self.vehicle.rotors.limits, self.vehicle.build()
+        rotors, vehicle = self.vehicle.rotors.limits, self.vehicle.build()
         return Built(
             numbers=partial(
                 Parameters,
                 vehicle=vehicle,
                 disturbance=self.disturbance.build(),
-                limits=Limits(limits.distance, limits.rate, limits.pitch),
+                limits=self.limits.as_numbers(Limits),
             ),
             start=self.start.state,
             warnings=lambda duration: [

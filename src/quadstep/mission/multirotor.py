@@ -14,8 +14,8 @@ from quadstep.interfaces.metric import Metric
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
 from quadstep.metrics.effort import EffortMetric
-from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import rotor_thrusts
+from quadstep.metrics.registry import Metrics, flight_metrics
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.clock import ClockSection
@@ -267,7 +267,7 @@ class MultirotorMission(Mission):
                 wind=self.wind.build(),
                 sensors=sensors.sensors,
                 key=key(self.seed, 0),
-                limits=AirframeLimits(self.limits.distance, self.limits.rate),
+                limits=self.limits.as_numbers(AirframeLimits),
             ),
             start=partial(self.start.state, vehicle, moving=not self.controller.controller.one_at_a_time),
             air=self.wind.air,

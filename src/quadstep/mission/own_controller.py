@@ -20,9 +20,8 @@ from quadstep.interfaces.controller import BodyRates, Command, Controller, Measu
 from quadstep.interfaces.gain import Gain, declared
 from quadstep.io.doors import Door
 from quadstep.io.errors import UserError, shorten, unknown_name
-from quadstep.io.user_code.blame import blamed, user_error
 from quadstep.io.user_code.installed import CONTROLLERS, own_place
-from quadstep.io.user_code.loading import load
+from quadstep.io.user_code.loading import blamed, load, user_error
 from quadstep.io.user_code.places import Place
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_thing import or_own, unknown_type
@@ -48,9 +47,7 @@ class Matching(Protocol):
     @property
     def note(self) -> str: ...
 
-    def sentence(self) -> str:
-        """All of it in one line."""
-        ...
+    def sentence(self) -> str: ...
 
     def text(self) -> str:
         """The content of `file`, in the autopilot's own format."""

@@ -43,8 +43,7 @@ class MinimumJerkPath(Section):
     yaw_end: Annotated[Finite, Quantity("rad", "yaw at the end")] = 0.0
 
     def build(self, folder: Path) -> BuiltPath:
-        parameters = MinimumJerkParameters(Vector(self.start), Vector(self.end), self.yaw_start, self.yaw_end, self.duration)
-        return BuiltPath(MinimumJerk(), parameters, self.duration)
+        return BuiltPath(MinimumJerk(), self.as_numbers(MinimumJerkParameters), self.duration)
 
 
 class Waypoint(Section):
@@ -92,14 +91,11 @@ class CirclePath(Section):
 
     def build(self, folder: Path) -> BuiltPath:
         rate = 2.0 * math.pi / self.period
-        parameters = OrbitParameters(
-            centre=Vector(self.centre),
+        parameters = self.as_numbers(
+            OrbitParameters,
             amplitude=vector(self.radius, -self.radius if self.clockwise else self.radius, 0.0),
             frequency=vector(rate, rate, rate),
             phase=vector(math.pi / 2.0, 0.0, 0.0),
-            yaw=self.yaw,
-            yaw_rate=self.yaw_rate,
-            ramp=self.ramp,
         )
         return BuiltPath(Orbit(), parameters, self.turns * self.period + 0.5 * self.ramp)
 
@@ -121,14 +117,11 @@ class FigureEightPath(Section):
     def build(self, folder: Path) -> BuiltPath:
         rate, second = 2.0 * math.pi / self.period, 0.5 * self.width
         flat = self.plane == "horizontal"
-        parameters = OrbitParameters(
-            centre=Vector(self.centre),
+        parameters = self.as_numbers(
+            OrbitParameters,
             amplitude=vector(0.5 * self.length, second if flat else 0.0, 0.0 if flat else second),
             frequency=vector(rate, 2.0 * rate, 2.0 * rate),
             phase=vector(0.0, 0.0, 0.0),
-            yaw=self.yaw,
-            yaw_rate=self.yaw_rate,
-            ramp=self.ramp,
         )
         return BuiltPath(Orbit(), parameters, self.turns * self.period + 0.5 * self.ramp)
 
@@ -150,7 +143,7 @@ class StepPath(Section):
         return self
 
     def build(self, folder: Path) -> BuiltPath:
-        return BuiltPath(Step(), StepParameters(Vector(self.start), Vector(self.end), self.time, self.yaw), self.duration)
+        return BuiltPath(Step(), self.as_numbers(StepParameters), self.duration)
 
 
 class Columns(Section):

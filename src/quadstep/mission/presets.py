@@ -8,9 +8,8 @@ from pathlib import Path
 
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.io.user_code.blame import user_error
 from quadstep.io.user_code.installed import OWN, VEHICLES, installed, named, own_place
-from quadstep.io.user_code.loading import load
+from quadstep.io.user_code.loading import load, user_error
 from quadstep.mission.fields import plain
 
 WAYS_TO_PLACE_ROTORS = ({"layout", "arm"}, {"rotors"})
@@ -41,7 +40,6 @@ def preset_names() -> list[str]:
 
 
 def packaged_names() -> list[str]:
-    """Those that come with the package."""
     return sorted(one.name.removesuffix(".toml") for one in preset_folder().iterdir() if one.name.endswith(".toml"))
 
 

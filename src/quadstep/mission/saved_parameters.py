@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError, meant
-from quadstep.io.parameter_files import Parameters, read_parameters
+from quadstep.io.parameter_files import AutopilotParameters, read_parameters
 
 KEY = "parameters"
 """Names the file. It goes when the mission is read: what the file says is then in the mission."""
@@ -44,7 +44,7 @@ def completed(law: type[Controller], table: Mapping[str, object], folder: Path) 
     return Completed(under(merged, known), tuple(notes(law, found, name, near_first)), near_first)
 
 
-def refuse_unknown(law: type[Controller], found: Parameters, name: str) -> None:
+def refuse_unknown(law: type[Controller], found: AutopilotParameters, name: str) -> None:
     """Raises ValueError for a parameter in one of the law's groups that the firmware does not have, or has under another name,
     and for a value with which the law does not fly.
     """
@@ -65,7 +65,7 @@ def group(name: str) -> str:
     return name.rpartition(".")[0] if "." in name else name.partition("_")[0]
 
 
-def notes(law: type[Controller], found: Parameters, name: str, left: tuple[str, ...]) -> list[str]:
+def notes(law: type[Controller], found: AutopilotParameters, name: str, left: tuple[str, ...]) -> list[str]:
     """Of another release, of what the law does without, and of defaults that are not its own."""
     keys, said = law.by_key(), []
     if found.version and found.version not in law.source:

@@ -26,7 +26,7 @@ from quadstep.interfaces.plant import Air, Plant
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
 from quadstep.metrics.margins import AT_REST, DELAYS, LEAST_GAIN, LEAST_PHASE
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.registry import Metrics
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
 from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain
@@ -256,7 +256,6 @@ class Mission(Section, metaclass=MissionMeta):
         return {**found, **own, **({AT_REST: rest} if rest else {})}, warnings
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
-        """What is drawn of a flight."""
         return flight_jobs(log, self.name, self.plant.efforts)
 
     def plan(self, folder: Path | None = None, warn: bool = True, drawn: bool = False) -> FlightPlan:

@@ -116,16 +116,8 @@ class SensorsSection(Section):
 
     def numbers(self, gravity: float) -> Sensors:
         """The sizes of all noise; gravity [m/s^2] is the value that the estimator assumes."""
-        return Sensors(
-            gyro_noise=self.gyro_noise,
-            gyro_bias=self.gyro_bias,
-            gyro_walk=self.gyro_walk,
-            accelerometer_noise=self.accelerometer_noise,
-            accelerometer_bias=self.accelerometer_bias,
-            accelerometer_walk=self.accelerometer_walk,
-            position_noise=self.position_noise,
-            velocity_noise=self.velocity_noise,
-            attitude_noise=self.attitude_noise,
+        return self.as_numbers(
+            Sensors,
             gravity=gravity,
             fix=self.fix.numbers() if self.fix else (),
             estimator=() if isinstance(self.estimator, bool) else self.estimator.numbers(),

@@ -154,10 +154,8 @@ class TuneSection(Section):
 
     @property
     def of_flights(self) -> dict[str, Constraint]:
-        """The constraints on metrics of flights."""
         return {name: one for name, one in self.constraints.items() if name not in MARGINS}
 
     @property
     def margins(self) -> list[str]:
-        """The margins that it names."""
         return [name for name in dict.fromkeys((*self.objective, *self.constraints)) if name in MARGINS]

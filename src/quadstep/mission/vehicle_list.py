@@ -85,5 +85,4 @@ def source(sources: dict[str, str], key: str) -> str:
 
 
 def short_text(value: object) -> str:
-    """A number or a list of them, short."""
     return ", ".join(f"{part:.6g}" for part in value) if isinstance(value, tuple) else f"{value:.6g}"

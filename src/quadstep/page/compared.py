@@ -5,7 +5,7 @@ from html import escape
 from urllib.parse import urlencode
 
 from quadstep.metrics.judging.verdict import scalars
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.registry import Metrics
 from quadstep.page.cards import best, picture
 from quadstep.page.folder import ResultFolder
 from quadstep.page.identity import identity

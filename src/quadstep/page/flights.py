@@ -11,7 +11,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError
 from quadstep.metrics.judging.verdict import RULES, graded
 from quadstep.metrics.margins import SOUND, at_rest_sentences, rest_of
-from quadstep.metrics.of_log import Metrics, group, metric
+from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.schema import Mission

@@ -9,7 +9,7 @@ from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.registry import Metrics
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.page.build import Walk, build_page

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.registry import Metrics
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.page.build import build_page

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quadstep.program.assignments import ARRAY, CONSTANT, INPUT, ITEM, LOOP, STATEMENTS, Loop, Record
+from quadstep.program.assignments import ARRAY, CONSTANT, INPUT, ITEM, LOOP, STATEMENTS, LoopAssignment, Record
 from quadstep.program.operations import CONDITIONS, constant_text, in_javascript
 
 DEEPEST = 40
@@ -41,7 +41,7 @@ class Writer:
 
     def __init__(self, record: Record, fixed: Iterable[str], carry: str = "X", constants: str = "K") -> None:
         self.nodes, self.carry, self.constants = record.nodes, carry, constants
-        self.loops: dict[int, Loop] = getattr(record, "loops", {})
+        self.loops: dict[int, LoopAssignment] = getattr(record, "loops", {})
         self.arrays: dict[str, int] = getattr(record, "arrays", {})
         self.steady = self._steady(set(fixed))
         self.kept: dict[int, int] = {}
@@ -184,7 +184,7 @@ class Writer:
         names[place] = f"v{place}"
         return text
 
-    def _loop(self, loop: Loop, names: dict[int, str]) -> str:
+    def _loop(self, loop: LoopAssignment, names: dict[int, str]) -> str:
         """A loop around the statements of its step; all that a turn leaves is computed before any of it is written down."""
         inside = dict(names)
         results = {place for _, place in loop.results if not self.leaf(place) and place not in names}

@@ -118,7 +118,7 @@ ARRAY, LOOP, ITEM = "array", "loop", "item"
 STATEMENTS = frozenset((ARRAY, LOOP))
 
 
-class Loop(NamedTuple):
+class LoopAssignment(NamedTuple):
     """counter: the variable that counts its turns. state: the array of the carry. begin: places of the carry before the first
     turn. results: of the last assignments of a turn, each with the text of its target.
     """
@@ -136,7 +136,7 @@ class ScriptRecord(LoopRecord):
 
     def __init__(self) -> None:
         super().__init__()
-        self.loops: dict[int, Loop] = {}
+        self.loops: dict[int, LoopAssignment] = {}
         self.arrays: dict[str, int] = {}
 
     def array(self, size: int) -> str:
@@ -189,7 +189,7 @@ class ScriptRecord(LoopRecord):
         around, turning = self.around(index, [place for _, place in results])
         filled = {place for _, _, source, _, _ in sources for place in source}
         loop = self.place(LOOP, *sorted(around | filled | set(begin)), text=index, turning=turning)
-        self.loops[loop] = Loop(index, count, backwards, state, begin, tuple(results))
+        self.loops[loop] = LoopAssignment(index, count, backwards, state, begin, tuple(results))
 
         def read(name: str, size: int) -> list[RecordedNumber]:
             return [self.item(f"{name}[{i}]", (loop,)) for i in range(size)]

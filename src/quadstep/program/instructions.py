@@ -28,7 +28,7 @@ class Stored(NamedTuple):
 
 
 class Within(Protocol):
-    """The function being written, if not the whole: a `subroutine.Subroutine`."""
+    """The function being written, if not the whole: a `Subroutine`."""
 
     def local(self, value: ir.Value) -> ir.Value:
         """A value of the surrounding code as the function sees it."""
@@ -63,7 +63,6 @@ class Instructions(Recording):
         self.known.clear()
 
     def constant(self, value: float) -> ir.Constant:
-        """The same float in every lane."""
         return self.splat(self.vector, self.element, float(value))
 
     def whole_constant(self, value: int) -> ir.Constant:
@@ -79,7 +78,6 @@ class Instructions(Recording):
         return self.constants[key]
 
     def spread(self, scalar: ir.Value) -> ir.Value:
-        """The same scalar in every lane."""
         if self.width == 1:
             return scalar
         nothing = ir.Constant(self.many(scalar.type), ir.Undefined)

@@ -49,7 +49,6 @@ def mantissa(emitter: Instructions) -> tuple[int, int]:
 
 
 def bits_of(emitter: Instructions, x: ir.Value) -> ir.Value:
-    """The same bits as a whole number."""
     return emitter.once(("bits", x), lambda: emitter.builder.bitcast(x, emitter.wholes))
 
 

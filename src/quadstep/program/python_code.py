@@ -27,7 +27,7 @@ REAL: dict[bool, type[Scalar]] = {True: np.float64, False: np.float32}
 """The kinds: f64 (True) and f32 (False)."""
 
 
-class Layout(NamedTuple):
+class BitLayout(NamedTuple):
     """Of the bits of a number. whole: an integer of as many. mantissa: how many it has. exponent: all of its own set."""
 
     whole: type[np.uint64 | np.uint32]
@@ -36,7 +36,7 @@ class Layout(NamedTuple):
     exponent: int
 
 
-LAYOUTS = {True: Layout(np.uint64, 52, 1023, 0x7FF), False: Layout(np.uint32, 23, 127, 0xFF)}
+LAYOUTS = {True: BitLayout(np.uint64, 52, 1023, 0x7FF), False: BitLayout(np.uint32, 23, 127, 0xFF)}
 
 
 def steps(precise: bool) -> dict[str, object]:
@@ -68,13 +68,13 @@ INDENT = "    "
 
 def compiled(law: Callable[..., S], given: tuple[object, ...], precise: bool) -> Callable[..., S]:
     """The law as a function of structures like these, whose numbers it first rounds to its kind: f64 if precise, else f32."""
-    code, arguments = Code(precise), list[str]()
+    code, arguments = PythonCode(precise), list[str]()
     result = law(*(entered(code, arguments, one) for one in given))
     run = code.function(arguments, [code.text(leaf) for leaf in flatten(result)])
     return lambda *structures: rebuild(result, iter(run(*passed(structures, precise))))
 
 
-def entered(code: Code, arguments: list[str], structure: S) -> S:
+def entered(code: PythonCode, arguments: list[str], structure: S) -> S:
     """The structure as arguments, whose names are appended; a matrix of many rows is one."""
 
     def argument() -> str:
@@ -105,7 +105,7 @@ def passed(structure: object, precise: bool) -> list[object]:
     return [real(leaf) for leaf in flatten(structure)]
 
 
-class Code(Recording):
+class PythonCode(Recording):
     """The statements so far. constants: names by their text."""
 
     folds = False
@@ -178,7 +178,7 @@ class RowsInPython(Matrix):
 
     __slots__ = ("code", "shape", "text")
 
-    def __init__(self, code: Code, text: str, shape: tuple[int, int]) -> None:
+    def __init__(self, code: PythonCode, text: str, shape: tuple[int, int]) -> None:
         self.code, self.text, self.shape = code, text, shape
 
     @property

@@ -307,7 +307,6 @@ class RecordedFunctions(Kind):
 
 
 def record_of(numbers: Sequence[object]) -> Recording:
-    """The record of the first recorded number."""
     record: Recording = next(one.record for one in numbers if isinstance(one, Recorded))
     return record
 

@@ -29,7 +29,7 @@ LEFT = "left"
 """Operation: a value that a scan has left in its memory."""
 
 
-class Body(NamedTuple):
+class LoopBody(NamedTuple):
     """One turn of a loop, as places in the record. counter: its row.
 
     stored: entries of the row that it makes; empty for none. added: the terms added to each running sum.
@@ -46,7 +46,7 @@ class RowRecord(LoopRecord):
 
     def __init__(self, inline: bool = False, precise: bool = True) -> None:
         super().__init__(inline, precise)
-        self.loops: dict[int, Body] = {}
+        self.loops: dict[int, LoopBody] = {}
         self._indices = 0
 
     def found(self, operation: str, *operands: int, text: str) -> int:
@@ -64,7 +64,7 @@ class RowRecord(LoopRecord):
         place = "" if column is None else f"[{column}]"
         return RecordedNumber(self, self.found("item", array, text=f"[{row}]{place}"))
 
-    def loop(self, body: Body) -> int:
+    def loop(self, body: LoopBody) -> int:
         """The place of a loop, after everything that it captures."""
         taken, _ = self.around(body.counter, [*body.stored, *(place for terms in body.added for place in terms)])
         if any(one.startswith(INDEX) for place in taken for one in self.turning[place]):
@@ -143,12 +143,12 @@ class RowVector(Vector):
             return super().__matmul__(other)
         index = self.record.index()
         term = self.record.at(self.entry(index) * other.entry(index))
-        return cast(Number, self.record.sums(self.record.loop(Body(self.count, index, added=((term,),))))[0])
+        return cast(Number, self.record.sums(self.record.loop(LoopBody(self.count, index, added=((term,),))))[0])
 
     def map(self, function: Callable[[Number], Number]) -> Vector:
         index = self.record.index()
         stored = self.record.at(function(self.entry(index)))
-        return RowVector.found(self.record, self.count, self.record.loop(Body(self.count, index, (stored,))))
+        return RowVector.found(self.record, self.count, self.record.loop(LoopBody(self.count, index, (stored,))))
 
     def outer(self, other: Vector) -> Matrix:
         if isinstance(other, RowVector):
@@ -210,7 +210,7 @@ class RowMatrix(Matrix):
     def map_rows(self, function: Callable[[Vector], Number]) -> Vector:
         index = self.record.index()
         stored = self.record.at(function(self.row(index)))
-        return RowVector.found(self.record, self.shape[0], self.record.loop(Body(self.shape[0], index, (stored,))))
+        return RowVector.found(self.record, self.shape[0], self.record.loop(LoopBody(self.shape[0], index, (stored,))))
 
     def norm(self) -> Number:
         """As for a matrix; deferred operations are computed in the same loop, and kept."""
@@ -218,7 +218,7 @@ class RowMatrix(Matrix):
         row = self.row(index)
         stored = () if self.array is not None else tuple(map(self.record.at, row))
         squares = tuple(self.record.at(entry * entry) for entry in row)
-        loop = self.record.loop(Body(self.shape[0], index, stored, (squares,)))
+        loop = self.record.loop(LoopBody(self.shape[0], index, stored, (squares,)))
         if stored:
             kept = RowMatrix.found(self.record, self.shape, loop)
             self.row, self.array = kept.row, kept.array
@@ -251,4 +251,4 @@ class Turned(Matrix):
         record, index = self.of.record, self.of.record.index()
         factor = other.entry(index)
         added = tuple((record.at(entry * factor),) for entry in self.of.row(index))
-        return Vector(cast(list[Number], record.sums(record.loop(Body(self.of.shape[0], index, added=added)))))
+        return Vector(cast(list[Number], record.sums(record.loop(LoopBody(self.of.shape[0], index, added=added)))))

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 from quadstep.io.errors import UNMET
 from quadstep.io.results.record import REPORT
-from quadstep.metrics.judging.share import JudgedShare
+from quadstep.metrics.judging.metrics import JudgedShare
 from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.report import page

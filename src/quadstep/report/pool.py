@@ -16,7 +16,7 @@ from typing import ParamSpec, TypeVar
 
 from quadstep.io.errors import UserError
 from quadstep.io.results.interrupts import interrupts_held
-from quadstep.io.user_code.blame import warn_of_users_only
+from quadstep.io.user_code.loading import warn_of_users_only
 from quadstep.report.writable import provide_writable
 
 try:

@@ -70,7 +70,6 @@ class ClassHandler(Handler):
         return self.taken(member) if self.command == "POST" else self.shown(member)
 
     def taken(self, member: Member) -> Answer:
-        """The answer to a submission."""
         try:
             self.room.submit(member, self.sent)
         except Refusal as refusal:

@@ -49,8 +49,8 @@ from quadstep.report.tables import write_log
 from quadstep.studies.flights.fly import metric_names
 from quadstep.studies.lessons import within
 
-SUBMISSION = files.Kind("a submission", 64_000)
-SECRET = files.Kind("the secret of a class", 64)
+SUBMISSION = files.FileKind("a submission", 64_000)
+SECRET = files.FileKind("the secret of a class", 64)
 SECRET_NAME = ".class"
 LARGEST_FILE, MEMORY = 100_000_000, 4 << 30
 """What the process of a flight may write in a file, and its address space [bytes]."""
@@ -90,7 +90,7 @@ class Ground(NamedTuple):
     metric: str
 
 
-class Result(NamedTuple):
+class SubmissionResult(NamedTuple):
     """What came of a submission. flown: whether there is a flight. value: of the metric, unless it was lost."""
 
     said: str
@@ -168,7 +168,6 @@ class Room:
         return member
 
     def member(self, token: str) -> Member | None:
-        """Whose token it is."""
         given = token.encode("utf-8", "replace")
         return next((one for known, one in self.members.items() if hmac.compare_digest(given, known.encode())), None)
 
@@ -202,7 +201,7 @@ class Room:
         try:
             result = flown_apart(text, self.ground, member.folder / f"{number}", self.section.seconds)
         except (OSError, UserError) as error:
-            result = Result(f"This machine could not fly it: {error}")
+            result = SubmissionResult(f"This machine could not fly it: {error}")
         with self.lock:
             if result.flown:
                 member.counts(number, result.value)
@@ -257,7 +256,7 @@ def submitted(text: str, ground: Ground) -> Mission:
     return mission
 
 
-def fly_submission(text: str, ground: Ground, out: Path) -> Result:
+def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     """Fly a submission and write its flight into the new folder `out`. Raises UserError."""
     mission = submitted(text, ground)
     plan = mission.plan()
@@ -270,11 +269,11 @@ def fly_submission(text: str, ground: Ground, out: Path) -> Result:
     about = {"name": mission.name, "warnings": [*plan.warnings, *warnings], **graded(metrics).as_json()}
     write_json(out / MANIFEST, {**about, **metrics, "mission": mission.model_dump(mode="json")})
     if log.outcome is not Outcome.COMPLETED:
-        return Result(f"It was lost at {log.ended:g} s.", True)
-    return Result("It was flown to its end.", True, scalars(metrics).get(ground.metric))
+        return SubmissionResult(f"It was lost at {log.ended:g} s.", True)
+    return SubmissionResult("It was flown to its end.", True, scalars(metrics).get(ground.metric))
 
 
-def in_a_process(fly_it: "partial[Result]", seconds: float, theirs: Connection) -> None:
+def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Connection) -> None:
     """What the process of a flight does: limits itself, flies, and sends a result."""
     threading.Thread(target=end_with_parent, daemon=True).start()
     limits = {"CPU": math.ceil(seconds), "FSIZE": LARGEST_FILE, "AS": MEMORY, "CORE": 0}
@@ -285,13 +284,15 @@ def in_a_process(fly_it: "partial[Result]", seconds: float, theirs: Connection) 
     try:
         result = fly_it()
     except UserError as error:
-        result = Result(f"It was not flown: {cut(str(error), LONGEST_SENTENCE)}")
+        result = SubmissionResult(f"It was not flown: {cut(str(error), LONGEST_SENTENCE)}")
     except Exception:  # whatever a stranger's text does ends here
-        result = Result("It was not flown: it needs more than a flight of the class may take, or numbers that no flight has.")
+        result = SubmissionResult(
+            "It was not flown: it needs more than a flight of the class may take, or numbers that no flight has."
+        )
     theirs.send(result)
 
 
-def flown_apart(text: str, ground: Ground, out: Path, seconds: float) -> Result:
+def flown_apart(text: str, ground: Ground, out: Path, seconds: float) -> SubmissionResult:
     """What a process of its own makes of a submission; it ends when its time is over. Raises OSError if none starts."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
@@ -301,7 +302,7 @@ def flown_apart(text: str, ground: Ground, out: Path, seconds: float) -> Result:
     with starting():
         process.start()
     theirs.close()
-    ended = Result(f"It was not flown: it takes more memory, or more than {seconds:g} s of computing.")
+    ended = SubmissionResult(f"It was not flown: it takes more memory, or more than {seconds:g} s of computing.")
     try:
         return ours.recv() if ours.poll(SLOWER * seconds) else ended
     except EOFError:

@@ -29,7 +29,7 @@ HARMLESS = ("name", "tune")
 """Keys that move no flight and no grade."""
 
 
-class Task(Section):
+class LessonTask(Section):
     """What a mission has to do. same: values that its keys must have; free: keys that a student may change, beside those with
     limits: all others must be as they are by default (None: any may be changed); most: limits of metrics of its flight, or of
     its keys and all their entries, in SI units; grade: of its loop at rest; own: whether its controller must be the student's.
@@ -48,13 +48,13 @@ class Task(Section):
 class Tasks(Section):
     """A file of tasks."""
 
-    tasks: Annotated[tuple[Task, ...], BeforeValidator(as_tuple), Field(min_length=1)]
+    tasks: Annotated[tuple[LessonTask, ...], BeforeValidator(as_tuple), Field(min_length=1)]
 
 
 class Checked(NamedTuple):
     """A task held against a mission. strange: whether it is another mission than the task's, which was not flown for it."""
 
-    task: Task
+    task: LessonTask
     cases: tuple[Case, ...]
     strange: bool
 
@@ -63,7 +63,7 @@ class Checked(NamedTuple):
         return not any(case.failure for case in self.cases)
 
 
-class Measured(NamedTuple):
+class MeasuredMission(NamedTuple):
     """Of a flight: numbers by metric, the grade of its loop at rest if asked for, and how it ended if before its time."""
 
     numbers: dict[str, float | None]
@@ -71,7 +71,7 @@ class Measured(NamedTuple):
     lost: str | None
 
 
-def tasks(lesson: str, source: Path = OWN) -> list[Task]:
+def tasks(lesson: str, source: Path = OWN) -> list[LessonTask]:
     """The tasks of a lesson, `4`, or one of them, `4.4`. Raises UserError."""
     found = check(Tasks, read_toml(source), str(source), source.parent).tasks
     chosen = [one for one in found if lesson in (one.name, one.name.partition(".")[0])]
@@ -80,7 +80,7 @@ def tasks(lesson: str, source: Path = OWN) -> list[Task]:
     return chosen
 
 
-def checked(asked: list[Task], mission: Mission) -> list[Checked]:
+def checked(asked: list[LessonTask], mission: Mission) -> list[Checked]:
     """Tasks held against a mission, which flies once, if it is the mission of one of them. Raises UserError."""
     content = plain(mission.model_dump())
     strange = [differing(one, mission, content) for one in asked]
@@ -100,14 +100,14 @@ def grade_cell(name: str, mission: Mission) -> None:
         raise AssertionError("; ".join(case.failure for case in found.cases if case.failure))
 
 
-def flown(mission: Mission, rest: bool) -> Measured:
+def flown(mission: Mission, rest: bool) -> MeasuredMission:
     """What a flight of a mission measures. rest: whether its loop at rest is graded as well."""
     flight = fly(mission)
     lost = None if flight.outcome is Outcome.COMPLETED else f"was lost at {flight.ended:g} s"
-    return Measured(scalars(flight.metrics()), grade(mission) if rest else None, lost)
+    return MeasuredMission(scalars(flight.metrics()), grade(mission) if rest else None, lost)
 
 
-def differing(task: Task, mission: Mission, content: object) -> tuple[Case, ...]:
+def differing(task: LessonTask, mission: Mission, content: object) -> tuple[Case, ...]:
     """Keys in which a mission is another than the task's."""
     found = []
     for key, wanted in task.same.items():
@@ -120,7 +120,7 @@ def differing(task: Task, mission: Mission, content: object) -> tuple[Case, ...]
     return tuple(found or meddled(task, mission))
 
 
-def meddled(task: Task, mission: Mission) -> list[Case]:
+def meddled(task: LessonTask, mission: Mission) -> list[Case]:
     """Keys that a task neither names nor leaves to the student, and that are not as they are by default."""
     if task.free is None:
         return []
@@ -148,7 +148,7 @@ def only(content: object, named: list[list[str]]) -> object:
     return list(kept.values()) if isinstance(content, list) else kept
 
 
-def judged(task: Task, mission: Mission, content: object, measured: Measured) -> tuple[Case, ...]:
+def judged(task: LessonTask, mission: Mission, content: object, measured: MeasuredMission) -> tuple[Case, ...]:
     """A flight held against a task. Raises UserError for a limit of what neither the mission nor its flight has."""
     cases = [Case("completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
     for name, most in task.most.items():
@@ -169,7 +169,6 @@ def judged(task: Task, mission: Mission, content: object, measured: Measured) ->
 
 
 def wrong(what: str, wanted: str, found: str) -> str:
-    """What is not as it should be."""
     return f"{what} should be {wanted}, but is {found}"
 
 

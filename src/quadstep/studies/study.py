@@ -19,21 +19,21 @@ from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
-from quadstep.studies.campaign.flown import Fly
+from quadstep.studies.campaign.flyer import Fly
 from quadstep.studies.campaign.schema import Campaign
 
 MOST_AT_ONCE = 2**18
 """Flights that are in memory together."""
 
 
-class Span(NamedTuple):
+class StudySpan(NamedTuple):
     """Flights from `first` up to `past`."""
 
     first: int
     past: int
 
 
-Flown: TypeAlias = Iterator[tuple[Span, pa.Table]]
+Flown: TypeAlias = Iterator[tuple[StudySpan, pa.Table]]
 """Flights as they are finished, in any order: a row each, with what was drawn, the outcome, and every metric."""
 
 
@@ -56,7 +56,7 @@ class Study(ABC, Generic[Found]):
         """The same for readers; draws its figures, and writes files of its own, into the folder `out`."""
 
 
-class Done(NamedTuple, Generic[Found]):
+class FinishedStudy(NamedTuple, Generic[Found]):
     """A study that is over."""
 
     found: Found
@@ -66,20 +66,20 @@ class Done(NamedTuple, Generic[Found]):
 def run(
     study: Study[Found], folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False, progress: Progress = SILENT,
     sheet: Sheet | None = None, grading: Grading = ungraded,
-) -> Done[Found]:  # fmt: skip
+) -> FinishedStudy[Found]:  # fmt: skip
     """Fly a study and write its folder, all of it or nothing. sheet: what figures are drawn on. grading: of the loop at rest.
 
     Raises UserError.
     """
     with publishing(folder, study.identity, overwrite) as out:
         count = Count(progress, study.flights)
-        fly: Fly[Span] = loaded(CAMPAIGNS, engine)(study.campaign)
+        fly: Fly[StudySpan] = loaded(CAMPAIGNS, engine)(study.campaign)
         starts = range(0, study.flights, MOST_AT_ONCE)
-        spans = [Span(first, min(first + MOST_AT_ONCE, study.flights)) for first in starts]
+        spans = [StudySpan(first, min(first + MOST_AT_ONCE, study.flights)) for first in starts]
         found = study.fold(fly(spans, count.add))
         evidence = study.evidence(found, out, (sheet or Sheet()).shown())
         about = {"name": evidence.name, "version": __version__, "engine": engine.value}
         grade = evidence.grade or grading(study.campaign.mission)
         evidence = evidence._replace(record={**about, **evidence.record}, grade=grade)
         evidence.write(out)
-    return Done(found, evidence)
+    return FinishedStudy(found, evidence)

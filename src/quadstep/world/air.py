@@ -227,11 +227,9 @@ class MovingAir:
     stirs: bool = False
 
     def start(self) -> Turbulence:
-        """Calm."""
         return start_turbulence()
 
     def stir(self, air: Turbulence, p: Windy, clock: Clock) -> Turbulence:
-        """The turbulence one period later."""
         return turbulence_step(air, field(p.wind), normals(p.key, TURBULENCE_STREAM, clock.tick, DRAWS), clock.period)
 
     def wind(self, air: Turbulence, p: Windy, time: Number, truth: object) -> Vector:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from heapq import heappop, heappush
 from typing import NamedTuple, cast
 
-from quadstep.export.c.structs import Stored, as_given, as_struct, fields_of, found, placed, stored
+from quadstep.export.c.structs import StoredStructures, as_given, as_struct, fields_of, found, placed, stored
 from quadstep.numbers import Matrix, Structure, Vector, flatten
 from quadstep.numbers.operation import OPERATIONS
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
@@ -31,8 +31,8 @@ class Scan(NamedTuple):
     turns: int
     backwards: bool
     memory: Structure
-    begin: Stored
-    turn: Stored
+    begin: StoredStructures
+    turn: StoredStructures
 
 
 class ScanRecord(RowRecord):

@@ -77,7 +77,6 @@ class Expressions:
         return reads
 
     def text(self, place: int) -> str:
-        """A number where it is used."""
         if place in self.names:
             return self.names[place]
         node = self.nodes[place]
@@ -121,7 +120,7 @@ class Expressions:
         return long
 
 
-class Line(NamedTuple):
+class CStatement(NamedTuple):
     """A statement. reads: targets whose old value it uses. origin: line of the law. makes: results of a loop."""
 
     text: list[str]
@@ -142,14 +141,14 @@ class Statements(Expressions):
         self.branches: dict[int, Branches] = {}
         self.with_last: set[int] = set()
 
-    def _number(self, place: int, wanted: bool = False) -> list[Line]:
+    def _number(self, place: int, wanted: bool = False) -> list[CStatement]:
         """The statements for a number: none if it can stand where it is used."""
         lines = [self._sine_cosine(place, self.pairs[place])] if place in self.pairs else []
         if place in self.branches:
             return lines + self._branched(place)
         return [*lines, self._local(place)] if wanted or self.kept(place) or self.long(place) else lines
 
-    def _branched(self, place: int) -> list[Line]:
+    def _branched(self, place: int) -> list[CStatement]:
         """Choices by one condition, with what only one of its branches needs."""
         choices, own = self.branches[place]
         sides = [[line for one in side if one not in self.with_last for line in self._number(one)] for side in own]
@@ -165,27 +164,29 @@ class Statements(Expressions):
         ]
         reads = self.taken_reads().union(*(line.reads for side in sides for line in side))
         lines = [*(f"real {name};" for name in names), f"if ({text})", *blocks[0], "else", *blocks[1]]
-        return [Line(lines, reads, origin)]
+        return [CStatement(lines, reads, origin)]
 
     def _origin(self, place: int) -> str:
         """The line of the law that a number is from."""
         return self.naming.origins.get(place, "")
 
-    def _local(self, place: int) -> Line:
+    def _local(self, place: int) -> CStatement:
         text = bare(self.expression(place))
         name = self.name(place)
         self.names[place] = name
-        return Line([f"const {self.kind(place)} {name} = {text};"], self.taken_reads(), self._origin(place))
+        return CStatement([f"const {self.kind(place)} {name} = {text};"], self.taken_reads(), self._origin(place))
 
-    def _sine_cosine(self, *pair: int) -> Line:
+    def _sine_cosine(self, *pair: int) -> CStatement:
         (angle,) = self.nodes[pair[0]].operands
         text = bare(self.text(angle))
         name = self.name(-1, "turn")
         self.halves |= {place: f"{name}.{HALVES[self.nodes[place].operation]}" for place in pair}
-        return Line([f"const qs_sine_cosine {name} = qs_sincos({text});"], self.taken_reads(), self._origin(pair[0]), (name,))
+        return CStatement(
+            [f"const qs_sine_cosine {name} = qs_sincos({text});"], self.taken_reads(), self._origin(pair[0]), (name,)
+        )
 
 
-def commented(lines: list[Line], origin: str = "") -> list[str]:
+def commented(lines: list[CStatement], origin: str = "") -> list[str]:
     """Statements, each under the line of the law that it is from. origin: of the one before them."""
     written: list[str] = []
     for line in lines:

@@ -115,13 +115,11 @@ def joined(exported: Exported, what: str) -> list[Run]:
 
 
 def fields_read(exported: Exported, functions: list[str], pointer: str, value: Structure) -> list[str]:
-    """The fields of a struct that these functions read."""
     reads = [text for what in functions for text in exported.code.reads.get(what, ())]
     return [name for name in fields_of(value) if any(begins(text, f"{pointer}->{name}") for text in reads)]
 
 
 def runs(pointer: str, structure: Structure, taken: list[str]) -> list[Run]:
-    """These fields of a struct, run by run."""
     found: list[Run] = []
     place, names = 0, []
     for field, value in (*fields_of(structure).items(), ("", ())):

@@ -6,9 +6,9 @@ from functools import partial
 from math import isnan, prod
 from typing import NamedTuple, cast
 
-from quadstep.export.c.naming import NamedRecord
-from quadstep.export.c.structs import Output, as_array, as_given, as_struct, fields_of, found, stored
-from quadstep.export.c.writing import Writer
+from quadstep.export.c.structs import StructOutput, as_array, as_given, as_struct, fields_of, found, stored
+from quadstep.export.c.words import NamedRecord
+from quadstep.export.c.writing import CWriter
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.plant import Plant
 from quadstep.interfaces.reference import Reference
@@ -135,7 +135,7 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         with record.listening():
             results = law(record)
         left = stored(record, results)
-        writer = Writer(record, precise, record.naming, KEYWORDS)
+        writer = CWriter(record, precise, record.naming, KEYWORDS)
         functions[name] = writer.body(left)
         turns = {body.counter: body.rows for body in record.loops.values()}
         turns |= {scan.counter: scan.turns for scan in record.scans.values()}
@@ -205,7 +205,6 @@ def measured_part(measured: Structure) -> Structure:
 
 
 def only(value: Structure, names: list[str]) -> Structure:
-    """The same with only these fields."""
     return namedtuple("Part", names)(*(getattr(value, name) for name in names))
 
 
@@ -223,7 +222,7 @@ def pruned(value: Structure, path: str, inputs: list[str]) -> Structure:
     return namedtuple("Vehicle", inner)(**inner)
 
 
-def reach(record: NamedRecord, results: list[Output]) -> list[int]:
+def reach(record: NamedRecord, results: list[StructOutput]) -> list[int]:
     """Every number that results depend on, including those inside loops."""
     seen: set[int] = set()
     waiting = [one.place for one in results]

@@ -11,8 +11,8 @@ from quadstep.export.c.branches import HALVES, ScanRecord
 from quadstep.export.c.expressions import Naming
 from quadstep.export.c.guards import finite, guards
 from quadstep.export.c.interface import Exported, head, title
-from quadstep.export.c.structs import INDENT, Output, Stored, has_numbers, initialiser
-from quadstep.export.c.writing import Writer
+from quadstep.export.c.structs import INDENT, StoredStructures, StructOutput, has_numbers, initialiser
+from quadstep.export.c.writing import CWriter
 from quadstep.numbers.elementary import turn
 from quadstep.numbers.kinds import Number
 from quadstep.numbers.operation import OPERATIONS, Kind
@@ -96,15 +96,17 @@ def written(name: str, precise: bool) -> Function:
     given = ", ".join(f"real {one}" for one in arguments)
     record = ScanRecord(inline=True, precise=precise)
     numbers = [cast(Number, record.input(one)) for one in arguments]
-    writer = Writer(record, precise, Naming({}, {}), frozenset(("result", *arguments)))
+    writer = CWriter(record, precise, Naming({}, {}), frozenset(("result", *arguments)))
     if name == "sincos":
         results = sine_cosine(RECORDED, *numbers)
-        outputs = [Output(f"result.{one}", record.at(number)) for one, number in zip(HALVES.values(), results, strict=True)]
-        body = ["qs_sine_cosine result;", *writer.body(Stored(outputs, [])), "return result;"]
+        outputs = [
+            StructOutput(f"result.{one}", record.at(number)) for one, number in zip(HALVES.values(), results, strict=True)
+        ]
+        body = ["qs_sine_cosine result;", *writer.body(StoredStructures(outputs, [])), "return result;"]
         head = f"{PAIR}\n\nstatic qs_sine_cosine qs_sincos({given})"
     else:
         result = OPERATIONS[name].steps(RECORDED, *numbers)
-        *body, last = writer.body(Stored([Output("result", record.at(result))], []))
+        *body, last = writer.body(StoredStructures([StructOutput("result", record.at(result))], []))
         body.append("return " + last.removeprefix("result = "))
         head = f"static inline real qs_{name}({given})"
     text = "\n".join([head, "{", *(INDENT + line for line in body), "}"])

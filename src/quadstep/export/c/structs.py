@@ -9,7 +9,7 @@ from quadstep.io.errors import UserError
 from quadstep.numbers import Matrix, Number, Structure, Table, Vector, flatten, leaf_names
 from quadstep.program.assignments import INPUT
 from quadstep.program.recorded import RecordedNumber
-from quadstep.program.rows import FEWEST_ROWS, LEFT, Body, RowMatrix, RowRecord, RowVector
+from quadstep.program.rows import FEWEST_ROWS, LEFT, LoopBody, RowMatrix, RowRecord, RowVector
 
 INDENT = "    "
 
@@ -189,23 +189,23 @@ def inner(value: tuple[Structure, ...], made: Callable[[Structure, str], Structu
     return tuple(made(one, text + at.format(i)) for i, one in enumerate(value))
 
 
-class Output(NamedTuple):
+class StructOutput(NamedTuple):
     """target: what the result is assigned to, as text. place: of the number, or of the loop that makes an array."""
 
     target: str
     place: int
 
 
-class Stored(NamedTuple):
+class StoredStructures(NamedTuple):
     """The assignments that store structures in memory: numbers, and arrays by the loops that make them."""
 
-    numbers: list[Output]
-    arrays: list[Output]
+    numbers: list[StructOutput]
+    arrays: list[StructOutput]
 
 
-def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Stored:
+def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> StoredStructures:
     """Store structures at places in memory. The inputs of every array are read before any array is stored."""
-    numbers: list[Output] = []
+    numbers: list[StructOutput] = []
     waiting: list[tuple[str, RowMatrix | RowVector]] = []
 
     def walk(value: Structure, target: str) -> Structure:
@@ -219,7 +219,7 @@ def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Store
         elif isinstance(value, tuple):
             inner(value, walk, target)
         elif not isinstance(value, Table):
-            numbers.append(Output(target, record.at(cast(Number, value))))
+            numbers.append(StructOutput(target, record.at(cast(Number, value))))
         return ()
 
     for target, value in results:
@@ -227,7 +227,7 @@ def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Store
     targets = {target for target, _ in waiting}
     settled = [(target, read_first(record, array, targets - {target})) for target, array in waiting]
     kept = [(target, array) for target, array in settled if array.array is None or record.nodes[array.array].text != target]
-    return Stored(numbers, [Output(target, looped(record, array)) for target, array in kept])
+    return StoredStructures(numbers, [StructOutput(target, looped(record, array)) for target, array in kept])
 
 
 def read_first(record: RowRecord, array: RowMatrix | RowVector, others: set[str]) -> RowMatrix | RowVector:
@@ -252,4 +252,4 @@ def looped(record: RowRecord, value: RowMatrix | RowVector) -> int:
     """A loop that makes the rows of an array."""
     index = record.index()
     row = value.row(index) if isinstance(value, RowMatrix) else [value.entry(index)]
-    return record.loop(Body(len(value), index, tuple(map(record.at, row))))
+    return record.loop(LoopBody(len(value), index, tuple(map(record.at, row))))

@@ -9,27 +9,27 @@ import re
 from collections import Counter
 
 from quadstep.export.c.branches import FILLED, SCAN, branches, pairs
-from quadstep.export.c.expressions import INDICES, Line, Statements, braced, commented
+from quadstep.export.c.expressions import INDICES, CStatement, Statements, braced, commented
 from quadstep.export.c.literals import bare, literal
-from quadstep.export.c.structs import Output, Stored, has_numbers, members
+from quadstep.export.c.structs import StoredStructures, StructOutput, has_numbers, members
 from quadstep.program.assignments import INPUT
-from quadstep.program.rows import LEFT, Body
+from quadstep.program.rows import LEFT, LoopBody
 
 
-class Writer(Statements):
+class CWriter(Statements):
     """Writes the numbers of one record as the body of one function."""
 
-    def body(self, results: Stored) -> list[str]:
+    def body(self, results: StoredStructures) -> list[str]:
         """The statements that assign numbers and arrays to their targets."""
         return self._with_stores(self._block(results, ""), results.numbers)
 
-    def _block(self, results: Stored, counter: str) -> list[Line]:
+    def _block(self, results: StoredStructures, counter: str) -> list[CStatement]:
         """The statements of a function, or of one turn of a scan."""
         wanted = {one.place for one in (*results.numbers, *results.arrays) if not self.leaf(one.place)}
         self.uses = Counter()
         needed = self._count(wanted, counter)
         arrays = list(results.arrays)
-        lines: list[Line] = []
+        lines: list[CStatement] = []
         for place in needed:
             if place in self.record.scans:
                 lines += self._memory(place)
@@ -73,7 +73,7 @@ class Writer(Statements):
                     inside.add(operand)
         return sorted(inside)
 
-    def _storage(self, needed: list[int], arrays: list[Output]) -> dict[int, str]:
+    def _storage(self, needed: list[int], arrays: list[StructOutput]) -> dict[int, str]:
         """Where arrays are made: results at their target, and the arrays that they are made from there too, if possible."""
         storage = {one.place: one.target for one in arrays}
         waiting = list(storage)
@@ -114,7 +114,7 @@ class Writer(Statements):
 
     # Statements
 
-    def _filled(self, place: int) -> list[Line]:
+    def _filled(self, place: int) -> list[CStatement]:
         """An array whose entries are assigned one by one."""
         node = self.nodes[place]
         name = self.names[place] = self.name(place, "rows")
@@ -122,17 +122,17 @@ class Writer(Statements):
         entries = [
             f"{name}[{at // columns}][{at % columns}] = {bare(self.text(one))};" for at, one in enumerate(node.operands)
         ]
-        return [Line([f"real {name}{node.text};", *entries], self.taken_reads(), self._origin(place))]
+        return [CStatement([f"real {name}{node.text};", *entries], self.taken_reads(), self._origin(place))]
 
-    def _memory(self, place: int) -> list[Line]:
+    def _memory(self, place: int) -> list[CStatement]:
         scan = self.record.scans[place]
         name = self.memories[scan.counter] = self.name(-1, re.sub(r"\W", "", scan.step, flags=re.ASCII).strip("_") or "turn")
         if not has_numbers(scan.memory):
             return []
         lines = ["struct", "{", *members(scan.memory, lambda _: ""), f"}} {name};"]
-        return [Line(lines, frozenset(), self._origin(place))]
+        return [CStatement(lines, frozenset(), self._origin(place))]
 
-    def _scan(self, place: int) -> Line:
+    def _scan(self, place: int) -> CStatement:
         """A loop around the statements of its step."""
         scan, last = self.record.scans[place], self.record.scans[place].turns - 1
         index = self.indices[scan.counter] = INDICES[self.depth]
@@ -147,11 +147,11 @@ class Writer(Statements):
         reads, self.all_reads = frozenset(self.all_reads), around | self.all_reads
         head = f"{last}; {index} >= 0; --{index}" if scan.backwards else f"0; {index} < {scan.turns}; ++{index}"
         lines = [*begin, f"for (int32_t {index} = {head})", *braced(turn)]
-        return Line(lines, reads, self._origin(place), (self.memories[scan.counter],))
+        return CStatement(lines, reads, self._origin(place), (self.memories[scan.counter],))
 
-    def _loop(self, places: list[int], storage: dict[int, str]) -> list[Line]:
+    def _loop(self, places: list[int], storage: dict[int, str]) -> list[CStatement]:
         """Loops over the same rows merged into one, with the statements that they need first."""
-        before: list[Line] = []
+        before: list[CStatement] = []
         inner: list[str] = []
         origin = self._origin(places[0])
         index = INDICES[self.depth]
@@ -166,18 +166,18 @@ class Writer(Statements):
             if body.stored and place not in storage:
                 storage[place] = self.name(place, "rows")
                 width = f"[{len(body.stored)}]" if self._wide(place) else ""
-                before.append(Line([f"real {storage[place]}[{body.rows}]{width};"], frozenset(), origin))
+                before.append(CStatement([f"real {storage[place]}[{body.rows}]{width};"], frozenset(), origin))
             if body.stored:
                 self.names[place] = self.scoped(storage[place])
             sums = self._sums(place, len(body.added))
-            before += [Line([f"real {name} = {literal(0.0, self.precise)};"], frozenset(), origin) for name in sums]
+            before += [CStatement([f"real {name} = {literal(0.0, self.precise)};"], frozenset(), origin) for name in sums]
             made += sums
             inner += self._turn(body, self.names.get(place), sums, self._wide(place))
         if not inner:
             return before
         rows = self.record.loops[places[0]].rows
         text = [f"for (int32_t {index} = 0; {index} < {rows}; ++{index})", *braced(inner)]
-        return [*before, Line(text, self.taken_reads(), origin, tuple(made))]
+        return [*before, CStatement(text, self.taken_reads(), origin, tuple(made))]
 
     def _stays(self, place: int, storage: dict[int, str]) -> bool:
         """Whether a loop would copy an array onto itself."""
@@ -190,7 +190,7 @@ class Writer(Statements):
         rows = [f"[{body.counter}][{column}]" for column in range(len(nodes))]
         return source in storage and storage[source] == storage.get(place) and [one.text for one in nodes] in (columns, rows)
 
-    def _before(self, place: int) -> list[Line]:
+    def _before(self, place: int) -> list[CStatement]:
         """Locals for the numbers in memory that a loop uses."""
         return [
             self._hoisted(operand)
@@ -202,12 +202,12 @@ class Writer(Statements):
         """Whether an input of a loop is a number, not an array."""
         return not any(node.operation == "item" and node.operands[0] == operand for node in self.nodes)
 
-    def _hoisted(self, place: int) -> Line:
+    def _hoisted(self, place: int) -> CStatement:
         """A local for an input, so that a loop need not read it from memory each time."""
         source = self.scoped(self.nodes[place].text)
         name = self.name(place, re.split(r"->|\.", source)[-1].replace("[", "_").replace("]", ""))
         self.names[place] = name
-        return Line([f"const real {name} = {source};"], frozenset((source,)), "")
+        return CStatement([f"const real {name} = {source};"], frozenset((source,)), "")
 
     def _wide(self, place: int) -> bool:
         """Whether a loop makes a matrix."""
@@ -225,7 +225,7 @@ class Writer(Statements):
                 self.names[at] = names[-1]
         return names
 
-    def _turn(self, body: Body, target: str | None, sums: list[str], wide: bool) -> list[str]:
+    def _turn(self, body: LoopBody, target: str | None, sums: list[str], wide: bool) -> list[str]:
         results = [*body.stored, *(place for terms in body.added for place in terms)]
         uses: Counter[int] = Counter(results)
         inside = set(results)
@@ -252,7 +252,7 @@ class Writer(Statements):
         self.given = outside
         return lines
 
-    def _with_stores(self, lines: list[Line], outputs: list[Output]) -> list[str]:
+    def _with_stores(self, lines: list[CStatement], outputs: list[StructOutput]) -> list[str]:
         """The statements, with results stored as early as possible."""
         waiting: dict[int, list[str]] = {}
         placed = [(self.scoped(target), place) for target, place in outputs]

@@ -97,7 +97,6 @@ def unpacked(rows: NDArray[np.void], field: str) -> Floats | None:
 
 
 def rows_of(packed: Packed) -> NDArray[np.void]:
-    """Messages as rows of an array."""
     return np.frombuffer(packed.content, packed.layout)
 
 

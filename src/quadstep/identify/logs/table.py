@@ -33,7 +33,6 @@ def check_header(path: Path, header: list[str]) -> None:
 
 
 def unreadable(path: Path) -> UserError:
-    """The error for a file that is not CSV."""
     return UserError(f"{path}: cannot be read as a log: not a text file of comma-separated values")
 
 
@@ -82,7 +81,6 @@ def collected(path: Path, table: Iterator[tuple[int, list[str]]], wanted: list[s
 
 
 def wrong_field(path: Path, line: int, row: list[str], places: list[int], header: list[str]) -> UserError:
-    """The error for the first field of a row that is not a number."""
     for place in places:
         text = row[place].strip()
         try:

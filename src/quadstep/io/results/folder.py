@@ -85,7 +85,7 @@ class Folder:
         found = self.status(name)
         return found is not None and stat.S_ISREG(found.st_mode)
 
-    def file(self, name: str, kind: files.Kind) -> io.BufferedReader:
+    def file(self, name: str, kind: files.FileKind) -> io.BufferedReader:
         """A file opened for reading. Raises UserError."""
         *way, last = parts_of(name)
         try:
@@ -94,7 +94,7 @@ class Folder:
         except OSError as error:
             raise UserError(f"{self.path / name}: cannot be read: {error.strerror or error}") from None
 
-    def read(self, name: str, kind: files.Kind) -> bytes:
+    def read(self, name: str, kind: files.FileKind) -> bytes:
         """The bytes of a file. Raises UserError."""
         with self.file(name, kind) as file:
             return files.content_of(file, self.path / name, kind)
@@ -137,7 +137,6 @@ class Folder:
             self.remove_empty("/".join(way[:place]))
 
     def remove_empty(self, name: str) -> None:
-        """A folder, if it is empty."""
         *way, last = parts_of(name)
         with contextlib.suppress(OSError), self.inside(way) as handle:
             os.rmdir(last, dir_fd=handle)
@@ -162,7 +161,6 @@ class Folder:
                         self.remove_tree(name)
 
     def is_folder(self, name: str) -> bool:
-        """Whether there is a folder of this name."""
         found = self.status(name)
         return found is not None and stat.S_ISDIR(found.st_mode)
 

@@ -46,12 +46,10 @@ class Record:
 
     @property
     def count(self) -> int:
-        """The number of all of them."""
         raise NotImplementedError
 
     @property
     def names(self) -> list[str]:
-        """The files that the manifest names."""
         return names_in(self.manifest.get("files"))
 
     @property

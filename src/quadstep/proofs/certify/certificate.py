@@ -117,7 +117,6 @@ def certify_flight(plan: FlightPlan, log: FlightLog) -> FlightCertificate:
 
 
 def certificate(plan: FlightPlan, log: FlightLog, history: History) -> FlightCertificate:
-    """The certificate of a flight with this history."""
     gains = plan.parameters.gains
     about = matrices(plan, history)
     ideal = ideal_weights(plan, history, targets(plan, history, about.inertia, about.coriolis))

@@ -93,7 +93,6 @@ TERMS = ("dissipation", "residual", "learning", "coupling", "filtering")
 
 
 def number(value: float | None) -> float | None:
-    """A finite number, or None."""
     return None if value is None or not np.isfinite(value) else float(value)
 
 

@@ -137,7 +137,7 @@ def grown(blocks: list[CheckedBlock], start: Passage, place: int, known: list[tu
     return found
 
 
-class Checked(NamedTuple):
+class CheckResult(NamedTuple):
     """failed: what does not hold, empty if everything does. position: bound of each axis [m]; off_path: from the path [m]."""
 
     name: str
@@ -225,7 +225,7 @@ def refuse_unfit(loop: CheckedLoop, found: Certificate) -> None:
         raise UserError("its flight does not start where its mission does")
 
 
-def check_certificate(path: Path) -> Checked:
+def check_certificate(path: Path) -> CheckResult:
     """Whether the claim of the certificate in `path` holds. Raises UserError if it contains nothing that can be checked."""
     found = read_certificate(path)
     folder = path.parent / found.folder
@@ -242,4 +242,4 @@ def check_certificate(path: Path) -> Checked:
     wanted = plan.loop.path.reference(cast(Number, time), plan.parameters.path).position
     off = [np.abs(found.flown[:, i] - wanted["xyz".index(axis)]).max() for i, axis in enumerate(axes)]
     off_path = (np.array(off) + found.position) * UP
-    return Checked(mission.name, axes, found.unknown, failed, found.position, off_path, float(time[-1]))
+    return CheckResult(mission.name, axes, found.unknown, failed, found.position, off_path, float(time[-1]))

@@ -11,7 +11,7 @@ from quadstep.proofs.prove.hold import Hold, Left, described, each
 from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.unknown import Unknown
-from quadstep.proofs.prove.verdict import Verdict, VerdictKind, down, millimetres, off, under, up
+from quadstep.proofs.prove.verdict import ProofVerdict, VerdictKind, down, millimetres, off, under, up
 
 COLUMNS = ("", "verdict", "begins within", "stays within")
 
@@ -19,7 +19,9 @@ NOTHING = 1e-15
 """Lengths [m] that are not told from zero."""
 
 
-def held_for_ever(name: str, path: Path, text: str, loop: Sampled, unknown: Unknown, kept: Hold, out: Path | None) -> Verdict:
+def held_for_ever(
+    name: str, path: Path, text: str, loop: Sampled, unknown: Unknown, kept: Hold, out: Path | None
+) -> ProofVerdict:
     """Hover in a set that no flight leaves. path, text: the mission's file and what it says."""
     axes, start = loop.loop.plant.axes, kept.found.start
     position = kept.reach[: len(axes)] * 1.001
@@ -39,10 +41,10 @@ def held_for_ever(name: str, path: Path, text: str, loop: Sampled, unknown: Unkn
     ]
     if not enough:
         says.append(f"open: starts within {1e3 * unknown.start:g} mm were requested.")
-    return Verdict(name, VerdictKind.PROVED if enough else VerdictKind.OPEN, rows, says, out, COLUMNS)
+    return ProofVerdict(name, VerdictKind.PROVED if enough else VerdictKind.OPEN, rows, says, out, COLUMNS)
 
 
-def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdict:
+def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> ProofVerdict:
     """Hover that flights leave from a start close to it."""
     axes, begins, box = loop.loop.plant.axes, each(loop, found.begun), each(loop, found.reach)
     rows = [
@@ -60,7 +62,7 @@ def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdi
         f"box about the rest within {up(found.seconds, 3):g} s: at a sample, one of its numbers is farther off than the last "
         "column says, or one of the law's memory than a bound of its own. This holds for the law as flown, rounding included."
     )
-    return Verdict(name, VerdictKind.DISPROVED, rows, [says], columns=("", "verdict", "from within", "out of"))
+    return ProofVerdict(name, VerdictKind.DISPROVED, rows, [says], columns=("", "verdict", "from within", "out of"))
 
 
 def listed(values: Sequence[float], rounded: Callable[[float, int], float], least: float) -> str:
@@ -95,12 +97,12 @@ def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, 
     )
 
 
-def check_for_ever(path: Path) -> Verdict:
+def check_for_ever(path: Path) -> ProofVerdict:
     """The verdict on a certificate. Raises UserError."""
     found = check_set(path)
     if found.failed:
         rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
-        return Verdict(found.name, VerdictKind.OPEN, rows, [f"not confirmed: {found.failed}"], columns=COLUMNS)
+        return ProofVerdict(found.name, VerdictKind.OPEN, rows, [f"not confirmed: {found.failed}"], columns=COLUMNS)
     says = "confirmed: " + sentence(found.unknown, found.start, found.begun.tolist(), found.own, found.seconds)
     rows = rows_of(found.axes, "proved", found.start, found.position)
-    return Verdict(found.name, VerdictKind.PROVED, rows, [says], columns=COLUMNS)
+    return ProofVerdict(found.name, VerdictKind.PROVED, rows, [says], columns=COLUMNS)

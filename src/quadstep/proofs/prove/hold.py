@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from quadstep.io.errors import UserError
 from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.invariant import Growth, Held, Set, largest
-from quadstep.proofs.prove.rest import Rest, rest
+from quadstep.proofs.prove.invariant import Growth, InvariantSet, Set, largest
+from quadstep.proofs.prove.rest import RestingLoop, rest
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.spectrum import HALF_UNIT, UP, Modes, modes
+from quadstep.proofs.prove.spectrum import HALF_UNIT, UP, Eigenbasis, modes
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.proofs.prove.verdict import up
 
@@ -141,9 +141,9 @@ class Hold(NamedTuple):
     rest. reach: how far each state of the loop may be from its rest.
     """
 
-    at: Rest
-    modes: Modes
-    found: Held
+    at: RestingLoop
+    modes: Eigenbasis
+    found: InvariantSet
     own: bool
     reach: Array
 
@@ -197,7 +197,7 @@ def left(arithmetic: Set, mode: int) -> Left | None:
     return Left(everywhere(at, np.abs(found.begun)), everywhere(at, found.box), seconds)
 
 
-def everywhere(at: Rest, live: Array) -> Array:
+def everywhere(at: RestingLoop, live: Array) -> Array:
     """How far each state of the loop may be from its rest, from how far those that move may be."""
     reach = np.zeros(len(at.state))
     reach[list(at.live)] = live

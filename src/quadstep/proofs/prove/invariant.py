@@ -21,9 +21,9 @@ from quadstep.engines.loop import Numbers
 from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import Operand, UndefinedError
 from quadstep.proofs.prove.box import image, seeded, summed, widened
-from quadstep.proofs.prove.rest import Rest, after, always
+from quadstep.proofs.prove.rest import RestingLoop, after, always
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.spectrum import UP, ComplexArray, Modes, products
+from quadstep.proofs.prove.spectrum import UP, ComplexArray, Eigenbasis, products
 from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, Leaf, Unknown, displaced, with_unknown
 
 MOST_ROUNDS, MOST_STEPS, HALVINGS = 400, 40, 16
@@ -49,9 +49,9 @@ class Growth(NamedTuple):
         return result
 
 
-class Held(NamedTuple):
-    """radii: of the set's intervals and discs, one a column of `Modes.spread`. start: half the side of the box of starts [m].
-    limit: what stopped a larger one.
+class InvariantSet(NamedTuple):
+    """radii: of the set's intervals and discs, one a column of `Eigenbasis.spread`. start: half the side of the box of starts
+    [m]. limit: what stopped a larger one.
     """
 
     radii: Array
@@ -62,7 +62,7 @@ class Held(NamedTuple):
 class Set:
     """The set's own arithmetic, for one loop, its rest and its modes."""
 
-    def __init__(self, loop: Sampled, at: Rest, found: Modes, unknown: Unknown, own: bool = False) -> None:
+    def __init__(self, loop: Sampled, at: RestingLoop, found: Eigenbasis, unknown: Unknown, own: bool = False) -> None:
         self.loop, self.at, self.modes, self.unknown, self.own = loop, at, found, unknown, own
         count = len(at.live)
         self.place = list(at.live)
@@ -138,7 +138,7 @@ def closed(growth: Growth, begun: Array, radii: Array) -> bool:
     return bool(np.all(growth.whole <= radii) and np.all(begun <= radii))
 
 
-class Guess(NamedTuple):
+class GrowthGuess(NamedTuple):
     """A guess of how a set grows, from one whose growth was computed: slopes and curves stay, third-order terms grow with
     the cube of the size. reach: of the loop's numbers, of radii. side: of the starts; middle, sides: see `Set.starts`.
     """
@@ -185,7 +185,7 @@ class Guess(NamedTuple):
         return least
 
 
-def first_guess(at: Set) -> tuple[Guess, float]:
+def first_guess(at: Set) -> tuple[GrowthGuess, float]:
     """From a box of starts as large as the law has values and contracting slopes for; nothing is said of third order.
 
     And the largest box of starts that it reaches [m], 0 for none.
@@ -199,7 +199,7 @@ def first_guess(at: Set) -> tuple[Guess, float]:
             radii = at.even(np.maximum(middle + sides, SPARE * (middle + sides).max()))
             growth = at.after(radii)
             rest = np.minimum(growth.rest, SPARE * radii)
-            guess = Guess(growth._replace(rest=rest), radii, at.reach, middle, sides, side)
+            guess = GrowthGuess(growth._replace(rest=rest), radii, at.reach, middle, sides, side)
             reached = guess.largest(LEAST, MOST)
             if reached or side < LEAST:
                 return guess, reached
@@ -209,7 +209,7 @@ def first_guess(at: Set) -> tuple[Guess, float]:
         side *= 0.1
 
 
-def largest(at: Set, told: Callable[[int], None] = lambda _: None, patient: bool = False) -> Held | str:
+def largest(at: Set, told: Callable[[int], None] = lambda _: None, patient: bool = False) -> InvariantSet | str:
     """The largest set that is found, or why there is none. patient: a guess whose slopes do not contract, from too far out, is
     dropped for the one before. Raises UndefinedError.
     """
@@ -232,8 +232,8 @@ def largest(at: Set, told: Callable[[int], None] = lambda _: None, patient: bool
             limit, most, side = str(error), min(most, side), side * SMALLER
             continue
         if closed(growth, middle + sides, found) and (best is None or side > best.start):
-            best = Held(found, side, limit)
-        nearer = Guess(growth, found, at.reach, middle, sides, side)
+            best = InvariantSet(found, side, limit)
+        nearer = GrowthGuess(growth, found, at.reach, middle, sides, side)
         wanted = min(nearer.largest(LEAST, MOST), 0.97 * most)
         if best is not None and wanted < 1.02 * best.start:
             break
@@ -243,7 +243,7 @@ def largest(at: Set, told: Callable[[int], None] = lambda _: None, patient: bool
     return best or f"no set closes: {limit}"
 
 
-def unsettled(guess: Guess) -> str:
+def unsettled(guess: GrowthGuess) -> str:
     """The reason why there is no set at all."""
     lines = guess.growth.lines / guess.radii
     fastest = float(np.abs(np.linalg.eigvals(lines)).max())

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from quadstep.io.atomic import write_beside
 from quadstep.io.errors import UserError
 from quadstep.proofs.prove.sampled import Array
-from quadstep.proofs.prove.verdict import TubeRecord, Verdict, VerdictKind
+from quadstep.proofs.prove.verdict import ProofVerdict, TubeRecord, VerdictKind
 from quadstep.report import canvas, page, units
 from quadstep.report.sheet import Sheet
 
@@ -33,7 +33,7 @@ def place_beside(certificate: Path) -> Path:
     return path
 
 
-def write_report(path: Path, verdict: Verdict, traced: TubeRecord | None) -> None:
+def write_report(path: Path, verdict: ProofVerdict, traced: TubeRecord | None) -> None:
     """Write it. traced: None where no tube was followed. Raises UserError."""
     answer, *others = verdict.says
     figures, more = [], []
@@ -71,7 +71,7 @@ def sentence(text: str) -> str:
     return text[0].upper() + text[1:]
 
 
-def facts(verdict: Verdict) -> list[page.Fact]:
+def facts(verdict: ProofVerdict) -> list[page.Fact]:
     """The verdict, and the last column of the table for each row that is a position."""
     word = {VerdictKind.PROVED: "proved", VerdictKind.OPEN: "open", VerdictKind.DISPROVED: "disproved"}[verdict.kind]
     return [page.Fact("verdict", word), *(page.Fact(f"{row[0]}, {verdict.columns[-1]}", row[-1]) for row in verdict.rows[:3])]

@@ -31,7 +31,7 @@ CURVED = 0.05
 """How much of a change of `SMALL` may be off its slope; of the laws without an edge at rest it is 0.004 at the most."""
 
 
-class Rest(NamedTuple):
+class RestingLoop(NamedTuple):
     """state: the loop's numbers at rest. live: places of those that move; slopes: of these, (live, live). The others are
     constants of the flight, or `twins`: a sample leaves the same number there as at another place, to the bit; or `unit`:
     the first number of a quaternion whose length is one (-1: none).
@@ -57,7 +57,7 @@ class Rest(NamedTuple):
         return found
 
 
-def after(loop: Sampled, at: Rest, numbers: Sequence[Enclosure | float], tick: Operand, p: Numbers) -> list[Operand]:
+def after(loop: Sampled, at: RestingLoop, numbers: Sequence[Enclosure | float], tick: Operand, p: Numbers) -> list[Operand]:
     """The moving numbers one sample after all `numbers`. Raises UndefinedError if others do not behave as they should."""
     with np.errstate(all="ignore"):
         found = loop.step(numbers, tick, p)
@@ -95,7 +95,7 @@ def moving(x: object) -> bool:
     return bool(x.size.any()) if isinstance(x, Enclosure) else x != 0.0
 
 
-def rest(loop: Sampled) -> Rest:
+def rest(loop: Sampled) -> RestingLoop:
     """Raises UserError where there is none, UndefinedError."""
     state, count = np.array(loop.at_rest(loop.like)), len(loop.places)
     tick, unit = np.array([float(loop.span)]), np.eye(count)
@@ -127,7 +127,7 @@ def rest(loop: Sampled) -> Rest:
             refuse_idle([loop.names[place] for place in live], inner)
             size = np.maximum(np.abs(found.parts[live, :, 0]).sum(axis=1), SMALL)
             refuse_edge([loop.names[place] for place in live], found.rest[live, 0] > CURVED * size)
-            return reduced(loop, Rest(state, tuple(map(int, live)), twins, -1, inner))
+            return reduced(loop, RestingLoop(state, tuple(map(int, live)), twins, -1, inner))
     raise UserError("no state was found in which the loop rests")
 
 
@@ -160,7 +160,7 @@ def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:
         raise UserError(f"{named} have no slopes: the loop rests exactly on an edge of the law (a limit, a sign, a `where`)")
 
 
-def reduced(loop: Sampled, at: Rest) -> Rest:
+def reduced(loop: Sampled, at: RestingLoop) -> RestingLoop:
     """The places without the first number of the vehicle's quaternion, which the plant normalises at every step."""
     names = loop.names
     if not isinstance(loop.loop.plant, Multirotor) or QUATERNION not in names:

@@ -30,7 +30,7 @@ from quadstep.proofs.prove.rest import holds
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
-from quadstep.proofs.prove.verdict import TubeRecord, Verdict, VerdictKind, down, millimetres, under, up
+from quadstep.proofs.prove.verdict import ProofVerdict, TubeRecord, VerdictKind, down, millimetres, under, up
 from quadstep.report.terminal.bars import bar
 from quadstep.vehicle.paper import Disturbance
 from quadstep.vehicle.plants.lagrange import Parameters
@@ -54,7 +54,7 @@ def prove_mission(
     torque: float | None = None,
     others: Unknown = NOTHING,
     out: Path | None = None,
-) -> Verdict:
+) -> ProofVerdict:
     """The verdict on the mission in `path`; a tube that closes is written to `out`. others: besides force and torque.
 
     Raises UserError.
@@ -88,7 +88,7 @@ def prove_mission(
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
         ended = fly(plan)
-        return Verdict(mission.name, VerdictKind.DISPROVED, flown_rows(plan, ended), [f"disproved: {flight_says(ended)}"])
+        return ProofVerdict(mission.name, VerdictKind.DISPROVED, flown_rows(plan, ended), [f"disproved: {flight_says(ended)}"])
     chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
     refuse_singular(path, loop, flown, unknown, chosen)
     with bar("proving", "samples", loop.samples) as progress:
@@ -103,7 +103,7 @@ def prove_mission(
         names = tuple(loop.names)
         content = text, unknown, names, flown, SAMPLES, chosen.spread, result.boxes, position
         write_certificate(out, Certificate(*content, seen_from(out, path)))
-    return Verdict(
+    return ProofVerdict(
         mission.name,
         VerdictKind.PROVED,
         [
@@ -138,7 +138,7 @@ def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, c
         raise UserError(f"{path}: no bound of the first sample over the starts and unknowns: {error}") from None
 
 
-def check(path: Path, code: Sequence[str] = ()) -> Verdict:
+def check(path: Path, code: Sequence[str] = ()) -> ProofVerdict:
     """The verdict on a certificate. code: the only files and modules of users that are run. Raises UserError."""
     with only(code):
         found = checked(path)
@@ -146,13 +146,13 @@ def check(path: Path, code: Sequence[str] = ()) -> Verdict:
     return found._replace(says=[*found.says, ran])
 
 
-def checked(path: Path) -> Verdict:
+def checked(path: Path) -> ProofVerdict:
     if is_set(path):
         return check_for_ever(path)
     found = check_certificate(path)
     if found.failed:
         rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
-        return Verdict(found.name, VerdictKind.OPEN, rows, [f"not confirmed: {found.failed}"])
+        return ProofVerdict(found.name, VerdictKind.OPEN, rows, [f"not confirmed: {found.failed}"])
     rows = [
         [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(o)} mm"]
         for axis, p, o in zip(found.axes, found.position, found.off_path, strict=True)
@@ -160,7 +160,7 @@ def checked(path: Path) -> Verdict:
     says = (
         f"confirmed: every flight of {found.seconds:g} s {under(found.unknown)} stays within these bounds at all its samples."
     )
-    return Verdict(found.name, VerdictKind.PROVED, rows, [says])
+    return ProofVerdict(found.name, VerdictKind.PROVED, rows, [says])
 
 
 def counted(to: Callable[[int], None]) -> Callable[[int], None]:
@@ -190,7 +190,7 @@ def not_for_ever(why: str) -> list[str]:
 
 def still_open(
     name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: OpenTube, off: Array, why: str
-) -> Verdict:
+) -> ProofVerdict:
     """The verdict on a tube that did not close: what was closed, and what was not."""
     closed = len(result.position)
     position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
@@ -202,10 +202,10 @@ def still_open(
         f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}.",
         *not_for_ever(why),
     ]
-    return Verdict(name, VerdictKind.OPEN, rows, says)
+    return ProofVerdict(name, VerdictKind.OPEN, rows, says)
 
 
-def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verdict:
+def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> ProofVerdict:
     """The verdict that hover is not a stable equilibrium."""
     log = fly(plan)
     place = ", ".join(f"{one:g}" for one in at.position)
@@ -217,7 +217,7 @@ def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verd
         *consequence(plan),
         flight_says(log),
     ]
-    return Verdict(name, VerdictKind.DISPROVED, flown_rows(plan, log), says)
+    return ProofVerdict(name, VerdictKind.DISPROVED, flown_rows(plan, log), says)
 
 
 def consequence(plan: FlightPlan) -> list[str]:

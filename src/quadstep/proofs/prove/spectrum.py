@@ -84,7 +84,7 @@ NOTHING = 1e-90
 """Entries of eigenvectors below this are zero."""
 
 
-class Modes(NamedTuple):
+class Eigenbasis(NamedTuple):
     """e = spread z: columns are eigenvectors, for a complex pair the real and the imaginary part. pairs: the first
     columns of pairs. values: the eigenvalue of every column; a pair has one as it is and one conjugate.
     """
@@ -94,7 +94,7 @@ class Modes(NamedTuple):
     values: ComplexArray
 
 
-def modes(slopes: Array) -> Modes:
+def modes(slopes: Array) -> Eigenbasis:
     """The modes of the loop's slopes (states, states). Raises LinAlgError if eigenvectors are dependent."""
     count = len(slopes)
     spread, values, pairs = np.zeros((count, count)), np.zeros(count, dtype=complex), []
@@ -117,7 +117,7 @@ def modes(slopes: Array) -> Modes:
                     column += 1
                     spread[group, column], values[column] = vector.imag, value.conjugate()
                 column += 1
-    return Modes(np.where(np.abs(spread) < NOTHING, 0.0, spread), tuple(pairs), values)
+    return Eigenbasis(np.where(np.abs(spread) < NOTHING, 0.0, spread), tuple(pairs), values)
 
 
 def alike(a: complex, b: complex) -> bool:

@@ -35,7 +35,7 @@ class TubeRecord(NamedTuple):
     boxes: Array
 
 
-class Verdict(NamedTuple):
+class ProofVerdict(NamedTuple):
     """The result. rows: axis, verdict, and the bounds in millimetres. says: sentences. written: its certificate.
     traced: the tube, where one was followed.
     """

@@ -10,7 +10,7 @@ import numpy as np
 
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
 from quadstep.engines.fly import FlightPlan, fly_all
-from quadstep.metrics.of_log import flight_metrics, metric
+from quadstep.metrics.registry import flight_metrics, metric
 from quadstep.numbers import Number, Vector, vector
 from quadstep.studies.paper.cases import HOLD, case_1
 

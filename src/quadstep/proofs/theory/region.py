@@ -146,12 +146,10 @@ def line(**parts: Fraction) -> Line:
 
 
 def plus(*lines: Line) -> Line:
-    """Sum of bounds."""
     return [sum(column, Fraction(0)) for column in zip(*lines, strict=True)]
 
 
 def times(factor: Fraction, row: Line) -> Line:
-    """A bound times a number."""
     return [factor * entry for entry in row]
 
 

@@ -38,7 +38,7 @@ from quadstep.proofs.verify.closed_loop import (
 )
 from quadstep.proofs.verify.plant import TORQUE, inertia_matrix
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, RATES
-from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
 from quadstep.vehicle.paper import coriolis, effective_inertia
 
 ROWS: list[EquationRow] = []
@@ -68,23 +68,23 @@ def target() -> Expression:
 
 @row(ROWS, "27", "attitude error", "e2 = (psi_d - psi, theta_d - theta, phi_d - phi)", ERRORS, EquationVerdict.AS_PRINTED,
      "the text before it once writes eta_d as (phi_d, theta_d, psi_d)")  # fmt: skip
-def equation_27() -> Evidence:
+def equation_27() -> Checks:
     r2 = array(loop.sample(gains=GAINS._replace(slope_2=Vector((1.0, 1.0, 1.0)))).command.r2)
     matched = dict(zip(ETA_D_DOT, RATES, strict=True))
-    return Evidence([same("r2 of the law for Lambda_2 = I, at the desired rates", r2.xreplace(matched), E2)])
+    return Checks([same("r2 of the law for Lambda_2 = I, at the desired rates", r2.xreplace(matched), E2)])
 
 
 @row(ROWS, "28", "sliding mode error of the attitude", "r2 = e2_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED,
      "e2_dot by the command filter, see eta_d_dot")  # fmt: skip
-def equation_28() -> Evidence:
-    return Evidence([same("r2 of the law", loop.sample().command.r2, E2_DOT + LAMBDA_2 * E2)])
+def equation_28() -> Checks:
+    return Checks([same("r2 of the law", loop.sample().command.r2, E2_DOT + LAMBDA_2 * E2)])
 
 
 # Eq. 29
 @row(ROWS, "29", "rate of r2", "J r2_dot = J e2_dot + J Lambda_2 e2_dot = J eta_d_dd - {tau - C eta_dot + A_eta} + "
      "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, EquationVerdict.CORRECTED, "slip: J e2_dd, not J e2_dot; the second line is "
      "right")  # fmt: skip
-def equation_29() -> Evidence:
+def equation_29() -> Checks:
     j, real = inertia_matrix(), j_r2_dot()
     e2_dd = ETA_D_DD - array(loop.plant().rates)
     second = (
@@ -95,7 +95,7 @@ def equation_29() -> Evidence:
     first = j * E2_DOT + j * LAMBDA_2 * E2_DOT
     by_print, true = (number(thing[1].xreplace(still), {k: v for k, v in point.items() if k not in still})
                       for thing in (first, second))  # fmt: skip
-    return Evidence([
+    return Checks([
         same("first line with e2_dd", real, j * e2_dd + j * LAMBDA_2 * E2_DOT),
         unlike("first line as printed", real, first),
         same("second line", real, second),
@@ -104,8 +104,8 @@ def equation_29() -> Evidence:
 
 
 @row(ROWS, "30", "rates in r2 and e2", "eta_dot = -r2 + eta_d_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED)
-def equation_30() -> Evidence:
-    return Evidence(
+def equation_30() -> Checks:
+    return Checks(
         [same("eta_dot from the r2 of the law", -array(loop.sample().command.r2) + ETA_D_DOT + LAMBDA_2 * E2, RATES)]
     )
 
@@ -113,30 +113,30 @@ def equation_30() -> Evidence:
 # Eq. 31
 @row(ROWS, "31", "rate of r2 with Eq. 30", "J r2_dot = J eta_d_dd - {tau - C (-r2 + eta_d_dot + Lambda_2 e2) + A_eta} + "
      "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_31() -> Evidence:
+def equation_31() -> Checks:
     j, c = inertia_matrix(), coriolis_matrix()
     inside = array(TORQUE) - c * (-R2 + ETA_D_DOT + LAMBDA_2 * E2) + array(MOMENT)
-    return Evidence([same("J r2_dot", j_r2_dot(), j * ETA_D_DD - inside + j * LAMBDA_2 * (R2 - LAMBDA_2 * E2))])
+    return Checks([same("J r2_dot", j_r2_dot(), j * ETA_D_DD - inside + j * LAMBDA_2 * (R2 - LAMBDA_2 * E2))])
 
 
 # Eq. 32
 @row(ROWS, "32", "rate of r2, ordered", "J r2_dot = -tau - C r2 + {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
      "J Lambda_2^2 e2} + J Lambda_2 r2", ERRORS, EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_32() -> Evidence:
+def equation_32() -> Checks:
     printed = -array(TORQUE) - coriolis_matrix() * R2 + target() + inertia_matrix() * LAMBDA_2 * R2
-    return Evidence([same("J r2_dot", j_r2_dot(), printed)])
+    return Checks([same("J r2_dot", j_r2_dot(), printed)])
 
 
 @row(ROWS, "33", "function approximated by the second net", "v_NN2 = {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
      "J Lambda_2^2 e2} = W_2^T mu_2(chi_2) + eps_2", NET, EquationVerdict.DEFINITION,
      "a function of more than chi_2, see chi_2; W_2 cannot be constant, as eta_d depends on W_hat_1; the text's "
      "bound on 'e_2' must mean eps_2")  # fmt: skip
-def equation_33() -> Evidence:
+def equation_33() -> Checks:
     j = array(effective_inertia(ATTITUDE, INERTIA, Kinematics.STANDARD))
     ideal = j_r2_dot() + array(TORQUE) + coriolis_matrix() * R2 - j * LAMBDA_2 * R2
     weights = [list(row) for row in loop.NET_2.input_weights]
     sigmoids = [1 / (1 + sympy.exp(-sum(w * x for w, x in zip(row, (*CHI_2, 1), strict=True)))) for row in weights]
-    return Evidence([
+    return Checks([
         same("the torque that leaves J r2_dot = J Lambda_2 r2 - C r2", ideal, target()),
         same("mu_2 of the code: sigmoid of weighted inputs and a bias", loop.mu(loop.NET_2, CHI_2), sigmoids),
     ])  # fmt: skip
@@ -148,20 +148,20 @@ def printed_torque() -> Expression:
 
 
 @row(ROWS, "34", "second net", "v_NN2_hat = W_hat_2^T mu_2(chi_2)", "control.networks:output", EquationVerdict.AS_PRINTED)
-def equation_34() -> Evidence:
+def equation_34() -> Checks:
     spoken = array(loop.sample().command.torque) - array(loop.sample(learning=False).command.torque)
-    return Evidence([
+    return Checks([
         same("what the net adds to tau in the law", spoken, array(W_HAT_2).T * loop.mu(loop.NET_2, CHI_2)),
         same("W_hat^T mu", output(W_HAT_2, symbols("mu", 2)), array(W_HAT_2).T * array(symbols("mu", 2))),
     ])  # fmt: skip
 
 
 @row(ROWS, "35", "torque law", "tau = v_NN2_hat + K_r2 r2 + K_i2 int r2", TORQUE_LAW, EquationVerdict.AS_PRINTED)
-def equation_35() -> Evidence:
+def equation_35() -> Checks:
     command, following = loop.sample()
     r2, estimate = symbols("r2"), symbols("v_hat")
     alone = wanted_torque(GAINS, r2, MEMORY.integral_2, estimate)
-    return Evidence([
+    return Checks([
         same("tau", alone, array(estimate) + K_R2 * array(r2) + K_I2 * INTEGRAL),
         same("tau of the law", command.torque, printed_torque()),
         same("int r2 grows by r2 each sample", array(following.integral_2) - INTEGRAL, loop.PERIOD * R2),
@@ -179,8 +179,8 @@ V_TILDE = "v_tilde_NN2 = v_NN2 - v_hat_NN2 = W_2^T mu_2 - W_hat_2^T mu_2 + eps_2
 
 
 @row(ROWS, "36", "error of the second net", V_TILDE, "control.networks:output", EquationVerdict.DEFINITION)
-def equation_36() -> Evidence:
-    return Evidence([same("v_NN2 - v_hat_NN2", *net_error())])
+def equation_36() -> Checks:
+    return Checks([same("v_NN2 - v_hat_NN2", *net_error())])
 
 
 def rest() -> Expression:
@@ -191,20 +191,20 @@ def rest() -> Expression:
 # Eq. 37
 @row(ROWS, "37", "closed loop of the attitude", "J r2_dot = v_tilde_NN2 + J Lambda_2 r2 - C r2 - K_r2 r2 - K_i2 int r2",
      TORQUE_LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_37() -> Evidence:
+def equation_37() -> Checks:
     estimate = symbols("v_hat")
     torque = wanted_torque(GAINS, loop.sample().command.r2, MEMORY.integral_2, estimate)
-    return Evidence([same("J r2_dot under tau of Eq. 35", j_r2_dot(torque), target() - array(estimate) + rest())])
+    return Checks([same("J r2_dot under tau of Eq. 35", j_r2_dot(torque), target() - array(estimate) + rest())])
 
 
 # Eq. 38
 @row(ROWS, "38", "closed loop of the attitude with the net",
      "J r2_dot = W_tilde_2^T mu_2 - {K_r2 + C - J Lambda_2} r2 - K_i2 int r2 + "
      "eps_2", LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_38() -> Evidence:
+def equation_38() -> Checks:
     ideal = array(W_2).T * loop.mu(loop.NET_2, CHI_2) + array(EPS_2)
     lacking = target() - ideal  # Eq. 33 says that this is zero
-    return Evidence([same("J r2_dot under the law, by Eq. 33", j_r2_dot(loop.sample().command.torque) - lacking,
+    return Checks([same("J r2_dot under the law, by Eq. 33", j_r2_dot(loop.sample().command.torque) - lacking,
                           net_error()[1] + rest())])  # fmt: skip
 
 
@@ -218,21 +218,21 @@ def equation_38() -> Evidence:
     EquationVerdict.DEFINITION,
     "Eq. 36 repeated",
 )
-def equation_39() -> Evidence:
+def equation_39() -> Checks:
     spoken = array(loop.sample().command.torque) - K_R2 * R2 - K_I2 * INTEGRAL
     ideal = array(W_2).T * loop.mu(loop.NET_2, CHI_2) + array(EPS_2)
-    return Evidence([same("v_NN2 less the output of the law's net", ideal - spoken, net_error()[1])])
+    return Checks([same("v_NN2 less the output of the law's net", ideal - spoken, net_error()[1])])
 
 
 @row(ROWS, "chi_2", "input of the second net", "chi_2 = (eta, r1, r2)", NET, EquationVerdict.AS_PRINTED,
      "kept, but the target of Eq. 33 is not a function of it: e2 may change while r2 does not")  # fmt: skip
-def chi_2() -> Evidence:
+def chi_2() -> Checks:
     theta_d, theta_d_dot, slope = ETA_D[1], ETA_D_DOT[1], GAINS.slope_2[1]
     shift = {theta_d: theta_d + sympy.Rational(1, 10), theta_d_dot: theta_d_dot - slope / 10}
     said = array(loop.sample().command.torque)
     moved = (target().xreplace(shift) - target()).xreplace(dict.fromkeys(INERTIA, sympy.S(5)) | {slope: sympy.S(3)})[1]
     by = number(reduced(moved), {})
-    return Evidence([
+    return Checks([
         same("the law's torque does not change", said.xreplace(shift), said),
         near("its target changes by", by, -4.5),
     ], f"Sigma = 5 I, Lambda_2 = 3, e2_theta 0.1 rad more at the same r2: chi_2 the same, the target {short(by)} N "
@@ -244,7 +244,7 @@ def chi_2() -> Evidence:
      EquationVerdict.DEFINITION, "theta_d and phi_d pass through x_dd = w^2 (command - x) - 2 w x_dot, solved "
                                  "exactly: the true rate "
      "contains eta_dd, and so the torque itself")  # fmt: skip
-def eta_d_dot() -> Evidence:
+def eta_d_dot() -> Checks:
     t, w = symbol("t"), symbol("w")
     start, command = Filtered(symbols("x", 2), symbols("x_dot", 2)), symbols("command", 2)
     now = command_filter(start, command, w, t)
@@ -255,7 +255,7 @@ def eta_d_dot() -> Evidence:
     fed = command_filter(
         MEMORY.filtered, Vector(used.command.desired_attitude.entries[1:]), GAINS.filter_frequency, loop.PERIOD
     )
-    return Evidence([
+    return Checks([
         same("rate is the rate of the value", x.diff(t), x_dot),
         same("the filter's equation", x_dot.diff(t), w**2 * (array(command) - x) - 2 * w * x_dot),
         same("start", [*x.subs(t, 0), *x_dot.subs(t, 0)], [*start.value, *start.rate]),

@@ -5,7 +5,7 @@ import sympy
 
 from quadstep.proofs.verify.algebra import holds, near, same, short, symbol
 from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, WeightNorms, batch, moments
-from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
 from quadstep.proofs.verify.stability import LAW, SLOPES, TUNING, gap, printed_l_dot
 
 ROWS: list[EquationRow] = []
@@ -85,11 +85,11 @@ def cross_check() -> tuple[Check, str]:
      "tr{W_tilde^T W_hat}", TUNING, EquationVerdict.CORRECTED,
      "r2 instead of r in the third term; the step needs J_M max(Lambda_2) in K_v; from Eq. 56, not 55; -r1^T delta as in "
      "56")  # fmt: skip
-def equation_58() -> Evidence:
+def equation_58() -> Checks:
     m, _ = moments(58)
     check, numbers = cross_check()
     learnt = gap(m.growth, fed(m))
-    return Evidence([
+    return Checks([
         holds("tr{W_tilde^T (F^-1 W_tilde_dot + mu_r)} = kappa |r| tr{W_tilde^T W_hat} by the law", learnt < 1e-8,
               f"off by {learnt:.0e}", "equal"),
         below("L_dot at the desired attitude", m.l_dot, -quadratic(m) + noise(m) + skew(m) + fed(m)),
@@ -99,11 +99,11 @@ def equation_58() -> Evidence:
 
 @row(ROWS, "59", "K_v and eps_v", "K_v = diag(K_r1 - m Lambda_1, K_r2 - J_M Lambda_2), eps_v = (eps_1, eps_2)", LAW,
      EquationVerdict.CORRECTED, "K_r2 - J_M max(Lambda_2) I unless Lambda_2 is scalar")  # fmt: skip
-def equation_59() -> Evidence:
+def equation_59() -> Checks:
     m, _ = moments(59)
     k, check_and_numbers = m.gains, cross_check()
     real = m.r1 @ ((k.gain_1 - k.mass * k.slope_1) * m.r1) + m.r2 @ (k.gain_2 * m.r2 - m.j @ (k.slope_2 * m.r2))
-    return Evidence([below("r^T K_v r <= r^T diag(K_r1 - m Lambda_1, K_r2 - J Lambda_2) r", quadratic(m), batch(real)),
+    return Checks([below("r^T K_v r <= r^T diag(K_r1 - m Lambda_1, K_r2 - J Lambda_2) r", quadratic(m), batch(real)),
                      check_and_numbers[0]], check_and_numbers[1])  # fmt: skip
 
 
@@ -111,11 +111,11 @@ def equation_59() -> Evidence:
 @row(ROWS, "60", "L_dot with W_hat = W - W_tilde", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J - 2C) r / 2 + kappa |r| "
      "tr{W_tilde^T (W - W_tilde)}, third term 0", LAW, EquationVerdict.CORRECTED,
      "slips: J_dot instead of J, r2 instead of r; the third term is 0 for Christoffel's C")  # fmt: skip
-def equation_60() -> Evidence:
+def equation_60() -> Checks:
     m, w = moments(60)
     undotted = batch(m.r2 @ (m.j @ m.r2) - 2.0 * (m.r2 @ (m.c @ m.r2)))
     vanishing = float(np.max(np.abs(skew(m)) / (1.0 + np.abs(batch(m.r2 @ (m.c @ m.r2))))))
-    return Evidence([
+    return Checks([
         holds("r2^T (J_dot - 2C) r2 = 0 for the shipped C", vanishing < 1e-10, f"{vanishing:.0e}", "0"),
         holds("r2^T (J - 2C) r2 = 0, as printed", np.max(np.abs(undotted)) > 1.0, short(np.max(np.abs(undotted))), "not 0"),
         below("L_dot at the desired attitude", m.l_dot, -quadratic(m) + noise(m) + fed(m)),
@@ -127,12 +127,12 @@ def equation_60() -> Evidence:
      "|r|", LAW,
      EquationVerdict.CORRECTED, "|K_v|_min has to be the smallest eigenvalue of K_v, not its 'minimum possible "
                                 "norm'")  # fmt: skip
-def equation_61() -> Evidence:
+def equation_61() -> Checks:
     m, w = moments(61)
     case_1 = np.diag([3.0 - 1.0 * 1.0] * 3 + [250.0 - 10.0 * 15.0] * 3)
     r, norm = np.eye(6)[0], float(np.linalg.norm(case_1, 2))
     factored = -m.r * (m.k_v * m.r + damping(m) * (w.error**2 - w.error * w.ideal) - m.eps)
-    return Evidence([
+    return Checks([
         below("L_dot at the desired attitude, smallest eigenvalue", m.l_dot, bound_61(m, w)),
         holds("second line equals the first", gap(factored, bound_61(m, w)) < 1e-12, "equal"),
         holds("-r^T K_v r <= -|K_v| |r|^2 fails for the norm", r @ case_1 @ r < norm, short(r @ case_1 @ r), f"below "
@@ -143,10 +143,10 @@ def equation_61() -> Evidence:
 
 @row(ROWS, "62", "L_dot, square completed", "L_dot <= -|r| {kappa [|W_tilde| - |W| / 2]^2 - kappa |W|^2 / 4 + |K_v|_min |r| - "
      "|eps_v|_max}", LAW, EquationVerdict.PROOF_STEP)  # fmt: skip
-def equation_62() -> Evidence:
+def equation_62() -> Checks:
     m, w = moments(62)
     v, ideal, kappa = symbol("v"), symbol("W"), symbol("kappa")
-    return Evidence([
+    return Checks([
         same("kappa (v^2 - v W), square "
             "completed", kappa * (v - ideal / 2) ** 2 - kappa * ideal**2 / 4, kappa * (v**2 - v * ideal)),
         holds("equals Eq. 61", gap(bound_62(m, w), bound_61(m, w)) < 1e-12, "equal"),
@@ -158,7 +158,7 @@ def equation_62() -> Evidence:
      EquationVerdict.CORRECTED, "(kappa W_B^2 / 4 + |eps_v|_max) / |K_v|_min: the printed bound is too small for kappa > 1, "
          "needlessly large "
      "for kappa < 1; and 'if', not 'only if'")  # fmt: skip
-def equation_63() -> Evidence:
+def equation_63() -> Checks:
     m, w = moments(63)
     b_r = (damping(m) * w.ideal**2 / 4 + m.eps) / m.k_v
     outside, inside = m.r > b_r, m.r < b_r
@@ -168,7 +168,7 @@ def equation_63() -> Evidence:
     r = 2.0
     bound = -r * (kappa * (w_b / 2 - w_b / 2) ** 2 - kappa * w_b**2 / 4 + k_min * r)
     growing = attained()
-    return Evidence([
+    return Checks([
         holds(f"L_dot < 0 at {int(outside.sum())} moments outside the corrected b_r", np.all(m.l_dot[outside] < 0)),
         holds("L_dot < 0 at moments inside too", falling > 0, f"{falling} of {int(inside.sum())}", "some"),
         holds("the bound on L_dot is positive between the printed and the right b_r", printed < r < right and bound > 0,
@@ -189,22 +189,22 @@ def attained() -> int:
 
 @row(ROWS, "64", "condition on the weights' error", "kappa |W_tilde| {|W_tilde| - |W|} - |eps_v|_max > 0", TUNING,
      EquationVerdict.PROOF_STEP)  # fmt: skip
-def equation_64() -> Evidence:
+def equation_64() -> Checks:
     m, w = moments(64)
     met = damping(m) * w.error * (w.error - w.ideal) - m.eps > 0
-    return Evidence(
+    return Checks(
         [holds(f"L_dot < 0 at {int(met.sum())} moments that meet it, r != 0", met.any() and np.all(m.l_dot[met] < 0))]
     )
 
 
 @row(ROWS, "65", "bound of the weights' error", "|W_tilde| > W_B / 2 + sqrt(W_B^2 / 4 + |eps_v|_max / kappa) = b_w", TUNING,
      EquationVerdict.PROOF_STEP, "for r != 0, see compact set")  # fmt: skip
-def equation_65() -> Evidence:
+def equation_65() -> Checks:
     m, w = moments(65)
     w_b, eps, kappa = symbol("W_B"), symbol("eps"), symbol("kappa")
     b_w = w_b / 2 + sympy.sqrt(w_b**2 / 4 + eps / kappa)
     beyond = w.error > w.ideal / 2 + np.sqrt(w.ideal**2 / 4 + m.eps / damping(m))
-    return Evidence([
+    return Checks([
         same("b_w is the root of Eq. 64", kappa * b_w * (b_w - w_b), eps),
         holds(f"L_dot < 0 at {int(beyond.sum())} moments beyond b_w, r != 0", beyond.any() and np.all(m.l_dot[beyond] < 0)),
     ])  # fmt: skip
@@ -215,14 +215,14 @@ def equation_65() -> Evidence:
      EquationVerdict.CORRECTED, "L_dot = 0 where r = 0, whatever W_tilde and the integrals are: the set is not compact, and "
          "b_r, b_w are not "
      "ultimate bounds")  # fmt: skip
-def compact_set() -> Evidence:
+def compact_set() -> Checks:
     m, w = moments(66, sliding=True)
     b_w = w.ideal / 2 + np.sqrt(w.ideal**2 / 4 + m.eps / damping(m))
     beyond = w.error > b_w
     slope = float(np.max(np.abs(m.l_dot)))
     worst = float(np.max(w.error / b_w))
     formula = gap(m.l_dot, printed_l_dot(m))
-    return Evidence([
+    return Checks([
         holds("r = 0 in these moments", np.max(m.r) < 1e-9, f"|r| up to {np.max(m.r):.0e}"),
         holds("|W_tilde| > b_w in some", beyond.sum() > 100, str(int(beyond.sum())), "above 100"),
         near("largest |L_dot| there", float(np.max(np.abs(m.l_dot[beyond]))), 0.0, 1e-6),

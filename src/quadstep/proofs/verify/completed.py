@@ -10,7 +10,7 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Number, Vector
 from quadstep.proofs.theory.samples import LoopBatch, draw_sample
 from quadstep.proofs.verify.plain import Plain, agree, blocks, christoffel, inertia, learnt, limited, neurons, rows, size
-from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
 
 ROWS: list[EquationRow] = []
 COUNT, PERIOD = 300, 0.004
@@ -60,7 +60,7 @@ def half_ratio(x: Plain) -> Plain:
      "Lambda_2^2 e2 - Lambda_2 c + c_dot) + C (eta_d_dot + Lambda_2 e2 + c), c = filtered P^-1 u_d B^T r1, r2 = e2_dot + "
      "Lambda_2 e2 + c", LAW, EquationVerdict.DEFINITION,
      "docs/theory.md; every part of command and memory, sampled, nets on and off, bounds reached or not")  # fmt: skip
-def completed_law() -> Evidence:
+def completed_law() -> Checks:
     s = closed_loops()
     paper, before, gains = s.gains.paper, s.memory.paper, s.gains
     command, after = CompletedBackstepping(Kinematics.STANDARD).law(s.memory, s.state, s.reference, gains, 1.0, PERIOD)
@@ -136,4 +136,4 @@ def completed_law() -> Evidence:
         agree("W_hat_1, within its bound", blocks(after.paper.weights_1), limited(new_1, bounds[:, :1])),
         agree("W_hat_2, within its bound", blocks(after.paper.weights_2), limited(new_2, bounds[:, 1:])),
     ]
-    return Evidence(checks)
+    return Checks(checks)

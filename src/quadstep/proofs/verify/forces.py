@@ -23,7 +23,7 @@ from quadstep.proofs.verify.rigid_body import (
     yaw_innermost,
     zyx,
 )
-from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
 from quadstep.vehicle.paper import (
     Disturbance,
     Rotors,
@@ -63,16 +63,16 @@ def printed_direction(attitude: Vector = ATTITUDE) -> Expression:
     "vehicle.paper:acceleration",
     EquationVerdict.AS_PRINTED,
 )
-def equation_1() -> Evidence:
+def equation_1() -> Checks:
     shipped = array(acceleration(body(), ATTITUDE, THRUST, NOTHING))
-    return Evidence([same("m xi_dd + (0, 0, m g) of the plant", MASS * shipped + WEIGHT, THRUST * printed_direction())])
+    return Checks([same("m xi_dd + (0, 0, m g) of the plant", MASS * shipped + WEIGHT, THRUST * printed_direction())])
 
 
 @row(ROWS, "7", "position subsystem, summary", "m xi_dd = u (-s_th, c_th s_ph, c_th c_ph) + (0, 0, -m g)",
      "vehicle.paper:thrust_direction", EquationVerdict.AS_PRINTED, "see thrust direction")  # fmt: skip
-def equation_7() -> Evidence:
+def equation_7() -> Checks:
     shipped = array(acceleration(body(), ATTITUDE, THRUST, NOTHING))
-    return Evidence([
+    return Checks([
         same("direction of the thrust", thrust_direction(ATTITUDE), printed_direction()),
         same("m xi_dd of the plant", MASS * shipped, THRUST * printed_direction() - WEIGHT),
     ])  # fmt: skip
@@ -82,7 +82,7 @@ def equation_7() -> Evidence:
      "vehicle.paper:thrust_direction", EquationVerdict.AS_PRINTED,
      "kept, but it is R e3 for R = Rx(-phi) Ry(-theta) Rz(-psi), not for T_eta's Rz Ry Rx: one rigid body only while "
      "the inertias are equal")  # fmt: skip
-def direction() -> Evidence:
+def direction() -> Checks:
     shipped, up = array(thrust_direction(ATTITUDE)), sympy.Matrix([0, 0, 1])
     t = rate_map(yaw_innermost())
     psi, theta, _ = ATTITUDE
@@ -96,7 +96,7 @@ def direction() -> Evidence:
         [float(value) for value in values(list(things), point)]
         for things in (shipped, zyx() * up, flown[0, :2], own[0, :2])
     )  # fmt: skip
-    return Evidence([
+    return Checks([
         same("R e3, yaw innermost", shipped, yaw_innermost() * up),
         unlike("R e3 for R = Rz Ry Rx", shipped, zyx() * up),
         same("body rates of that order, T_Q", t, named),
@@ -108,10 +108,10 @@ def direction() -> Evidence:
 
 @row(ROWS, "9", "position subsystem with disturbance", "m x_dd = -u s_th + A_x; m y_dd = u c_th s_ph + A_y; "
      "m z_dd = u c_th c_ph - m g + A_z", "vehicle.paper:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_9() -> Evidence:
+def equation_9() -> Checks:
     force = symbols("A_xyz")
     rate = derivative(body(), Disturbance(0.0, force, NOTHING), Kinematics.STANDARD, STATE, THRUST, TORQUE)
-    return Evidence([
+    return Checks([
         same("m xi_dd of the plant", MASS * array(rate.velocity), THRUST * printed_direction() - WEIGHT + array(force)),
         same("position moves by its velocity", rate.position, STATE.velocity),
     ])  # fmt: skip
@@ -120,7 +120,7 @@ def equation_9() -> Evidence:
 @row(ROWS, "67", "disturbance of the simulation", "A_xyz = A_eta = 3x2 array (x_dot phi_dot; y_dot theta_dot; z_dot psi_dot)",
      "vehicle.paper:disturb", EquationVerdict.CORRECTED,
      "a 3x2 array is not a force; the product of each row is meant, since sums contradict tau_psi = 0 in Case 1")  # fmt: skip
-def equation_67() -> Evidence:
+def equation_67() -> Checks:
     scale, force, moment = symbol("scale"), symbols("F"), symbols("M")
     a_xyz, a_eta = disturb(Disturbance(scale, force, moment), STATE)
     pairs = list(zip(STATE.velocity, reversed(RATES.entries), strict=True))
@@ -130,7 +130,7 @@ def equation_67() -> Evidence:
     speed = 20.0 * rate
     only_x = dict.fromkeys((*STATE.velocity, *RATES), 0) | {STATE.velocity[0]: speed, scale: 1}
     by_product, by_sum = (float(thing[0].subs(only_x)) for thing in (products, sums))
-    return Evidence([
+    return Checks([
         same("A_xyz", a_xyz, products + array(force)),
         same("A_eta", a_eta, products + array(moment)),
         unlike("sums give A_xyz", a_xyz, sums + array(force)),
@@ -147,14 +147,14 @@ THRUSTS = symbols("f", 4)
 
 @row(ROWS, "5", "rotor map", "(u, tau_phi, tau_theta, tau_psi) = M f, M rows (1, 1, 1, 1), (l, 0, -l, 0), (0, -l, 0, l), "
      "(c, -c, c, -c)", "vehicle.paper:rotor_map", EquationVerdict.AS_PRINTED, "see rotor signs, and tau")  # fmt: skip
-def equation_5() -> Evidence:
+def equation_5() -> Checks:
     printed = sympy.Matrix([[1, 1, 1, 1], [ARM, 0, -ARM, 0], [0, -ARM, 0, ARM], [MOMENT, -MOMENT, MOMENT, -MOMENT]])
     shipped = array(rotor_map(ROTORS))
     u, tau = mix(ROTORS, THRUSTS)
     wanted = sympy.Matrix([THRUST, TORQUE[2], TORQUE[1], TORQUE[0]])
     real = Rotors(0.25, 0.05, 0.0, 8.0)
     kept, cut = limit(real, 12.0, vector(0.1, -0.2, 0.3)), limit(real, 12.0, vector(0.0, 0.0, 4.0))
-    return Evidence([
+    return Checks([
         same("M", shipped, printed),
         near("det M over 8 c l^2", shipped.det() / (8 * MOMENT * ARM**2), 1.0),
         same("thrust and torques of four rotor thrusts", [u, tau[2], tau[1], tau[0]], printed * array(THRUSTS)),
@@ -170,7 +170,7 @@ def equation_5() -> Evidence:
      "front and rear, roll by the lateral ones", "vehicle.paper:mix", EquationVerdict.DEFINITION,
      "Eq. 5 with the angles of Eq. 7 puts rotors 1, 2, 3, 4 at -y, -x, +y, +x; then front and rear (4, 2) turn clockwise, "
      "contrary to the text")  # fmt: skip
-def rotor_signs() -> Evidence:
+def rotor_signs() -> Checks:
     _, tau = mix(ROTORS, THRUSTS)
     level = {PSI: 0, THETA: 0, PHI: 0}
     places = {0: (0, -ARM), 1: (-ARM, 0), 2: (0, ARM), 3: (ARM, 0)}
@@ -183,13 +183,13 @@ def rotor_signs() -> Evidence:
     spins = [int(-sympy.sign(heading * sympy.diff(tau[0], f))) for f in THRUSTS]  # against the push on the body
     checks.append(holds("counter-clockwise seen from above", spins == [1, -1, 1, -1],
                         f"rotors {[i + 1 for i, spin in enumerate(spins) if spin > 0]}", "rotors [1, 3]"))  # fmt: skip
-    return Evidence(checks)
+    return Checks(checks)
 
 
 @row(ROWS, "tau", "meaning of tau", "used as the rotors' torque (Eq. 5) and as the generalised torque (Eq. 3)",
      "vehicle.paper:euler_rate_matrix", EquationVerdict.AS_PRINTED,
      "kept: tau is generalised; virtual work gives tau_eta = T_eta^T tau_body, the same only at theta = phi = 0")  # fmt: skip
-def meaning_of_tau() -> Evidence:
+def meaning_of_tau() -> Checks:
     omega = body_rates(zyx())
     t = array(euler_rate_matrix(ATTITUDE, Kinematics.STANDARD))
     _, tau = mix(ROTORS, THRUSTS)
@@ -204,7 +204,7 @@ def meaning_of_tau() -> Evidence:
     level = t.subs({THETA: 0, PHI: 0})
     by_rotors = dict(zip(torque, (1, 2, 3), strict=True))
     numbers = [float(v) for v in values(list(generalised), known(**PLACE) | by_rotors)]
-    return Evidence([
+    return Checks([
         same("power of the four rotors is tau_body . omega", (on_body.T * omega)[0], power),
         same("tau_body . omega = (T^T tau_body) . eta_dot", (array(torque).T * omega)[0], (generalised.T * array(RATES))[0]),
         same("Sigma omega_dot + omega x Sigma omega = tau_body when the plant gets T^T tau_body",

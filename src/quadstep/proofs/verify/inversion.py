@@ -10,7 +10,7 @@ from quadstep.control.inversion import invert_force
 from quadstep.numbers import vector
 from quadstep.proofs.verify.algebra import Expression, array, holds, listed, near, number, same, short, symbols, unlike
 from quadstep.proofs.verify.forces import printed_direction
-from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
 
 ROWS: list[EquationRow] = []
 PLACE = "control.inversion:invert_force"
@@ -60,8 +60,8 @@ def plain(
 ) -> None:
     """A row whose evidence is that two sides are equal."""
 
-    def gather() -> Evidence:
-        return Evidence([same(printed, *sides(solution()))])
+    def gather() -> Checks:
+        return Checks([same(printed, *sides(solution()))])
 
     row(ROWS, name, what, printed, PLACE, verdict, reason)(gather)
 
@@ -74,21 +74,21 @@ def plain(
     PLACE,
     EquationVerdict.AS_PRINTED,
 )
-def equation_21() -> Evidence:
+def equation_21() -> Checks:
     found = solution()
-    return Evidence([same("the force made by the shipped solution", printed_force(found.u, found.theta, found.phi), FORCE)])
+    return Checks([same("the force made by the shipped solution", printed_force(found.u, found.theta, found.phi), FORCE)])
 
 
 @row(ROWS, "40", "Eq. 21 over time", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat(t)", PLACE, EquationVerdict.AS_PRINTED,
      "solvable for every force: angles that a force leaves undetermined are set to zero")  # fmt: skip
-def equation_40() -> Evidence:
+def equation_40() -> Checks:
     checks: list[Check] = []
     for force in ((3.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, -4.0), (0.0, 0.0, 0.0), FAR_SIDE):
         u, theta, phi = invert_force(vector(*force))
         back = printed_force(u, theta, phi)
         gap = max(abs(float(x) - y) for x, y in zip(back, force, strict=True))
         checks.append(holds(f"force {force} N", gap < 1e-14 and (any(force) or theta == phi == 0.0), f"off by {gap:.1g} N"))
-    return Evidence(checks)
+    return Checks(checks)
 
 
 plain(
@@ -121,9 +121,9 @@ plain(
 
 @row(ROWS, "50", "pitch", "theta_d = atan(a / b)", PLACE, EquationVerdict.AS_PRINTED,
      "for b > 0; the code has atan2(a, b), the same there and right for a force along x too")  # fmt: skip
-def equation_50() -> Evidence:
+def equation_50() -> Checks:
     along_x = invert_force(vector(3.0, 0.0, 0.0))[1]
-    return Evidence([same("theta_d = atan(a / b)", solution().theta, sympy.atan(A / B)),
+    return Checks([same("theta_d = atan(a / b)", solution().theta, sympy.atan(A / B)),
                      near("theta_d for a force along +x, b = 0", along_x, -math.pi / 2, 1e-15)])  # fmt: skip
 
 
@@ -141,7 +141,7 @@ plain(
 @row(ROWS, "52", "roll", "phi_d = atan(f_y / f_z), 'f_z != 0, i.e. phi and psi are not 90 "
                          "deg'", PLACE, EquationVerdict.CORRECTED,
      "atan2(f_y, f_z): atan takes the wrong branch for f_z < 0; and it is phi and theta that must not be 90 deg")  # fmt: skip
-def equation_52() -> Evidence:
+def equation_52() -> Checks:
     found, upward = solution(), symbols("up", 1, positive=True)[0]
     by_print = sympy.atan(F_Y / F_Z)
     above = {F_Z: upward}
@@ -149,7 +149,7 @@ def equation_52() -> Evidence:
     wrong = [number(entry, at) for entry in printed_force(found.u, found.theta, by_print)]
     miss = math.dist(wrong, FAR_SIDE)
     phis = [number(angle, at) for angle in (by_print, found.phi)]
-    return Evidence([
+    return Checks([
         same("phi_d = atan2(f_y, f_z)", found.phi, sympy.atan2(F_Y, F_Z)),
         same("phi_d = atan(f_y / f_z) for f_z > 0", found.phi.xreplace(above), by_print.xreplace(above)),
         unlike("the force made with phi_d = atan(f_y / f_z)", printed_force(found.u, found.theta, by_print), FORCE),

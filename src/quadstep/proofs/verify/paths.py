@@ -7,7 +7,7 @@ import sympy
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify.algebra import Expression, array, branch, exact, holds, same, short, symbol, symbols
-from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend
 
 ROWS: list[EquationRow] = []
@@ -64,11 +64,11 @@ def quintic(axis: int, name: str) -> list[Check]:
 @row(ROWS, "68", "velocity of the path", "x_d_dot = a_1 + 2 a_2 t + 3 a_3 t^2 + 4 a_4 t^3 + 5 a_5 "
      "t^4", BLEND, EquationVerdict.AS_PRINTED,
      "Section 6 cites it once for the disturbance of Eq. 67")  # fmt: skip
-def equation_68() -> Evidence:
+def equation_68() -> Checks:
     a = coefficients().a
     printed = a[1] + 2 * a[2] * T + 3 * a[3] * T**2 + 4 * a[4] * T**3 + 5 * a[5] * T**4
     flown = on_the_way()
-    return Evidence([
+    return Checks([
         same("x_d_dot of the path", flown.velocity[0], printed),
         same("velocity is the rate of the position", [sympy.diff(p, T) for p in flown.position], flown.velocity),
         same("yaw blends as x does", (flown.yaw - YAW_START) * (END[0] - START[0]),
@@ -85,10 +85,10 @@ def equation_68() -> Evidence:
     BLEND,
     EquationVerdict.AS_PRINTED,
 )
-def equation_69() -> Evidence:
+def equation_69() -> Checks:
     a = coefficients().a
     flown = on_the_way()
-    return Evidence([
+    return Checks([
         same("x_d_dd of the path", flown.acceleration[0], 2 * a[2] + 6 * a[3] * T + 12 * a[4] * T**2 + 20 * a[5] * T**3),
         same("acceleration is the rate of the velocity", [sympy.diff(v, T) for v in flown.velocity], flown.acceleration),
     ])  # fmt: skip
@@ -96,14 +96,14 @@ def equation_69() -> Evidence:
 
 @row(ROWS, "70", "end conditions", "(d_x, 0, 0) = [1 t_f t_f^2; 3 4 t_f 5 t_f^2; 6 12 t_f 20 t_f^2] (a_3, a_4, a_5), d_x = "
      "(x_df - x_d0) / t_f^3", BLEND, EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_70() -> Evidence:
+def equation_70() -> Checks:
     c = coefficients()
     d = (END[0] - START[0]) / DURATION**3
     a = symbols("a", 6)
     free = Coefficients((START[0], sympy.S.Zero, sympy.S.Zero, *a.entries[3:]))
     ends = [(free.at(order).subs(T, DURATION) - wanted) / DURATION ** (3 - order)
             for order, wanted in enumerate((END[0], 0, 0))]  # fmt: skip
-    return Evidence([
+    return Checks([
         same("the system is that of rest at x_df", ends, SYSTEM * sympy.Matrix(a.entries[3:]) - sympy.Matrix([d, 0, 0])),
         same("the path's coefficients solve it", SYSTEM * sympy.Matrix(c.a[3:]), [d, 0, 0]),
         same("a_0, a_1, a_2 of rest at x_d0", c.a[:3], [START[0], 0, 0]),
@@ -113,10 +113,10 @@ def equation_70() -> Evidence:
 @row(
     ROWS, "71", "coefficients", "(a_3, a_4, a_5) = inverse of that matrix times (d_x, 0, 0)", BLEND, EquationVerdict.AS_PRINTED
 )
-def equation_71() -> Evidence:
+def equation_71() -> Checks:
     d = (END[0] - START[0]) / DURATION**3
     solved = SYSTEM.inv() * sympy.Matrix([d, 0, 0])
-    return Evidence([
+    return Checks([
         same("the path's coefficients", coefficients().a[3:], solved),
         same("they are (10 d, -15 d / t_f, 6 d / t_f^2)", solved, [10 * d, -15 * d / DURATION, 6 * d / DURATION**2]),
     ])  # fmt: skip
@@ -131,7 +131,7 @@ def axis_row(number: str, axis: int, name: str) -> None:
         f"{name}_d = {name}_d0 + a_3 t^3 + a_4 t^4 + a_5 t^5",
         PATH,
         EquationVerdict.AS_PRINTED,
-    )(lambda: Evidence(quintic(axis, name)))
+    )(lambda: Checks(quintic(axis, name)))
 
 
 axis_row("72", 0, "x")
@@ -148,7 +148,7 @@ axis_row("74", 2, "z")
     EquationVerdict.AS_PRINTED,
     "Section 6 announces two cases before it, and three follow",
 )
-def equation_75() -> Evidence:
+def equation_75() -> Checks:
     example = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(10.0, 20.0, 40.0), 0.0, 0.0, 10.0)
     gap = 0.0
     for t in (0.0, 1.0, 2.5, 5.0, 7.5, 9.0, 10.0):
@@ -158,7 +158,7 @@ def equation_75() -> Evidence:
     way: Expression = on_the_way().position[0]
     symbolic = way.xreplace({START[0]: sympy.S.Zero, END[0]: sympy.S(10)}).subs(DURATION, 10)
     by_hand = T**3 / 10 - T**4 * 15 / 1000 + T**5 * 6 / 10000
-    return Evidence([same("x_d on the way", symbolic, by_hand),
+    return Checks([same("x_d on the way", symbolic, by_hand),
                      holds("x_d, and twice and four times it for 20 and 40 m", gap < 1e-13, f"off by {gap:.0e} "
                          "m", "equal")])  # fmt: skip
 
@@ -167,7 +167,7 @@ def equation_75() -> Evidence:
      "x_d_ddd^2 with rest at "
      "both ends", BLEND, EquationVerdict.PROOF_STEP, "against every polynomial with the same ends up to degree 9, and by "
      "Euler-Lagrange")  # fmt: skip
-def least_jerk() -> Evidence:
+def least_jerk() -> Checks:
     share = cut(blend(T, DURATION)[0])
     free = symbols("q", 4)
     other = T**3 * (DURATION - T) ** 3 * sum((q * T**power for power, q in enumerate(free)), sympy.S.Zero)
@@ -177,7 +177,7 @@ def least_jerk() -> Evidence:
     curvature = sympy.hessian(extra, list(free))
     cost = sympy.integrate(sympy.expand(jerk**2), (T, 0, DURATION))
     ends = [sympy.diff(other, T, order).subs(T, at) for order in range(3) for at in (0, DURATION)]
-    return Evidence([
+    return Checks([
         same("the variation keeps position, velocity and acceleration at both ends", ends, [0] * 6),
         same("first variation of the integral", cross, 0),
         holds("second variation is positive", curvature.is_positive_definite, f"determinant "

@@ -30,7 +30,7 @@ from quadstep.proofs.verify.rigid_body import (
     rate_map,
     zyx,
 )
-from quadstep.proofs.verify.rows import Check, EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
 from quadstep.vehicle.paper import (
     Disturbance,
     Rotors,
@@ -83,7 +83,7 @@ def solves_lagrange(kinematics: Kinematics, bias: Expression) -> Check:
 @row(ROWS, "2", "rotation subsystem, Lagrange's equations", "J eta_dd + d/dt{J} eta_dot - 1/2 d/deta(eta_dot J eta_dot) = tau",
      "vehicle.paper:coriolis_torque", EquationVerdict.AS_PRINTED,
      "with the transpose on the first eta_dot, which the text at hand lacks")  # fmt: skip
-def equation_2() -> Evidence:
+def equation_2() -> Checks:
     checks = [same("C eta_dot from the kinetic energy of R = Rz Ry Rx, unequal inertias",
                    coriolis_torque(ATTITUDE, RATES, INERTIA, STANDARD), lagrange().bias)]  # fmt: skip
     for kinematics in Kinematics:
@@ -99,25 +99,25 @@ def equation_2() -> Evidence:
                                                sympy.cos(ATTITUDE[1]) * sympy.cos(ATTITUDE[2])))  # fmt: skip
     growth = along(energy(body(), state, STANDARD), flow_of(*zip(state, rate, strict=True)))
     checks.append(same("energy grows by the power of thrust and torque", growth, push @ state.velocity + TORQUE @ RATES))
-    return Evidence(checks)
+    return Checks(checks)
 
 
 @row(ROWS, "3", "rotation subsystem with C", "J eta_dd + C(eta, eta_dot) eta_dot = tau",
      "vehicle.paper:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_3() -> Evidence:
+def equation_3() -> Checks:
     checks = []
     for kinematics in Kinematics:
         product = coriolis(ATTITUDE, RATES, INERTIA, kinematics) @ RATES
         torque = coriolis_torque(ATTITUDE, RATES, INERTIA, kinematics)
         checks += [same(f"C @ eta_dot = C eta_dot, {kinematics} T_eta", product, torque),
                    solves_lagrange(kinematics, array(product))]  # fmt: skip
-    return Evidence(checks)
+    return Checks(checks)
 
 
 @row(ROWS, "4", "effective inertia", "J = T_eta^T Sigma T_eta", "vehicle.paper:effective_inertia",
     EquationVerdict.AS_PRINTED,
      "with T_eta as in its own row")  # fmt: skip
-def equation_4() -> Evidence:
+def equation_4() -> Checks:
     t = rate_map(zyx())
     checks = [
         same("J is the second slope of the kinetic energy", inertia_matrix(), lagrange().mass),
@@ -127,7 +127,7 @@ def equation_4() -> Evidence:
         slopes = [inertia_matrix(kinematics).diff(angle) for angle in ATTITUDE]
         shipped = effective_inertia_partials(ATTITUDE, INERTIA, kinematics)
         checks.append(same(f"dJ/deta, {kinematics} T_eta", shipped, slopes))
-    return Evidence(checks)
+    return Checks(checks)
 
 
 @row(ROWS, "T_eta", "body rates from Euler rates", "rows (-s_th, 0, 1), (c_th s_psi, c_psi, 0), (c_th c_psi, -s_psi, 0)",
@@ -135,7 +135,7 @@ def equation_4() -> Evidence:
      "either rows 2 and 3 need roll in place of yaw, or the columns mean (phi, theta, psi) and the rows z, y, x: then it is "
      "-T_eta of the thrust's own order; as printed, for (psi, theta, phi), Lagrange and Newton-Euler disagree unless the "
      "inertias are equal")  # fmt: skip
-def t_eta() -> Evidence:
+def t_eta() -> Checks:
     t = rate_map(zyx())
     printed = t.subs(ATTITUDE[2], ATTITUDE[0])
     turning = [array(angular_acceleration(body(), ATTITUDE, RATES, TORQUE, k)) for k in (STANDARD, PRINTED)]
@@ -153,7 +153,7 @@ def t_eta() -> Evidence:
         unlike("Newton-Euler with the printed T_eta", newton_euler(PRINTED), euler_torque()),
         same("equal inertias hide it in J", inertia_matrix(PRINTED).xreplace(equal), inertia_matrix(STANDARD).xreplace(equal)),
     ]  # fmt: skip
-    return Evidence(checks, f"at eta = {PLACE['attitude']}, eta_dot = {PLACE['rates']}, Sigma = diag{UNEQUAL}, no torque: "
+    return Checks(checks, f"at eta = {PLACE['attitude']}, eta_dot = {PLACE['rates']}, Sigma = diag{UNEQUAL}, no torque: "
                             f"eta_dd = {listed(theirs)} with the printed T_eta, {listed(ours)} by Newton-Euler "
                             "[rad/s^2]")  # fmt: skip
 
@@ -172,7 +172,7 @@ def number_at(expression: Expression, inertia: tuple[float, ...], torque: tuple[
 @row(ROWS, "6", "the matrix C", "C = J_dot - 1/2 d/deta(eta_dot^T J) = 2 T^T Sigma T_dot - ...; J_dot - 2C skew",
      "vehicle.paper:coriolis", EquationVerdict.CORRECTED,
      "J_dot - 2C is not skew for this C, but is for Christoffel's; J_dot = T_dot^T Sigma T + T^T Sigma T_dot")  # fmt: skip
-def equation_6() -> Evidence:
+def equation_6() -> Checks:
     checks, found = [], {}
     probe = sympy.Matrix([1, 2, -1])
     for kinematics in Kinematics:
@@ -198,7 +198,7 @@ def equation_6() -> Evidence:
                near("standard T_eta", numbers[2], 8.199)]  # fmt: skip
     t = array(euler_rate_matrix(ATTITUDE, STANDARD))
     slip = (j_dot() - 2 * t.T * sympy.diag(*INERTIA) * along_rates(t))[0, 1]
-    return Evidence(checks, f"at eta = {PLACE['attitude']}, eta_dot = {PLACE['rates']}, r = (1, 2, -1): r^T (J_dot - 2C) r = "
+    return Checks(checks, f"at eta = {PLACE['attitude']}, eta_dot = {PLACE['rates']}, r = (1, 2, -1): r^T (J_dot - 2C) r = "
                             f"{short(numbers[0])} for Sigma = 5 I, {short(numbers[1])} / {short(numbers[2])} for "
                             f"diag{UNEQUAL} "
                             "with printed / standard T_eta, 0 for Christoffel; J_dot - 2 T^T Sigma T_dot has "
@@ -207,8 +207,8 @@ def equation_6() -> Evidence:
 
 @row(ROWS, "8", "rotation subsystem, summary", "J eta_dd = -C(eta, eta_dot) eta_dot + tau",
      "vehicle.paper:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_8() -> Evidence:
-    return Evidence([
+def equation_8() -> Checks:
+    return Checks([
         same("J eta_dd + C eta_dot is the torque by Newton-Euler, unequal inertias", newton_euler(STANDARD), euler_torque()),
         solves_lagrange(STANDARD, lagrange().bias),
     ])  # fmt: skip
@@ -216,12 +216,12 @@ def equation_8() -> Evidence:
 
 @row(ROWS, "10", "rotation subsystem with disturbance", "J eta_dd = tau - C(eta, eta_dot) eta_dot + A_eta",
      "vehicle.paper:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
-def equation_10() -> Evidence:
+def equation_10() -> Checks:
     state = State(symbols("xi"), symbols("xi_dot"), ATTITUDE, RATES)
     moment = symbols("A_eta")
     still = Disturbance(0.0, symbols("A_xyz"), moment)
     rate = derivative(body(), still, STANDARD, state, THRUST, TORQUE)
-    return Evidence([
+    return Checks([
         same("J eta_dd of the plant", inertia_matrix() * array(rate.rates), array(TORQUE) - lagrange().bias + array(moment)),
         same("attitude moves by its rates", rate.attitude, RATES),
     ])  # fmt: skip
@@ -231,7 +231,7 @@ def equation_10() -> Evidence:
      "(Sy-Sz) c_th s_psi c_psi, -Sx s_th), ((Sy-Sz) c_th c_psi s_psi, Sy c_psi^2 + Sz s_psi^2, 0), (-Sx s_th, 0, Sx)",
      "vehicle.paper:effective_inertia", EquationVerdict.CORRECTED,
      "roll for yaw as in T_eta; otherwise as printed")  # fmt: skip
-def equation_66() -> Evidence:
+def equation_66() -> Checks:
     s, c = sympy.sin(ATTITUDE[1]), sympy.cos(ATTITUDE[1])
     x, y, z = INERTIA
 
@@ -245,7 +245,7 @@ def equation_66() -> Evidence:
     true, printed = lagrange().kinetic, (rates.T * form(ATTITUDE[0]) * rates)[0] / 2
     point = known(inertia=UNEQUAL, **PLACE)
     by_print, by_body = (float(value) for value in values([printed, true], point))
-    return Evidence([
+    return Checks([
         same("J of the shipped standard T_eta is Eq. 66 with roll", inertia_matrix(), form(ATTITUDE[2])),
         same("J of the printed T_eta is Eq. 66", inertia_matrix(PRINTED), form(ATTITUDE[0])),
         same("1/2 eta_dot^T J eta_dot is the kinetic energy", (rates.T * inertia_matrix() * rates)[0] / 2, true),

@@ -11,7 +11,6 @@ from quadstep.proofs.verify import (
     attitude_loop,
     bounds,
     completed,
-    coupling,
     forces,
     inversion,
     paths,
@@ -52,7 +51,6 @@ def explanation(result: JudgedRow) -> str:
 
 
 def closing(results: list[JudgedRow], seconds: float) -> str:
-    """Counts and seconds."""
     failed = sum(not result.passed for result in results)
     checks = sum(len(result.evidence.checks) for result in results)
     wrong = sum(result.row.verdict is EquationVerdict.CORRECTED for result in results)
@@ -116,7 +114,6 @@ def all_rows() -> list[EquationRow]:
         plant,
         forces,
         position_loop,
-        coupling,
         attitude_loop,
         inversion,
         stability,

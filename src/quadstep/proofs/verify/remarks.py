@@ -18,7 +18,7 @@ from quadstep.proofs.verify.attitude_loop import target
 from quadstep.proofs.verify.closed_loop import GAINS, MEMORY, REFERENCE, STATE
 from quadstep.proofs.verify.plant import MASS, THRUST, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA
-from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
 from quadstep.vehicle.paper import Rotors, State, Vehicle, acceleration, angular_acceleration, effective_inertia
 
 ROWS: list[EquationRow] = []
@@ -34,14 +34,14 @@ def shipped_force() -> Expression:
      "'assumption (a) always holds'", FORCE_LAW, EquationVerdict.CORRECTED,
      "Eq. 24 needs a bounded xi_d_dd, Eq. 33 a bounded eta_d_dd and so xi_d's fourth and psi_d's second derivative; a bound "
      "on q_d bounds none of them")  # fmt: skip
-def assumption() -> Evidence:
+def assumption() -> Checks:
     fast = 100.0  # rad/s, along x_d = sin(fast t)
     still = dict.fromkeys((*REFERENCE.acceleration,), 0)
     swing = {**still, REFERENCE.acceleration[0]: -(fast**2), MASS: 1, GAINS.gravity: 9.81}
     force = math.hypot(*(number(entry.xreplace(swing), {}) for entry in shipped_force()))
     slope = shipped_force().jacobian(list(REFERENCE.acceleration))
     wanted_dd = target().jacobian(list(loop.DESIRED_DD))
-    return Evidence([
+    return Checks([
         same("F_d_hat grows with xi_d_dd by m", slope, MASS * sympy.eye(3)),
         same("the target of the second net (Eq. 33) grows with eta_d_dd by J", wanted_dd,
              array(effective_inertia(ATTITUDE, INERTIA, Kinematics.STANDARD))),
@@ -53,7 +53,7 @@ def assumption() -> Evidence:
      "K_r2, Lambda_1, Lambda_2", NET, EquationVerdict.CORRECTED,
      "not shown: b_r falls as K_v grows only if W_B and eps_v stay, but Lambda_2^2 appears in the second net's target "
      "(Eq. 33), and the gains of the outer loop in eta_d_dd")  # fmt: skip
-def arbitrarily_small() -> Evidence:
+def arbitrarily_small() -> Checks:
     level = dict.fromkeys(
         (*ATTITUDE, *loop.MOMENT, *loop.DESIRED_DD, *STATE.rates, *MEMORY.filtered.rate, REFERENCE.yaw_rate), 0
     )
@@ -62,7 +62,7 @@ def arbitrarily_small() -> Evidence:
     slope = GAINS.slope_2[1]
     low, high = (number(there.xreplace({slope: sympy.S(value)}), {}) for value in (15, 30))
     slope_1 = asked_in_errors().jacobian(list(GAINS.gain_1))
-    return Evidence([
+    return Checks([
         near("the second net's target, level and at rest, e2_theta = 0.1 rad, Sigma = 5 I, Lambda_2 = 15", low, -112.5),
         near("the same, Lambda_2 = 30", high, 4.0 * -112.5),
         unlike("F_d_hat, and so eta_d, moves with K_r1", slope_1, sympy.zeros(3, 3)),
@@ -79,13 +79,13 @@ def asked_in_errors() -> Expression:
      "disturbances'", "vehicle.paper:acceleration", EquationVerdict.CORRECTED,
      "the attitude sets the thrust's direction (Eqs 1, 7): without any aerodynamics theta and phi still move the vehicle "
      "sideways")  # fmt: skip
-def conclusion() -> Evidence:
+def conclusion() -> Checks:
     nothing = vector(0.0, 0.0, 0.0)
     free = array(acceleration(body(), ATTITUDE, THRUST, nothing))
     moved = free.jacobian(list(ATTITUDE))
     hover = {THRUST: sympy.Float(9.81), MASS: 1, body().gravity: sympy.Float(9.81), ATTITUDE[0]: 0, ATTITUDE[2]: 0}
     tilted = number(free[0].xreplace(hover).xreplace({ATTITUDE[1]: sympy.Rational(1, 10)}), {})
-    return Evidence([
+    return Checks([
         unlike("xi_dd moves with the attitude, no force but thrust and weight", moved, sympy.zeros(3, 3)),
         near("x_dd in hover, theta = 0.1 rad", tilted, -9.81 * math.sin(0.1)),
     ], f"hover, m = 1 kg, theta = 0.1 rad, still air: x_dd = {short(tilted)} m/s^2")  # fmt: skip
@@ -99,7 +99,7 @@ WIDE, NARROW = vector(8e6, 4e6, 2e6, 1e6), vector(2.0, 1.0, 0.2, 0.1)
      EquationVerdict.DEFINITION, "u c_th c_ph = m g - m (a_z1 z_dot + a_z2 z); tau = C eta_dot + J tau~; unsaturated, each "
          "channel has the "
      "poles of (s + 1)^4")  # fmt: skip
-def reference_11() -> Evidence:
+def reference_11() -> Checks:
     slopes = [-nested(WIDE, *unit) for unit in np.eye(4).tolist()]
     far, near_by = nested(NARROW, 0.0, 0.0, 0.0, 100.0), nested(NARROW, 0.01, -0.02, 0.03, 0.01)
     draw = np.random.default_rng(11)
@@ -126,7 +126,7 @@ def reference_11() -> Evidence:
         lift = max(lift, abs(climb + a_z[0] * e_dot[2] + a_z[1] * e[2]))
         turn = max(turn, (eta_dd - wanted).norm())
         logged = max(logged, (command.r1 - r1).norm(), (command.r2 - r2).norm())
-    return Evidence([
+    return Checks([
         holds("a_dd = -(4 a_dot + 6 a + 4 v + p) unsaturated", slopes == [4.0, 6.0, 4.0, 1.0], listed(slopes), "(4, 6, 4, 1)"),
         near("a_dd far away", far, -0.1, 1e-12),
         near("a_dd close by", near_by, -(0.04 - 0.12 + 0.12 + 0.01), 1e-12),

@@ -17,7 +17,7 @@ from quadstep.numbers import Matrix, Number, Vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
 from quadstep.proofs.certify.arrays import apply
 from quadstep.proofs.verify.plain import Plain, agree, blocks, learnt, limited, neurons, rows, size
-from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
 
 ROWS: list[EquationRow] = []
 COUNT, NEURONS, PERIOD = 300, 3, 0.004
@@ -107,7 +107,7 @@ def learning_factor(missing: Plain, asked: Plain) -> Plain:
      "K_i2 int r2 + P e2 + W_hat_2^T mu_2) + omega x Sigma omega", LAW, EquationVerdict.DEFINITION,
      "both loops with hedging, bounds and learning; e2 the turn to the filtered attitude, gains over mass and "
      "inertia")  # fmt: skip
-def rotation_law() -> Evidence:
+def rotation_law() -> Checks:
     m = RotationBatch()
     g, memory, measured, reference = m.gains, m.memory, m.measured, m.reference
     law = RotationBackstepping()
@@ -158,7 +158,7 @@ def rotation_law() -> Evidence:
     share_2 = learning_factor(size(missing), size(rows(memory.asked_torque)))
     period_2 = (was & started) * share_2 * PERIOD
     new_2 = learnt(w_2, mu_2, r2, size(r2), column(net_2.learning_rate), kappa_2, period_2)
-    return Evidence([
+    return Checks([
         agree("desired force", rows(guided.force), force),
         agree("its attitude", rotations(guided.wanted), np.stack([np.cross(second, third), second, third], axis=2)),
         agree("r1", rows(guided.r1), r1),

@@ -23,7 +23,7 @@ class Check(NamedTuple):
     holds: bool
 
 
-class Evidence(NamedTuple):
+class Checks(NamedTuple):
     """The checks of a row, and the numbers of the case in which the printed form fails (empty where it never does)."""
 
     checks: list[Check]
@@ -43,18 +43,17 @@ class EquationRow(NamedTuple):
     where: str
     verdict: EquationVerdict
     reason: str
-    gather: Callable[[], Evidence]
+    gather: Callable[[], Checks]
 
 
 class JudgedRow(NamedTuple):
     """A row with its evidence."""
 
     row: EquationRow
-    evidence: Evidence
+    evidence: Checks
 
     @property
     def passed(self) -> bool:
-        """Whether there is evidence and all of it holds."""
         return bool(self.evidence.checks) and all(check.holds for check in self.evidence.checks)
 
     @property
@@ -70,15 +69,15 @@ def judge(row: EquationRow) -> JudgedRow:
         return JudgedRow(row, row.gather())
     except Exception as error:  # a law that cannot even be evaluated must be reported by this command
         check = Check("evidence", "no error", f"{type(error).__name__}: {error}".partition("\n")[0], False)
-        return JudgedRow(row, Evidence([check]))
+        return JudgedRow(row, Checks([check]))
 
 
 def row(
     rows: list[EquationRow], number: str, what: str, printed: str, where: str, verdict: EquationVerdict, reason: str = ""
-) -> Callable[[Callable[[], Evidence]], Callable[[], Evidence]]:
+) -> Callable[[Callable[[], Checks]], Callable[[], Checks]]:
     """Decorator: adds to `rows` a row whose evidence the decorated function gathers."""
 
-    def add(gather: Callable[[], Evidence]) -> Callable[[], Evidence]:
+    def add(gather: Callable[[], Checks]) -> Callable[[], Checks]:
         rows.append(EquationRow(number, what, printed, f"quadstep.{where}", verdict, reason, gather))
         return gather
 

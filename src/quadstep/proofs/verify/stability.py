@@ -14,7 +14,7 @@ from quadstep.proofs.verify.algebra import array, branch, holds, near, same, sho
 from quadstep.proofs.verify.closed_loop import E1, E1_DOT, GAINS, LAMBDA_1, MEMORY, R1, R2, STATE
 from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, batch, moments
 from quadstep.proofs.verify.plant import MASS, body, inertia_matrix
-from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, Evidence, row
+from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
 from quadstep.vehicle.paper import effective_inertia
 from quadstep.vehicle.plants.in_space import COLUMNS
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Made, Parameters
@@ -36,7 +36,7 @@ def largest(sizes: ArrayLike) -> float:
          "norm is smaller "
      "unless Lambda is scalar; it bounds suprema over time for e(0) = 0, not values at an instant; the text's 'e_1 and e_1' "
      "means e_1 and e_2")  # fmt: skip
-def equation_53() -> Evidence:
+def equation_53() -> Checks:
     slopes = np.array([1.0, 4.0, 4.0])
     r1 = array(loop.sample().command.r1)
     values = {**dict.fromkeys((*STATE.position, *STATE.velocity), 0.0),
@@ -45,7 +45,7 @@ def equation_53() -> Evidence:
     of_law = float(sympy.sqrt((r1.T * r1)[0]).subs(values))
     gains = [np.linalg.norm(np.linalg.inv(1j * w * np.eye(3) + np.diag(slopes)), 2) for w in np.logspace(-3, 3, 200)]
     printed = 1.0 / np.linalg.norm(np.diag(slopes), 2)
-    return Evidence([
+    return Checks([
         same("r1 of the law", r1, E1_DOT + LAMBDA_1 * E1),
         same("r2 of the law", loop.sample().command.r2, R2),
         near("|r1| of the law at rest, e1 = (1, 0, 0), Lambda_1 = diag(1, 4, 4)", of_law, 1.0),
@@ -57,7 +57,7 @@ def equation_53() -> Evidence:
 
 @row(ROWS, "54", "tuning laws", "W_hat_i_dot = F_i mu_i r_i^T - kappa |r| F_i W_hat_i", TUNING, EquationVerdict.AS_PRINTED,
      "one kappa here, two in Section 6: each net has its own; |r| is that of r1 and r2 together; F_i = F I")  # fmt: skip
-def equation_54() -> Evidence:
+def equation_54() -> Checks:
     following, silent = loop.sample().following, loop.sample(learning=False).following
     checks = []
     for i, net, hat, chi, r, after, before in (
@@ -72,12 +72,12 @@ def equation_54() -> Evidence:
             same(f"W_hat_{i} after a sample of the law", array(after) - array(hat), loop.PERIOD * printed),
             same(f"W_hat_{i} rests before learning starts", before, hat),
         ]
-    return Evidence(checks)
+    return Checks(checks)
 
 
 @row(ROWS, "F_1, F_2", "shape of the tuning gains", "F_1 = F_2 = diag(5 [1; 1; 1]), 3 x 3", TUNING, EquationVerdict.CORRECTED,
      "F_i multiplies mu_i, so it is N x N; 5 I acts as the scalar 5 does")  # fmt: skip
-def shape() -> Evidence:
+def shape() -> Checks:
     neurons, draw = 10, np.random.default_rng(54)
     mu, r, weights = draw.normal(size=neurons), draw.normal(size=3), draw.normal(size=(neurons, 3))
     net = loop.NET_1._replace(learning_rate=5.0, damping=0.01)
@@ -85,7 +85,7 @@ def shape() -> Evidence:
     rate = np.array([list(line) for line in weight_rate(net, columns, Vector(mu.tolist()), Vector(r.tolist()), 2.0)])
     full = 5.0 * np.eye(neurons) @ (np.outer(mu, r) - 0.01 * 2.0 * weights)
     fits = np.diag([5.0] * 3).shape[1] == np.outer(mu, r).shape[0]
-    return Evidence([
+    return Checks([
         holds("rate of W_hat with F = 5 I, N x N, N = 10", largest(rate - full) < 1e-12, f"off by {largest(rate - full):.0e}",
               "equal"),
         holds("a 3 x 3 matrix times mu r^T, N x 3, is undefined", not fits, f"3 columns, {neurons} rows", "no product"),
@@ -96,7 +96,7 @@ def shape() -> Evidence:
      "'48 and 48'", "vehicle.paper:effective_inertia", EquationVerdict.CORRECTED,
      "K_r2 > J_M max(Lambda_2) I unless Lambda_2 is scalar: J Lambda_2 is not symmetric; u and tau are given by 48 and "
      "35")  # fmt: skip
-def gain_conditions() -> Evidence:
+def gain_conditions() -> Checks:
     def smallest(gain: NDArray[np.float64], inertia: NDArray[np.float64]) -> float:
         product = inertia @ np.diag(SLOPES)
         return float(np.linalg.eigvalsh(np.diag(gain) - 0.5 * (product + product.T)).min())
@@ -111,7 +111,7 @@ def gain_conditions() -> Evidence:
     right = smallest(np.full(3, bound * slopes.max()), tilted)
     m = moments(5)[0]
     j_largest = np.linalg.eigvalsh(np.array([[batch(e) for e in line] for line in m.j]).transpose(2, 0, 1)).max()
-    return Evidence([
+    return Checks([
         holds("J_M = 10 bounds J for Sigma = 5 I: largest eigenvalue 5 (1 + |sin theta|)", largest(top) < 1e-12,
               f"off by {largest(top):.0e}", "equal"),
         holds("J <= 2 max(Sigma) at random moments, Sigma up to 9", j_largest <= 18.0, short(j_largest), "at most 18"),
@@ -129,7 +129,7 @@ def gain_conditions() -> Evidence:
      "+ tr{W_tilde^T F^-1 W_tilde} / 2", "vehicle.plants.in_space:log_row", EquationVerdict.DEFINITION,
      "logged without its last term, which contains the unknown weights; not positive definite at theta = 90 degrees, where "
      "det J = Sx Sy Sz c_th^2 is 0")  # fmt: skip
-def equation_55() -> Evidence:
+def equation_55() -> Checks:
     path = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(20.0, 5.0, 10.0), 0.0, 0.0, 40.0)
     parameters = Parameters(body(), loop.DISTURBANCE, path, GAINS, Limits(100.0, 100.0, 1.5))
     command = loop.sample().command
@@ -140,7 +140,7 @@ def equation_55() -> Evidence:
     k1, k2 = sympy.diag(*GAINS.integral_1), sympy.diag(*GAINS.integral_2)
     printed = (MASS * R1.T * R1 + R2.T * inertia_matrix() * R2 + i1.T * k1 * i1 + i2.T * k2 * i2)[0] / 2
     norms = [sympy.sqrt(sum(entry**2 for entry in array(hat))) for hat in (loop.W_HAT_1, loop.W_HAT_2)]
-    return Evidence([
+    return Checks([
         same("logged L", branch(logged["lyapunov"], {}), printed),
         same("logged norms of r1 and r2", [logged["norm_r1"], logged["norm_r2"]],
              [sympy.sqrt((R1.T * R1)[0]), sympy.sqrt((R2.T * R2)[0])]),
@@ -164,14 +164,14 @@ def gap(found: Batch, expected: Batch) -> float:
 @row(ROWS, "56", "L_dot", "-r^T diag(K_r1 - m Lambda_1, K_r2 - J Lambda_2) r + r^T eps_v + r2^T J_dot r2 / 2 - r2^T C r2 + "
      "tr{W_tilde^T (F^-1 W_tilde_dot + "
      "mu_r)}", LAW, EquationVerdict.CORRECTED, "-r1^T delta is missing, see delta")  # fmt: skip
-def equation_56() -> Evidence:
+def equation_56() -> Checks:
     calm, real = moments(56)[0], moments(56, at_wanted_attitude=False)[0]
     lost = batch(real.r1 @ real.delta)
     at_rest, missed, repaired = gap(calm.l_dot, printed_l_dot(calm)), gap(real.l_dot, printed_l_dot(real)), gap(
         real.l_dot, printed_l_dot(real) - lost
     )  # fmt: skip
     wrong = int(np.sum((printed_l_dot(real) < 0) & (real.l_dot > 0)))
-    return Evidence([
+    return Checks([
         holds("L_dot by the chain rule, delta = 0, 4000 random moments", at_rest < 1e-10, f"off by {at_rest:.0e}", "equal"),
         holds("with -r1^T delta at any attitude", repaired < 1e-10, f"off by {repaired:.0e}", "equal"),
         holds("as printed at any attitude", missed > 0.1, f"off by {short(missed)}", "different"),
@@ -182,7 +182,7 @@ def equation_56() -> Evidence:
 # Eq. 57
 @row(ROWS, "57", "rate of the weights' error", "W_tilde_dot = -F mu_r + kappa |r| F W_hat", TUNING, EquationVerdict.AS_PRINTED,
      "with constant ideal weights; Eq. 54 stacked")  # fmt: skip
-def equation_57() -> Evidence:
+def equation_57() -> Checks:
     r1, r2 = symbols("r1"), symbols("r2")
     mus, size = (symbols("mu_1", 2), symbols("mu_2", 2)), sympy.Symbol("r", positive=True)
     rates = [weight_rate(net, hat, mu, r, size) for net, hat, mu, r in
@@ -192,4 +192,4 @@ def equation_57() -> Evidence:
     mu_r = sympy.Matrix.vstack(array(mus[0]) * array(r1).T, array(mus[1]) * array(r2).T)
     hats = sympy.Matrix.vstack(array(loop.W_HAT_1), array(loop.W_HAT_2))
     shipped = -sympy.Matrix.vstack(*(array(rate) for rate in rates))
-    return Evidence([same("-W_hat_dot, both nets stacked", shipped, -f * mu_r + kappa * size * f * hats)])
+    return Checks([same("-W_hat_dot, both nets stacked", shipped, -f * mu_r + kappa * size * f * hats)])

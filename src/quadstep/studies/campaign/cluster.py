@@ -24,8 +24,8 @@ from quadstep.io.errors import UserError
 from quadstep.io.results.code import code_digest
 from quadstep.io.version import __version__
 from quadstep.studies.campaign.cluster_connection import connected, cores, first_line
-from quadstep.studies.campaign.flown import Fly, Flyer, S
-from quadstep.studies.campaign.flown import Span as Whole
+from quadstep.studies.campaign.flyer import FlightRange as Whole
+from quadstep.studies.campaign.flyer import Fly, Flyer, S
 from quadstep.studies.campaign.schema import Campaign
 
 SPAN = 16_384
@@ -71,7 +71,6 @@ class Order(NamedTuple):
 
 
 def order(campaign: Campaign) -> Order:
-    """The order to fly a campaign."""
     return Order(needs(), campaign.fingerprint, pickle.dumps(campaign._replace(folder=campaign.folder.resolve())))
 
 
@@ -112,7 +111,7 @@ def refuse_others(here: str, wanted: Sequence[tuple[str, str]]) -> None:
 # What the driver does
 
 
-class Span(NamedTuple, Generic[S]):
+class ChunkSpan(NamedTuple, Generic[S]):
     """Flights from `first` up to `past` of a chunk."""
 
     chunk: S
@@ -145,14 +144,16 @@ def span_size(flights: int, cores: int) -> int:
     return min(max(even, SMALLEST_SPAN), SPAN)
 
 
-def spans(chunks: Sequence[S], size: int) -> Iterator[Span[S]]:
+def spans(chunks: Sequence[S], size: int) -> Iterator[ChunkSpan[S]]:
     """The chunks in order, cut into spans."""
     for chunk in chunks:
         for first in range(chunk.first, chunk.past, size):
-            yield Span(chunk, first, min(first + size, chunk.past))
+            yield ChunkSpan(chunk, first, min(first + size, chunk.past))
 
 
-def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span[S]]) -> Generator[tuple[Span[S], pa.Table], None, None]:
+def flown_spans(
+    ray: ModuleType, order: Order, waiting: Iterator[ChunkSpan[S]]
+) -> Generator[tuple[ChunkSpan[S], pa.Table], None, None]:
     """Spans as they come back, in any order. Raises UserError.
 
     Tasks still flying when this ends are ended with the connection: Ray aborts the driver where it cancels a task that
@@ -167,7 +168,7 @@ def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span[S]]) -> Ge
 
     task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_span)
     told = ray.put(tuple(order))
-    flying: dict[object, Span[S]] = {}
+    flying: dict[object, ChunkSpan[S]] = {}
     while True:
         room = max(0, AHEAD * max(1, cores(ray)) - len(flying))
         for span in islice(waiting, room):
@@ -225,7 +226,7 @@ class Pieces(Generic[S]):
     def __init__(self) -> None:
         self.tables: dict[S, dict[int, pa.Table]] = {}
 
-    def add(self, span: Span[S], table: pa.Table) -> pa.Table | None:
+    def add(self, span: ChunkSpan[S], table: pa.Table) -> pa.Table | None:
         """The table of the chunk if this completes it."""
         parts = self.tables.setdefault(span.chunk, {})
         parts[span.first] = table

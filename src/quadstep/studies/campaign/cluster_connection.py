@@ -171,7 +171,6 @@ def cores(ray: ModuleType) -> int:
 
 
 def first_line(error: BaseException) -> str:
-    """The first line of an error."""
     return shortened(f"{type(error).__name__}: {error}")
 
 

@@ -14,8 +14,8 @@ from quadstep.mission.distributions import Choice, Grid, Sobol
 from quadstep.numbers import Number, flatten
 from quadstep.numbers.noise import flight_key, key
 from quadstep.studies.campaign.draws import continuous, draw, shares
-from quadstep.studies.campaign.flown import Fly, Flyer, Span, table
-from quadstep.studies.campaign.planner import TYPICAL, Batch, Planner
+from quadstep.studies.campaign.flyer import FlightRange, Fly, Flyer, table
+from quadstep.studies.campaign.planner import TYPICAL, PlannedBatch, Planner
 from quadstep.studies.campaign.schema import Campaign
 
 
@@ -27,14 +27,14 @@ def device_flyer(campaign: Campaign) -> Flyer:
     return flyer if only is None else DeviceFlyer(campaign, flyer.planner, only)
 
 
-def on_gpu(campaign: Campaign) -> Fly[Span]:
+def on_gpu(campaign: Campaign) -> Fly[FlightRange]:
     """What flies a campaign there. Raises UserError where there is none, and for a campaign that cannot be flown."""
     flyer = device_flyer(campaign)
     flyer.rehearse()
     return flyer.fly_spans
 
 
-def generated_batch(flyer: Flyer) -> Batch | None:
+def generated_batch(flyer: Flyer) -> PlannedBatch | None:
     """The one batch of a campaign whose values can be drawn on the device; None for any other campaign."""
     file = flyer.campaign.file
     if any(isinstance(one, Choice | Grid | Sobol) for one in file.vary.values()):
@@ -45,7 +45,7 @@ def generated_batch(flyer: Flyer) -> Batch | None:
     return batches[0] if len(batches) == 1 and len(direct) == len(file.keys) else None
 
 
-def generate(campaign: Campaign, planner: Planner, batch: Batch) -> Generate:
+def generate(campaign: Campaign, planner: Planner, batch: PlannedBatch) -> Generate:
     """The law that computes the varying numbers of a flight from its number."""
     base = key(campaign.file.seed, 0).words
     values = {name: column.at(0) for name, column in planner.typical.items()}
@@ -64,7 +64,7 @@ def generate(campaign: Campaign, planner: Planner, batch: Batch) -> Generate:
 class DeviceFlyer(Flyer):
     """Flies flights whose values are drawn on the device."""
 
-    def __init__(self, campaign: Campaign, planner: Planner, batch: Batch) -> None:
+    def __init__(self, campaign: Campaign, planner: Planner, batch: PlannedBatch) -> None:
         self.campaign, self.planner, self.batch = campaign, planner, batch
         law = generate(campaign, planner, batch)
         self.device = GpuSweep(

@@ -25,7 +25,7 @@ Values: TypeAlias = NDArray[np.generic]
 """One element per flight: numbers, places of options, or text."""
 
 
-class Drawn(NamedTuple):
+class DrawnColumn(NamedTuple):
     """A column of values. options: if not None, `values` are indices into it."""
 
     values: Values
@@ -61,13 +61,13 @@ def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:
     return Key(Vector(cast(list[Number], halves)))
 
 
-def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
+def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, DrawnColumn]:
     """The values of each key for the flights of these consecutive numbers."""
     with np.errstate(all="ignore"):  # a value beyond the range of floats is refused with its flight
         return drawn_columns(file, flights)
 
 
-def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
+def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, DrawnColumn]:
     """`draw`, with NumPy's warnings."""
     spread = [one for one in file.vary.values() if isinstance(one, Sobol)]
     shared = shares(file, noise_keys(file.seed, flights))
@@ -76,18 +76,20 @@ def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, D
     every = 1
     for name, one in reversed(file.vary.items()):  # the last grid varies fastest
         if isinstance(one, Grid):
-            drawn[name] = Drawn((flights // every) % len(one.options), one.options)
+            drawn[name] = DrawnColumn((flights // every) % len(one.options), one.options)
             every *= len(one.options)
     for name, one in file.vary.items():
         if isinstance(one, Sobol):
-            drawn[name] = Drawn(cast(Values, one.quantile(cast(Number, next(points)))))
+            drawn[name] = DrawnColumn(cast(Values, one.quantile(cast(Number, next(points)))))
     return {name: drawn[name] for name in file.keys}
 
 
-def from_shares(file: CampaignFile, shared: dict[str, Number]) -> dict[str, Drawn]:
+def from_shares(file: CampaignFile, shared: dict[str, Number]) -> dict[str, DrawnColumn]:
     """The values of all keys but grids and Sobol sequences, from a number in (0, 1) for each."""
-    drawn = {name: Drawn(cast(Values, value)) for name, value in continuous(file, shared).items()}
-    chosen = {name: Drawn(one.place(shared[name]), one.options) for name, one in file.vary.items() if isinstance(one, Choice)}
+    drawn = {name: DrawnColumn(cast(Values, value)) for name, value in continuous(file, shared).items()}
+    chosen = {
+        name: DrawnColumn(one.place(shared[name]), one.options) for name, one in file.vary.items() if isinstance(one, Choice)
+    }
     return drawn | chosen
 
 

@@ -5,13 +5,13 @@ from pathlib import Path
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
-from quadstep.metrics.judging.share import JudgedShare
+from quadstep.metrics.judging.metrics import JudgedShare
 from quadstep.metrics.judging.verdict import Case
 from quadstep.report.evidence import Evidence, Table
 from quadstep.studies.campaign import until
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.replay import replay_command
-from quadstep.studies.campaign.run import Finished
+from quadstep.studies.campaign.run import FinishedCampaign
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.summary import as_json, sentences
 
@@ -36,7 +36,7 @@ WORST = ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]")
 
 
 def evidence(
-    done: Finished, file: Path, engine: Engine, least: float | None, decided: until.Decided | None = None
+    done: FinishedCampaign, file: Path, engine: Engine, least: float | None, decided: until.Decided | None = None
 ) -> Evidence:
     """Judge a finished campaign. least: share of flights that must succeed, None if nothing is required. decided: what
     `--until` has shown, if it was given. Raises UserError where nothing is statistical but something is required.

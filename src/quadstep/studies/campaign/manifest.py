@@ -30,7 +30,7 @@ class Named(BaseModel):
     sha256: str
 
 
-class Manifest(BaseModel):
+class CampaignManifest(BaseModel):
     """What a manifest must hold for its campaign to be resumed."""
 
     model_config = ConfigDict(strict=True)

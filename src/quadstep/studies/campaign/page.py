@@ -20,7 +20,7 @@ from quadstep.page.flights import ShownFlight
 from quadstep.page.missions import flown_mission
 from quadstep.page.model import Rate, numbers_text
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.planner import Batch, planner
+from quadstep.studies.campaign.planner import PlannedBatch, planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 
 MOST_FLIGHTS = 1000
@@ -61,7 +61,7 @@ def rate(campaign: Campaign, source: str) -> Rate:
     return of_batch(batch, campaign)
 
 
-def of_batch(batch: Batch, campaign: Campaign) -> Rate:
+def of_batch(batch: PlannedBatch, campaign: Campaign) -> Rate:
     leaves = flatten((batch.start, batch.parameters))
     names = given_names(batch.start, batch.parameters)
     order = np.argsort(batch.places)

@@ -32,7 +32,7 @@ QUANTILES = (0.1, 0.5, 0.9)
 SCREEN = Sheet()
 
 
-class Metric(NamedTuple):
+class PlottedMetric(NamedTuple):
     """What is drawn for a metric. values: of completed flights, finite; limit: above it a flight has failed."""
 
     name: str
@@ -40,7 +40,7 @@ class Metric(NamedTuple):
     limit: float | None
 
 
-def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, sheet: Sheet = SCREEN) -> None:
+def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: int, sheet: Sheet = SCREEN) -> None:
     """Above, a histogram of each metric; below, the share of all flights that are worse, including those that ended early."""
     with drawing(sheet):
         columns = sheet.side_by_side(len(metrics), 2.2)
@@ -63,7 +63,7 @@ def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, shee
         write(figure, path, sheet)
 
 
-def draw_metric(above: Axes, below: Axes, metric: Metric, flights: int) -> None:
+def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -> None:
     """One column of `draw_distributions`, in a unit that suits it."""
     words, unit = units.metric(metric.name)
     unit, factor = units.handy(unit, float(metric.values.max()))

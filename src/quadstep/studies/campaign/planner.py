@@ -24,7 +24,7 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
-from quadstep.studies.campaign.draws import Drawn, Values, draw
+from quadstep.studies.campaign.draws import DrawnColumn, Values, draw
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.variants import Variants, corners, groups, numbers, option, same, without
 from quadstep.world.air import DeclaredWind
@@ -45,7 +45,7 @@ MOST_STRUCTURES = 200
 """Most programs that one campaign may need; each takes about a second to compile."""
 
 
-class Batch(NamedTuple):
+class PlannedBatch(NamedTuple):
     """Flights of one structure and clock. members: their places among those requested. loop, ticks: with scores.
 
     start, parameters: of one of the flights; places: of the leaves that vary; rows: their values, one row per flight.
@@ -76,8 +76,8 @@ class Planner(Variants):
     """
 
     def __init__(
-        self, content: dict[str, object], defaults: dict[str, object], source: str, folder: Path, typical: Mapping[str, Drawn],
-        seed: int, score_period: float | None, singly: dict[str, float],
+        self, content: dict[str, object], defaults: dict[str, object], source: str, folder: Path,
+        typical: Mapping[str, DrawnColumn], seed: int, score_period: float | None, singly: dict[str, float],
     ) -> None:  # fmt: skip
         super().__init__(content, defaults, source, folder, seed)
         self.typical, self.score_period, self.singly = typical, score_period, singly
@@ -88,7 +88,7 @@ class Planner(Variants):
         self.checked: dict[object, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         self.structures: set[object] = set()
 
-    def batches(self, flights: NDArray[np.int64], drawn: Mapping[str, Drawn]) -> Iterator[Batch]:
+    def batches(self, flights: NDArray[np.int64], drawn: Mapping[str, DrawnColumn]) -> Iterator[PlannedBatch]:
         """The flights of these numbers with these values, in batches. Raises UserError for values that cannot be flown."""
         numeric = [name for name, column in drawn.items() if self.is_numeric(column)]
         options = [name for name in drawn if name not in numeric]
@@ -98,9 +98,9 @@ class Planner(Variants):
             yield from self.batches_of(fixed, columns, drawn, flights, members)
 
     def batches_of(
-        self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], drawn: Mapping[str, Drawn],
+        self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], drawn: Mapping[str, DrawnColumn],
         flights: NDArray[np.int64], members: NDArray[np.int64],
-    ) -> Iterator[Batch]:  # fmt: skip
+    ) -> Iterator[PlannedBatch]:  # fmt: skip
         """The flights that agree in every value that is not a number."""
         identity = tuple(map(repr, fixed.values()))
         if identity not in self.direct:
@@ -124,7 +124,7 @@ class Planner(Variants):
     def in_one_go(
         self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
         members: NDArray[np.int64],
-    ) -> Batch:  # fmt: skip
+    ) -> PlannedBatch:  # fmt: skip
         """A batch whose mission was built with arrays in it."""
         plan = self.with_noise(self.array_plan(fixed, columns), flights)
         leaves = flatten((plan.start, plan.parameters))
@@ -137,7 +137,7 @@ class Planner(Variants):
     def one_by_one(
         self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
         members: NDArray[np.int64],
-    ) -> list[Batch]:  # fmt: skip
+    ) -> list[PlannedBatch]:  # fmt: skip
         """Batches of flights that were built one by one; everything but tables counts as varying."""
         plans = [
             self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flights[members[i]]))
@@ -161,7 +161,7 @@ class Planner(Variants):
     def batch(
         self, members: NDArray[np.int64], loop: Loop, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
         places: tuple[int, ...], rows: NDArray[np.float64],
-    ) -> Batch:  # fmt: skip
+    ) -> PlannedBatch:  # fmt: skip
         """A batch, scored. Raises UserError for a campaign of too many structures."""
         self.structures.add((loop, places, len(flatten((start, parameters)))))
         if len(self.structures) > MOST_STRUCTURES:
@@ -176,7 +176,7 @@ class Planner(Variants):
             raise UserError(
                 f"{self.source}: score_period = {period:g} s: no sample is between score_from and the flight's end"
             )
-        return Batch(members, scored_loop, scored_ticks, start, parameters, places, rows)
+        return PlannedBatch(members, scored_loop, scored_ticks, start, parameters, places, rows)
 
     def price(self) -> str:
         """Which keys made flights be built one by one so far, and the time that this takes; empty where none did."""
@@ -189,7 +189,7 @@ class Planner(Variants):
 
     # What can be built in one go
 
-    def is_numeric(self, drawn: Drawn) -> bool:
+    def is_numeric(self, drawn: DrawnColumn) -> bool:
         """Whether a column holds numbers for a key that takes any number."""
         return drawn.options is None or all(type(one) is float for one in drawn.options)
 
@@ -295,7 +295,7 @@ def planner(campaign: Campaign) -> Planner:
     for name, one in file.vary.items():
         if isinstance(one, Grid):  # all its values, however slowly it varies
             places = np.linspace(0, len(one.options) - 1, TYPICAL).round().astype(np.int64)
-            typical[name] = Drawn(places, one.options)
+            typical[name] = DrawnColumn(places, one.options)
     return Planner(
         campaign.content, campaign.defaults, campaign.source, campaign.folder, typical, file.seed, file.score_period,
         campaign.singly,

@@ -15,7 +15,7 @@ from quadstep.mission.schema import Mission
 from quadstep.report.terminal.screen import command
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
-from quadstep.studies.campaign.manifest import MANIFEST, OTHERS, Manifest, identity, other_draws
+from quadstep.studies.campaign.manifest import MANIFEST, OTHERS, CampaignManifest, identity, other_draws
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 
@@ -58,7 +58,7 @@ def check_replay(campaign: Campaign, folder: Path, named: bool) -> tuple[int, st
     another version.
     """
     try:
-        found = read_manifest(folder / MANIFEST, Manifest)
+        found = read_manifest(folder / MANIFEST, CampaignManifest)
     except UserError:
         if named:
             raise

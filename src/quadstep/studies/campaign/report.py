@@ -16,10 +16,10 @@ from quadstep.report import page
 from quadstep.report.panels import path_job
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import report_text as text
-from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.studies.campaign.pictures import (
     SCREEN,
-    Metric,
+    PlottedMetric,
     by_key,
     draw_distributions,
     draw_key,
@@ -27,10 +27,10 @@ from quadstep.studies.campaign.pictures import (
     draw_ranking,
 )
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.sensitivity import Interaction, Parts, Result, first_order, strongest_interaction
+from quadstep.studies.campaign.sensitivity import ExplainedResult, FlightParts, Interaction, first_order, strongest_interaction
 from quadstep.studies.campaign.single import MOST_POINTS, draw_points, flown_again, others, write_flights
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import Summary
+from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import Varied, bins, varied
 
 TABLE = "table.tex"
@@ -58,7 +58,7 @@ class Explained(NamedTuple):
     said: str = ""
 
 
-def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet = SCREEN) -> None:
+def write_report(store: Store, campaign: Campaign, summary: CampaignSummary, path: Path, sheet: Sheet = SCREEN) -> None:
     """Write report.html, its figures and the table. path: of the campaign file, as given. Raises UserError."""
 
     def write(out: Path) -> None:
@@ -69,7 +69,9 @@ def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path,
     store.report(write)
 
 
-def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet = SCREEN) -> list[str]:
+def sections(
+    store: Store, campaign: Campaign, summary: CampaignSummary, path: Path, folder: Path, sheet: Sheet = SCREEN
+) -> list[str]:
     """The body of the page; its figures are drawn into `folder`."""
     flown = store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
     through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
@@ -98,7 +100,7 @@ def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
 def distribution_section(
     store: Store,
     campaign: Campaign,
-    summary: Summary,
+    summary: CampaignSummary,
     flown: pa.Table,
     through: NDArray[np.bool_],
     folder: Path,
@@ -117,7 +119,7 @@ def distribution_section(
     for name in dict.fromkeys((RMSE, LARGEST, *limits)):
         column = flown[name] if name in flown.column_names else store.read([name])[name]
         values = number(column)[through]
-        metrics.append(Metric(name, values[np.isfinite(values)], limits.get(name)))
+        metrics.append(PlottedMetric(name, values[np.isfinite(values)], limits.get(name)))
     metrics = [metric for metric in metrics if len(metric.values)]
     if metrics:
         draw_distributions(folder / "distributions", metrics, summary.flights, sheet)
@@ -169,7 +171,9 @@ def explained_error(columns: Mapping[str, Varied], rmse: NDArray[np.float64], ca
     count = int(known.sum())
     if count < FEWEST:
         return Explained({}, None, f"too few flights completed with an error above 0 ({count})")
-    return explained(Result(np.log10(rmse[known])), {key: one.parts.among(known) for key, one in columns.items()}, campaign)
+    return explained(
+        ExplainedResult(np.log10(rmse[known])), {key: one.parts.among(known) for key, one in columns.items()}, campaign
+    )
 
 
 def explained_failure(columns: Mapping[str, Varied], success: NDArray[np.bool_], campaign: Campaign) -> Explained:
@@ -178,10 +182,10 @@ def explained_failure(columns: Mapping[str, Varied], success: NDArray[np.bool_],
     for count, what in ((flights - good, "failed"), (good, "succeeded")):
         if count < FEWEST_EITHER:
             return Explained({}, None, f"too few flights {what} ({count} of {flights})")
-    return explained(Result((~success).astype(float)), {key: one.parts for key, one in columns.items()}, campaign)
+    return explained(ExplainedResult((~success).astype(float)), {key: one.parts for key, one in columns.items()}, campaign)
 
 
-def explained(result: Result, parts: Mapping[str, Parts], campaign: Campaign) -> Explained:
+def explained(result: ExplainedResult, parts: Mapping[str, FlightParts], campaign: Campaign) -> Explained:
     """The indices, and the strongest pair of the first keys, which has no meaning where keys are correlated."""
     shares = first_order(result, parts)
     if not shares:
@@ -191,7 +195,7 @@ def explained(result: Result, parts: Mapping[str, Parts], campaign: Campaign) ->
 
 
 def worst_section(
-    store: Store, campaign: Campaign, summary: Summary, flown: pa.Table, path: Path, folder: Path, sheet: Sheet
+    store: Store, campaign: Campaign, summary: CampaignSummary, flown: pa.Table, path: Path, folder: Path, sheet: Sheet
 ) -> list[str]:
     """Flights that can be seen to move; the worst: what was drawn, how to fly each again, and its picture, flown again."""
     worst = [one.flight for one in summary.worst]
@@ -224,7 +228,7 @@ def moving(
 ) -> list[str]:
     """The flights as points, some of which are links to the page where they move."""
     limits = {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
-    across, up = (Metric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
+    across, up = (PlottedMetric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
     body = [page.heading("Flights to watch", "flights")]
     if len(lost) > 1 and draw_points(folder / "points", (across, up), lost, links, sheet):
         whose = f"The first {MOST_POINTS} flights, and those with a ring," if len(lost) > MOST_POINTS else "All flights"

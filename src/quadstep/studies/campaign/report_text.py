@@ -11,14 +11,14 @@ from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.keys import label
 from quadstep.report import page, units
 from quadstep.report.tables import booktabs
-from quadstep.studies.campaign.flown import OUTCOMES
+from quadstep.studies.campaign.flyer import OUTCOMES
 from quadstep.studies.campaign.manifest import FLIGHTS
 from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import FEW, QUANTILES, Summary, Worst, sentences, within
+from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight, sentences, within
 from quadstep.studies.campaign.varied import text_of, variation_text
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
@@ -27,7 +27,7 @@ ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
-def glance(summary: Summary, figures: Sequence[str]) -> str:
+def glance(summary: CampaignSummary, figures: Sequence[str]) -> str:
     """The findings: one sentence, three numbers with their intervals, and figures that show them."""
     good, low, high = summary.success
     if not summary.drawn:
@@ -44,21 +44,21 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
     return page.summary(answer, facts, figures)
 
 
-def succeeded(summary: Summary) -> str:
+def succeeded(summary: CampaignSummary) -> str:
     if summary.success.value == 1.0:
         who = f"All {summary.flights} flights" if summary.flights > 1 else "The only flight"
         return f"{who} succeeded{summary.meaning}"
     return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded{summary.meaning}"
 
 
-def alone(summary: Summary) -> list[page.Fact]:
+def alone(summary: CampaignSummary) -> list[page.Fact]:
     """The metrics where nothing is statistical, by their medians."""
     named = [(units.metric(one.metric), one.quantiles[QUANTILES[0]].value) for one in summary.spreads]
     what = "" if summary.copies else "median "
     return [page.Fact(f"{what}{words}", units.quantity(value, unit)) for (words, unit), value in named]
 
 
-def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
+def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Path) -> list[str]:
     file, manifest = campaign.file, store.manifest
     rows = [
         ("campaign", f"{file.name}, {path}"),
@@ -90,7 +90,7 @@ def pairs(table: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {value}" for name, value in table.items())
 
 
-def ended(summary: Summary) -> dict[str, int]:
+def ended(summary: CampaignSummary) -> dict[str, int]:
     """The number of flights by outcome; completed ones are split by whether they succeeded."""
     good = round(summary.success.value * summary.flights)
     completed = summary.outcomes.get(OUTCOMES[0], 0)
@@ -99,7 +99,7 @@ def ended(summary: Summary) -> dict[str, int]:
     return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
 
 
-def outcomes(summary: Summary) -> list[str]:
+def outcomes(summary: CampaignSummary) -> list[str]:
     """Every outcome with its exact interval; without it where nothing is statistical."""
     if not summary.drawn:
         return [page.table(("outcome", "flights"), [(name, str(count)) for name, count in ended(summary).items() if count])]
@@ -108,7 +108,7 @@ def outcomes(summary: Summary) -> list[str]:
     return [page.table(("outcome", "flights", "share of all [%]"), rows)]
 
 
-def for_a_paper(summary: Summary, name: str) -> str:
+def for_a_paper(summary: CampaignSummary, name: str) -> str:
     """Outcomes and quantiles as a LaTeX table; without intervals where nothing is statistical."""
     shares = {what: share(count, summary.flights) for what, count in ended(summary).items()}
     ends = [(what, "", units.percent(*one) if summary.drawn else str(ended(summary)[what])) for what, one in shares.items()]
@@ -129,7 +129,7 @@ def percent(one: Estimate) -> str:
     return units.percent(*one).removesuffix(" %")
 
 
-def distributions(summary: Summary) -> list[str]:
+def distributions(summary: CampaignSummary) -> list[str]:
     """The quantiles as a table; the medians where nothing is statistical."""
     if not summary.drawn:
         return [page.table(("of completed flights", "value"), [(one.what, one.value) for one in alone(summary)])]
@@ -152,7 +152,6 @@ def distributions(summary: Summary) -> list[str]:
 
 
 def largest(known: Iterable[Estimate]) -> float:
-    """The largest number that is there."""
     return max(number for one in known for number in one if not math.isnan(number))
 
 
@@ -217,7 +216,7 @@ def keys(count: int, most: int) -> list[str]:
     ]
 
 
-def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[str]:
+def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[str]:
     """A table with a column per flight, and the command that replays it. path: of the campaign; folder: of its results."""
     flights = summary.worst
     names = list(dict.fromkeys(name for one in values for name in one))
@@ -249,13 +248,13 @@ def length(value: float | None) -> str:
     return "–" if value is None else units.quantity(value, "m", 4)
 
 
-def of_flight(one: Worst) -> str:
+def of_flight(one: WorstFlight) -> str:
     if one.time is not None:
         return f"Flight {one.flight}: {one.outcome} at {one.time:.4g} s"
     return f"Flight {one.flight}: {one.outcome}, largest error {length(one.largest)}"
 
 
-def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
+def differing(one: WorstFlight, log: FlightLog, campaign: Campaign) -> str:
     """A note on a flight that ends differently from the campaign's, or far from it."""
     now = log.outcome.name.lower().replace("_", "-")
     largest = max((float((error @ error) ** 0.5) for error in position_errors(log)), default=0.0)

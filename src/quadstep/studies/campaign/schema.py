@@ -149,7 +149,6 @@ class CampaignFile(Section):
 
     @property
     def combinations(self) -> int:
-        """The number of combinations of the grids' values."""
         return math.prod(len(one.options) for one in self.vary.values() if isinstance(one, Grid))
 
     @property

@@ -37,34 +37,33 @@ EDGES_FROM = 100_000
 """Most flights that the edges of the parts are taken from: nearly equal counts do as well as equal ones."""
 
 
-class Parts(NamedTuple):
+class FlightParts(NamedTuple):
     """Flights by similar values of a key. places: the part of each; size: number of parts; ordered: neighbours may join."""
 
     places: Places
     size: int
     ordered: bool
 
-    def among(self, chosen: NDArray[np.bool_]) -> "Parts":
-        """The parts of a subset of the flights."""
+    def among(self, chosen: NDArray[np.bool_]) -> "FlightParts":
         return self._replace(places=self.places[chosen])
 
-    def at_most(self, count: int) -> "Parts":
+    def at_most(self, count: int) -> "FlightParts":
         """Neighbours joined, where that is allowed, until no more than `count` parts are left."""
         if not self.ordered or self.size <= count:
             return self
         return self._replace(places=self.places * count // self.size, size=count)
 
 
-def parts_of(values: Numbers) -> Parts:
+def parts_of(values: Numbers) -> FlightParts:
     """The parts of a key whose values are numbers, all finite."""
     sample = values
     if len(values) > EDGES_FROM:
         sample = values[np.random.default_rng(0).integers(0, len(values), EDGES_FROM)]
     edges = np.unique(np.quantile(sample, np.linspace(0.0, 1.0, PARTS + 1)[1:-1]))
-    return Parts(np.searchsorted(edges, values, side="right"), len(edges) + 1, ordered=True)
+    return FlightParts(np.searchsorted(edges, values, side="right"), len(edges) + 1, ordered=True)
 
 
-class Result:
+class ExplainedResult:
     """A result of many flights, to be explained by the keys that varied. y: one finite number per flight, at least one."""
 
     def __init__(self, y: Numbers) -> None:
@@ -77,7 +76,7 @@ class Result:
         self.weights = resampled(blocks)
         self.squares = self.weights @ np.bincount(self.block, self.y**2, blocks)
 
-    def explained(self, parts: Parts) -> Numbers:
+    def explained(self, parts: FlightParts) -> Numbers:
         """Share of the variance that the parts explain: first the estimate, then those of resamples about it; NaN for none."""
         at, shape = self.block * parts.size + parts.places, (self.weights.shape[1], parts.size)
         counts = np.bincount(at, minlength=shape[0] * shape[1]).reshape(shape)
@@ -86,7 +85,7 @@ class Result:
         adjusted[1:] += adjusted[0] - raw[0]  # the truth of a resample is the sample, whose parts differ by chance too
         return adjusted
 
-    def roughly(self, parts: Parts) -> float:
+    def roughly(self, parts: FlightParts) -> float:
         """The first entry of `explained`, computed fast."""
         counts, sums = np.bincount(parts.places, minlength=parts.size), np.bincount(parts.places, self.y, parts.size)
         return float(ratios(counts[None], sums[None], self.squares[:1])[1][0])
@@ -119,7 +118,7 @@ def estimate(shares: Numbers) -> Estimate | None:
     return Estimate(value, min(low, value), max(high, value))
 
 
-def first_order(result: Result, keys: Mapping[str, Parts]) -> dict[str, Estimate]:
+def first_order(result: ExplainedResult, keys: Mapping[str, FlightParts]) -> dict[str, Estimate]:
     """The index of each key, the largest first; keys with as many parts as flights are left out."""
     most = max(2, min(PARTS, result.flights // A_PART))
     found = {name: estimate(result.explained(parts.at_most(most))) for name, parts in keys.items()}
@@ -135,7 +134,7 @@ class Interaction(NamedTuple):
     pairs: int
 
 
-def strongest_interaction(result: Result, keys: Mapping[str, Parts]) -> Interaction | None:
+def strongest_interaction(result: ExplainedResult, keys: Mapping[str, FlightParts]) -> Interaction | None:
     """The pair of keys that explains most beyond its two indices; None where there are too few flights or keys.
 
     For keys that are drawn independently of each other; correlated keys partly explain the same.
@@ -156,6 +155,6 @@ def strongest_interaction(result: Result, keys: Mapping[str, Parts]) -> Interact
     return Interaction((a, b), share, len(beyond)) if share else None
 
 
-def together(a: Parts, b: Parts) -> Parts:
+def together(a: FlightParts, b: FlightParts) -> FlightParts:
     """The parts of two keys at once."""
-    return Parts(a.places * b.size + b.places, a.size * b.size, ordered=False)
+    return FlightParts(a.places * b.size + b.places, a.size * b.size, ordered=False)

@@ -19,7 +19,7 @@ from quadstep.page.model import Link
 from quadstep.report import units
 from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
-from quadstep.studies.campaign.pictures import LIMIT, LINE, Metric, logarithmic
+from quadstep.studies.campaign.pictures import LIMIT, LINE, PlottedMetric, logarithmic
 from quadstep.studies.campaign.replay import Replay, replay
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.varied import spans_decades
@@ -36,7 +36,7 @@ MOST_POINTS = 1000
 """Flights that are drawn: the first of the campaign, which are as good a sample as any."""
 
 
-class Again(NamedTuple):
+class FlownAgain(NamedTuple):
     """A flight, flown again. said: why it could not be."""
 
     replay: Replay | None
@@ -55,7 +55,7 @@ def for_a_picture(plan: FlightPlan) -> FlightPlan:
     return plan._replace(ticks=plan.ticks._replace(log=every))
 
 
-def flown_again(campaign: Campaign, flights: list[int]) -> list[Again]:
+def flown_again(campaign: Campaign, flights: list[int]) -> list[FlownAgain]:
     """These flights with their logs, if they can be replayed."""
     replays: list[Replay | str] = []
     for flight in flights:
@@ -65,7 +65,7 @@ def flown_again(campaign: Campaign, flights: list[int]) -> list[Again]:
             replays.append(str(error))
     plans = [for_a_picture(one.plan) for one in replays if isinstance(one, Replay)]
     logs: Iterator[FlightLog] = iter(fly_all(plans))
-    return [Again(one, next(logs)) if isinstance(one, Replay) else Again(None, None, one) for one in replays]
+    return [FlownAgain(one, next(logs)) if isinstance(one, Replay) else FlownAgain(None, None, one) for one in replays]
 
 
 def others(rmse: NDArray[np.float64], worst: Collection[int]) -> list[int]:
@@ -75,7 +75,7 @@ def others(rmse: NDArray[np.float64], worst: Collection[int]) -> list[int]:
     return [flight for flight in dict.fromkeys(spread) if flight not in worst]
 
 
-def write_flights(out: Path, campaign: Campaign, again: Mapping[int, Again]) -> dict[int, str]:
+def write_flights(out: Path, campaign: Campaign, again: Mapping[int, FlownAgain]) -> dict[int, str]:
     """flights.html, where they move, and the address of each there; none where the package has no front end."""
     shown: dict[int, ShownFlight] = {}
     for flight, (found, log, _) in again.items():
@@ -92,7 +92,7 @@ def write_flights(out: Path, campaign: Campaign, again: Mapping[int, Again]) -> 
 
 
 def draw_points(
-    path: Path, metrics: tuple[Metric, Metric], lost: NDArray[np.bool_], links: Mapping[int, str], sheet: Sheet
+    path: Path, metrics: tuple[PlottedMetric, PlottedMetric], lost: NDArray[np.bool_], links: Mapping[int, str], sheet: Sheet
 ) -> bool:
     """Every flight as a point; those with a ring are links. metrics: `RMSE` and `LARGEST`. Whether there was any to draw."""
     known = np.isfinite(metrics[0].values) & np.isfinite(metrics[1].values)
@@ -120,7 +120,7 @@ def draw_points(
     return True
 
 
-def scaled(axes: Axes, which: str, metric: Metric, seen: NDArray[np.bool_]) -> NDArray[np.float64]:
+def scaled(axes: Axes, which: str, metric: PlottedMetric, seen: NDArray[np.bool_]) -> NDArray[np.float64]:
     """The numbers of a metric in a unit that suits them, for one axis of the figure, with the limit where it is near."""
     words, unit = units.metric(metric.name)
     unit, factor = units.handy(unit, float(metric.values[seen].max()))

@@ -14,8 +14,8 @@ from quadstep.io.errors import UserError
 from quadstep.io.results.folder import Folder
 from quadstep.io.results.record import Record
 from quadstep.io.results.record import opened as open_record
-from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
-from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, Manifest, cannot_continue, machine, new_manifest
+from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, SUCCESS, TIME, judged
+from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, CampaignManifest, cannot_continue, machine, new_manifest
 from quadstep.studies.campaign.schema import Campaign
 
 
@@ -30,7 +30,7 @@ class Chunk(NamedTuple):
 class Store(Record):
     """The folder of one campaign, which one run has for itself. Made by `opened`."""
 
-    NAME, SCHEMA, WHAT, ITEMS, INNER = MANIFEST, Manifest, "campaign", "files of flights", (FLIGHTS,)
+    NAME, SCHEMA, WHAT, ITEMS, INNER = MANIFEST, CampaignManifest, "campaign", "files of flights", (FLIGHTS,)
 
     def __init__(self, files: Folder, manifest: dict[str, object]) -> None:
         super().__init__(files, manifest)
@@ -43,12 +43,10 @@ class Store(Record):
 
     @property
     def finished(self) -> int:
-        """The number of files that are present."""
         return len(self.present)
 
     @property
     def flights(self) -> int:
-        """The number of flights of the campaign."""
         count: int = self.manifest["flights"]
         return count
 

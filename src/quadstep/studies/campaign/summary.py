@@ -13,7 +13,7 @@ from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.metrics.statistics import Estimate, quantile, share
 from quadstep.report import units
-from quadstep.studies.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.studies.campaign.store import Store
 
 QUANTILES = (0.5, 0.9, 0.99, 0.999)
@@ -31,7 +31,7 @@ POINTS = "Its {} flights are {} points of a grid, without noise, so nothing is s
 """Of a campaign in which nothing is drawn at random."""
 
 
-class Spread(NamedTuple):
+class MetricQuantiles(NamedTuple):
     """Quantiles of a metric over completed flights. quantiles: by share."""
 
     metric: str
@@ -39,7 +39,7 @@ class Spread(NamedTuple):
     quantiles: dict[float, Estimate]
 
 
-class Worst(NamedTuple):
+class WorstFlight(NamedTuple):
     """One of the worst flights. time: of its end, None if it completed."""
 
     flight: int
@@ -49,7 +49,7 @@ class Worst(NamedTuple):
     largest: float | None
 
 
-class Summary(NamedTuple):
+class CampaignSummary(NamedTuple):
     """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
     differ in any result, as where nothing varies, or nothing that has an effect. points: of a grid that the flights are, where
     nothing of them is drawn at random; 0 where something is. singly: keys because of which each flight was set up by itself.
@@ -59,8 +59,8 @@ class Summary(NamedTuple):
     flights: int
     success: Estimate
     outcomes: dict[str, int]
-    spreads: list[Spread]
-    worst: list[Worst]
+    spreads: list[MetricQuantiles]
+    worst: list[WorstFlight]
     copies: bool = False
     rest: Mapping[str, str] = {}
     singly: tuple[str, ...] = ()
@@ -95,9 +95,9 @@ class Summary(NamedTuple):
 def summarise(
     store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}), singly: Iterable[str] = (),
     points: int = 0,
-) -> Summary:  # fmt: skip
+) -> CampaignSummary:  # fmt: skip
     """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
-    rest, singly: as in `Summary`. points: of the whole grid, where nothing is drawn at random.
+    rest, singly: as in `CampaignSummary`. points: of the whole grid, where nothing is drawn at random.
 
     Raises UserError for files that cannot be read.
     """
@@ -111,10 +111,10 @@ def summarise(
         values = finite(flown.filter(through)[metric])
         if len(values):
             known = {q: quantile(values, q) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
-            spreads.append(Spread(metric, len(values), known))
+            spreads.append(MetricQuantiles(metric, len(values), known))
     scored = not varied or flown[RMSE].null_count == 0
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
-    return Summary(
+    return CampaignSummary(
         count, share(good, count), counted, spreads, worst(flown), copies, rest, tuple(singly), points=min(points, count)
     )
 
@@ -135,7 +135,7 @@ def finite(column: pa.ChunkedArray) -> NDArray[np.float64]:
     return values[np.isfinite(values)]
 
 
-def worst(flown: pa.Table) -> list[Worst]:
+def worst(flown: pa.Table) -> list[WorstFlight]:
     """Flights that failed first: of these and of the others those that ended first, then the farthest from the path; among
     equals the lower number first.
     """
@@ -143,7 +143,7 @@ def worst(flown: pa.Table) -> list[Worst]:
     known = flown.append_column("good", flown[SUCCESS].cast(pa.int8()))
     order = pc.select_k_unstable(known, k=min(WORST, flown.num_rows), sort_keys=keys)
     rows = flown.take(order).to_pylist()
-    return [Worst(row[FLIGHT], row[OUTCOME], row[TIME], row[RMSE], row[LARGEST]) for row in rows]
+    return [WorstFlight(row[FLIGHT], row[OUTCOME], row[TIME], row[RMSE], row[LARGEST]) for row in rows]
 
 
 def within(low: float, high: float) -> str:
@@ -151,7 +151,7 @@ def within(low: float, high: float) -> str:
     return f"{units.percent(low)} to {units.percent(high)}"
 
 
-def sentences(summary: Summary) -> list[str]:
+def sentences(summary: CampaignSummary) -> list[str]:
     value, low, high = summary.success
     interval = f"; the 95 % interval is {within(low, high)}" if summary.drawn else ""
     lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{summary.meaning}{interval}."]
@@ -176,7 +176,7 @@ def sentences(summary: Summary) -> list[str]:
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]  # which pages have between number and unit
 
 
-def as_json(summary: Summary) -> dict[str, Any]:
+def as_json(summary: CampaignSummary) -> dict[str, Any]:
     return {
         "flights": summary.flights,
         "copies": summary.copies,

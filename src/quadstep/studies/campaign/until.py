@@ -13,17 +13,14 @@ from typing import NamedTuple
 
 import pyarrow.compute as pc
 
-from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
+from quadstep.engines.engine import CAMPAIGNS, loaded
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, incomplete_beta
 from quadstep.mission.distributions import Grid, Sobol
-from quadstep.mission.schema import Grading, ungraded
-from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.report.terminal.screen import command
-from quadstep.studies.campaign.flown import SUCCESS, Fly
+from quadstep.studies.campaign.flyer import SUCCESS, Fly
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
-from quadstep.studies.campaign.run import Finished, finish, fly_missing
+from quadstep.studies.campaign.run import CampaignRequest, FinishedCampaign, finish, fly_missing
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.store import Chunk, Store, opened
 
@@ -50,7 +47,7 @@ class Seen(NamedTuple):
 class Decided(NamedTuple):
     """A finished run. seen: its looks, in order."""
 
-    done: Finished
+    done: FinishedCampaign
     target: float
     seen: tuple[Seen, ...]
 
@@ -104,42 +101,31 @@ def parsed(text: str) -> float:
     return target
 
 
-def fly_until(
-    path: Path,
-    folder: Path,
-    target: float,
-    most: int | None = None,
-    engine: Engine = Engine.LANES,
-    resume: bool = False,
-    overwrite: bool = False,
-    progress: Progress = SILENT,
-    sheet: Sheet | None = None,
-    grading: Grading = ungraded,
-) -> Decided:
-    """Fly the campaign in `path` into `folder` until its failures are known to be rarer than the target, or not to be.
+def fly_until(asked: CampaignRequest, target: float) -> Decided:
+    """Fly a campaign until its failures are known to be rarer than the target, or not to be; `flights` is a limit.
 
-    most: limit on flights. Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
+    Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
     """
-    campaign = read_campaign(path)
+    campaign, most = read_campaign(asked.path), asked.flights
     first = next(looks(target))
-    check(campaign, path, first, most)
-    fly: Fly[Chunk] = loaded(CAMPAIGNS, engine)(campaign)
-    known = Store.manifest_in(folder) if resume else None
+    check(campaign, asked.path, first, most)
+    fly: Fly[Chunk] = loaded(CAMPAIGNS, asked.engine)(campaign)
+    known = Store.manifest_in(asked.folder) if asked.resume else None
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)
     seen: list[Seen] = []
-    with opened(folder, campaign, begun, engine, resume, overwrite) as store:
+    with opened(asked.folder, campaign, begun, asked.engine, asked.resume, asked.overwrite) as store:
         for place, look in enumerate(looks(target)):
             if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
                 break
             if look.flights > store.flights:
                 campaign.check_count(look.flights)
                 store.shorten(look.flights)
-            fly_missing(store, fly, look.flights, progress)
+            fly_missing(store, fly, look.flights, asked.progress)
             seen.append(look_at(store, look))
             if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
                 break
-        return Decided(finish(store, campaign, path, sheet, grading), target, tuple(seen))
+        return Decided(finish(store, campaign, asked), target, tuple(seen))
 
 
 def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:

@@ -14,7 +14,7 @@ from quadstep.mission.keys import overridden, with_value
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, rebuild
-from quadstep.studies.campaign.draws import Drawn, noise_keys
+from quadstep.studies.campaign.draws import DrawnColumn, noise_keys
 
 
 def corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[list[float]]:
@@ -43,14 +43,13 @@ def groups(columns: list[NDArray[np.generic]], count: int) -> Iterator[tuple[tup
         yield tuple(place.tolist()), members
 
 
-def numbers(drawn: Drawn) -> NDArray[np.float64]:
-    """The values of a numeric column."""
+def numbers(drawn: DrawnColumn) -> NDArray[np.float64]:
     values = drawn.values if drawn.options is None else np.array(drawn.options, dtype=float)[drawn.values]
     result: NDArray[np.float64] = np.asarray(values, dtype=float)
     return result
 
 
-def option(drawn: Drawn, place: int) -> object:
+def option(drawn: DrawnColumn, place: int) -> object:
     assert drawn.options is not None
     return drawn.options[place]
 
@@ -114,7 +113,6 @@ class Variants:
         return plan if flight is None else self.with_noise(plan, np.array([flight]), one=True)
 
     def with_noise(self, plan: FlightPlan, flights: NDArray[np.int64], one: bool = False) -> FlightPlan:
-        """A plan with the noise of these flights, where it has any."""
         if not hasattr(plan.parameters, "key"):
             return plan
         keys = noise_keys(self.seed, flights)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from quadstep.mission.distributions import Choice, Correlated, Distribution, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.mission.keys import dotted
 from quadstep.studies.campaign.schema import CampaignFile
-from quadstep.studies.campaign.sensitivity import Parts, parts_of
+from quadstep.studies.campaign.sensitivity import FlightParts, parts_of
 
 MOST_VALUES = 40
 """Most values of a key shown one by one. More numbers are divided into ranges; of more texts the rarest are merged."""
@@ -33,7 +33,7 @@ class Varied(NamedTuple):
 
     values: NDArray[Any]
     options: tuple[str, ...] | None
-    parts: Parts
+    parts: FlightParts
 
 
 class Bins(NamedTuple):
@@ -64,7 +64,7 @@ def varied(column: pa.ChunkedArray, distribution: Distribution | None) -> Varied
     places, texts = rank[places], texts_of([found[i] for i in order])
     if len(texts) > MOST_VALUES:
         places, texts = np.minimum(places, MOST_VALUES - 1), [*texts[: MOST_VALUES - 1], OTHERS]
-    return Varied(places, tuple(texts), Parts(places, len(texts), ordered))
+    return Varied(places, tuple(texts), FlightParts(places, len(texts), ordered))
 
 
 def numbers(column: pa.ChunkedArray) -> Varied:

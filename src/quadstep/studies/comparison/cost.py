@@ -3,7 +3,7 @@
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypedDict, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from quadstep.io.errors import ToolError, UserError
 from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
 from quadstep.numbers.structure import replaced
 from quadstep.studies.comparison.schema import Content
-from quadstep.studies.comparison.study import Cell
+from quadstep.studies.comparison.study import StudyCell
 
 SAMPLES, REPEATS = 50_000, 12
 """Samples of the law in one measurement, and measurements, of which the fastest counts."""
@@ -168,7 +168,7 @@ def nanoseconds(*plans: FlightPlan) -> list[float]:
     return [1e9 * one / SAMPLES for one in took]
 
 
-def cost_of(cell: Cell) -> Cost:
+def cost_of(cell: StudyCell) -> Cost:
     """Of a cell's controller. Raises UserError."""
     return cost(cell.mission.plan(cell.campaign.folder, warn=False))
 
@@ -178,19 +178,6 @@ def as_json(found: Cost) -> Content:
     return {**found._asdict(), "nanoseconds": found.nanoseconds if math.isfinite(found.nanoseconds) else None}
 
 
-class Kept(TypedDict):
-    """A cost in a file."""
-
-    nanoseconds: float | None
-    memory: int
-    numbers: int
-    instructions: int | None
-    uncounted: str
-    failed: bool
-
-
-def from_json(content: Kept) -> Cost:
-    taken = content["nanoseconds"]
-    size = content["memory"], content["numbers"]
-    nanoseconds = math.nan if taken is None else taken
-    return Cost(nanoseconds, *size, content["instructions"], content["uncounted"], content["failed"])
+def from_json(content: Content) -> Cost:
+    found = Cost._make(content[name] for name in Cost._fields)
+    return found if found.nanoseconds is not None else found._replace(nanoseconds=math.nan)

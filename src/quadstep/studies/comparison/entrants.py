@@ -9,11 +9,11 @@ from quadstep.interfaces.controller import BodyRates, Command, Controller, Rotor
 from quadstep.io.documents import parse_json, read_json
 from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.results.parts import Parts
-from quadstep.io.user_code.blame import in_one_line
+from quadstep.io.user_code.loading import in_one_line
 from quadstep.studies.comparison import training
 from quadstep.studies.comparison.jobs import Job, tuning
 from quadstep.studies.comparison.schema import Content, ControllerEntry
-from quadstep.studies.comparison.study import Study
+from quadstep.studies.comparison.study import ComparisonStudy
 
 FROM_FILE = "from {}"
 
@@ -53,11 +53,11 @@ class Entrant(NamedTuple):
         return COMMANDS.get(law.commands, law.commands.__name__), ", ".join(law.also_measures), ahead, loops
 
 
-class Asked(NamedTuple):
+class EntrantSearch(NamedTuple):
     """An entrant whose gains are to be found. jobs: a search each; none where they are given."""
 
     entrant: Entrant
-    jobs: tuple[Job[training.Task], ...] = ()
+    jobs: tuple[Job[training.TuningTask], ...] = ()
 
 
 class Problem(NamedTuple):
@@ -70,18 +70,18 @@ class Problem(NamedTuple):
 class Entry(NamedTuple):
     """Who takes part in a study. problems: who cannot. left_out: optional ones whose package is absent, a sentence each."""
 
-    asked: list[Asked]
+    asked: list[EntrantSearch]
     problems: list[Problem]
     left_out: tuple[str, ...]
 
 
-def entrants(study: Study, kept: Parts, again: bool, local: bool) -> Entry:
+def entrants(study: ComparisonStudy, kept: Parts, again: bool, local: bool) -> Entry:
     """Everybody. again: tune also what the study has gains for. local: whether journals can be kept.
 
     Raises UserError for a file of gains that cannot be read.
     """
     given = {} if again else gains_file(study)
-    found: list[Asked] = []
+    found: list[EntrantSearch] = []
     problems: list[Problem] = []
     absent: dict[str, str] = {}
     for vehicle in study.file.vehicles:
@@ -101,32 +101,32 @@ def entrants(study: Study, kept: Parts, again: bool, local: bool) -> Entry:
 
 
 def entrant(
-    study: Study,
+    study: ComparisonStudy,
     kept: Parts,
     vehicle: str,
     name: str,
     entry: ControllerEntry,
     given: Mapping[str, list[Content]],
     local: bool,
-) -> Asked:
+) -> EntrantSearch:
     """One of them. Raises UserError."""
     table = study.knowing(vehicle, entry.controller)
     mission = study.nominal(vehicle, table)
     mission.plan(study.folder, warn=True)
     law = mission.controller.controller
     if entry.frozen is not None or study.file.tuning is None:
-        return Asked(Entrant(vehicle, name, table, entry.frozen or "as given", law))
+        return EntrantSearch(Entrant(vehicle, name, table, entry.frozen or "as given", law))
     tasks = [training.task(study, vehicle, name, entry, table, repeat) for repeat in range(study.file.tuning.repeats)]
     known = given.get(f"{name} on {vehicle}")
     if known:
         origin = FROM_FILE.format(study.file.tuning.gains)
-        return Asked(tuned(study, Entrant(vehicle, name, table, origin, law), [trained_of(one) for one in known]))
+        return EntrantSearch(tuned(study, Entrant(vehicle, name, table, origin, law), [trained_of(one) for one in known]))
     training.check_task(tasks[0])
     folder = kept.folder.path.absolute() if local else None
-    return Asked(Entrant(vehicle, name, table, "tuned", law), tuple(tuning(task, folder) for task in tasks))
+    return EntrantSearch(Entrant(vehicle, name, table, "tuned", law), tuple(tuning(task, folder) for task in tasks))
 
 
-def with_gains(study: Study, asked: Asked, kept: Parts) -> Entrant:
+def with_gains(study: ComparisonStudy, asked: EntrantSearch, kept: Parts) -> Entrant:
     """An entrant with the gains that were found for it."""
     if not asked.jobs:
         return asked.entrant
@@ -134,7 +134,7 @@ def with_gains(study: Study, asked: Asked, kept: Parts) -> Entrant:
     return tuned(study, asked.entrant, [trained_of(parse_json(part, job.label)) for job, part in parts if part])
 
 
-def tuned(study: Study, entrant: Entrant, found: list[training.Trained]) -> Entrant:
+def tuned(study: ComparisonStudy, entrant: Entrant, found: list[training.Trained]) -> Entrant:
     """An entrant with the best gains of some searches, and others with those of each other search."""
     first, *others = (
         entrant._replace(table=study.tuned(entrant.vehicle, entrant.table, one.values), trained=one)
@@ -155,7 +155,7 @@ def trained_of(content: Content) -> training.Trained:
     return found
 
 
-def gains_file(study: Study) -> dict[str, list[Content]]:
+def gains_file(study: ComparisonStudy) -> dict[str, list[Content]]:
     """The gains that a study brings along, by controller and vehicle, of each search. Raises UserError."""
     name = study.file.tuning.gains if study.file.tuning else None
     if name is None:

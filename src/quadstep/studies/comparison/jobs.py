@@ -1,27 +1,35 @@
-"""The pieces that a study is worked out in, each by itself: on a core of this machine, or on a node of a cluster.
+"""The pieces that a study is worked out in, each by itself: on a core of this machine, or on a node of a Ray cluster.
 
 A piece gives the content of the file that keeps it. What goes wrong in it comes back as a line, so that others can go on.
 """
 
 import json
-from collections.abc import Callable
+import os
+import pickle
+import platform
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, wait
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeVar
 
 import pyarrow as pa
 
+from quadstep.engines.engine import JOBS, Engine, loaded
 from quadstep.engines.kernel import host
 from quadstep.io.errors import UserError
 from quadstep.io.results.folder import RUNNING
 from quadstep.io.results.parts import COSTS, FLIGHTS, GAINS, JOURNALS, LINEAR, MARGINS, key
-from quadstep.io.user_code.blame import blamed, user_error
-from quadstep.studies.campaign.cluster import OneThread
+from quadstep.io.user_code.loading import blamed, user_error
+from quadstep.report.pool import drawing_pool
+from quadstep.studies.campaign.cluster import AHEAD, LOSSES, OneThread, fetched, finished_tasks, needs, refuse_others
+from quadstep.studies.campaign.cluster_connection import connected, cores
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flown import Flyer, drawn_column
+from quadstep.studies.campaign.flyer import Flyer, drawn_column
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison import cost, linear, margins, training
-from quadstep.studies.comparison.study import FIRST, Cell
+from quadstep.studies.comparison.study import FIRST, StudyCell
 
 DRAWN = "drawn"
 """Column of what was drawn for a flight, as JSON: what varies differs from scenario to scenario."""
@@ -57,18 +65,18 @@ class Job(NamedTuple, Generic[Subject_co]):
     work: Callable[[], Worked]
     flights: int = 0
     by_itself: bool = False
-    journal: training.Place | None = None
+    journal: training.JournalPlace | None = None
 
 
-def flying(cell: Cell, seeds: int) -> Job[Cell]:
+def flying(cell: StudyCell, seeds: int) -> Job[StudyCell]:
     decisive = key(cell.situation, cell.controller, cell.campaign.fingerprint, seeds)
     return Job(FLIGHTS, decisive, cell.label, cell.who, cell, partial(fly, cell, seeds), seeds, cell.law.one_at_a_time)
 
 
-def tuning(task: training.Task, folder: Path | None) -> Job[training.Task]:
+def tuning(task: training.TuningTask, folder: Path | None) -> Job[training.TuningTask]:
     """The gains of a controller for a vehicle. folder: of the study, for the journal, if one can be kept."""
     decisive = key("gains", *task.decisive)
-    journal = training.Place(folder, f"{RUNNING}/{JOURNALS}/{decisive}.jsonl") if folder else None
+    journal = training.JournalPlace(folder, f"{RUNNING}/{JOURNALS}/{decisive}.jsonl") if folder else None
     who, label = (task.vehicle, task.controller), f"tuning {task.label}"
     return Job(GAINS, decisive, label, who, task, partial(search, task, journal), task.budget, journal=journal)
 
@@ -80,18 +88,18 @@ def raising(asked: margins.Raise) -> Job[margins.Raise]:
     return Job(MARGINS, decisive, asked.label, who, asked, partial(bear, asked), flights, asked.law.one_at_a_time)
 
 
-def linearising(cell: Cell) -> Job[Cell]:
+def linearising(cell: StudyCell) -> Job[StudyCell]:
     """The loop of a cell at rest."""
     return Job(LINEAR, key(LINEAR, cell.campaign.fingerprint, ""), cell.label, cell.who, cell, partial(linearise, cell))
 
 
-def costing(cell: Cell) -> Job[Cell]:
+def costing(cell: StudyCell) -> Job[StudyCell]:
     """What the law of a cell takes to compute, on this machine."""
     decisive = key(COSTS, cell.campaign.fingerprint, (host().name, cost.edition()))
     return Job(COSTS, decisive, cell.label, cell.who, cell, partial(measure, cell), by_itself=True)
 
 
-def fly(cell: Cell, seeds: int) -> Worked:
+def fly(cell: StudyCell, seeds: int) -> Worked:
     """A row for each flight, the same columns whatever varies."""
     campaign = cell.campaign
     flyer = Flyer(campaign, OneThread)
@@ -105,7 +113,7 @@ def fly(cell: Cell, seeds: int) -> Worked:
     return Worked(parquet(pa.table({**columns, DRAWN: pa.array(rows)})), price=flyer.planner.price())
 
 
-def search(task: training.Task, journal: training.Place | None) -> Worked:
+def search(task: training.TuningTask, journal: training.JournalPlace | None) -> Worked:
     return as_text({"controller": task.label, **training.train(task, journal)._asdict()})
 
 
@@ -113,12 +121,12 @@ def bear(asked: margins.Raise) -> Worked:
     return as_text(margins.as_json(margins.find(asked)))
 
 
-def linearise(cell: Cell) -> Worked:
+def linearise(cell: StudyCell) -> Worked:
     """The margins of the loop, or why there are none."""
     return as_text(linear.linear_of(cell)._asdict())
 
 
-def measure(cell: Cell) -> Worked:
+def measure(cell: StudyCell) -> Worked:
     return as_text(cost.as_json(cost.cost_of(cell)))
 
 
@@ -136,3 +144,64 @@ def worked(job: Job[object]) -> Worked:
         if blamed(error) is None:
             raise
         return Worked(b"", str(user_error(error)))
+
+
+LOOK = 0.5
+"""Seconds from one look at what is being worked on to the next."""
+
+Look = Callable[[], None]
+
+
+def work(jobs: Sequence[Job[object]], engine: Engine, look: Look) -> Iterator[tuple[Job[object], Worked]]:
+    """Jobs as they are done, in any order. look: called while others go on. Raises UserError where there is no cluster."""
+    if not jobs:
+        return iter(())
+    done: Iterator[tuple[Job[object], Worked]] = loaded(JOBS, engine)(jobs, look)
+    return done
+
+
+def alone(jobs: Sequence[Job[object]]) -> Iterator[tuple[Job[object], Worked]]:
+    """One after the other in this process, so that what is measured has the machine for itself."""
+    return ((job, worked(job)) for job in jobs)
+
+
+def on_cores(jobs: Sequence[Job[object]], look: Look) -> Iterator[tuple[Job[object], Worked]]:
+    """On this machine. Those that take longest come first, so that all cores end together."""
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    with drawing_pool(min(count, len(jobs))) as pool:
+        going = {pool.submit(worked, job): job for job in sorted(jobs, key=lambda job: -job.flights)}
+        while going:
+            done, _ = wait(going, LOOK, FIRST_COMPLETED)
+            look()
+            for future in done:
+                yield going.pop(future), future.result()
+
+
+def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[object], Worked]]:
+    with connected() as ray:
+
+        def quadstep_job(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
+            # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
+
+            return on_worker(told, packed)
+
+        task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_job)
+        waiting = iter(jobs)
+        going: dict[object, Job[object]] = {}
+        while True:
+            room = max(0, AHEAD * max(1, cores(ray)) - len(going))
+            for job in islice(waiting, room):
+                going[task.remote(needs(), pickle.dumps(job))] = job
+            if not going:
+                return
+            for reference in finished_tasks(ray, list(going)):
+                found = fetched(ray, reference, f"the flights of {going[reference].label}")
+                yield going.pop(reference), Worked(*found)
+
+
+def on_worker(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
+    """A job, on a node that has all it needs. Raises UserError."""
+    refuse_others(f"--engine ray: node {platform.node()}", told)
+    job: Job[object] = pickle.loads(packed)
+    content, wrong, price = worked(job)
+    return content, wrong, price

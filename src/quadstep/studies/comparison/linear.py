@@ -10,7 +10,7 @@ from quadstep.linear.quick import of_analysis
 from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
-from quadstep.studies.comparison.study import Cell
+from quadstep.studies.comparison.study import StudyCell
 
 HEADER = ("vehicle", "controller", *ROW_HEADER[1:])
 
@@ -27,7 +27,7 @@ class Linear(NamedTuple):
     estimator: bool = False
 
 
-def linear_of(cell: Cell) -> Linear:
+def linear_of(cell: StudyCell) -> Linear:
     flown = cell.mission
     mission = without_estimator(flown)
     left_out = mission is not flown

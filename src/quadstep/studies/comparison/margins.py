@@ -8,7 +8,7 @@ that fails.
 
 import math
 from pathlib import Path
-from typing import NamedTuple, TypedDict, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,12 @@ from quadstep.metrics.statistics import Estimate, ordered_quantile, share
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
 from quadstep.studies.campaign.cluster import OneThread
-from quadstep.studies.campaign.draws import Drawn, draw
-from quadstep.studies.campaign.flown import Flyer
+from quadstep.studies.campaign.draws import DrawnColumn, draw
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of, digests
 from quadstep.studies.comparison.schema import Content, MarginEntry
-from quadstep.studies.comparison.study import FIRST, Situation, Study
+from quadstep.studies.comparison.study import FIRST, ComparisonStudy, Situation
 
 HALVINGS = 8
 """Of the range: what a flight bears is known to 1/256 of it."""
@@ -81,7 +81,7 @@ class Margin(NamedTuple):
     flights: int
 
 
-def raised(study: Study, vehicle: str, name: str, controller: str, table: Content) -> Raise:
+def raised(study: ComparisonStudy, vehicle: str, name: str, controller: str, table: Content) -> Raise:
     """A margin to be found. table: of the controller, with its gains. Raises UserError."""
     entry = (study.file.margins or {})[name]
     situation = Situation(vehicle, entry.path, entry.scenario)
@@ -130,10 +130,10 @@ class Proving:
         """Which of the flights from this number on fail, each at its value. Raises UserError."""
         flights = np.arange(first, first + len(values))
         drawn = draw(self.drawing, flights)
-        raised = Drawn(values)
+        raised = DrawnColumn(values)
         if self.entry.step:
             options = values_of(self.entry)
-            raised = Drawn(np.searchsorted(np.array(options), values - 0.25 * self.entry.step), tuple(options))
+            raised = DrawnColumn(np.searchsorted(np.array(options), values - 0.25 * self.entry.step), tuple(options))
         drawn |= dict.fromkeys(self.entry.keys, raised)
         result = np.ones(len(values), dtype=bool)
         for batch in self.flyer.planner.batches(flights, drawn):
@@ -213,22 +213,11 @@ def as_json(margin: Margin) -> Content:
     return {**margin._asdict(), "half": numbers(margin.half), "few": numbers(margin.few), "checked": numbers(margin.checked)}
 
 
-class Kept(TypedDict):
-    """A margin in a file."""
+def from_json(content: Content) -> Margin:
 
-    half: list[float | str | None]
-    few: list[float | str | None]
-    checked: list[float | str | None] | None
-    flights: int
+    def estimate(name: str) -> Estimate | None:
+        parts = cast(list[float | str | None] | None, content[name])
+        numbers = (math.inf if part is None else math.nan if part == UNKNOWN else float(part) for part in parts or ())
+        return Estimate._make(numbers) if parts else None
 
-
-def from_json(content: Kept) -> Margin:
-
-    def estimate(one: list[float | str | None]) -> Estimate:
-        value, low, high = (math.inf if part is None else math.nan if part == UNKNOWN else float(part) for part in one)
-        return Estimate(value, low, high)
-
-    checked = content["checked"]
-    return Margin(
-        estimate(content["half"]), estimate(content["few"]), estimate(checked) if checked else None, content["flights"]
-    )
+    return Margin._make([estimate("half"), estimate("few"), estimate("checked"), content["flights"]])

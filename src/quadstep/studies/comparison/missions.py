@@ -13,24 +13,24 @@ from quadstep.mission.read import check_mission
 from quadstep.report.publish import publishing
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.comparison.entrants import Entrant, Problem
-from quadstep.studies.comparison.found import Comparison, ranks, result
 from quadstep.studies.comparison.report import write_results
-from quadstep.studies.comparison.run import Finished, How, Run, costs, fly, laws, linearised, reported
+from quadstep.studies.comparison.results import Comparison, ranks, result
+from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, costs, fly, laws, linearised, reported
 from quadstep.studies.comparison.schema import EFFORTS, MarginEntry
-from quadstep.studies.comparison.study import Cell, Situation
+from quadstep.studies.comparison.study import Situation, StudyCell
 
 MISSION_METRICS = ("position_rmse", "largest_error")
 
 
-def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) -> Finished:
+def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) -> FinishedComparison:
     """Missions that may differ in anything, each flown with the same draws. Raises UserError, and InterruptedRun on Ctrl-C."""
     with parts_in(folder) as kept:
-        return compared(paths, folder, seeds, Run(kept, how))
+        return compared(paths, folder, seeds, ComparisonRun(kept, how))
 
 
-def compared(paths: Sequence[Path], folder: Path, seeds: int, run: Run) -> Finished:
+def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun) -> FinishedComparison:
     """The comparison, its parts kept by the run."""
-    found_cells: list[Cell] = []
+    found_cells: list[StudyCell] = []
     names = names_of(paths)
     places = dict(zip(names, paths, strict=True))
     for name, path in places.items():
@@ -62,10 +62,10 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: Run) -> Finis
         )
         told = write_results(out, found, flights, run.how.sheet)
         run.publish(out, [*flights, *asked_of_laws])
-    return Finished(found, told, folder)
+    return FinishedComparison(found, told, folder)
 
 
-def cell_of(name: str, path: Path, seeds: int) -> Cell:
+def cell_of(name: str, path: Path, seeds: int) -> StudyCell:
     """A mission as a cell: the flights of its own noise. Raises UserError."""
     content = read_toml(path)
     refuse_others(content, MISSION, str(path), "with several files, `quadstep compare` takes missions")
@@ -75,10 +75,10 @@ def cell_of(name: str, path: Path, seeds: int) -> Cell:
         content = {**content, "metrics": [*own, *(one for one in EFFORTS if one not in own)]}
     check_mission(content, str(path), path.parent)
     file = check(CampaignFile, {"mission": content, "flights": seeds}, str(path))
-    return Cell(Situation("", "", ""), name, campaign_of(file, "", content, str(path), path.parent.resolve()))
+    return StudyCell(Situation("", "", ""), name, campaign_of(file, "", content, str(path), path.parent.resolve()))
 
 
-def as_flown(cell: Cell, path: Path) -> Entrant:
+def as_flown(cell: StudyCell, path: Path) -> Entrant:
     """Who takes part with the mission of a cell, from this file."""
     return Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}", cell.law)
 

@@ -11,7 +11,7 @@ from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
 from quadstep.report.fitting import beside
 from quadstep.report.sheet import Sheet
-from quadstep.studies.comparison.found import Comparison, Result
+from quadstep.studies.comparison.results import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, below, share_lost, title, unit_of
 
 SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")
@@ -63,7 +63,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
         write(figure, path, sheet)
 
 
-def draw_result(axes: Axes, one: Result, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
+def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
     """One controller in one situation; an arrow where its 95 % quantile is lost."""
     median, high = one.spreads[metric].median, one.spreads[metric].high.value
     if not math.isfinite(median.value):
@@ -136,11 +136,11 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
         write(figure, path, sheet)
 
 
-def median(one: Result, metric: str) -> float:
+def median(one: SituationResult, metric: str) -> float:
     return one.spreads[metric].median.value
 
 
-def square_text(one: Result, metric: str, factor: float) -> str:
+def square_text(one: SituationResult, metric: str, factor: float) -> str:
     value = median(one, metric)
     shown = f"{factor * value:.3g}" if math.isfinite(value) else LOST
     return f"{shown}\n{share_lost(one)}" if one.lost.value > 0.0 and shown != LOST else shown

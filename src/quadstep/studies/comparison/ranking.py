@@ -8,6 +8,9 @@ takes part (Benavoli, Corani and Mangili 2016).
 
 Where controllers were tuned several times, a pair is decided only if the gains of each search for the one are better than
 those of each search for the other: its p-value is the largest of all these (an intersection-union test, Berger 1982).
+
+Medians, 95 % quantiles and losses are over all flights, and infinite where too many are lost: a controller cannot gain by
+losing its worst flights.
 """
 
 import math
@@ -16,10 +19,89 @@ from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
 from scipy.stats import binomtest, friedmanchisquare, rankdata, wilcoxon
 
-from quadstep.metrics.statistics import LEVEL, Estimate, quantile
-from quadstep.studies.comparison.spread import Floats, Flown, hull
+from quadstep.metrics.statistics import LEVEL, Estimate, ordered_quantile, quantile, share
+from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES
+from quadstep.studies.campaign.schema import Campaign
+
+Floats = NDArray[np.float64]
+
+
+class CellFlights(NamedTuple):
+    """The flights of a cell. lost: which did not complete. metrics: by name without unit, NaN where lost. others: the same
+    flights with the gains of other searches.
+    """
+
+    lost: NDArray[np.bool_]
+    metrics: dict[str, Floats]
+    others: tuple["CellFlights", ...] = ()
+
+    @property
+    def every(self) -> tuple["CellFlights", ...]:
+        """The flights with the gains of each search."""
+        return (self, *self.others)
+
+    def ranked(self, name: str) -> Floats:
+        """A metric in which a lost flight is worse than any other."""
+        return np.where(self.lost, math.inf, self.metrics[name])
+
+
+class Spread(NamedTuple):
+    """A metric of a cell. mean: over completed flights, NaN without any; median, high: quantiles of 50 % and 95 % of all."""
+
+    mean: float
+    median: Estimate
+    high: Estimate
+
+
+class Effort(NamedTuple):
+    """Means over completed flights, NaN without any: energy [J], rotor activity [N/s], share of time at the rotors' limits."""
+
+    energy: float
+    activity: float
+    saturation: float
+
+
+def flown_of(table: pa.Table, campaign: Campaign) -> CellFlights:
+    """The flights of a campaign's table."""
+    lost = table[OUTCOME].to_numpy() != OUTCOMES[0]
+    metrics = {}
+    for name, full in campaign.thresholds.items():
+        values = np.array(table[full].to_numpy(zero_copy_only=False), dtype=np.float64)
+        lost = lost | ~np.isfinite(values)
+        metrics[name] = values
+    return CellFlights(lost, {name: np.where(lost, math.nan, values) for name, values in metrics.items()})
+
+
+def spread(flown: CellFlights, name: str) -> Spread:
+    values, ranked = flown.metrics[name][~flown.lost], [one.ranked(name) for one in flown.every]
+    median, high = (hull([ordered_quantile(one, q) for one in ranked]) for q in (0.5, 0.95))
+    return Spread(float(values.mean()) if len(values) else math.nan, median, high)
+
+
+def losses(flown: CellFlights) -> Estimate:
+    """The share lost, with its exact interval."""
+    return hull([share(int(one.lost.sum()), len(one.lost)) for one in flown.every])
+
+
+def hull(found: Sequence[Estimate]) -> Estimate:
+    """The first value, with an interval about those of all; unknown where one of them is."""
+    low, high = np.array([one[1:] for one in found]).T
+    return Estimate(found[0].value, float(low.min()), float(high.max()))
+
+
+def effort(flown: CellFlights) -> Effort:
+    """Means, where the vehicle's flights have them."""
+
+    def mean(name: str) -> float:
+        values = flown.metrics.get(name, np.zeros(0))[~flown.lost] if name in flown.metrics else np.zeros(0)
+        return float(values.mean()) if len(values) else math.nan
+
+    return Effort(mean("energy"), mean("rotor_activity"), mean("saturation"))
+
 
 ALPHA = 1.0 - LEVEL
 
@@ -71,7 +153,7 @@ class Ranked(NamedTuple):
     copies: bool = False
 
 
-def compare(flown: Mapping[str, Flown], metric: str) -> Ranked:
+def compare(flown: Mapping[str, CellFlights], metric: str) -> Ranked:
     """One situation, p-values not yet corrected. flown: by controller, the same flights of each.
 
     Several copies of one flight are one observation, which decides nothing.
@@ -87,7 +169,7 @@ def compare(flown: Mapping[str, Flown], metric: str) -> Ranked:
     return found._replace(friedman=1.0, pairs=pairs, copies=True)
 
 
-def alike(flown: Flown) -> bool:
+def alike(flown: CellFlights) -> bool:
     """Whether several flights of a controller do not differ."""
     columns = (flown.lost, *flown.metrics.values())
     return len(flown.lost) > 1 and all(np.array_equal(one, np.full_like(one, one[0]), equal_nan=True) for one in columns)
@@ -103,7 +185,7 @@ def friedman(table: Floats) -> float:
     return float(friedmanchisquare(*ranks.T).pvalue)
 
 
-def of_searches(first: str, second: str, one: Flown, other: Flown, metric: str) -> Pair:
+def of_searches(first: str, second: str, one: CellFlights, other: CellFlights, metric: str) -> Pair:
     """One pair over all searches for its gains: numbers of the best gains, decided by all of them."""
     found, *others = (pair(first, second, *both, metric) for both in product(one.every, other.every))
     if not others:
@@ -116,7 +198,7 @@ def of_searches(first: str, second: str, one: Flown, other: Flown, metric: str) 
     )
 
 
-def pair(first: str, second: str, one: Flown, other: Flown, metric: str) -> Pair:
+def pair(first: str, second: str, one: CellFlights, other: CellFlights, metric: str) -> Pair:
     """One pair, its p-values not yet corrected."""
     gap = differences(one.ranked(metric), other.ranked(metric))
     both, ranks = ~one.lost & ~other.lost, rankdata(np.abs(gap))

@@ -2,20 +2,28 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
+
+from quadstep.engines.fly import fly
 from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
+from quadstep.mission.derived import ControllerSection
+from quadstep.page.build import build_page
+from quadstep.page.flights import ShownFlight
 from quadstep.page.identity import identity
 from quadstep.report import page
 from quadstep.report.evidence import Evidence, Figure, Section, Table
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
+from quadstep.studies.campaign.draws import draw
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.comparison import linear, tables, words
-from quadstep.studies.comparison.found import Comparison
-from quadstep.studies.comparison.ghosts import ghosts
 from quadstep.studies.comparison.jobs import Job
 from quadstep.studies.comparison.picture import MANY, draw_vehicle
-from quadstep.studies.comparison.study import Cell
+from quadstep.studies.comparison.results import Comparison
+from quadstep.studies.comparison.study import FIRST, Situation, StudyCell
 
 PAGE, SUMMARY = "page.html", "results.md"
 
@@ -23,7 +31,7 @@ IN_SUMMARY = 3
 """Figures."""
 
 
-def write_results(out: Path, found: Comparison, flights: Sequence[Job[Cell]], sheet: Sheet) -> Evidence:
+def write_results(out: Path, found: Comparison, flights: Sequence[Job[StudyCell]], sheet: Sheet) -> Evidence:
     """Everything but the flights and gains; what they say. Raises UserError."""
     tables.write_tables(out, found)
     vehicles = list(dict.fromkeys(one.vehicle for one in found.situations))
@@ -37,7 +45,7 @@ def write_results(out: Path, found: Comparison, flights: Sequence[Job[Cell]], sh
     return done
 
 
-def write_ghosts(out: Path, found: Comparison, flights: Sequence[Job[Cell]]) -> tuple[list[tuple[str, str]], str]:
+def write_ghosts(out: Path, found: Comparison, flights: Sequence[Job[StudyCell]]) -> tuple[list[tuple[str, str]], str]:
     """page.html; links into it with what they show, or why there is none."""
     try:
         shown = ghosts(found, flights)
@@ -66,7 +74,7 @@ PAIRS = "Number of situations in which the row's controller is significantly bet
 
 
 def evidence(
-    found: Comparison, flights: Sequence[Job[Cell]], drawn: Mapping[str, Path], links: list[tuple[str, str]], missing: str
+    found: Comparison, flights: Sequence[Job[StudyCell]], drawn: Mapping[str, Path], links: list[tuple[str, str]], missing: str
 ) -> Evidence:
     """What was found, for its readers. drawn: the figure of each vehicle. links: into page.html, or why it is missing."""
     first, *others = words.sentences(found)
@@ -147,7 +155,7 @@ def facts(found: Comparison) -> list[page.Fact]:
     return [first, pairs, flown] if found.pairs else [first, flown]
 
 
-def as_json(found: Comparison, flights: Sequence[Job[Cell]]) -> dict[str, object]:
+def as_json(found: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, object]:
     files = {job.subject.label: f"{job.kind}/{job.key}.parquet" for job in flights}
     unit = found.metrics[found.metric].removeprefix(found.metric)
     return {
@@ -233,3 +241,69 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def bullets(lines: Sequence[str]) -> str:
     return "\n".join(f"- {line}" for line in lines)
+
+
+MOST_RIVALS = 3
+
+
+class Shown(NamedTuple):
+    """A page. flights: id of each, and of the ghost that is best shown beside it."""
+
+    html: str
+    flights: tuple[tuple[str, str, str], ...]
+
+
+def ghosts(found: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
+    """The page, and what it shows: for each vehicle the situation that is hardest for the best, and in it the best that can be
+    flown again without an autopilot. Raises UserError.
+    """
+    shown: list[ShownFlight] = []
+    links: list[tuple[str, str, str]] = []
+    for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
+        situation = hardest(found, vehicle)
+        ranked = sorted(found.of(situation), key=lambda one: found.ranked[situation].ranks[one.controller])
+        jobs = {job.subject.controller: job for job in flights if job.subject.situation == situation}
+        again = [one.controller for one in ranked if not jobs[one.controller].subject.law.one_at_a_time]
+        names = again[: MOST_RIVALS + 1]
+        if not names:
+            continue
+        one = fly_side_by_side(
+            found, situation, jobs[names[0]], {name: jobs[name] for name in names[1:]}, [flight.id for flight in shown]
+        )
+        shown.append(one)
+        links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", f"{one.name}: {' and '.join(names[:2])}"))
+    if not shown:
+        raise UserError("flights of an autopilot cannot be shown without it")
+    return Shown(build_page(found.name, "", shown), tuple(links))
+
+
+def hardest(found: Comparison, vehicle: str) -> Situation:
+    """The situation of a vehicle whose best controller has the largest median error that is known."""
+
+    def difficulty(situation: Situation) -> float:
+        medians = [one.spreads[found.metric].median.value for one in found.of(situation)]
+        return min(medians) if np.isfinite(min(medians)) else -1.0
+
+    return max((one for one in found.situations if one.vehicle == vehicle), key=difficulty)
+
+
+def fly_side_by_side(
+    found: Comparison, situation: Situation, best: Job[StudyCell], rivals: dict[str, Job[StudyCell]], taken: Sequence[str]
+) -> ShownFlight:
+    """The first flight of a situation, under the best controller and under its rivals."""
+    campaign = best.subject.campaign
+    flyer = Flyer(campaign)
+    drawn = {name: one.at(0) for name, one in draw(campaign.file, np.array([FIRST])).items()}
+    mission, plan = flyer.planner.mission(drawn, FIRST), flyer.planner.plan(drawn, FIRST)
+    log = fly(plan)
+    metrics, warnings = mission.flight_metrics(log)
+    name = situation.label or found.name
+    others: dict[str, ControllerSection] = {}
+    for rival, job in rivals.items():
+        theirs = job.subject.campaign
+        if theirs.content.get("vehicle") == campaign.content.get("vehicle"):
+            others[rival] = Flyer(theirs).planner.mission(drawn).controller
+    return ShownFlight(
+        identity(name, taken), name, found.name, mission, plan, log, metrics, campaign.folder,
+        warnings=tuple(warnings), called=best.subject.controller, rivals=others,
+    )  # fmt: skip

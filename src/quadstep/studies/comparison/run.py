@@ -21,15 +21,14 @@ from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.report.units import counted
 from quadstep.studies.comparison import cost, margins
 from quadstep.studies.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
-from quadstep.studies.comparison.found import Comparison, ranks, result
-from quadstep.studies.comparison.jobs import Job, Worked, costing, flying, linearising, raising
+from quadstep.studies.comparison.jobs import Job, Worked, alone, costing, flying, linearising, raising, work
 from quadstep.studies.comparison.linear import Linear
 from quadstep.studies.comparison.margins import Raise
+from quadstep.studies.comparison.ranking import CellFlights, flown_of
 from quadstep.studies.comparison.report import write_results
-from quadstep.studies.comparison.spread import Flown, flown_of
-from quadstep.studies.comparison.study import Cell, Situation, Study
+from quadstep.studies.comparison.results import Comparison, ranks, result
+from quadstep.studies.comparison.study import ComparisonStudy, Situation, StudyCell
 from quadstep.studies.comparison.training import flown_in, read_lines
-from quadstep.studies.comparison.workers import alone, work
 
 log = logging.getLogger(__name__)
 
@@ -50,7 +49,7 @@ class How(NamedTuple):
     sheet: Sheet = Sheet()
 
 
-class Finished(NamedTuple):
+class FinishedComparison(NamedTuple):
     """A comparison that is over, and where it is."""
 
     found: Comparison
@@ -58,7 +57,7 @@ class Finished(NamedTuple):
     folder: Path
 
 
-class Run:
+class ComparisonRun:
     """Working out the pieces of a comparison. problems: so far; whoever has one takes part no more."""
 
     def __init__(self, kept: Parts, how: How) -> None:
@@ -141,7 +140,7 @@ def so_far(job: Job[object]) -> int:
     return int(lines[-1]["flights"]) if lines else 0
 
 
-def compare_study(study: Study, folder: Path, how: How) -> Finished:
+def compare_study(study: ComparisonStudy, folder: Path, how: How) -> FinishedComparison:
     """Tune, fly, judge, and write `folder`. What was worked out is kept there, and the same command goes on from it.
 
     Raises UserError, and InterruptedRun on Ctrl-C.
@@ -151,7 +150,7 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         parts_in(folder) as kept,
         publishing(folder, identity, how.overwrite) as out,
     ):
-        run = Run(kept, how)
+        run = ComparisonRun(kept, how)
         asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is Engine.LANES)
         for problem in problems:
             run.met(problem)
@@ -190,10 +189,10 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         told = write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)
         run.publish(out, [*jobs, *flights, *bears, *asked_of_laws])
-    return Finished(found, told, folder)
+    return FinishedComparison(found, told, folder)
 
 
-def cells(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Cell]:
+def cells(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entrant]) -> list[StudyCell]:
     """Everybody in every situation, with the gains of each search."""
     found = []
     for situation in study.situations():
@@ -206,12 +205,14 @@ def cells(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Cell]:
     return found
 
 
-def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Job[Cell]], dict[Situation, dict[str, Flown]]]:
+def fly(
+    run: ComparisonRun, wanted: Sequence[StudyCell], seeds: int
+) -> tuple[list[Job[StudyCell]], dict[Situation, dict[str, CellFlights]]]:
     """Fly all cells, and read them back. Raises UserError for a situation that nobody survives."""
     jobs = [flying(cell, seeds) for cell in wanted]
     run.work("flying", jobs)
     there = [job for job in jobs if not run.out(*job.controller)]
-    flown: dict[Situation, dict[str, Flown]] = {}
+    flown: dict[Situation, dict[str, CellFlights]] = {}
     for job in there:
         row, one = flown.setdefault(job.subject.situation, {}), read_back(run.kept, job)
         first = row.get(job.subject.controller)
@@ -227,7 +228,7 @@ def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Job[Cell]], 
     return there, flown
 
 
-def read_back(kept: Parts, job: Job[Cell]) -> Flown:
+def read_back(kept: Parts, job: Job[StudyCell]) -> CellFlights:
     """The flights of a cell. Raises UserError for a file that is not what was written."""
     content = kept.read(job.kind, job.key)
     assert content is not None
@@ -238,7 +239,7 @@ def read_back(kept: Parts, job: Job[Cell]) -> Flown:
     raise changed(kept.folder.path / str(kept.find(job.kind, job.key)))
 
 
-def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str, str]:
+def check_all(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entrant]) -> dict[str, str]:
     """The metrics to report. Looks at every cell and margin before hours of tuning. Raises UserError."""
     run.how.progress.doing("checking")
     wanted = cells(study, run, everybody)
@@ -253,7 +254,7 @@ def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str,
     return reported(study.source, study.reported(), left or wanted)
 
 
-def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Job[Raise]]:
+def raises(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entrant]) -> list[Job[Raise]]:
     jobs: list[Job[Raise]] = []
     for name, entry in (study.file.margins or {}).items():
         for one in everybody:
@@ -265,16 +266,15 @@ def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Job[Rai
     return jobs
 
 
-def laws(flights: Sequence[Job[Cell]]) -> list[Job[Cell]]:
+def laws(flights: Sequence[Job[StudyCell]]) -> list[Job[StudyCell]]:
     """What is asked of each controller's law, in the first of its cells."""
-    first: dict[tuple[str, str], Cell] = {}
+    first: dict[tuple[str, str], StudyCell] = {}
     for job in flights:
         first.setdefault(job.controller, job.subject)
     return [made(cell) for made in (linearising, costing) for cell in first.values()]
 
 
-def costs(run: Run, jobs: Sequence[Job[Cell]]) -> dict[tuple[str, str], cost.Cost]:
-    """What each controller costs to compute."""
+def costs(run: ComparisonRun, jobs: Sequence[Job[StudyCell]]) -> dict[tuple[str, str], cost.Cost]:
     return {job.controller: one for job in jobs if job.kind == COSTS and (one := run.read(job, cost.from_json))}
 
 
@@ -282,12 +282,12 @@ def read_linear(content: dict[str, Any]) -> Linear:
     return Linear(**content)
 
 
-def linearised(run: Run, jobs: Sequence[Job[Cell]]) -> dict[tuple[str, str], Linear]:
+def linearised(run: ComparisonRun, jobs: Sequence[Job[StudyCell]]) -> dict[tuple[str, str], Linear]:
     """The loop of each controller at rest, or why it has none."""
     return {job.controller: one for job in jobs if job.kind == LINEAR and (one := run.read(job, read_linear))}
 
 
-def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[str, str]:
+def reported(source: str, wanted: Sequence[str], flown: Sequence[StudyCell]) -> dict[str, str]:
     """The metrics to report, with units. Raises UserError for one that not all flights have."""
     known = [cell.campaign.thresholds for cell in flown]
     common = {name: full for name, full in known[0].items() if all(name in one for one in known)}

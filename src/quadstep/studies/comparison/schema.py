@@ -104,7 +104,7 @@ class ControllerEntry(Limited):
         return self
 
 
-class Place(Section):
+class PathAndScenario(Section):
     """A path and a scenario."""
 
     path: Annotated[Name, Quantity("", "name of a path")]
@@ -115,7 +115,7 @@ class TuningSection(Section):
     """How gains are found, the same for every controller; those of a file `gains` are taken as they are."""
 
     flown: Annotated[
-        tuple[Place, ...],
+        tuple[PathAndScenario, ...],
         BeforeValidator(as_tuple),
         Field(min_length=1, max_length=MOST_NAMES),
         Quantity("", "paths and scenarios used for tuning"),

@@ -12,9 +12,9 @@ from quadstep.interfaces.controller import Controller
 from quadstep.io import files
 from quadstep.io.documents import parse_toml, read_toml
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.io.user_code.blame import in_one_line
 from quadstep.io.user_code.installed import METRICS, OWN, named, own_place
 from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
+from quadstep.io.user_code.loading import in_one_line
 from quadstep.io.user_code.places import place
 from quadstep.mission.check import check
 from quadstep.mission.declared import PLANTS, is_plant
@@ -46,7 +46,7 @@ class Situation(NamedTuple):
         return ", ".join(filter(None, self))
 
 
-class Cell(NamedTuple):
+class StudyCell(NamedTuple):
     """A controller in a situation: flights of one campaign. repeat: which search its gains are from, 0 the best."""
 
     situation: Situation
@@ -73,7 +73,7 @@ class Cell(NamedTuple):
         return self.mission.controller.controller
 
 
-class Study(NamedTuple):
+class ComparisonStudy(NamedTuple):
     """A study as read. source, folder: of its file, for errors and for the files it names."""
 
     file: StudyFile
@@ -89,7 +89,6 @@ class Study(NamedTuple):
                 yield Situation(vehicle, path, scenario)
 
     def places(self, vehicle: str) -> Iterator[tuple[str, str]]:
-        """The paths and scenarios of a vehicle."""
         for path, way in self.file.paths.items():
             for scenario, one in self.file.scenarios.items():
                 if way.suits(vehicle) and one.suits(vehicle) and (one.paths is None or path in one.paths):
@@ -111,7 +110,6 @@ class Study(NamedTuple):
         return vehicle_table(name, self.folder)
 
     def content(self, situation: Situation, controller: Content) -> Content:
-        """The mission of a controller in a situation."""
         file, named = self.file, {"vehicle": self.vehicle(situation.vehicle)}
         path, scenario = file.paths[situation.path].mission, file.scenarios[situation.scenario].mission
         mission = together(file.common, path, scenario, named)
@@ -156,7 +154,7 @@ class Study(NamedTuple):
         mission = self.nominal(vehicle, controller)
         return cast(Content, with_numbers({"controller": controller}, mission, dict(values))["controller"])
 
-    def cell(self, situation: Situation, name: str, controller: Content, repeat: int = 0) -> Cell:
+    def cell(self, situation: Situation, name: str, controller: Content, repeat: int = 0) -> StudyCell:
         """A controller in a situation. Raises UserError naming both."""
         mission = self.content(situation, controller)
         try:
@@ -164,9 +162,9 @@ class Study(NamedTuple):
         except UserError as error:
             said = str(error).removeprefix(f"{self.source}: ")
             raise UserError(f"{self.source}: {name} cannot fly {situation.label}: {said}") from None
-        return Cell(situation, name, campaign, repeat)
+        return StudyCell(situation, name, campaign, repeat)
 
-    def check_cell(self, cell: Cell) -> None:
+    def check_cell(self, cell: StudyCell) -> None:
         """Refuses a cell whose first flight cannot be built. Raises UserError."""
         first = {name: one.at(0) for name, one in draw(cell.campaign.file, np.array([FIRST])).items()}
         try:
@@ -177,7 +175,7 @@ class Study(NamedTuple):
             raise UserError(f"{self.source}: {cell.controller} cannot fly {cell.situation.label}: {said}") from None
 
 
-def campaign_with(study: Study, mission: Content, draws: Content) -> Campaign:
+def campaign_with(study: ComparisonStudy, mission: Content, draws: Content) -> Campaign:
     """The flights of one mission. Raises UserError."""
     file = study.file
     asked = {
@@ -222,16 +220,16 @@ def together(*tables: Mapping[str, object]) -> Content:
     return found
 
 
-def read_study(path: Path) -> Study:
+def read_study(path: Path) -> ComparisonStudy:
     """The study in a TOML file. Raises UserError naming file, key and what is allowed."""
     content = read_toml(path)
     refuse_others(content, STUDY, str(path))
     return study_of(files.read_text(path, files.TOML), str(path), path.parent.resolve())
 
 
-def study_of(text: str, source: str, folder: Path) -> Study:
+def study_of(text: str, source: str, folder: Path) -> ComparisonStudy:
     """The study in TOML. Raises UserError."""
-    study = Study(check(StudyFile, parse_toml(text, source), source, folder), text, source, folder)
+    study = ComparisonStudy(check(StudyFile, parse_toml(text, source), source, folder), text, source, folder)
     empty = [vehicle for vehicle in study.file.vehicles if not list(study.places(vehicle))]
     if empty:
         raise UserError(f"{source}: vehicles: {empty[0]} has no suitable path and scenario")
@@ -242,7 +240,7 @@ def study_of(text: str, source: str, folder: Path) -> Study:
     return study
 
 
-def check_vehicles(study: Study) -> None:
+def check_vehicles(study: ComparisonStudy) -> None:
     """Refuses vehicles that are not there, or of which nothing is known. Raises UserError."""
     for vehicle in study.file.vehicles:
         try:
@@ -258,7 +256,7 @@ def check_vehicles(study: Study) -> None:
             raise UserError(f"{study.source}: vehicles: no controller flies {vehicle}")
 
 
-def shipped_study() -> Study:
+def shipped_study() -> ComparisonStudy:
     """The study that comes with the package, with its gains. Raises UserError where a file of the user's own is in the way."""
     with resources.as_file(resources.files("quadstep.studies.comparison") / "studies") as folder:
         return read_study(folder / "controllers.toml")

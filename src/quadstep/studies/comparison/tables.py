@@ -10,7 +10,7 @@ from quadstep.report.tables import booktabs, write_csv
 from quadstep.report.units import counted
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.cost import BOARD
-from quadstep.studies.comparison.found import Comparison, Result
+from quadstep.studies.comparison.results import Comparison, SituationResult
 from quadstep.studies.comparison.study import Situation
 from quadstep.studies.comparison.words import NOTHING, interval_text, percent, share_lost, title, unit_of
 
@@ -76,7 +76,7 @@ def write_tables(out: Path, found: Comparison) -> None:
 # Text
 
 
-def short(found: Comparison, one: Result) -> str:
+def short(found: Comparison, one: SituationResult) -> str:
     """A cell in few words: median, 95 % quantile, and what is lost."""
     spread, factor = one.spreads[found.metric], unit_of(found.metrics[found.metric]).factor
     parts = [f"{factor * value:.3g}" if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]

@@ -31,15 +31,15 @@ from quadstep.studies.campaign.cluster import OneThread
 from quadstep.studies.campaign.schema import digests
 from quadstep.studies.comparison.linear import without_estimator
 from quadstep.studies.comparison.schema import Content, ControllerEntry
-from quadstep.studies.comparison.study import Situation, Study
+from quadstep.studies.comparison.study import ComparisonStudy, Situation
 from quadstep.studies.tuning.gains import with_numbers
-from quadstep.studies.tuning.ground import Ground, asked_of
-from quadstep.studies.tuning.judge import Flown, Judge, Judged, squashed
+from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
+from quadstep.studies.tuning.judge import CandidateFlights, Judge, Judged, squashed
 from quadstep.studies.tuning.search import FEWEST_GENERATIONS, Search, population
-from quadstep.studies.tuning.trial import Guess, Stability, Tried, flights_of, tried_of
+from quadstep.studies.tuning.trial import MarginGuess, Stability, Tried, flights_of, tried_of
 
 
-class Task(NamedTuple):
+class TuningTask(NamedTuple):
     """A controller to be tuned for a vehicle. missions: with their tables [tune], one for each situation. rest: the mission
     whose loop is linearised, and margins that it must leave.
     """
@@ -90,7 +90,9 @@ class Trained(NamedTuple):
         return self.violation > 0.0, self.lost, math.inf if self.objective is None else self.objective
 
 
-def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controller: Content, repeat: int = 0) -> Task:
+def task(
+    study: ComparisonStudy, vehicle: str, name: str, entry: ControllerEntry, controller: Content, repeat: int = 0
+) -> TuningTask:
     """The tuning of a controller. controller: its table with all that it knows. repeat: number of the search.
 
     Raises UserError.
@@ -119,7 +121,7 @@ def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controll
     margins = sound(mission) if tuning.constraints is None else {k: c for k, c in tuning.constraints.items() if k in MARGINS}
     rest = {**study.at_rest(vehicle), "controller": controller}
     seed = study.file.seed + repeat
-    return Task(vehicle, name, missions, rest, margins, study.source, study.folder, tuning.budget, seed)
+    return TuningTask(vehicle, name, missions, rest, margins, study.source, study.folder, tuning.budget, seed)
 
 
 def sound(mission: Mission) -> dict[str, Constraint]:
@@ -129,7 +131,7 @@ def sound(mission: Mission) -> dict[str, Constraint]:
     return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
 
 
-def flown_in(study: Study) -> list[tuple[str, str]]:
+def flown_in(study: ComparisonStudy) -> list[tuple[str, str]]:
     """The paths and scenarios that are tuned on."""
     assert study.file.tuning
     return [(one.path, one.scenario) for one in study.file.tuning.flown]
@@ -153,7 +155,7 @@ def ranges(entry: ControllerEntry, mission: Mission) -> dict[str, Content]:
     return found
 
 
-class Line(TypedDict):
+class Generation(TypedDict):
     """A generation. flights: of the search so far. tried: as `Tried`, in the order of `values`."""
 
     flights: int
@@ -161,7 +163,7 @@ class Line(TypedDict):
     tried: list[Tried]
 
 
-class Place(NamedTuple):
+class JournalPlace(NamedTuple):
     """Of a journal: a folder of results, and the name in it."""
 
     folder: Path
@@ -175,7 +177,7 @@ class Place(NamedTuple):
 class Journal:
     """The generations of a search that were flown, a line of JSON each with its digest. place: None to keep none."""
 
-    def __init__(self, place: Place | None) -> None:
+    def __init__(self, place: JournalPlace | None) -> None:
         self.place = place
         self.lines = read_lines(place) if place else []
         self.next = 0
@@ -184,7 +186,7 @@ class Journal:
                 if folder.has(place.name):
                     folder.write(place.name, "".join(map(as_text, self.lines)).encode())
 
-    def taken(self, values: Sequence[dict[str, float]]) -> Line | None:
+    def taken(self, values: Sequence[dict[str, float]]) -> Generation | None:
         """The next generation, if it is there and of these candidates."""
         if self.next < len(self.lines) and self.lines[self.next]["values"] == list(values):
             self.next += 1
@@ -193,25 +195,25 @@ class Journal:
 
     def add(self, flights: int, values: Sequence[dict[str, float]], tried: Sequence[Tried]) -> None:
         if self.place:
-            line: Line = {"flights": flights, "values": list(values), "tried": list(tried)}
+            line: Generation = {"flights": flights, "values": list(values), "tried": list(tried)}
             with opened(self.place.folder) as folder:
                 folder.append(self.place.name, as_text(line).encode())
 
 
-def as_text(line: Line) -> str:
+def as_text(line: Generation) -> str:
     """A line of a journal, begun with the digest of what follows."""
     text = json.dumps(line)
     return f"{hashlib.sha256(text.encode()).hexdigest()[:16]} {text}\n"
 
 
-def read_lines(place: Place) -> list[Line]:
+def read_lines(place: JournalPlace) -> list[Generation]:
     """The whole lines of a journal; one that was cut short by a kill ends it. Raises UserError for one that was changed."""
     with contextlib.suppress(OSError), opened(place.folder) as folder:
         if not folder.has(place.name):
             return []
-        found: list[Line] = []
+        found: list[Generation] = []
         for content in folder.read(place.name, JOURNAL).decode(errors="replace").split("\n")[:-1]:
-            line: Line = {"flights": 0, "values": [], "tried": []}
+            line: Generation = {"flights": 0, "values": [], "tried": []}
             with contextlib.suppress(ValueError, RecursionError):
                 line = json.loads(content.partition(" ")[2])
             if f"{content}\n" != as_text(line):
@@ -226,7 +228,7 @@ class Training(Search):
     an estimator, unless that cannot be linearised. unconstrained: why it cannot.
     """
 
-    def __init__(self, grounds: Sequence[Ground], asked: Task, journal: Journal) -> None:
+    def __init__(self, grounds: Sequence[CandidateFlyer], asked: TuningTask, journal: Journal) -> None:
         super().__init__(grounds, asked.budget, asked.seed, SILENT)
         self.journal, self.unconstrained = journal, ""
         self.judges = [Judge(one.asked.section, one.duration) for one in grounds]
@@ -237,7 +239,7 @@ class Training(Search):
             except UserError as error:
                 self.unconstrained = str(error).removeprefix(f"{asked.source}: ")
                 self.stability = self.stability._replace(limits={})
-        self.guess = Guess(self.stability.limits)
+        self.guess = MarginGuess(self.stability.limits)
 
     def tried(self, values: list[dict[str, float]], guessed: Sequence[float]) -> list[Tried]:
         """Candidates flown and judged, or taken from the journal."""
@@ -249,11 +251,11 @@ class Training(Search):
         self.journal.add(self.flights, values, found)
         return found
 
-    def judged(self, flown: Sequence[Flown]) -> Judged:
+    def judged(self, flown: Sequence[CandidateFlights]) -> Judged:
         return over_all([judge.judge(one) for judge, one in zip(self.judges, flown, strict=True)], self.judges)
 
 
-def stability(asked: Task) -> Stability:
+def stability(asked: TuningTask) -> Stability:
     """The margins that the gains of a task must leave."""
     mission = check_mission(asked.rest, asked.source, asked.folder)
 
@@ -276,13 +278,13 @@ def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
     return Judged(objective, means, lost, violation, squashed(objective) + losses)
 
 
-def grounds(asked: Task) -> list[Ground]:
+def grounds(asked: TuningTask) -> list[CandidateFlyer]:
     """Where the candidates of a task fly. Raises UserError."""
     wanted = [asked_of(Path(asked.source), "", content, asked.folder) for content in asked.missions]
-    return [Ground(one, asked.seed, OneThread) for one in wanted]
+    return [CandidateFlyer(one, asked.seed, OneThread) for one in wanted]
 
 
-def train(asked: Task, journal: Place | None = None) -> Trained:
+def train(asked: TuningTask, journal: JournalPlace | None = None) -> Trained:
     """Tune a controller. journal: where it notes what was flown. Raises UserError."""
     search = Training(grounds(asked), asked, Journal(journal))
     found = search.run()
@@ -303,7 +305,7 @@ def train(asked: Task, journal: Place | None = None) -> Trained:
     )
 
 
-def check_task(asked: Task) -> int:
+def check_task(asked: TuningTask) -> int:
     """How many gains are tuned. Refuses a budget that is too small for them, and gains that cannot be tuned. Raises
     UserError.
     """

@@ -9,8 +9,8 @@ from quadstep.metrics.margins import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.report.symbols import prose
 from quadstep.report.units import counted, listed
-from quadstep.studies.comparison.found import Comparison, Result
 from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
+from quadstep.studies.comparison.results import Comparison, SituationResult
 from quadstep.studies.comparison.study import Situation
 
 LOST, NOTHING = "lost", "-"
@@ -72,7 +72,7 @@ def end_percent(value: float) -> str:
     return f"{value:.2g}" if value < 99.5 else f"{value:.3g}"
 
 
-def share_lost(one: Result) -> str:
+def share_lost(one: SituationResult) -> str:
     """What a controller loses in a situation."""
     return f"{end_percent(100.0 * one.lost.value)} % lost"
 
@@ -233,7 +233,7 @@ def several(names: Sequence[str]) -> str:
     return listed([f"'{name}'" if "," in name else name for name in names])
 
 
-def losing(results: dict[str, Result]) -> str:
+def losing(results: dict[str, SituationResult]) -> str:
     lost = {name: one.lost for name, one in results.items() if one.lost.value > 0.0}
     if len(lost) > SEVERAL:
         every = sum(share.value == 1.0 for share in lost.values())

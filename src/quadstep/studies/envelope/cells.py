@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, drawn_column
+from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, drawn_column
 from quadstep.studies.envelope.request import Request
 from quadstep.studies.study import Flown
 

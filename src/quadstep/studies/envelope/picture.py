@@ -22,7 +22,7 @@ from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 from quadstep.studies.envelope.cells import CAUSES, OVER_LIMIT, Cells
-from quadstep.studies.envelope.request import Axis, Request, as_typed
+from quadstep.studies.envelope.request import MapAxis, Request, as_typed
 
 COLOURS = "viridis"
 """Lighter where the error is larger, also in greyscale and for the colour-blind."""
@@ -122,13 +122,13 @@ def draw_panel(axes: Axes, asked: Request, cells: Cells, place: int, norm: LogNo
             axis.set_ticks(range(0, len(given.values), every), [as_typed(one) for one in given.values[::every]])
 
 
-def ends(axis: Axis) -> tuple[float, float]:
+def ends(axis: MapAxis) -> tuple[float, float]:
     """Where an axis begins and ends: half a cell beyond its values. Listed values are 0, 1, 2, ..."""
     edge = edges(axis)
     return float(edge[0]), float(edge[-1])
 
 
-def edges(axis: Axis) -> NDArray[np.float64]:
+def edges(axis: MapAxis) -> NDArray[np.float64]:
     """The edges of the cells along an axis."""
     count = len(axis.values)
     first, last = (float(axis.values[0]), float(axis.values[-1])) if axis.ranged else (0.0, count - 1.0)

@@ -27,7 +27,7 @@ KEY = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
 WORDS = {"true": True, "false": False}
 
 
-class Axis(NamedTuple):
+class MapAxis(NamedTuple):
     """One direction of the map. option: where the user gave it. ranged: evenly spaced numbers, not a list."""
 
     option: str
@@ -41,7 +41,7 @@ class Axis(NamedTuple):
         return all(isinstance(value, float) and value.is_integer() for value in self.values)
 
 
-def parse_axis(option: str, text: str, most: int) -> Axis:
+def parse_axis(option: str, text: str, most: int) -> MapAxis:
     """An axis from what was typed after `option`, of at most so many values. Raises UserError."""
     key, equals, given = (part.strip() for part in text.partition("="))
     if not equals or not KEY.fullmatch(key):
@@ -53,7 +53,7 @@ def parse_axis(option: str, text: str, most: int) -> Axis:
     values = spaced(where, given, most) if ranged else listed(where, given)
     if len(values) > most:
         raise UserError(f"{where}: {len(values)} values; allowed are at most {most}")
-    return Axis(option, key, values, ranged and len(values) > 1)
+    return MapAxis(option, key, values, ranged and len(values) > 1)
 
 
 def spaced(where: str, given: str, most: int) -> tuple[float, ...]:
@@ -108,7 +108,7 @@ def number(where: str, text: str) -> float:
     return found
 
 
-def check_axes(axes: Sequence[Axis], varied: Sequence[str], source: str) -> None:
+def check_axes(axes: Sequence[MapAxis], varied: Sequence[str], source: str) -> None:
     """Refuse a key that is given twice or is inside another. varied: the keys that the file `source` varies already."""
     known: dict[str, str] = dict.fromkeys(varied, f"what varies in {source}")
     for axis in axes:
@@ -139,9 +139,9 @@ class Request(NamedTuple):
     """
 
     campaign: Campaign
-    x: Axis
-    y: Axis
-    by: Axis | None
+    x: MapAxis
+    y: MapAxis
+    by: MapAxis | None
     flights: int
     random: bool
 
@@ -155,7 +155,7 @@ class Request(NamedTuple):
         return math.prod(self.shape)
 
     @property
-    def axes(self) -> tuple[Axis, ...]:
+    def axes(self) -> tuple[MapAxis, ...]:
         return (*([self.by] if self.by else []), self.y, self.x)
 
 
@@ -196,7 +196,7 @@ def read_base(path: Path) -> Campaign:
     return campaign_of(file, files.read_text(path, files.TOML), content, str(path), path.parent)
 
 
-def fitted(base: Campaign, axes: list[Axis]) -> list[Axis]:
+def fitted(base: Campaign, axes: list[MapAxis]) -> list[MapAxis]:
     """The axes with whole numbers where a key takes no others. Raises UserError for a key that takes neither."""
     choices = [[axis, axis._replace(values=tuple(map(int, axis.values)))] if axis.whole else [axis] for axis in axes]
     refused = None
@@ -219,7 +219,7 @@ def planner_of(base: Campaign) -> Planner:
     return Planner(base.content, base.defaults, base.source, base.folder, {}, base.file.seed, None, base.singly)
 
 
-def is_random(base: Campaign, axes: Sequence[Axis]) -> bool:
+def is_random(base: Campaign, axes: Sequence[MapAxis]) -> bool:
     """Whether two flights of a cell can differ: by what the file draws, or by noise in any corner of the map."""
     if base.file.correlated or not all(isinstance(one, Grid) for one in base.file.vary.values()):
         return True

@@ -14,7 +14,7 @@ from quadstep.report.tables import booktabs
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.envelope.cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope.picture import draw_map
-from quadstep.studies.envelope.request import Axis, Request, as_typed
+from quadstep.studies.envelope.request import MapAxis, Request, as_typed
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
@@ -22,7 +22,7 @@ DATA, PICTURE = "envelope.parquet", "envelope"
 HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells", "outcomes of failed flights")
 
 
-class Panel(NamedTuple):
+class MapPanel(NamedTuple):
     """A panel of the map in numbers. name: the value of --by, empty without it.
 
     flyable: cells of so many. success: share of all flights. causes: flights that did not succeed, by why. rmse: the
@@ -42,7 +42,7 @@ class Envelope(NamedTuple):
 
     asked: Request
     cells: Cells
-    panels: list[Panel]
+    panels: list[MapPanel]
 
 
 class Map(Study[Envelope]):
@@ -95,11 +95,11 @@ def settings(asked: Request) -> list[tuple[str, str]]:
     ]
 
 
-def panels(asked: Request, cells: Cells) -> Iterator[Panel]:
+def panels(asked: Request, cells: Cells) -> Iterator[MapPanel]:
     for place in range(asked.shape[0]):
         flyable, rmse = cells.flyable[place], cells.rmse[place][cells.flyable[place]]
         counts = zip(CAUSES, cells.causes[place].reshape(-1, len(CAUSES)).sum(axis=0).tolist(), strict=True)
-        yield Panel(
+        yield MapPanel(
             panel_name(asked.by, place),
             flyable.size,
             int(flyable.sum()),
@@ -109,7 +109,7 @@ def panels(asked: Request, cells: Cells) -> Iterator[Panel]:
         )
 
 
-def panel_name(by: Axis | None, place: int) -> str:
+def panel_name(by: MapAxis | None, place: int) -> str:
     return f"{by.key} = {as_typed(by.values[place])}" if by else ""
 
 
@@ -132,7 +132,7 @@ def as_json(found: Envelope) -> dict[str, object]:
     }
 
 
-def panel_as_json(panel: Panel) -> dict[str, object]:
+def panel_as_json(panel: MapPanel) -> dict[str, object]:
     """A panel with the unit in its key."""
     *others, _ = panel._asdict().items()
     return {**dict(others), "rmse[m]": panel.rmse}
@@ -174,12 +174,11 @@ def caption(found: Envelope) -> str:
     return f"{colour}No cell is grey: the limit of flying lies outside this map, or between its points."
 
 
-def fact(one: Panel) -> page.Fact:
-    """The flyable share of a panel."""
+def fact(one: MapPanel) -> page.Fact:
     return page.Fact(one.name or "flyable", units.percent(one.flyable / one.cells), f"{one.flyable} of {one.cells} cells")
 
 
-def row(one: Panel) -> list[str]:
+def row(one: MapPanel) -> list[str]:
     causes = ", ".join(f"{name} {count}" for name, count in one.causes.items())
     rmse = f"{units.quantity(one.rmse[0], 'm')} to {units.quantity(one.rmse[1], 'm')}" if one.rmse else "–"
     return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]

@@ -22,7 +22,7 @@ from quadstep.io.errors import DIVERGED, UNMET, UserError, unknown_name
 from quadstep.io.version import __version__
 from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, with_full_names
 from quadstep.metrics.judging.verdict import Case, Verdict, graded, scalars
-from quadstep.metrics.of_log import Metrics, group, metric
+from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.mission.check import check
 from quadstep.mission.kinds import REAL
 from quadstep.mission.own_controller import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
@@ -56,7 +56,7 @@ class Piloting(NamedTuple):
     where: str = ""
 
 
-class Summary(NamedTuple):
+class FlightSummary(NamedTuple):
     """What the command line prints about a flight: a table, single numbers and a last line. judged: its requirements."""
 
     name: str
@@ -98,7 +98,7 @@ def fly_mission(
     sheet: Sheet | None = None,
     piloting: Piloting | None = None,
     grading: Grading = ungraded,
-) -> Summary:
+) -> FlightSummary:
     """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
@@ -168,7 +168,7 @@ def fly_planned(
     required: Sequence[Requirement],
     sheet: Sheet | None,
     grading: Grading = ungraded,
-) -> Summary:
+) -> FlightSummary:
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
     required = with_full_names(required, metric_names(mission, plan)) if required else []
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
@@ -273,7 +273,7 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
 def summarise(
     name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[JudgedMetric], why: str = "",
     counted: str = "",
-) -> Summary:  # fmt: skip
+) -> FlightSummary:  # fmt: skip
     """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known.
     counted: from when errors are, as `since` has it.
     """
@@ -299,4 +299,4 @@ def summarise(
     else:
         kept = "The log up to that point is kept." if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
-    return Summary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)
+    return FlightSummary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

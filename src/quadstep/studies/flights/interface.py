@@ -14,7 +14,7 @@ from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.io.extras import needed_by
-from quadstep.metrics.of_log import Metrics, flight_metrics, metric
+from quadstep.metrics.registry import Metrics, flight_metrics, metric
 from quadstep.mission.schema import Mission
 from quadstep.report.drawing import FigureJob
 from quadstep.report.page import paragraph, table
@@ -22,7 +22,7 @@ from quadstep.report.panels import flight_jobs
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
 from quadstep.report.symbols import rich
-from quadstep.studies.flights.fly import Summary, summarise, write_results
+from quadstep.studies.flights.fly import FlightSummary, summarise, write_results
 from quadstep.studies.flights.report import since
 
 if TYPE_CHECKING:
@@ -59,7 +59,6 @@ class Flight(FlightLog):
 
     @property
     def name(self) -> str:
-        """The name of the mission."""
         return self.mission.name if self.mission else "Flight"
 
     @property
@@ -147,13 +146,12 @@ class Flight(FlightLog):
             parts.append(f'<img alt="position over time" src="data:image/png;base64,{text}">')
         return f"<div>{''.join(parts)}</div>"
 
-    def _summary(self) -> Summary:
+    def _summary(self) -> FlightSummary:
         """The summary that the command line prints."""
         counted = since(self.mission) if self.mission else ""
         return summarise(self.name, self, self.metrics(), self.warnings, [], counted=counted)
 
     def _jobs(self) -> list[FigureJob]:
-        """Its figures."""
         if len(self.rows) < 2:
             return []
         return flight_jobs(self, self.name, self.plan.loop.plant.efforts)

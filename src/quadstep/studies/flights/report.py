@@ -11,7 +11,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.judging.verdict import graded
 from quadstep.metrics.margins import rest_of
-from quadstep.metrics.of_log import Metrics, group, metric
+from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.report import page, units
 
 if TYPE_CHECKING:

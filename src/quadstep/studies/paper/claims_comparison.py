@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from quadstep.metrics.of_log import Metrics, metric
-from quadstep.studies.paper.study import Claim, Study, Verdict, completed, judge
+from quadstep.metrics.registry import Metrics, metric
+from quadstep.studies.paper.cases import Claim, ClaimVerdict, PaperStudy, completed, judge
 
 
-def by_start(study: Study, ours: Callable[[Metrics], ArrayLike], smaller: bool = True) -> dict[str, str]:
+def by_start(study: PaperStudy, ours: Callable[[Metrics], ArrayLike], smaller: bool = True) -> dict[str, str]:
     """For each start and gain set of [11]: whether the measure (all of several) is smaller, or larger, for the adaptive one.
 
     Answers yes, no, equal, or which controller did not finish.
@@ -30,10 +30,10 @@ def by_start(study: Study, ours: Callable[[Metrics], ArrayLike], smaller: bool =
     return table
 
 
-def over_starts(table: dict[str, str]) -> Verdict:
+def over_starts(table: dict[str, str]) -> ClaimVerdict:
     """The paper gives neither start nor gains: a sentence holds if it does wherever both controllers finish and differ."""
     answers = set(table.values()) & {"yes", "no"}
-    return Verdict.UNDECIDED if len(answers) != 1 else judge(answers == {"yes"})
+    return ClaimVerdict.UNDECIDED if len(answers) != 1 else judge(answers == {"yes"})
 
 
 def dependence(table: dict[str, str]) -> str:
@@ -44,7 +44,7 @@ def dependence(table: dict[str, str]) -> str:
     return f"; in {len(table)} variations: {shown}" + (f", a controller lost in {lost}" if lost else "")
 
 
-def altitude(study: Study) -> Claim:
+def altitude(study: PaperStudy) -> Claim:
     """Case 3, Fig. 10."""
     new, old = (metric(study.cases[name], "position", "z", "rmse[m]") for name in ("case3_adaptive", "case3_nested"))
     table = by_start(study, lambda m: metric(m, "position", "z", "rmse[m]"))
@@ -57,7 +57,7 @@ def altitude(study: Study) -> Claim:
     )
 
 
-def sideways(study: Study) -> Claim:
+def sideways(study: PaperStudy) -> Claim:
     """Case 3, Fig. 10."""
 
     def miss(m: Metrics) -> float:
@@ -80,7 +80,7 @@ def settled(metrics: Metrics) -> float:
     return max(np.inf if time is None else time for time in times)
 
 
-def settling(study: Study) -> Claim:
+def settling(study: PaperStudy) -> Claim:
     """Case 3, Fig. 11."""
     new, old = settled(study.cases["case3_adaptive"]), settled(study.cases["case3_nested"])
     table = by_start(study, settled)
@@ -98,7 +98,7 @@ def finite_or_none(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def smoothness(study: Study) -> Claim:
+def smoothness(study: PaperStudy) -> Claim:
     """Case 3, Fig. 12."""
 
     def roughness(m: Metrics) -> float:
@@ -123,7 +123,7 @@ def peaks(metrics: Metrics) -> tuple[float, float]:
     )
 
 
-def transients(study: Study) -> Claim:
+def transients(study: PaperStudy) -> Claim:
     """Case 3, Figs 11 and 12."""
     (tilt, torque), (tilt_old, torque_old) = peaks(study.cases["case3_adaptive"]), peaks(study.cases["case3_nested"])
     vanished = settled(study.cases["case3_adaptive"])
@@ -133,12 +133,12 @@ def transients(study: Study) -> Claim:
         "Initial variations in attitude and torque are higher for our controller than that in [11]; they vanish quickly.",
         f"largest tilt {tilt:.2f} rad against {tilt_old:.2f}, torque {torque:.0f} N m against {torque_old:.1f}; gone after "
         f"{vanished:.1f} s" + dependence(table),
-        over_starts(table) if vanished < 10.0 else Verdict.FAILS,
+        over_starts(table) if vanished < 10.0 else ClaimVerdict.FAILS,
         {"tilt[rad]": [tilt, tilt_old], "torque[N m]": [torque, torque_old], "by_start": table},
     )
 
 
-def transient_cause(study: Study) -> Claim:
+def transient_cause(study: PaperStudy) -> Claim:
     """Case 3, the reason that the paper gives."""
     (tilt, torque), (tilt_off, torque_off) = peaks(study.cases["case3_adaptive"]), peaks(study.further["case3 without nets"])
     return Claim(

@@ -11,21 +11,30 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
-from quadstep.metrics.of_log import Metrics, metric
+from quadstep.metrics.registry import Metrics, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.build import build_page
 from quadstep.page.flights import ShownFlight
 from quadstep.page.missions import with_walk
 from quadstep.page.model import Cell, ClaimView, Link
 from quadstep.page.story import OWN, Story, read_story
-from quadstep.studies.paper.cases import STRESS_SCALES, STRESS_TIMES, further_flights, main_cases, stress_flights
-from quadstep.studies.paper.claims import Claim, Verdict, answer, check_claims
-from quadstep.studies.paper.study import Study, StudyPlans, fly_study, plan_study
+from quadstep.studies.paper.cases import (
+    STRESS_SCALES,
+    STRESS_TIMES,
+    PaperStudy,
+    StudyPlans,
+    fly_study,
+    further_flights,
+    main_cases,
+    plan_study,
+    stress_flights,
+)
+from quadstep.studies.paper.claims import Claim, ClaimVerdict, answer, check_claims
 
 TITLE = "Das, Lewis and Subbarao (2009), re-flown"
 PAPER = "“Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics”."
 CASES, VARIANTS, STRESS = "The paper's cases", "Without nets", "Stress flights"
-VERDICTS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
+VERDICTS = {ClaimVerdict.HOLDS: "holds", ClaimVerdict.FAILS: "fails", ClaimVerdict.UNDECIDED: "open"}
 
 NOTES = {
     "case1": "To (20, 5, 10) m in 40 s. The disturbance stays below 0.0003 N, too little to test the nets: raise it, or "
@@ -40,7 +49,7 @@ NOTES = {
 }
 
 
-class Look(NamedTuple):
+class Spot(NamedTuple):
     """Where a claim is seen. flights, panels: ids."""
 
     flights: tuple[str, ...]
@@ -49,7 +58,6 @@ class Look(NamedTuple):
 
 
 def stress_id(duration: float, scale: float, nets: bool) -> str:
-    """The id of a stress flight."""
     return f"stress-{duration:g}s-x{scale:g}-{'nets' if nets else 'no-nets'}"
 
 
@@ -59,33 +67,32 @@ BOTH_3 = ("case3-adaptive", "case3-nested")
 TURN_NEURONS = "Set the neurons of each net to 8, 10 and 12 and compare the position error; the verdict takes eight seeds."
 
 LOOKS = {
-    "rest at the end point": Look(("case1",), ("position", "thrust"), "The end: velocity and acceleration go to zero."),
-    "near-perfect tracking": Look(("case1",), ("position", "position-error"), "The position error: micrometres."),
-    "nonlinearities compensated by the nets": Look(
+    "rest at the end point": Spot(("case1",), ("position", "thrust"), "The end: velocity and acceleration go to zero."),
+    "near-perfect tracking": Spot(("case1",), ("position", "position-error"), "The position error: micrometres."),
+    "nonlinearities compensated by the nets": Spot(
         ("case1", "case1-without-nets", *STRESS_1), ("position-error", "weights"),
         "Switch the nets off: Case 1 hardly changes. In the stress flights at scale 1 it does."),
-    "angles match their commands": Look(("case1",), ("attitude", "attitude-error"), "The attitude error."),
-    "inputs realisable": Look(("case1",), ("thrust", "torque", "rotors"), "Thrust, torques and the rotor forces."),
-    "tau_psi = 0": Look(("case1",), ("torque",), "tau_psi compared with tau_theta: small, but not zero."),
-    "decoupling in x": Look(("case2",), ("position-error", "attitude", "torque"), "y, z, phi and tau_phi stay silent."),
-    "decoupling in y and z": Look(("case2-y", "case2-z"), ("position-error", "torque"), "The axes that should not move."),
-    "better z tracking than [11]": Look(BOTH_3, ("position", "position-error"), "z_d - z of both controllers."),
-    "smaller x and y error than [11]": Look(BOTH_3, ("position-error",), "x and y, from half a metre off."),
-    "faster attitude settling than [11]": Look(BOTH_3, ("attitude",), "When roll and pitch become level. Move the start."),
-    "smoother thrust than [11]": Look(BOTH_3, ("thrust",), "u of both. Move the start and the gains a_z."),
-    "larger early transients": Look(BOTH_3, ("attitude", "torque"), "The first second."),
-    "transients caused by the nets": Look(
+    "angles match their commands": Spot(("case1",), ("attitude", "attitude-error"), "The attitude error."),
+    "inputs realisable": Spot(("case1",), ("thrust", "torque", "rotors"), "Thrust, torques and the rotor forces."),
+    "tau_psi = 0": Spot(("case1",), ("torque",), "tau_psi compared with tau_theta: small, but not zero."),
+    "decoupling in x": Spot(("case2",), ("position-error", "attitude", "torque"), "y, z, phi and tau_phi stay silent."),
+    "decoupling in y and z": Spot(("case2-y", "case2-z"), ("position-error", "torque"), "The axes that should not move."),
+    "better z tracking than [11]": Spot(BOTH_3, ("position", "position-error"), "z_d - z of both controllers."),
+    "smaller x and y error than [11]": Spot(BOTH_3, ("position-error",), "x and y, from half a metre off."),
+    "faster attitude settling than [11]": Spot(BOTH_3, ("attitude",), "When roll and pitch become level. Move the start."),
+    "smoother thrust than [11]": Spot(BOTH_3, ("thrust",), "u of both. Move the start and the gains a_z."),
+    "larger early transients": Spot(BOTH_3, ("attitude", "torque"), "The first second."),
+    "transients caused by the nets": Spot(
         ("case3-adaptive", "case3-without-nets"), ("torque", "weights"), "The first second, with and without nets."),
-    "a wide range of nonlinearities": Look(STRESS_NETS, ("position", "weights"), "When each flight diverges, and why."),
-    "8 neurons are worse than 10": Look(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
-    "12 neurons are no better than 10": Look(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
+    "a wide range of nonlinearities": Spot(STRESS_NETS, ("position", "weights"), "When each flight diverges, and why."),
+    "8 neurons are worse than 10": Spot(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
+    "12 neurons are no better than 10": Spot(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
 }  # fmt: skip
 """By the name of the claim."""
 
 
 def view(claim: Claim) -> ClaimView:
-    """A claim with where to look."""
-    look = LOOKS.get(claim.name, Look((), (), ""))
+    look = LOOKS.get(claim.name, Spot((), (), ""))
     verdict = VERDICTS[claim.verdict]
     return ClaimView(
         claim.name, claim.sentence, claim.measured, verdict, str(claim.verdict), look.flights, look.sentence, look.panels
@@ -93,7 +100,7 @@ def view(claim: Claim) -> ClaimView:
 
 
 def paper_page(
-    study: Study,
+    study: PaperStudy,
     plans: StudyPlans,
     claims: Sequence[Claim],
     links: Sequence[Link] = (),
@@ -110,7 +117,7 @@ def paper_page(
     return build_page(TITLE, intro, flown, views, links, walk)
 
 
-def write_paper_page(path: Path, study: Study, plans: StudyPlans, claims: Sequence[Claim]) -> bool:
+def write_paper_page(path: Path, study: PaperStudy, plans: StudyPlans, claims: Sequence[Claim]) -> bool:
     """The page beside a study's report; false where the package was installed without the front end."""
     try:
         path.write_text(
@@ -132,7 +139,7 @@ def fly_paper(engine: Engine = Engine.LANES, story: Story | None = None) -> str:
     return paper_page(study, plans, check_claims(study), story=story, engine=engine)
 
 
-def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) -> list[ShownFlight]:
+def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView]) -> list[ShownFlight]:
     found: list[ShownFlight] = []
 
     def add(

@@ -9,7 +9,7 @@ from typing import NamedTuple, cast
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fingerprint
 from quadstep.io.version import __version__
-from quadstep.metrics.of_log import Metrics, group, metric
+from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.report import page, units
 from quadstep.report.evidence import Evidence, Figure, Table
@@ -25,15 +25,19 @@ from quadstep.studies.paper.cases import (
     NESTED_GAINS,
     STRESS_SCALES,
     STRESS_TIMES,
+    Logs,
+    PaperStudy,
     case_1,
+    completed,
+    fly_study,
+    plan_study,
 )
-from quadstep.studies.paper.claims import Claim, Verdict, answer, check_claims
+from quadstep.studies.paper.claims import Claim, ClaimVerdict, answer, check_claims
 from quadstep.studies.paper.figures import CAPTIONS, figure_jobs, figure_name
 from quadstep.studies.paper.page import write_paper_page
-from quadstep.studies.paper.study import Logs, Study, completed, fly_study, plan_study
 
 
-class Choice(NamedTuple):
+class Chosen(NamedTuple):
     """A choice: what was chosen, its value, and why."""
 
     what: str
@@ -41,44 +45,44 @@ class Choice(NamedTuple):
     why: str
 
 
-def choices() -> list[Choice]:
+def choices() -> list[Chosen]:
     """The list, its values read from the missions that are flown."""
     mission: LagrangeMission = case_1()
     vehicle, clock, limits = mission.vehicle, mission.simulation, mission.limits
     gains = mission.controller.model_dump()
     nets = gains["nets"]
     return [
-        Choice("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly alike"),
-        Choice("C(eta, eta_dot)", "C eta_dot by Eq. 2", "Christoffel's C gives the same and is the one the proof needs"),
-        Choice("Eq. 67", "row products", "sums give tau_psi = 0.93 N m in Case 1, which the paper says is 0"),
-        Choice("rotor arm l, factor c", f"{vehicle.rotors.arm:g} m, {vehicle.rotors.moment:g} m", "only f_i depends on them"),
-        Choice("rotor limits", "none", "the paper has none"),
-        Choice("Lambda1, K_r1, K_i1", f"{gains['Lambda1'][0]:g}, {gains['K_r1'][0]:g}, {gains['K_i1'][0]:g}",
+        Chosen("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly alike"),
+        Chosen("C(eta, eta_dot)", "C eta_dot by Eq. 2", "Christoffel's C gives the same and is the one the proof needs"),
+        Chosen("Eq. 67", "row products", "sums give tau_psi = 0.93 N m in Case 1, which the paper says is 0"),
+        Chosen("rotor arm l, factor c", f"{vehicle.rotors.arm:g} m, {vehicle.rotors.moment:g} m", "only f_i depends on them"),
+        Chosen("rotor limits", "none", "the paper has none"),
+        Chosen("Lambda1, K_r1, K_i1", f"{gains['Lambda1'][0]:g}, {gains['K_r1'][0]:g}, {gains['K_i1'][0]:g}",
                "K_r1 > m Lambda1; a second-order response of about 1 rad/s"),
-        Choice("Lambda2, K_r2, K_i2", f"{gains['Lambda2'][0]:g}, {gains['K_r2'][0]:g}, {gains['K_i2'][0]:g}",
+        Chosen("Lambda2, K_r2, K_i2", f"{gains['Lambda2'][0]:g}, {gains['K_r2'][0]:g}, {gains['K_i2'][0]:g}",
                "K_r2 > J_M max(Lambda2) = 150; inner loop well above the outer one"),
-        Choice("desired attitude rates", f"critically damped filter at {gains['filter_frequency']:g} rad/s, from the attitude "
+        Chosen("desired attitude rates", f"critically damped filter at {gains['filter_frequency']:g} rad/s, from the attitude "
                "at the start", "the exact rate needs eta_dd and makes an algebraic loop; yaw's rate is known from the path"),
-        Choice("zero desired force", "theta_d = phi_d = 0", "any attitude gives zero force; level is the safe one"),
-        Choice("basis and input weights", f"sigmoid, uniform in [-1, 1] with bias, seed {nets['seed']}", "worked in trials"),
-        Choice("neurons", f"{nets['neurons']} per net", "the paper's number; 8 and 12 are flown too"),
-        Choice("F1, F2", f"{nets['F1']:g} I, {nets['F2']:g} I (N x N)", "diag(5 [1;1;1]) does not fit Eq. 54's dimensions"),
-        Choice("kappa", f"kappa1 = {nets['kappa1']:g}, kappa2 = {nets['kappa2']:g}, both times |r| of both loops",
+        Chosen("zero desired force", "theta_d = phi_d = 0", "any attitude gives zero force; level is the safe one"),
+        Chosen("basis and input weights", f"sigmoid, uniform in [-1, 1] with bias, seed {nets['seed']}", "worked in trials"),
+        Chosen("neurons", f"{nets['neurons']} per net", "the paper's number; 8 and 12 are flown too"),
+        Chosen("F1, F2", f"{nets['F1']:g} I, {nets['F2']:g} I (N x N)", "diag(5 [1;1;1]) does not fit Eq. 54's dimensions"),
+        Chosen("kappa", f"kappa1 = {nets['kappa1']:g}, kappa2 = {nets['kappa2']:g}, both times |r| of both loops",
                "Section 6 has two, Eq. 54 one"),
-        Choice("learning starts", f"t = {nets['start']:g} s from zero weights", "the paper gives no time"),
-        Choice("step, control period", f"RK4 at {1e3 * clock.step:g} ms, law sampled every {1e3 * clock.control_period:g} ms",
+        Chosen("learning starts", f"t = {nets['start']:g} s from zero weights", "the paper gives no time"),
+        Chosen("step, control period", f"RK4 at {1e3 * clock.step:g} ms, law sampled every {1e3 * clock.control_period:g} ms",
                "halving the step moves Case 1 by less than 1e-6 m"),
-        Choice("t_f", f"{CASE_TIME:g} s in every case, {FIGURE_3_TIME:g} s in Fig. 3", "given for Case 1; Eq. 75 has 10 s"),
-        Choice("start of Cases 1 and 2", "at rest on the path", "as described"),
-        Choice("start of Case 3", f"{CASE_3_START}",
+        Chosen("t_f", f"{CASE_TIME:g} s in every case, {FIGURE_3_TIME:g} s in Fig. 3", "given for Case 1; Eq. 75 has 10 s"),
+        Chosen("start of Cases 1 and 2", "at rest on the path", "as described"),
+        Chosen("start of Case 3", f"{CASE_3_START}",
                "from rest on the path x, y, theta, phi stay zero for ever, yet the paper plots their errors"),
-        Choice("gains of [11]", f"{next(iter(NESTED_GAINS))}, a_psi = (2.374, 0.08), b = (2, 1, 0.2, 0.1)",
+        Chosen("gains of [11]", f"{next(iter(NESTED_GAINS))}, a_psi = (2.374, 0.08), b = (2, 1, 0.2, 0.1)",
                "printed in scripts that reproduce it; the other altitude gains are flown too"),
-        Choice("stress flights", f"t_f = {STRESS_TIMES} s, scale {STRESS_SCALES}, scored to t_f + {HOLD:g} s",
+        Chosen("stress flights", f"t_f = {STRESS_TIMES} s, scale {STRESS_SCALES}, scored to t_f + {HOLD:g} s",
                "the disturbance is nearly zero in the paper's own cases"),
-        Choice("divergence", f"{limits.distance:g} m off the path, an Euler rate of {limits.rate:g} rad/s, "
+        Chosen("divergence", f"{limits.distance:g} m off the path, an Euler rate of {limits.rate:g} rad/s, "
                f"|theta| > {limits.pitch:g} rad, or a number that is not finite", "an outcome with a time, never an error"),
-        Choice("settling", "within 5 mrad for good", "the paper shows plots only"),
+        Chosen("settling", "within 5 mrad for good", "the paper shows plots only"),
     ]  # fmt: skip
 
 
@@ -105,7 +109,7 @@ def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = Fal
     return claims
 
 
-def study_metrics(study: Study) -> dict[str, object]:
+def study_metrics(study: PaperStudy) -> dict[str, object]:
     nets = case_1().controller.model_dump()["nets"]
     return {
         "name": NAME,
@@ -134,7 +138,7 @@ def stress_cell(metrics: Metrics) -> str:
     return f"diverged at {metric(metrics, 'ended[s]'):.2f} s: {str(metrics['outcome']).replace('_', ' ')}"
 
 
-def stress_table(study: Study) -> tuple[list[str], list[list[str]]]:
+def stress_table(study: PaperStudy) -> tuple[list[str], list[list[str]]]:
     """Header and rows: t_f down, scale and nets across."""
     columns = [(scale, nets) for scale in STRESS_SCALES for nets in (True, False)]
     header = ["t_f", *(f"scale {scale:g}, nets {'on' if nets else 'off'}" for scale, nets in columns)]
@@ -157,7 +161,7 @@ def short(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
 
 
-def case_rows(study: Study) -> list[list[str]]:
+def case_rows(study: PaperStudy) -> list[list[str]]:
     """The cases: errors, settling and effort."""
     rows = []
     for name, m in study.cases.items():
@@ -177,16 +181,16 @@ def case_rows(study: Study) -> list[list[str]]:
     return rows
 
 
-VERDICT_CLASS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
+VERDICT_CLASS = {ClaimVerdict.HOLDS: "holds", ClaimVerdict.FAILS: "fails", ClaimVerdict.UNDECIDED: "open"}
 
 
-def facts(study: Study, claims: list[Claim]) -> list[page.Fact]:
+def facts(study: PaperStudy, claims: list[Claim]) -> list[page.Fact]:
     """The claims that hold, how well Case 1 follows its path, and how many stress flights complete."""
     case, nets = study.cases["case1"], [m for (_, _, on), m in study.stress.items() if on]
     through = sum(completed(m) for m in nets)
     off = max(axis["largest[m]"] for axis in group(case, "position").values())
     return [
-        page.Fact("claims that hold", f"{sum(c.verdict is Verdict.HOLDS for c in claims)} of {len(claims)}"),
+        page.Fact("claims that hold", f"{sum(c.verdict is ClaimVerdict.HOLDS for c in claims)} of {len(claims)}"),
         page.Fact(
             "Case 1, position RMSE",
             units.quantity(metric(case, "position_rmse[m]"), "m"),
@@ -206,7 +210,7 @@ CASES_HEADER = (
 )  # fmt: skip
 
 
-def evidence(study: Study, claims: list[Claim], flying: bool = False) -> Evidence:
+def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Evidence:
     """What was found. flying: whether page.html stands beside the report."""
     header, rows = stress_table(study)
     start_header, start_rows = start_table(claims)

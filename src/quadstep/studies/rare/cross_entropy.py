@@ -107,7 +107,7 @@ class Drawing:
         return density
 
 
-class Sample:
+class SampledFlights:
     """All flights of a replicate so far. scores: shape (events, flights)."""
 
     def __init__(self, evaluate: Evaluate, random: Random, size: int) -> None:
@@ -140,7 +140,7 @@ class Sample:
 
 def cross_entropy(evaluate: Evaluate, events: int, random: Random, size: int) -> list[Replicate]:
     """One replicate of each kind of failure, with `size` flights for each fit. If none was found, no estimate is made."""
-    sample = Sample(evaluate, random, size)
+    sample = SampledFlights(evaluate, random, size)
     crude, fits, levels, shares = sample.crude, list[Mixture](), list[list[Level]](), list[float]()
     for event in range(events):
         fit, steps = steered(sample, event, max(LEAST, NEGLIGIBLE * sum(shares)))
@@ -170,7 +170,7 @@ def wide(dimensions: int) -> Mixture:
     return one._replace(factors=deviation * one.factors)
 
 
-def steered(sample: Sample, event: int, least: float) -> tuple[Mixture, list[Level]]:
+def steered(sample: SampledFlights, event: int, least: float) -> tuple[Mixture, list[Level]]:
     """A fit to failures of one kind, or to what comes closest, and the levels on the way. least: where it gives up."""
     fit, levels, reached = standard(sample.latent.shape[1]), list[Level](), 0
     for _ in range(MOST_FITS):

@@ -13,8 +13,8 @@ from scipy.special import ndtr
 from quadstep.interfaces.closed_loop import Advance
 from quadstep.io.errors import UserError
 from quadstep.mission.distributions import Grid, Sobol
-from quadstep.studies.campaign.draws import Drawn, Values, draw, from_shares
-from quadstep.studies.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Flyer
+from quadstep.studies.campaign.draws import DrawnColumn, Values, draw, from_shares
+from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, Flyer
 from quadstep.studies.campaign.planner import TYPICAL
 from quadstep.studies.campaign.schema import Campaign, CampaignFile
 from quadstep.studies.rare.mixture import Evaluate, Floats, Points
@@ -32,13 +32,15 @@ def check_space(file: CampaignFile, path: Path) -> None:
         raise UserError(f"{path}: vary: empty; --rare needs keys with distributions, --until does not")
 
 
-def values(file: CampaignFile, latent: Floats) -> dict[str, Drawn]:
+def values(file: CampaignFile, latent: Floats) -> dict[str, DrawnColumn]:
     """The values of all keys. latent: shape (flights, keys)."""
     shares = np.clip(ndtr(latent), LEAST, MOST)
     shared = dict(zip(file.keys, shares.T, strict=True))
     drawn = from_shares(file, shared)
     drawn |= {
-        name: Drawn(cast(Values, one.quantile(shared[name]))) for name, one in file.vary.items() if isinstance(one, Sobol)
+        name: DrawnColumn(cast(Values, one.quantile(shared[name])))
+        for name, one in file.vary.items()
+        if isinstance(one, Sobol)
     }
     return {name: drawn[name] for name in file.keys}
 
@@ -69,7 +71,7 @@ class Event(NamedTuple):
     scales: dict[str, Scale]
 
 
-class Flights:
+class PointFlyer:
     """Flies points of a campaign. noisy: whether two flights with the same values may differ."""
 
     def __init__(self, campaign: Campaign) -> None:

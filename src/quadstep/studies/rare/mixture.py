@@ -135,7 +135,6 @@ def standard(dimensions: int) -> Mixture:
 
 
 def together(mixtures: list[Mixture], shares: list[float]) -> Mixture:
-    """A mixture of mixtures, without those of share 0."""
     total, some = sum(shares), [(one, share) for one, share in zip(mixtures, shares, strict=True) if share > 0.0]
     return Mixture(
         np.concatenate([one.shares * (share / total) for one, share in some]),

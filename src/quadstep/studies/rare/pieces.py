@@ -1,19 +1,100 @@
 """The pieces of a run: independent replicates, and second opinions that do not count but must agree."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.interfaces.closed_loop import Advance
-from quadstep.studies.campaign.flown import SUCCESS
+from quadstep.numbers import exp, log
+from quadstep.studies.campaign.flyer import SUCCESS
 from quadstep.studies.campaign.schema import Campaign, Method
-from quadstep.studies.rare.cross_entropy import Replicate, cross_entropy
-from quadstep.studies.rare.flights import Event, Failure, Flights, values
-from quadstep.studies.rare.kept import Again, Done, DoneEvent, Nearest
-from quadstep.studies.rare.mixture import A_REPLICATE, Points, Random, joined
-from quadstep.studies.rare.subset import subset_simulation
+from quadstep.studies.rare.cross_entropy import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate, beyond, cross_entropy
+from quadstep.studies.rare.flights import Event, Failure, PointFlyer, values
+from quadstep.studies.rare.mixture import A_REPLICATE, Evaluate, Floats, Points, Random, joined
+from quadstep.studies.rare.record import DoneEvent, FinishedPiece, Nearest, Repeated
+
+SHARE = 0.1
+"""Share of the flights that each event keeps."""
+
+STEP, WANTED = 0.6, 0.44
+"""The first step size of the chains, a standard deviation, and the target acceptance rate."""
+
+NEW_NOISE = 0.5
+"""Share of the candidates that get new noise; the others keep their predecessor's."""
+
+
+def subset_simulation(evaluate: Evaluate, events: int, random: Random, size: int) -> list[Replicate]:
+    """One replicate of each kind of failure, with `size` flights in each level (Au and Beck 2001): a rare event as the last of
+    nested events, each frequent given the one before.
+
+    An event is that a flight fails or its score exceeds a threshold, so failure is part of every event whatever the score
+    is. Flights given an event are drawn by Markov chains that start from those already in it, by conditional sampling
+    whose step size adapts to the acceptance rate (Papaioannou, Betz, Zwirglmaier and Straub 2015).
+    """
+    found = list[Replicate]()
+    for event in range(events):
+
+        def scored(points: Points, event: int = event) -> Floats:
+            return np.asarray(evaluate(points)[event])
+
+        least = max(LEAST, NEGLIGIBLE * sum(one.probability for one in found))
+        found.append(followed(scored, random.after(event), size, least))
+    return found
+
+
+def followed(evaluate: Callable[[Points], Floats], random: Random, size: int, least: float) -> Replicate:
+    """A replicate of one kind of failure. evaluate: its row. least: the probability below which it gives up."""
+    points = random.points(size)
+    scores = evaluate(points)
+    crude = int(np.isinf(scores).sum())
+    probability, step, levels = 1.0, STEP, list[Level]()
+    while probability > least:
+        share = float(np.isinf(scores).mean())
+        if share >= SHARE:
+            failures = points.at(np.isinf(scores))
+            return Replicate(probability * share, size, crude, (*levels, Level(None, probability * share)), failures)
+        threshold = beyond(scores, SHARE)
+        above = scores >= threshold
+        if above.mean() > MOST_KEPT:
+            break
+        probability *= float(above.mean())
+        levels.append(Level(threshold, probability))
+        points, scores, step = chains(evaluate, random, points.at(above), scores[above], threshold, size, step)
+    failures = points.at(np.isinf(scores))
+    return Replicate(0.0, size, crude, tuple(levels), failures)
+
+
+def chains(
+    evaluate: Callable[[Points], Floats],
+    random: Random,
+    points: Points,
+    scores: Floats,
+    threshold: float,
+    size: int,
+    step: float,
+) -> tuple[Points, Floats, float]:
+    """About `size` flights whose score is at least the threshold, including those given; their scores, and the step."""
+    all_points, all_scores = [points], [scores]
+    count, turns = len(scores), -(-size // len(scores)) - 1
+    drawn = random.points(turns * count)
+    renewed = random.uniform(drawn) < NEW_NOISE
+    for turn in range(1, turns + 1):
+        own = np.arange((turn - 1) * count, turn * count)
+        fresh = drawn.at(own)
+        latent = math.sqrt(1.0 - step * step) * points.latent + step * fresh.latent
+        noise = np.where(renewed[own], fresh.noise, points.noise)
+        found = evaluate(Points(latent, noise))
+        accepted = found >= threshold
+        points = Points(np.where(accepted[:, None], latent, points.latent), np.where(accepted, noise, points.noise))
+        scores = np.where(accepted, found, scores)
+        step = min(1.0, exp(log(step) + (float(accepted.mean()) - WANTED) / math.sqrt(turn)))
+        all_points.append(points)
+        all_scores.append(scores)
+    return joined(all_points), np.concatenate(all_scores), step
+
 
 METHODS = {Method.SUBSET: subset_simulation, Method.CROSS_ENTROPY: cross_entropy}
 
@@ -24,7 +105,7 @@ AGAIN = 50
 """Number of failures that are flown again with different noise."""
 
 
-class Kind(StrEnum):
+class PieceKind(StrEnum):
     """Why a piece is flown."""
 
     REPLICATE = "replicate"
@@ -35,22 +116,22 @@ class Kind(StrEnum):
 class Piece(NamedTuple):
     """One piece of a run, with the index that determines its random numbers."""
 
-    kind: Kind
+    kind: PieceKind
     place: int
 
 
 def pieces(campaign: Campaign) -> Iterator[Piece]:
     """All pieces of a campaign, in order; the two kinds of second opinion alternate."""
     rare = campaign.file.rare
-    kinds = [Kind.REPLICATE] * rare.replicates + ([Kind.METHOD, Kind.SCORE] * rare.opinions)[: rare.opinions]
+    kinds = [PieceKind.REPLICATE] * rare.replicates + ([PieceKind.METHOD, PieceKind.SCORE] * rare.opinions)[: rare.opinions]
     yield from (Piece(kind, place) for place, kind in enumerate(kinds))
 
 
-def fly_piece(flights: Flights, piece: Piece, progress: Advance) -> Done:
+def fly_piece(flights: PointFlyer, piece: Piece, progress: Advance) -> FinishedPiece:
     """A piece's results. progress: called with further flights. Raises UserError for values that cannot be flown."""
     file = flights.campaign.file
-    name = file.rare.method if piece.kind is Kind.REPLICATE else file.rare.method.other
-    events = other_events(flights) if piece.kind is Kind.SCORE else flights.events()
+    name = file.rare.method if piece.kind is PieceKind.REPLICATE else file.rare.method.other
+    events = other_events(flights) if piece.kind is PieceKind.SCORE else flights.events()
     flown = 0
 
     def counted(more: int) -> None:
@@ -62,7 +143,7 @@ def fly_piece(flights: Flights, piece: Piece, progress: Advance) -> Done:
     found: list[Replicate] = METHODS[name](flights.evaluate(events, counted), len(events), random, file.rare.flights)
     failures = joined([one.failures for one in found])
     flown_again = again(flights, failures, counted) if flights.noisy and len(failures.noise) else None
-    return Done(
+    return FinishedPiece(
         kind=piece.kind.value,
         method=name,
         probability=sum(one.probability for one in found),
@@ -73,7 +154,7 @@ def fly_piece(flights: Flights, piece: Piece, progress: Advance) -> Done:
     )
 
 
-def other_events(flights: Flights) -> list[Event]:
+def other_events(flights: PointFlyer) -> list[Event]:
     """Any failure, predicted by every candidate: the limited metrics and how much the inputs vary."""
     limits = flights.scales(tuple(flights.campaign.file.failure) or ("largest_error",))
     return [Event(Failure.ANY, {**limits, **flights.activity})]
@@ -91,7 +172,7 @@ def recorded(event: Event, one: Replicate) -> DoneEvent:
     )
 
 
-def nearest(flights: Flights, failures: Points) -> Nearest:
+def nearest(flights: PointFlyer, failures: Points) -> Nearest:
     """The most likely of some failures."""
     distance = np.linalg.norm(failures.latent, axis=1)
     place = int(np.argmin(distance))
@@ -103,10 +184,10 @@ def nearest(flights: Flights, failures: Points) -> Nearest:
     )
 
 
-def again(flights: Flights, failures: Points, progress: Advance) -> Again:
+def again(flights: PointFlyer, failures: Points, progress: Advance) -> Repeated:
     """How many of some failures fail again with different noise."""
     count = len(failures.noise)
     some = failures.at(np.unique(np.linspace(0, count - 1, min(count, AGAIN)).astype(np.int64)))
     failed = ~flights.fly(some._replace(noise=some.noise + A_REPLICATE // 2))[SUCCESS].to_numpy()
     progress(len(failed))
-    return Again(flights=len(failed), failures=int(failed.sum()))
+    return Repeated(flights=len(failed), failures=int(failed.sum()))

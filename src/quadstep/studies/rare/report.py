@@ -18,9 +18,9 @@ from quadstep.report.units import metric
 from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
-from quadstep.studies.rare.kept import Done, Kept
-from quadstep.studies.rare.pieces import Kind
-from quadstep.studies.rare.summary import Summary, as_json, rounded, sentences
+from quadstep.studies.rare.pieces import PieceKind
+from quadstep.studies.rare.record import FinishedPiece, RareRecord
+from quadstep.studies.rare.summary import RareSummary, as_json, rounded, sentences
 
 LEVELS = f"{FIGURES}/levels"
 
@@ -44,7 +44,7 @@ READING = (
 )
 
 
-def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> Evidence:
+def write_report(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: Path, sheet: Sheet) -> Evidence:
     """Write report.html and its figure; what they say. Raises UserError for a full disk."""
     found = evidence(kept, campaign, summary, path)
 
@@ -56,7 +56,7 @@ def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, s
     return found
 
 
-def evidence(kept: Kept, campaign: Campaign, summary: Summary, path: Path) -> Evidence:
+def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: Path) -> Evidence:
     """The estimate for its readers. path: of the campaign."""
     file = campaign.file
     flown = [
@@ -99,7 +99,7 @@ def evidence(kept: Kept, campaign: Campaign, summary: Summary, path: Path) -> Ev
     )
 
 
-def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
+def replicate_rows(pieces: Sequence[FinishedPiece]) -> list[tuple[str, ...]]:
     return [
         (
             one.kind,
@@ -112,7 +112,7 @@ def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
     ]
 
 
-def nearest(summary: Summary) -> Table:
+def nearest(summary: RareSummary) -> Table:
     """The values of the keys in the failure nearest to the median, the farthest out first."""
     title, found = "The most likely failure found", summary.nearest
     if found is None:
@@ -130,7 +130,7 @@ FAR, LINEAR = 30.0, 3.0
 """Largest score for an all-linear axis, and the end of its linear part otherwise: scores of unstable loops can be huge."""
 
 
-def draw_levels(path: Path, pieces: Sequence[Done], sheet: Sheet) -> None:
+def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> None:
     """A panel for each kind of failure: the probability beyond each score, in replicates and second opinions."""
     names = list(dict.fromkeys(event.failure for one in pieces for event in one.events))
     with drawing(sheet):
@@ -149,12 +149,12 @@ def draw_levels(path: Path, pieces: Sequence[Done], sheet: Sheet) -> None:
         write(figure, path, sheet)
 
 
-def draw_event(axes: Axes, name: str, pieces: Sequence[Done]) -> None:
+def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
     """One panel: lines over the score, a cross at the right for failure itself."""
     scores: dict[str, None] = {}
     for one in pieces:
         for event in (event for event in one.events if event.failure == name):
-            own = one.kind == Kind.REPLICATE.value
+            own = one.kind == PieceKind.REPLICATE.value
             colour, line = (OWN, "-") if own else (OTHER, "--")
             steps = [(threshold, share) for threshold, share in event.levels if threshold is not None and share > 0.0]
             axes.plot(

@@ -1,26 +1,24 @@
 """`quadstep campaign --rare`: from file to folder."""
 
-from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.metrics.judging.share import JudgedShare
+from quadstep.metrics.judging.metrics import JudgedShare
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
-from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import SILENT, Count, Progress
+from quadstep.report.terminal.progress import Count
+from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import read_campaign
-from quadstep.studies.rare.flights import Flights, check_space
-from quadstep.studies.rare.kept import opened
+from quadstep.studies.rare.flights import PointFlyer, check_space
 from quadstep.studies.rare.pieces import fly_piece, pieces
+from quadstep.studies.rare.record import opened
 from quadstep.studies.rare.report import write_report
-from quadstep.studies.rare.summary import Summary, as_json, summarise
+from quadstep.studies.rare.summary import RareSummary, as_json, summarise
 
 
-class Found(NamedTuple):
+class RareResult(NamedTuple):
     """A finished run."""
 
-    summary: Summary
+    summary: RareSummary
     evidence: Evidence
 
     def judged(self, least: float | None) -> Evidence:
@@ -35,30 +33,21 @@ class Found(NamedTuple):
         return self.evidence.required(JudgedShare(least, Estimate(1.0 - value, 1.0 - high, 1.0 - low), doubt=doubt))
 
 
-def estimate(
-    path: Path,
-    folder: Path,
-    resume: bool = False,
-    overwrite: bool = False,
-    progress: Progress = SILENT,
-    sheet: Sheet | None = None,
-    grading: Grading = ungraded,
-) -> Found:
-    """Estimate the probability that a flight of the campaign in `path` fails, and write rare.json and a report into `folder`.
+def estimate(asked: CampaignRequest) -> RareResult:
+    """Estimate the probability that a flight of a campaign fails, and write rare.json and a report.
 
-    sheet: what the figures are drawn on. grading: of the loop at rest. Raises UserError, and InterruptedRun on Ctrl-C; in both
-    cases finished replicates are kept.
+    Raises UserError, and InterruptedRun on Ctrl-C; in both cases finished replicates are kept.
     """
-    campaign = read_campaign(path)
-    check_space(campaign.file, path)
-    flights = Flights(campaign)
-    with opened(folder, campaign, resume, overwrite) as kept:
+    campaign = read_campaign(asked.path)
+    check_space(campaign.file, asked.path)
+    flights = PointFlyer(campaign)
+    with opened(asked.folder, campaign, asked.resume, asked.overwrite) as kept:
         all_of = list(pieces(campaign))
         for piece in all_of[len(kept.pieces) :]:
             over = sum(one.flights for one in kept.pieces)
-            count = Count(progress, done=over, note=f"{piece.place + 1} of {len(all_of)}")
+            count = Count(asked.progress, done=over, note=f"{piece.place + 1} of {len(all_of)}")
             kept.add(fly_piece(flights, piece, count.add))
-        summary = summarise(kept.pieces)._replace(rest=grading(campaign.mission))
-        evidence = write_report(kept, campaign, summary, path, sheet or Sheet())
+        summary = summarise(kept.pieces)._replace(rest=asked.grading(campaign.mission))
+        evidence = write_report(kept, campaign, summary, asked.path, asked.sheet)
         kept.save(complete=True, summary=as_json(summary))
-    return Found(summary, evidence)
+    return RareResult(summary, evidence)

@@ -10,9 +10,9 @@ from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
 from quadstep.report.units import counted
 from quadstep.studies.campaign.schema import Method
-from quadstep.studies.rare.kept import Done, Nearest
 from quadstep.studies.rare.mixture import Floats
-from quadstep.studies.rare.pieces import Kind
+from quadstep.studies.rare.pieces import PieceKind
+from quadstep.studies.rare.record import FinishedPiece, Nearest
 
 APART = 10.0
 """Ratio of the largest to the smallest replicate above which they disagree."""
@@ -46,7 +46,7 @@ class Crude(NamedTuple):
         )
 
 
-class Summary(NamedTuple):
+class RareSummary(NamedTuple):
     """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
 
     spread: standard deviation of the replicates over their mean. one_by_one: crude flights needed for the same accuracy.
@@ -65,8 +65,8 @@ class Summary(NamedTuple):
     rest: Mapping[str, str] = {}
 
 
-def summarise(done: Sequence[Done]) -> Summary:
-    own = [one for one in done if one.kind == Kind.REPLICATE.value]
+def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
+    own = [one for one in done if one.kind == PieceKind.REPLICATE.value]
     probabilities = np.array([one.probability for one in own])
     crude = crude_of(own)
     probability = interval(probabilities, crude)
@@ -77,7 +77,7 @@ def summarise(done: Sequence[Done]) -> Summary:
     nearest = min((one.nearest for one in done if one.nearest), key=lambda one: one.deviations, default=None)
     again = [one.again for one in own if one.again]
     flown, failed = sum(one.flights for one in again), sum(one.failures for one in again)
-    found = Summary(
+    found = RareSummary(
         probability, tuple(probabilities.tolist()), sum(one.flights for one in done), spread, one_by_one, crude, opinions,
         nearest, failed / flown if flown else None, (),
     )  # fmt: skip
@@ -104,7 +104,7 @@ def interval(probabilities: Floats, crude: Crude) -> Estimate:
     return Estimate(mean, min(low, mean), min(max(high, mean), 1.0))
 
 
-def crude_of(own: Sequence[Done]) -> Crude:
+def crude_of(own: Sequence[FinishedPiece]) -> Crude:
     """The flights that replicates begin with, over all events: each adds its own rate."""
     rates: dict[str, tuple[int, int]] = {}
     for event in (event for one in own for event in one.events):
@@ -117,7 +117,7 @@ def crude_of(own: Sequence[Done]) -> Crude:
     return Crude(flown, failed, rate, len(rates))
 
 
-def warnings(found: Summary) -> list[str]:
+def warnings(found: RareSummary) -> list[str]:
     """Warnings against the estimate, in sentences."""
     said, own = [], np.array(found.replicates)
     none = int((own == 0.0).sum())
@@ -147,7 +147,7 @@ def warnings(found: Summary) -> list[str]:
     return said
 
 
-def as_json(found: Summary) -> dict[str, object]:
+def as_json(found: RareSummary) -> dict[str, object]:
     """The summary for rare.json and `--json`."""
     return {
         "probability": found.probability._asdict(),
@@ -169,7 +169,7 @@ def rounded(flights: float) -> str:
     return f"{float(f'{flights:.2g}'):,.0f}" if flights < 1e9 else f"{flights:.2g}"
 
 
-def sentences(found: Summary, method: Method, limited: bool = True) -> list[str]:
+def sentences(found: RareSummary, method: Method, limited: bool = True) -> list[str]:
     """What was found, the answer first. limited: whether flights that complete can fail, by a limit in [failure]."""
     value, low, high = (f"{part:.3g}" for part in found.probability)
     count = len(found.replicates)

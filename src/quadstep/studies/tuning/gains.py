@@ -1,19 +1,26 @@
 """Which numbers of a mission are tuned, what they are at present, and what a candidate makes of them.
 
 A candidate is a point in the unit box: a place in each gain's range. Its numbers are rounded to a few digits before anything
-is flown, so that the file with the tuned gains says exactly what was flown.
+is flown, so that the file with the tuned gains says exactly what was flown. A candidate that breaks the controller's own
+conditions is moved straight towards a point where they hold, just as far as needed, and flown there; the search is told a
+cost that grows with the distance.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import NamedTuple, cast
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from quadstep.interfaces import gain as declaration
+from quadstep.interfaces.controller import Condition
 from quadstep.interfaces.learning import DeclaredNet
+from quadstep.interfaces.model import Model
 from quadstep.io.errors import UserError
-from quadstep.mission.keys import parts, with_value
+from quadstep.mission.derived import ControllerSection
+from quadstep.mission.keys import parts, replaced, with_value
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range, TuneSection
 from quadstep.numbers import Vector
@@ -32,7 +39,7 @@ class Leaf(NamedTuple):
     present: float
 
 
-class Gain(NamedTuple):
+class TunedGain(NamedTuple):
     """A number that is tuned, and the keys that it decides, the first of which it is itself."""
 
     key: str
@@ -40,7 +47,6 @@ class Gain(NamedTuple):
     leaves: tuple[Leaf, ...]
 
     def value(self, place: float) -> float:
-        """The number at a place of the range."""
         return min(max(rounded(self.range.value(place)), self.range.low), self.range.high)
 
     def edge(self, values: Mapping[str, float]) -> str:
@@ -59,7 +65,7 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def gains_of(section: TuneSection, mission: Mission) -> list[Gain]:
+def gains_of(section: TuneSection, mission: Mission) -> list[TunedGain]:
     """The gains that a section names. Raises UserError for one that cannot be tuned."""
     gains = [gain(key, one, mission) for key, one in section.gains.items()]
     places = [leaf.key for one in gains for leaf in one.leaves]
@@ -75,7 +81,7 @@ def gains_of(section: TuneSection, mission: Mission) -> list[Gain]:
     return gains
 
 
-def gain(key: str, wanted: Range | None, mission: Mission) -> Gain:
+def gain(key: str, wanted: Range | None, mission: Mission) -> TunedGain:
     """A gain and what it is at present.
 
     A key of several numbers is one gain: its range is that of the first of them, and the others keep their proportion to it.
@@ -98,7 +104,7 @@ def gain(key: str, wanted: Range | None, mission: Mission) -> Gain:
     wanted = wanted or declared_range(".".join(one for one in rest if not one.isdigit()), present, mission)
     if not wanted.low <= present <= wanted.high:
         raise UserError(f"{said}: its present value {present:g} is outside low = {wanted.low:g} to high = {wanted.high:g}")
-    return Gain(key, wanted, leaves)
+    return TunedGain(key, wanted, leaves)
 
 
 def declared_range(name: str, present: float, mission: Mission) -> Range:
@@ -161,12 +167,11 @@ def tunable(mission: Mission) -> list[str]:
     return [f"controller.{key}" for key in (*keys, *learning)]
 
 
-def present(gains: Sequence[Gain]) -> dict[str, float]:
-    """What is at every key now."""
+def present(gains: Sequence[TunedGain]) -> dict[str, float]:
     return {leaf.key: leaf.present for one in gains for leaf in one.leaves}
 
 
-def numbers(gains: Sequence[Gain], point: Sequence[float]) -> dict[str, float]:
+def numbers(gains: Sequence[TunedGain], point: Sequence[float]) -> dict[str, float]:
     """What a point of the unit box puts at every key."""
     found: dict[str, float] = {}
     for one, place in zip(gains, point, strict=True):
@@ -174,7 +179,7 @@ def numbers(gains: Sequence[Gain], point: Sequence[float]) -> dict[str, float]:
     return found
 
 
-def starting_point(gains: Sequence[Gain]) -> list[float]:
+def starting_point(gains: Sequence[TunedGain]) -> list[float]:
     """The present gains in the unit box."""
     return [min(max(one.range.place(one.leaves[0].present), 0.0), 1.0) for one in gains]
 
@@ -191,3 +196,91 @@ def with_numbers(content: dict[str, object], mission: Mission, values: dict[str,
             entries = {name: entries}
         changed = with_value(changed, key, number, entries)
     return changed
+
+
+HALVINGS = 20
+TRIED = 2000
+ENOUGH = 32
+
+Point = Sequence[float]
+
+
+def distance(a: Point, b: Point) -> float:
+    """Between two points of the unit box."""
+    return (Vector(a) - Vector(b)).norm()
+
+
+class Conditions:
+    """missions: all for which they must hold. numbers: what a point of the unit box puts at every key."""
+
+    def __init__(self, missions: Sequence[Mission], numbers: Callable[[Point], dict[str, float]]) -> None:
+        self.numbers = numbers
+        self.cases: list[tuple[ControllerSection, list[Model]]] = []
+        """Each controller, and the vehicles that it flies."""
+        for mission in missions:
+            model = mission.modelled.model()
+            known = [models for controller, models in self.cases if controller == mission.controller]
+            if known:
+                known[0].append(model)
+            else:
+                self.cases.append((mission.controller, [model]))
+
+    def of(self, values: Mapping[str, object]) -> Iterator[Condition]:
+        """All conditions on these numbers, each of which may be an array of candidates."""
+        for controller, models in self.cases:
+            changed = with_gains(controller, values)
+            for model in models:
+                yield from changed.conditions(model)
+
+    def broken(self, values: Mapping[str, float]) -> list[str]:
+        return [one.warning() for one in self.of(values) if not one.holds]
+
+    def hold(self, point: Point) -> bool:
+        return all(one.holds for one in self.of(self.numbers(point)))
+
+    def holding(self, points: Sequence[Point]) -> NDArray[np.bool_]:
+        """At which of many points all hold."""
+        values = [self.numbers(point) for point in points]
+        columns = {key: np.array([one[key] for one in values]) for key in values[0]}
+        found = np.ones(len(points), dtype=bool)
+        for one in self.of(columns):
+            found &= one.holds
+        return found
+
+    def anchor(self, start: Point, seed: int) -> list[float]:
+        """A point where they hold: the start, or the nearest to it of many tried. Raises UserError if there is none."""
+        if self.hold(start):
+            return list(start)
+        tried = np.random.default_rng(seed).random((TRIED, len(start)))
+        found = tried[self.holding(tried.tolist())][:ENOUGH].tolist()
+        if not found:
+            said = self.broken(self.numbers(start))[0]
+            raise UserError(
+                f"tune.gains: none were found in these ranges that keep the conditions: {said}; widen the ranges, or say "
+                "theorem = false"
+            )
+        return self.moved(start, min(found, key=lambda point: distance(point, start)))
+
+    def moved(self, point: Point, anchor: Point) -> list[float]:
+        """The point itself where they hold, else the nearest to it found between it and the anchor."""
+        if self.hold(point):
+            return list(point)
+        near, far = 0.0, 1.0  # shares of the way from the anchor: they hold at near, not at far
+        for _ in range(HALVINGS):
+            middle = 0.5 * (near + far)
+            near, far = (middle, far) if self.hold(between(anchor, point, middle)) else (near, middle)
+        return between(anchor, point, near)
+
+
+def with_gains(controller: ControllerSection, values: Mapping[str, object]) -> ControllerSection:
+    """A checked controller with other numbers, by keys of the mission."""
+    changed: dict[str, object] = {}
+    for key, value in values.items():
+        _, name, *rest = parts(key)
+        changed[name] = replaced(changed.get(name, getattr(controller, name)), rest, value)
+    return controller.model_copy(update=changed)
+
+
+def between(first: Point, second: Point, share: float) -> list[float]:
+    """Some way from the first to the second; the first itself at 0."""
+    return [a if share == 0.0 else a + share * (b - a) for a, b in zip(first, second, strict=True)]

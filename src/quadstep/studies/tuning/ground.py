@@ -24,12 +24,20 @@ from quadstep.mission.kinds import MISSION, refuse_others
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import TuneSection
-from quadstep.studies.campaign.draws import Drawn, draw
-from quadstep.studies.campaign.flown import Flyer, Sweeper
+from quadstep.studies.campaign.draws import DrawnColumn, draw
+from quadstep.studies.campaign.flyer import Flyer, Sweeper
 from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of
-from quadstep.studies.tuning.gains import Gain, gains_of, numbers, present, starting_point, tunable, with_numbers
-from quadstep.studies.tuning.judge import Flown
-from quadstep.studies.tuning.theorem import Conditions
+from quadstep.studies.tuning.gains import (
+    Conditions,
+    TunedGain,
+    gains_of,
+    numbers,
+    present,
+    starting_point,
+    tunable,
+    with_numbers,
+)
+from quadstep.studies.tuning.judge import CandidateFlights
 from quadstep.studies.tuning.trial import Stability
 
 UNSEEN = 2**20
@@ -38,7 +46,7 @@ UNSEEN = 2**20
 Numbers = Mapping[str, float]
 
 
-class Asked(NamedTuple):
+class TuningRequest(NamedTuple):
     """A mission to be tuned. content: as the user wrote it. gains: what may change. different: whether flights differ."""
 
     path: Path
@@ -46,7 +54,7 @@ class Asked(NamedTuple):
     content: dict[str, object]
     mission: Mission
     section: TuneSection
-    gains: list[Gain]
+    gains: list[TunedGain]
     different: bool
 
     @property
@@ -94,14 +102,14 @@ class Asked(NamedTuple):
         return with_numbers(self.content, self.mission, changed) if changed else self.content
 
 
-def read_request(path: Path) -> Asked:
+def read_request(path: Path) -> TuningRequest:
     """The tuning request in a mission file. Raises UserError."""
     content = read_toml(path)
     refuse_others(content, MISSION, str(path), "`quadstep tune` takes a mission with a table [tune]")
     return asked_of(path, files.read_text(path, files.TOML), content, path.parent)
 
 
-def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, apart: bool = True) -> Asked:
+def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, apart: bool = True) -> TuningRequest:
     """The tuning request in the content of a mission. path: of its file, for errors. apart: whether gains change one without
     the other, so that each must fit the present others at both its ends. Raises UserError.
     """
@@ -122,7 +130,7 @@ def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, ap
                 said = str(error).removeprefix(f"{path}: ")
                 raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
     different = bool(section.vary or section.correlated) or mission.noisy
-    return Asked(path, text, content, mission, section, gains, different)
+    return TuningRequest(path, text, content, mission, section, gains, different)
 
 
 def what_to_tune(keys: Sequence[str]) -> str:
@@ -132,10 +140,10 @@ def what_to_tune(keys: Sequence[str]) -> str:
     return f'[tune] is missing; list the gains to tune, as in gains = {{ "{keys[0]}" = {{}} }}; allowed: {", ".join(keys)}'
 
 
-class Ground:
+class CandidateFlyer:
     """Flies candidates. drawing: what varies; flying: the same and the gains. sweeper: as of a `Flyer`."""
 
-    def __init__(self, wanted: Asked, seed: int, sweeper: Callable[..., Sweeper] = Sweep) -> None:
+    def __init__(self, wanted: TuningRequest, seed: int, sweeper: Callable[..., Sweeper] = Sweep) -> None:
         section, source = wanted.section, str(wanted.path)
         self.asked = wanted
         self.drawing = wanted.campaign(section.vary, seed=seed)
@@ -156,37 +164,43 @@ class Ground:
         """The draws of the flights from this number on."""
         return Draws(np.arange(first, first + count), draw(self.drawing, np.arange(first, first + count)))
 
-    def fly(self, candidates: Sequence[Numbers], first: int, count: int, progress: Advance | None = None) -> list[Flown]:
+    def fly(
+        self, candidates: Sequence[Numbers], first: int, count: int, progress: Advance | None = None
+    ) -> list[CandidateFlights]:
         """Each candidate over the draws of `count` flights from `first` on; one that cannot be flown loses them all.
 
         Raises UserError where none can be flown.
         """
         names = self.asked.names
         if count == 0 or not candidates:
-            return [Flown(np.zeros(0, np.int8), np.zeros(0), np.zeros((0, len(names))), names) for _ in candidates]
+            return [CandidateFlights(np.zeros(0, np.int8), np.zeros(0), np.zeros((0, len(names))), names) for _ in candidates]
         try:
             return self.flown(candidates, first, count, progress)
         except UserError:
             found = [self.flown_or_lost(one, first, count, progress) for one in candidates]
             if all(isinstance(one, UserError) for one in found):
                 raise
-        lost = Flown(np.full(count, Outcome.NOT_FINITE), np.zeros(count), np.full((count, len(names)), np.nan), names)
+        lost = CandidateFlights(
+            np.full(count, Outcome.NOT_FINITE), np.zeros(count), np.full((count, len(names)), np.nan), names
+        )
         return [lost if isinstance(one, UserError) else one for one in found]
 
-    def flown_or_lost(self, candidate: Numbers, first: int, count: int, progress: Advance | None) -> Flown | UserError:
+    def flown_or_lost(
+        self, candidate: Numbers, first: int, count: int, progress: Advance | None
+    ) -> CandidateFlights | UserError:
         """One candidate, or why it cannot be flown."""
         try:
             return self.flown([candidate], first, count, progress)[0]
         except UserError as error:
             return error
 
-    def flown(self, candidates: Sequence[Numbers], first: int, count: int, progress: Advance | None) -> list[Flown]:
+    def flown(self, candidates: Sequence[Numbers], first: int, count: int, progress: Advance | None) -> list[CandidateFlights]:
         """Candidates all of which can be flown. Raises UserError."""
         draws = self.draws(first, count)
         every = len(candidates)
         flights = np.tile(draws.flights, every)
-        drawn = {key: Drawn(np.tile(one.values, every), one.options) for key, one in draws.drawn.items()}
-        drawn |= {key: Drawn(np.repeat([one[key] for one in candidates], count)) for key in self.asked.present}
+        drawn = {key: DrawnColumn(np.tile(one.values, every), one.options) for key, one in draws.drawn.items()}
+        drawn |= {key: DrawnColumn(np.repeat([one[key] for one in candidates], count)) for key in self.asked.present}
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
         for batch in self.flyer.planner.batches(flights, drawn):
@@ -195,7 +209,7 @@ class Ground:
             metrics[batch.members] = swept.metrics
         metrics = np.hstack([metrics, np.full((len(metrics), len(self.asked.section.margins)), np.nan)])
         parts = (outcome.reshape(every, count), ended.reshape(every, count), metrics.reshape(every, count, -1))
-        found = [Flown(*one, self.asked.names) for one in zip(*parts, strict=True)]
+        found = [CandidateFlights(*one, self.asked.names) for one in zip(*parts, strict=True)]
         costly = [name for name in self.asked.section.objective if name in MARGINS]
         return [one.with_values(self.margins(values, costly)) for one, values in zip(found, candidates, strict=True)]
 
@@ -232,7 +246,7 @@ class Draws(NamedTuple):
     """The numbers of some flights, and what varies in them."""
 
     flights: NDArray[np.int64]
-    drawn: dict[str, Drawn]
+    drawn: dict[str, DrawnColumn]
 
     def at(self, place: int) -> dict[str, object]:
         return {key: one.at(place) for key, one in self.drawn.items()}

@@ -21,7 +21,7 @@ from quadstep.mission.tune import TuneSection
 Floats = NDArray[np.float64]
 
 
-class Flown(NamedTuple):
+class CandidateFlights(NamedTuple):
     """Flights of one candidate. outcome, ended [s]: one element per flight. metrics: shape (flights, len(names))."""
 
     outcome: NDArray[np.int8]
@@ -39,7 +39,7 @@ class Flown(NamedTuple):
         column: Floats = self.metrics[:, list(self.names).index(name)]
         return column
 
-    def with_values(self, values: Mapping[str, float]) -> "Flown":
+    def with_values(self, values: Mapping[str, float]) -> "CandidateFlights":
         """With what is the same for all flights, by its name without unit."""
         metrics = self.metrics.copy()
         for name, value in values.items():
@@ -47,9 +47,9 @@ class Flown(NamedTuple):
         return self._replace(metrics=metrics)
 
 
-def joined(first: Flown, more: Flown) -> Flown:
+def joined(first: CandidateFlights, more: CandidateFlights) -> CandidateFlights:
     outcome, ended = np.concatenate([first.outcome, more.outcome]), np.concatenate([first.ended, more.ended])
-    return Flown(outcome, ended, np.concatenate([first.metrics, more.metrics]), first.names)
+    return CandidateFlights(outcome, ended, np.concatenate([first.metrics, more.metrics]), first.names)
 
 
 class Judged(NamedTuple):
@@ -74,12 +74,12 @@ class Judge(NamedTuple):
     duration: float
     unit: float = 1.0
 
-    def in_units_of(self, flown: Flown) -> "Judge":
+    def in_units_of(self, flown: CandidateFlights) -> "Judge":
         """A judge that measures objectives in units of these flights' objective, if they have one."""
         objective = self.aggregate(self.costs(flown)[flown.completed])
         return self._replace(unit=objective) if math.isfinite(objective) and objective > 0.0 else self
 
-    def costs(self, flown: Flown) -> Floats:
+    def costs(self, flown: CandidateFlights) -> Floats:
         """The weighted sum of metrics of each flight."""
         total = np.zeros(len(flown.ended))
         for name, weight in self.section.objective.items():
@@ -99,7 +99,7 @@ class Judge(NamedTuple):
         """The metrics to report, by name."""
         return list(dict.fromkeys(["position_rmse", "largest_error", *self.section.objective, *self.section.constraints]))
 
-    def violation(self, flown: Flown) -> float:
+    def violation(self, flown: CandidateFlights) -> float:
         """By what share the constraints are missed, summed; those of margins are no flight's (`trial.Stability`)."""
         total = 0.0
         for name, limit in self.section.of_flights.items():
@@ -108,14 +108,14 @@ class Judge(NamedTuple):
                 total += limit.excess(values)
         return total
 
-    def within(self, flown: Flown) -> NDArray[np.bool_]:
+    def within(self, flown: CandidateFlights) -> NDArray[np.bool_]:
         """Which flights completed and kept every constraint."""
         good: NDArray[np.bool_] = flown.completed.copy()
         for name, limit in self.section.constraints.items():
             good &= limit.keeps(flown.metric(name))
         return good
 
-    def judge(self, flown: Flown) -> Judged:
+    def judge(self, flown: CandidateFlights) -> Judged:
         through = flown.completed
         objective = self.aggregate(self.costs(flown)[through])
         lost, violation = int((~through).sum()), self.violation(flown)

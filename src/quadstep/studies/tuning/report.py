@@ -1,26 +1,33 @@
-"""report.html of a tuning run."""
+"""report.html of a tuning run, and its picture: the objective and the gains of every candidate over the flights."""
 
 import math
 from collections.abc import Mapping
 from html import escape
+from pathlib import Path
+
+from matplotlib.axes import Axes
 
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
 from quadstep.metrics.judging.verdict import Case
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.keys import label
 from quadstep.report import page, units
+from quadstep.report.axes import plain_decades
+from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.fitting import beside
+from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import prose
 from quadstep.report.tables import booktabs
-from quadstep.studies.tuning.ground import Asked
-from quadstep.studies.tuning.search import Found
+from quadstep.studies.tuning.ground import TuningRequest
+from quadstep.studies.tuning.search import Candidate, SearchResult
 from quadstep.studies.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row, certain
 
 HEADER = ("", "present", "tuned", "tuned - present")
 
 
 def evidence(
-    asked: Asked, found: Found, compared: Compared, figure: str, record: dict[str, object], first: str = ""
+    asked: TuningRequest, found: SearchResult, compared: Compared, figure: str, record: dict[str, object], first: str = ""
 ) -> Evidence:
     """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json. first: a
     sentence that comes before all others.
@@ -70,7 +77,7 @@ def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
     return f"Before you fly them: at rest the loop with the tuned gains is {said}; with the present gains it is {before}."
 
 
-def gain_rows(asked: Asked, found: Found) -> list[tuple[str, ...]]:
+def gain_rows(asked: TuningRequest, found: SearchResult) -> list[tuple[str, ...]]:
     """Each gain, present and tuned, and whether it ends at an edge of its range."""
     both = (found.present.values, found.best.values)
     return [
@@ -136,3 +143,72 @@ def row(one: Row) -> list[str]:
 
 def interval_text(one: Estimate | None, unit: str) -> str:
     return "–" if one is None else units.interval(*one, unit)
+
+
+def draw_search(path: Path, asked: TuningRequest, found: SearchResult, sheet: Sheet) -> None:
+    """Write `path` in the sheet's formats."""
+    with drawing(sheet):
+        figure = new_figure(sheet, 7.4, 5.2, 4.2)
+        top, bottom = figure.subplots(2, 1, sharex=True)
+        margins(figure, sheet, 0.11, 0.09, 0.97, 0.93, 0.2, 0.25)
+        draw_objective(top, found)
+        draw_gains(bottom, asked, found)
+        for axes, most in ((top, 3), (bottom, 4)):
+            marks, names = axes.get_legend_handles_labels()
+            if marks:
+                ncols = beside(figure.get_figwidth(), names, most)
+                axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
+        bottom.set_xlabel("flights")
+        figure.align_ylabels()
+        write(figure, path, sheet)
+
+
+def draw_objective(axes: Axes, found: SearchResult) -> None:
+    """Every candidate's, told apart by whether it completed and kept the constraints, and the best so far."""
+    known = [one for one in found.history if math.isfinite(one.judged.objective)]
+    kinds = (
+        ("feasible", [one for one in known if one.judged.feasible], {"marker": ".", "color": "0.55"}),
+        (
+            "a constraint broken or a flight lost",
+            [one for one in known if not one.judged.feasible],
+            {"marker": "x", "color": "#b2182b", "linewidths": 0.7},
+        ),
+    )
+    for kind, candidates, marks in kinds:
+        if candidates:
+            places, values = zip(*((one.flights, one.judged.objective) for one in candidates), strict=True)
+            axes.scatter(places, values, s=14, label=kind, **marks)
+    best = [one for one in leaders(found) if math.isfinite(one.judged.objective)]
+    if best:
+        last = found.history[-1].flights
+        axes.step(
+            [*(one.flights for one in best), last], [*(one.judged.objective for one in best), best[-1].judged.objective],
+            where="post", label="best so far", **LINES[0],
+        )  # fmt: skip
+    if known and min(one.judged.objective for one in known) > 0.0:
+        axes.set_yscale("log")
+        plain_decades(axes.yaxis)
+    axes.set_ylabel("objective")
+
+
+def draw_gains(axes: Axes, asked: TuningRequest, found: SearchResult) -> None:
+    """Those of the best so far, each in its range."""
+    best = leaders(found)
+    last = found.history[-1].flights
+    for place, one in enumerate(asked.gains):
+        values = [candidate.point[place] for candidate in best]
+        style = LINES[place % len(LINES)]
+        flights = [*(candidate.flights for candidate in best), last]
+        axes.step(flights, [*values, values[-1]], where="post", label=one.key, **style)
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_yticks([0.0, 1.0], ["low", "high"])
+    axes.set_ylabel("gain of the best so far")
+
+
+def leaders(found: SearchResult) -> list[Candidate]:
+    """Each candidate that was the best so far."""
+    best: list[Candidate] = []
+    for one in found.history:
+        if one.leads(best[-1] if best else None):
+            best.append(one)
+    return best

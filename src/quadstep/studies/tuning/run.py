@@ -28,10 +28,9 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
-from quadstep.studies.tuning.ground import UNSEEN, Asked, Ground, read_request
-from quadstep.studies.tuning.picture import draw_search
-from quadstep.studies.tuning.report import caution, evidence
-from quadstep.studies.tuning.search import Candidate, Found, Search, check_budget, shown_flights
+from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
+from quadstep.studies.tuning.report import caution, draw_search, evidence
+from quadstep.studies.tuning.search import Candidate, Search, SearchResult, check_budget, shown_flights
 from quadstep.studies.tuning.unseen import Compared, Row, compare
 
 TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
@@ -41,8 +40,8 @@ OBJECTIVE = "objective"
 class Tuned(NamedTuple):
     """Result of a tuning run. elsewhere: files that the mission names outside its folder."""
 
-    asked: Asked
-    found: Found
+    asked: TuningRequest
+    found: SearchResult
     compared: Compared
     elsewhere: list[str]
     evidence: Evidence
@@ -69,7 +68,7 @@ def tune(
     wanted = read_request(path)
     check_budget(wanted, budget)
     with publishing(folder, identity(wanted, budget, seed), overwrite) as out:
-        ground = Ground(wanted, seed)
+        ground = CandidateFlyer(wanted, seed)
         found = Search([ground], budget - 2 * wanted.unseen, seed, progress).run()
         compared = on_unseen(ground, found, progress)
         ground.flyer.say_slow()
@@ -87,7 +86,7 @@ def tune(
     return Tuned(wanted, found, compared, elsewhere, shown)
 
 
-def identity(wanted: Asked, budget: int, seed: int) -> str:
+def identity(wanted: TuningRequest, budget: int, seed: int) -> str:
     """A digest of all that decides the result."""
     named, elsewhere = named_files(wanted)
     files = [hashlib.sha256(read_bytes(wanted.path.parent / name, ANY)).hexdigest() for name in [*named, *elsewhere]]
@@ -95,7 +94,7 @@ def identity(wanted: Asked, budget: int, seed: int) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def on_unseen(ground: Ground, found: Found, progress: Progress) -> Compared:
+def on_unseen(ground: CandidateFlyer, found: SearchResult, progress: Progress) -> Compared:
     """Compare the present and the tuned gains on flights that the search has not seen."""
     flights = found.history[-1].flights
 
@@ -112,7 +111,7 @@ def on_unseen(ground: Ground, found: Found, progress: Progress) -> Compared:
     return compare(found.judge, present, tuned, changed=both[0] != both[1])
 
 
-def named_files(wanted: Asked) -> tuple[list[str], list[str]]:
+def named_files(wanted: TuningRequest) -> tuple[list[str], list[str]]:
     """The files that a mission names from its folder: those inside it, and those elsewhere, which stay where they are."""
     folder = wanted.path.parent
     names = sorted({name for name in strings(wanted.content) if "." in name and is_file(folder / name)} | own_files(wanted))
@@ -120,7 +119,7 @@ def named_files(wanted: Asked) -> tuple[list[str], list[str]]:
     return inside, [name for name in names if name not in inside and not Path(name).is_absolute()]
 
 
-def own_files(wanted: Asked) -> set[str]:
+def own_files(wanted: TuningRequest) -> set[str]:
     """The Python files beside a mission that it names or that these import, from its folder."""
     folder = wanted.path.parent
     found: set[str] = set()
@@ -131,7 +130,7 @@ def own_files(wanted: Asked) -> set[str]:
     return found
 
 
-def write_mission(out: Path, wanted: Asked, content: dict[str, object], first: str) -> list[str]:
+def write_mission(out: Path, wanted: TuningRequest, content: dict[str, object], first: str) -> list[str]:
     """The mission with the tuned gains, below what is to be read first, and the files it names beside it; gives those that it
     names elsewhere.
     """
@@ -146,7 +145,7 @@ def write_mission(out: Path, wanted: Asked, content: dict[str, object], first: s
     return elsewhere
 
 
-def write_parameters(out: Path, wanted: Asked, values: Mapping[str, float]) -> None:
+def write_parameters(out: Path, wanted: TuningRequest, values: Mapping[str, float]) -> None:
     """For the law of an autopilot, a file of its own parameters: those that tuning changed, and no others."""
     law = wanted.mission.controller.controller
     if not law.parameter_file:
@@ -158,7 +157,7 @@ def write_parameters(out: Path, wanted: Asked, values: Mapping[str, float]) -> N
     (out / f"tuned{form.suffixes[0]}").write_text(text, encoding="utf-8")
 
 
-def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
+def write_history(path: Path, wanted: TuningRequest, history: list[Candidate]) -> None:
     keys, parts, names = list(wanted.present), list(history[0].judged.parts), wanted.names
     header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
     header += ["lost", "violation", "cost", "feasible", "conditions", "moved", "whole"]
@@ -174,7 +173,7 @@ def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
     write_csv(path, header, rows)
 
 
-def as_json(wanted: Asked, found: Found, compared: Compared, budget: int, seed: int) -> dict[str, object]:
+def as_json(wanted: TuningRequest, found: SearchResult, compared: Compared, budget: int, seed: int) -> dict[str, object]:
 
     def estimate(one: Estimate | None) -> object:
         return None if one is None else {name: x if math.isfinite(x) else None for name, x in one._asdict().items()}

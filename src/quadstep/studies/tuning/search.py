@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from quadstep.io.errors import UserError, cut
 from quadstep.report.terminal.progress import Progress
 from quadstep.studies.campaign.limits import MOST_FLIGHTS
-from quadstep.studies.tuning.ground import Asked, Ground
-from quadstep.studies.tuning.judge import Flown, Judge, Judged, joined
-from quadstep.studies.tuning.theorem import Conditions, distance
-from quadstep.studies.tuning.trial import FINALISTS, Guess, Tried, few, flights_of, looked_at
+from quadstep.studies.tuning.gains import Conditions, distance
+from quadstep.studies.tuning.ground import CandidateFlyer, TuningRequest
+from quadstep.studies.tuning.judge import CandidateFlights, Judge, Judged, joined
+from quadstep.studies.tuning.trial import FINALISTS, MarginGuess, Tried, few, flights_of, looked_at
 
 BLOCK = 16
 """Flights that a generation is a multiple of, so that the vector registers of any machine are full."""
@@ -66,7 +66,7 @@ class Candidate(NamedTuple):
         return best is None or self.judged.cost < best.judged.cost
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """history: every candidate in order, the present gains first. best: of those that flew all flights and keep the
     conditions, so at least as good as the present ones.
     """
@@ -77,7 +77,6 @@ class Found(NamedTuple):
 
     @property
     def present(self) -> Candidate:
-        """The present gains."""
         return self.history[0]
 
 
@@ -93,7 +92,7 @@ def population(gains: int, flights: int) -> int:
     return -(-count // block) * block
 
 
-def check_budget(wanted: Asked, budget: int) -> None:
+def check_budget(wanted: TuningRequest, budget: int) -> None:
     """Refuse a budget that is too small or too large. Raises UserError."""
     flights = flights_of([wanted.seeds])
     count = population(len(wanted.gains), flights.first)
@@ -111,19 +110,19 @@ def check_budget(wanted: Asked, budget: int) -> None:
 class Search:
     """One search. grounds: one for each situation. budget: flights it may use."""
 
-    def __init__(self, grounds: Sequence[Ground], budget: int, seed: int, progress: Progress) -> None:
+    def __init__(self, grounds: Sequence[CandidateFlyer], budget: int, seed: int, progress: Progress) -> None:
         ground = grounds[0]
         self.grounds, self.budget, self.seed, self.progress = grounds, budget, seed, progress
         self.asked, self.stability = ground.asked, ground.stability
         self.conditions: Conditions | None = ground.conditions()
         self.judge = Judge(self.asked.section, ground.duration)
         self.each = flights_of(one.asked.seeds for one in grounds)
-        self.guess = Guess(self.stability.limits)
+        self.guess = MarginGuess(self.stability.limits)
         self.flights = 0
         self.history: list[Candidate] = []
         self.best: Candidate | None = None
 
-    def run(self) -> Found:
+    def run(self) -> SearchResult:
         """Until the budget is used."""
         wanted, start = self.asked, self.asked.start
         anchor = self.conditions.anchor(start, self.seed) if self.conditions else start
@@ -136,7 +135,7 @@ class Search:
                 count //= 2
             restart += 1
             self.one_run(restart, self.best.point if self.best else anchor, anchor, count)
-        return Found(self.history, self.looked_at_last(), self.judge)
+        return SearchResult(self.history, self.looked_at_last(), self.judge)
 
     def looked_at_last(self) -> Candidate:
         """The best with its margins, which a search does not look at where flights are lost."""
@@ -149,7 +148,6 @@ class Search:
 
     @property
     def left(self) -> int:
-        """Of the budget."""
         return self.budget - self.flights
 
     def one_run(self, run: int, begin: list[float], anchor: list[float], count: int) -> None:
@@ -169,7 +167,6 @@ class Search:
     def flown(
         self, run: int, generation: int, values: list[dict[str, float]], points: list[list[float]], moved: list[float]
     ) -> list[Candidate]:
-        """Candidates flown and judged."""
         tried = self.tried(values, self.guessed(points))
         for point, seen in zip(points, tried, strict=True):
             self.guess.learn(point, seen)
@@ -207,18 +204,20 @@ class Search:
             found[i] = found[i]._replace(whole=self.judged(one))
         return looked_at(found, values, self.stability, self.best.judged.cost if self.best else math.inf)
 
-    def fly(self, values: Sequence[dict[str, float]]) -> list[list[Flown]]:
+    def fly(self, values: Sequence[dict[str, float]]) -> list[list[CandidateFlights]]:
         """The first flights of candidates, in each situation."""
         return self.counted(values, [(0, few(one.asked.seeds)) for one in self.grounds])
 
-    def fly_on(self, first: Sequence[list[Flown]], values: Sequence[dict[str, float]]) -> list[list[Flown]]:
+    def fly_on(
+        self, first: Sequence[list[CandidateFlights]], values: Sequence[dict[str, float]]
+    ) -> list[list[CandidateFlights]]:
         """All flights of candidates whose first ones have been flown."""
         more = self.counted(values, [(few(one.asked.seeds), one.asked.seeds) for one in self.grounds])
         return [[joined(*parts) for parts in zip(*both, strict=True)] for both in zip(first, more, strict=True)]
 
-    def counted(self, values: Sequence[dict[str, float]], spans: Sequence[tuple[int, int]]) -> list[list[Flown]]:
+    def counted(self, values: Sequence[dict[str, float]], spans: Sequence[tuple[int, int]]) -> list[list[CandidateFlights]]:
         """Candidates on flights from the first number of a span up to its second, in each situation."""
-        found: list[list[Flown]] = [[] for _ in values]
+        found: list[list[CandidateFlights]] = [[] for _ in values]
         for ground, (first, past) in zip(self.grounds, spans, strict=True):
             before = self.flights
 
@@ -231,8 +230,7 @@ class Search:
             self.flights = before + len(values) * (past - first)
         return found
 
-    def judged(self, flown: Sequence[Flown]) -> Judged:
-        """One candidate."""
+    def judged(self, flown: Sequence[CandidateFlights]) -> Judged:
         return self.judge.judge(flown[0])
 
 

@@ -39,7 +39,7 @@ def few(seeds: int) -> int:
     return min(seeds, max(FEWEST, seeds // SHARE))
 
 
-class Flights(NamedTuple):
+class TrialFlights(NamedTuple):
     """Of a candidate: those that it is tried on, and all that it may fly."""
 
     first: int
@@ -50,10 +50,10 @@ class Flights(NamedTuple):
         return count * self.first + min(count, FINALISTS) * (self.every - self.first)
 
 
-def flights_of(seeds: Iterable[int]) -> Flights:
+def flights_of(seeds: Iterable[int]) -> TrialFlights:
     """Of a candidate that flies so many in each of several situations."""
     many = list(seeds)
-    return Flights(sum(map(few, many)), sum(many))
+    return TrialFlights(sum(map(few, many)), sum(many))
 
 
 class Tried(NamedTuple):
@@ -115,7 +115,7 @@ class Stability(NamedTuple):
             return one._replace(missed=math.inf)
 
 
-class Guess:
+class MarginGuess:
     """Margins guessed from those looked at: a weighted ridge regression about the best point so far, linear in the point."""
 
     def __init__(self, limits: Mapping[str, Constraint]) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import Estimate, mean, quantile, quantile_difference, share, share_difference
-from quadstep.studies.tuning.judge import Flown, Judge
+from quadstep.studies.tuning.judge import CandidateFlights, Judge
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ NEGLIGIBLE = 1e-3
 """Share of the present objective below which a change is negligible."""
 
 
-def compare(judge: Judge, present: Flown, tuned: Flown, changed: bool = True) -> Compared:
+def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, changed: bool = True) -> Compared:
     """The comparison. changed: whether the gains differ at all."""
     count = len(present.ended)
     good = [judge.within(flown) for flown in (present, tuned)]
@@ -63,7 +63,7 @@ def compare(judge: Judge, present: Flown, tuned: Flown, changed: bool = True) ->
     return Compared(count, (shares[0], shares[1]), success, objective, rows, verdict)
 
 
-def row(name: str, present: Flown, tuned: Flown, both: NDArray[np.bool_]) -> Row:
+def row(name: str, present: CandidateFlights, tuned: CandidateFlights, both: NDArray[np.bool_]) -> Row:
     values = [flown.metric(name) for flown in (present, tuned)]
     through = [one[flown.completed] for one, flown in zip(values, (present, tuned), strict=True)]
     first, second = (mean(one) if len(one) else None for one in through)

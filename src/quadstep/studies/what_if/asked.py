@@ -12,7 +12,7 @@ from quadstep.io.errors import UserError, meant, shorten
 from quadstep.io.parameter_files import FORMATS, read_parameters
 from quadstep.linear.grade import Grade
 from quadstep.report import units
-from quadstep.studies.tuning.judge import Flown
+from quadstep.studies.tuning.judge import CandidateFlights
 
 STEP = 0.5
 """Size of the step in calm air, ahead and to the left [m]."""
@@ -39,7 +39,7 @@ class Side(NamedTuple):
 
     step: FlightLog
     grade: Grade
-    flown: Flown
+    flown: CandidateFlights
 
 
 def changes_of(texts: Sequence[str], file: str) -> dict[str, float]:

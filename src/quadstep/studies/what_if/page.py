@@ -9,7 +9,7 @@ from quadstep.page.model import Link
 from quadstep.report.evidence import Evidence
 from quadstep.studies.campaign.page import MOST_FLIGHTS, shown_campaign
 from quadstep.studies.campaign.schema import campaign_of
-from quadstep.studies.tuning.ground import Asked
+from quadstep.studies.tuning.ground import TuningRequest
 
 ENDS = (
     "The marks on the sliders are the values before. Margins and the step are not computed in the page: they are those of the "
@@ -17,7 +17,7 @@ ENDS = (
 )
 
 
-def what_if_page(gusts: Asked, seed: int, law: type[Controller], changes: Mapping[str, float], found: Evidence) -> str:
+def what_if_page(gusts: TuningRequest, seed: int, law: type[Controller], changes: Mapping[str, float], found: Evidence) -> str:
     """The HTML. gusts, seed: the flights in gusts, with the values before. changes: of the parameters. Raises UserError."""
     content = {key: value for key, value in gusts.content.items() if key != "tune"}
     file = gusts.campaign(gusts.section.vary, seed=seed, flights=min(gusts.unseen, MOST_FLIGHTS))

@@ -19,7 +19,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.comparison.schema import EFFORTS
 from quadstep.studies.tuning.gains import with_numbers
-from quadstep.studies.tuning.ground import Ground, asked_of
+from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
 from quadstep.studies.what_if.asked import STEP, Asked, Side, law_of
 from quadstep.studies.what_if.page import what_if_page
 from quadstep.studies.what_if.report import evidence, picture
@@ -88,7 +88,7 @@ def answer(
     identity = hashlib.sha256(json.dumps([asked, dict(saved), mission.model_dump(mode="json")]).encode()).hexdigest()[:16]
     with publishing(out, identity, overwrite) as draft:
         gusts = asked_of(here / asked.file, "", in_gusts(content, asked, before), here, apart=False)
-        ground = Ground(gusts, asked.seed)
+        ground = CandidateFlyer(gusts, asked.seed)
         flown = ground.fly([before, after], 0, asked.flights, Count(progress, 2 * asked.flights).add)
         steps = fly_all([one.plan(warn=False) for one in missions])
         sides = tuple(Side(step, grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))

@@ -115,7 +115,6 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
         return self.model(p.vehicle)
 
     def truth(self, state: X) -> X:
-        """All of the state."""
         return state
 
     def felt(self, p: PlantParameters[N, L], state: X, rate: X) -> Vector:
@@ -123,7 +122,6 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
         raise NotImplementedError
 
     def told(self, known: X, held: H) -> X:
-        """The state."""
         return known
 
     def rotor_speeds(self, state: X) -> Vector:
@@ -131,11 +129,9 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
         raise NotImplementedError
 
     def asked(self, p: PlantParameters[N, L], command: U) -> U:
-        """As it is."""
         return command
 
     def settled(self, state: X) -> X:
-        """As it is."""
         return state
 
     def weight_norms(self, command: U) -> Vector:

@@ -85,7 +85,6 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         return state.speeds
 
     def asked(self, p: AirframeParameters, command: Command | RotorThrusts | RotorSpeeds) -> Command:
-        """The thrust and torque of a command to the rotors."""
         if isinstance(command, Command):
             return command
         thrusts = command.thrusts if isinstance(command, RotorThrusts) else thrusts_of(p.allocation, command.speeds)

@@ -73,7 +73,6 @@ class Planar(DeclaredPlant):
     }  # fmt: skip
 
     def model(self, numbers: PlanarNumbers) -> Model:
-        """What it is to a controller."""
         inertia = vector(numbers.inertia, numbers.inertia, numbers.inertia)
         return Model(numbers.mass, inertia, numbers.gravity, most_thrust=2.0 * numbers.most_thrust, rotors=2)
 

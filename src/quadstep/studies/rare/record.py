@@ -19,13 +19,13 @@ Count = Annotated[int, Field(ge=0)]
 Probability = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
-class Table(BaseModel):
+class RareTable(BaseModel):
     """A table of rare.json."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class DoneEvent(Table):
+class DoneEvent(RareTable):
     """Failures of one kind. score: the metrics that predicted them. levels: threshold, None for failure itself; probability.
 
     crude: flights drawn as the campaign draws, and how many of them failed; failures: all that were found at the end.
@@ -40,7 +40,7 @@ class DoneEvent(Table):
     levels: list[tuple[float | None, float]]
 
 
-class Nearest(Table):
+class Nearest(RareTable):
     """The most likely failure found: its distance from the median, its values, and the deviations of each."""
 
     deviations: float
@@ -48,14 +48,14 @@ class Nearest(Table):
     deviations_by_key: dict[str, float]
 
 
-class Again(Table):
+class Repeated(RareTable):
     """Failures that were flown again with different noise, and how many of them failed again."""
 
     flights: Count
     failures: Count
 
 
-class Done(Table):
+class FinishedPiece(RareTable):
     """A finished piece. kind: why it was flown."""
 
     kind: str
@@ -64,7 +64,7 @@ class Done(Table):
     flights: Count
     events: Annotated[list[DoneEvent], Field(min_length=1)]
     nearest: Nearest | None = None
-    again: Again | None = None
+    again: Repeated | None = None
 
     @property
     def score(self) -> str:
@@ -75,7 +75,7 @@ class Done(Table):
 MANIFEST = "rare.json"
 
 
-class Manifest(BaseModel):
+class RareManifest(BaseModel):
     """rare.json. decides: everything that determines a result; wanted: number of pieces; files: of the report."""
 
     model_config = ConfigDict(extra="forbid")
@@ -89,24 +89,23 @@ class Manifest(BaseModel):
     machine: dict[str, object]
     wanted: int
     complete: bool = False
-    pieces: list[Done] = []
+    pieces: list[FinishedPiece] = []
     summary: dict[str, object] | None = None
     files: list[str] = []
     sha256: str = ""
 
 
-class Kept(Record):
+class RareRecord(Record):
     """The folder of one run, which has it for itself. Made by `opened`. pieces: that are finished, in order."""
 
-    NAME, SCHEMA, WHAT, ITEMS = MANIFEST, Manifest, "estimate", "replicates"
+    NAME, SCHEMA, WHAT, ITEMS = MANIFEST, RareManifest, "estimate", "replicates"
 
     def __init__(self, files: Folder, manifest: dict[str, object]) -> None:
         super().__init__(files, manifest)
-        self.pieces = Manifest.model_validate(manifest).pieces
+        self.pieces = RareManifest.model_validate(manifest).pieces
 
     @property
     def finished(self) -> int:
-        """The number of pieces that are finished."""
         return len(self.pieces)
 
     @property
@@ -114,14 +113,14 @@ class Kept(Record):
         count: int = self.manifest["wanted"]
         return count
 
-    def add(self, piece: Done) -> None:
+    def add(self, piece: FinishedPiece) -> None:
         """Keep one more. Raises UserError if it cannot be written."""
         self.pieces.append(piece)
         self.save(pieces=[one.model_dump(mode="json") for one in self.pieces])
 
 
 @contextlib.contextmanager
-def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> Iterator[Kept]:
+def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> Iterator[RareRecord]:
     """The folder of a run, made or resumed, and locked while the block runs.
 
     Raises UserError for a folder that holds something else, another run, or a run that another process is writing, and
@@ -131,11 +130,11 @@ def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> I
 
     def changed(manifest: Mapping[str, object]) -> list[str]:
         """Why a run cannot be resumed."""
-        found = Manifest.model_validate(manifest)
+        found = RareManifest.model_validate(manifest)
         reasons = cannot_continue({**found.decides, "version": found.version}, campaign)
         return reasons if found.decides == mine["decides"] else [*reasons, OTHERS["fingerprint"]]
 
-    with open_record(Kept, folder, mine, changed, resume, overwrite) as (kept, resumed):
+    with open_record(RareRecord, folder, mine, changed, resume, overwrite) as (kept, resumed):
         if resumed:
             kept.save(complete=False)
         yield kept
@@ -144,7 +143,7 @@ def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> I
 def new_manifest(campaign: Campaign) -> dict[str, object]:
     file = campaign.file
     rare = file.rare.model_dump(mode="json")
-    return Manifest(
+    return RareManifest(
         name=file.name,
         version=__version__,
         decides={**identity(campaign), "draws": draws.VERSION, "failure": dict(file.failure), "rare": rare},

@@ -9,13 +9,12 @@ from quadstep.studies.comparison.cost import Cost
 from quadstep.studies.comparison.entrants import Entrant, Problem
 from quadstep.studies.comparison.linear import Linear
 from quadstep.studies.comparison.margins import Margin
-from quadstep.studies.comparison.ranking import Ranked
+from quadstep.studies.comparison.ranking import CellFlights, Effort, Ranked, Spread, effort, losses, spread
 from quadstep.studies.comparison.schema import MarginEntry
-from quadstep.studies.comparison.spread import Effort, Flown, Spread, effort, losses, spread
 from quadstep.studies.comparison.study import Situation
 
 
-class Result(NamedTuple):
+class SituationResult(NamedTuple):
     """A controller in a situation. spreads: by metric."""
 
     situation: Situation
@@ -39,7 +38,7 @@ class Comparison(NamedTuple):
     seed: int
     metrics: dict[str, str]
     situations: tuple[Situation, ...]
-    results: tuple[Result, ...]
+    results: tuple[SituationResult, ...]
     ranked: dict[Situation, Ranked]
     entrants: tuple[Entrant, ...]
     margins: dict[tuple[str, str, str], Margin]
@@ -69,7 +68,7 @@ class Comparison(NamedTuple):
         """How many were compared: the size of each family of tests."""
         return sum(len(one.pairs) for one in self.ranked.values() if not one.copies)
 
-    def of(self, situation: Situation) -> list[Result]:
+    def of(self, situation: Situation) -> list[SituationResult]:
         return [one for one in self.results if one.situation == situation]
 
     def overall(self) -> dict[str, float]:
@@ -85,12 +84,12 @@ class Comparison(NamedTuple):
         return min((1 + len(one.others) for one in self.entrants if one.trained), default=0)
 
 
-def result(situation: Situation, controller: str, flown: Flown, metrics: Mapping[str, str]) -> Result:
+def result(situation: Situation, controller: str, flown: CellFlights, metrics: Mapping[str, str]) -> SituationResult:
     spreads = {name: spread(flown, name) for name in metrics}
-    return Result(situation, controller, len(flown.lost), losses(flown), spreads, effort(flown))
+    return SituationResult(situation, controller, len(flown.lost), losses(flown), spreads, effort(flown))
 
 
-def ranks(flown: Mapping[Situation, Mapping[str, Flown]], metric: str) -> dict[Situation, Ranked]:
+def ranks(flown: Mapping[Situation, Mapping[str, CellFlights]], metric: str) -> dict[Situation, Ranked]:
     """Every situation, p-values corrected over all of them."""
     found = [ranking.compare(one, metric) for one in flown.values()]
     return dict(zip(flown, ranking.corrected(found), strict=True))

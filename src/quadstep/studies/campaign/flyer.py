@@ -12,8 +12,8 @@ from quadstep.engines.fly import announce
 from quadstep.engines.sweep import Sweep, Swept, joined
 from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.numbers import Table, flatten
-from quadstep.studies.campaign.draws import Drawn, draw
-from quadstep.studies.campaign.planner import TYPICAL, Batch, planner
+from quadstep.studies.campaign.draws import DrawnColumn, draw
+from quadstep.studies.campaign.planner import TYPICAL, PlannedBatch, planner
 from quadstep.studies.campaign.schema import Campaign
 
 MOST_SWEEPS = 256
@@ -25,7 +25,7 @@ OUTCOMES = tuple(outcome.name.lower().replace("_", "-") for outcome in Outcome)
 log = logging.getLogger(__name__)
 
 
-class Span(Protocol):
+class FlightRange(Protocol):
     """Flights from `first` up to `past`."""
 
     @property
@@ -35,7 +35,7 @@ class Span(Protocol):
     def past(self) -> int: ...
 
 
-S = TypeVar("S", bound=Span)
+S = TypeVar("S", bound=FlightRange)
 Fly: TypeAlias = Callable[[Sequence[S], Advance], Iterator[tuple[S, pa.Table]]]
 """Flies spans of a campaign, in any order, and yields each with its table as it finishes."""
 
@@ -65,7 +65,9 @@ class Flyer:
         """One after the other. Raises UserError for values that cannot be flown."""
         return ((span, self.fly(span.first, span.past, progress)) for span in spans)
 
-    def fly_drawn(self, flights: NDArray[np.int64], drawn: dict[str, Drawn], progress: Advance | None = None) -> pa.Table:
+    def fly_drawn(
+        self, flights: NDArray[np.int64], drawn: dict[str, DrawnColumn], progress: Advance | None = None
+    ) -> pa.Table:
         """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
@@ -75,7 +77,7 @@ class Flyer:
             metrics[batch.members] = swept.metrics
         return table(self.campaign, flights, drawn, outcome, ended, metrics)
 
-    def swept(self, batch: Batch, progress: Advance | None) -> Swept:
+    def swept(self, batch: PlannedBatch, progress: Advance | None) -> Swept:
         """The flights of a batch. Raises what an opaque controller raised."""
         sweep, loop = self.sweep(batch), batch.loop.loop
         if not loop.controller.one_at_a_time:
@@ -104,7 +106,7 @@ class Flyer:
         if price := self.planner.price():
             log.warning("quadstep: note: %s", price)
 
-    def sweep(self, batch: Batch) -> Sweeper:
+    def sweep(self, batch: PlannedBatch) -> Sweeper:
         """The sweep for a batch, kept for the next one like it."""
         leaves, varying = flatten((batch.start, batch.parameters)), set(batch.places)
         constants = tuple(
@@ -122,7 +124,7 @@ class Flyer:
         return self.sweeps[key]
 
 
-def on_lanes(campaign: Campaign) -> Fly[Span]:
+def on_lanes(campaign: Campaign) -> Fly[FlightRange]:
     """What flies a campaign on the cores of this machine. Raises UserError for one that cannot be flown."""
     flyer = Flyer(campaign)
     flyer.rehearse()
@@ -132,7 +134,7 @@ def on_lanes(campaign: Campaign) -> Fly[Span]:
 def table(
     campaign: Campaign,
     flights: NDArray[np.int64],
-    drawn: dict[str, Drawn],
+    drawn: dict[str, DrawnColumn],
     outcome: NDArray[np.int8],
     ended: NDArray[np.float64],
     metrics: NDArray[np.float64],
@@ -165,7 +167,7 @@ def judged(table: pa.Table, campaign: Campaign) -> pa.Table:
     return rest.append_column(SUCCESS, column)
 
 
-def drawn_column(drawn: Drawn) -> pa.Array:
+def drawn_column(drawn: DrawnColumn) -> pa.Array:
     """A column of drawn values: numbers, booleans or text."""
     if drawn.options is None:
         return arrow(drawn.values)

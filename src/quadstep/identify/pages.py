@@ -1,0 +1,221 @@
+"""The pages of `replay` and `identify` with their figures, apart from the words because only they load Matplotlib."""
+
+import contextlib
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from quadstep.identify.closed_loop import Beside, fly_again
+from quadstep.identify.estimator import Deviation, Estimated
+from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.signals import spectrum
+from quadstep.identify.replay import Replayed, ReplayRequest
+from quadstep.identify.replay_report import FACTOR, UNIT, identity, tracking_table, write_tables
+from quadstep.identify.report import unexplained
+from quadstep.identify.residual import Followed, followed
+from quadstep.identify.run import AHEAD, Identification
+from quadstep.identify.starts import GROUPS, HORIZONS
+from quadstep.identify.table import ErrorTable
+from quadstep.identify.vehicle_file import identified_vehicle
+from quadstep.io.atomic import write_beside
+from quadstep.io.errors import UserError
+from quadstep.io.results.record import FIGURES
+from quadstep.mission.airframe import AirframeSection
+from quadstep.report import page
+from quadstep.report.axes import logarithmic, plain_decades, powers
+from quadstep.report.canvas import LINES, drawing, margins, new_figure
+from quadstep.report.canvas import write as write_figure
+from quadstep.report.drawing import FigureJob
+from quadstep.report.evidence import Evidence, Figure, Section
+from quadstep.report.panel import Panel
+from quadstep.report.publish import publishing
+from quadstep.report.sheet import Sheet
+from quadstep.report.units import handy, quantity
+
+ERRORS = f"{FIGURES}/errors"
+
+SHOWN = 8.0
+"""Longest part of a flight that is drawn [s]."""
+
+SVG = Sheet(formats=("svg",))
+
+AXES = ("roll", "pitch", "yaw")
+
+
+def write_replay(
+    folder: Path, flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, told: Evidence, overwrite: bool,
+    sheet: Sheet,
+) -> None:  # fmt: skip
+    """Write every file of the folder. told: what was found. Raises UserError."""
+    with publishing(folder, identity(flights, asked), overwrite) as out:
+        (out / FIGURES).mkdir()
+        write_tables(out, found)
+        illustrated(told, found, out, sheet.with_svg()).write(out)
+
+
+def illustrated(told: Evidence, found: Replayed, out: Path, sheet: Sheet) -> Evidence:
+    """The same with its figures, which are drawn into a folder: one of each kind at the top, the others below."""
+    draw_errors(out / ERRORS, found.predictions[0].compared, found.period, sheet)
+    flown = [drawn(out, flight_picture(one, place), sheet) for place, one in enumerate(found.flown)]
+    estimated = [drawn(out, estimate_picture(one, place), sheet) for place, one in enumerate(found.estimates)]
+    caption = "Mean error of predictions over the time ahead: the vehicle helps where its line is below those of both guesses."
+    rest = [*flown[1:], *estimated[1:]]
+    more = [page.heading("The other flights", "others")] if rest else []
+    figures = [Figure(ERRORS, caption), *flown[:1], *estimated[:1]]
+    return told._replace(figures=figures, sections=[*told.sections, *more, *rest])
+
+
+def draw_errors(path: Path, found: ErrorTable, period: float, sheet: Sheet) -> None:
+    """Mean errors of the predictions and of the two guesses over the time ahead."""
+    ahead = period * np.array(found.horizons)
+    columns = sheet.side_by_side(2)
+    with drawing(sheet):
+        figure = new_figure(sheet, 8.0, 4.6, 1.45 * len(GROUPS) / columns)
+        margins(figure, sheet, 0.09, 0.1, 0.98, 0.92, 0.24, 0.2)
+        panels = figure.subplots(len(GROUPS) // columns, columns, sharex=True, squeeze=False)
+        for group, axes in zip(GROUPS, panels.flat, strict=True):
+            rows = np.array([found.means(horizon, group) for horizon in found.horizons]).T * FACTOR[group]
+            unit, factor = handy(UNIT[group], float(rows.max()))
+            for style, name, row in zip(LINES, ("predicted", "constant", "zero rate"), factor * rows, strict=False):
+                axes.plot(ahead, row, label=name, marker="o", markersize=3, **style)
+            axes.set_xscale("log")
+            logarithmic(axes, list(factor * rows))
+            axes.set_ylabel(f"{group} [{unit}]")
+            plain_decades(axes.xaxis)
+        for axes in panels[-1]:
+            axes.set_xlabel("time ahead [s]")
+        panels[0, 0].legend(
+            loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=3, handlelength=2.2, columnspacing=1.2
+        )
+        write_figure(figure, path, sheet)
+
+
+def estimate_picture(one: Estimated, place: int) -> FigureJob:
+    """Errors of the filter and of the log's own estimate over time. place: of the flight among the others."""
+    several = {"filter": sizes(one.filter_deviation)}
+    if one.own_deviation:
+        several["estimate in the log"] = sizes(one.own_deviation)
+    known = np.logical_and.reduce([np.isfinite(values) for parts in several.values() for values in parts])
+    panels = [
+        Panel(name, unit, {who: parts[i][known] for who, parts in several.items()})
+        for i, (name, unit) in enumerate((("position", "m"), ("velocity", "m/s"), ("tilt", "°"), ("yaw", "°")))
+    ]
+    caption = f"{one.name}: how far estimates are from the truth."
+    return FigureJob(f"{FIGURES}/estimate{place}", caption, one.time[known], panels, 2)
+
+
+def sizes(one: Deviation) -> tuple[Floats, ...]:
+    """How large each part is [m, m/s, °, °]."""
+    lengths = [np.linalg.norm(values, axis=1) for values in (one.position, one.velocity)]
+    return (*lengths, np.degrees(one.tilt), np.degrees(np.abs(one.yaw)))
+
+
+def flight_picture(one: Beside, place: int) -> FigureJob:
+    lines = {"setpoint": one.setpoint, "real": one.real_position, "simulated": one.flown_position}
+    reach = max(float(np.abs(values).max(initial=0.0)) for values in lines.values())
+    panels = [
+        Panel(name, "m", {key: values[:, i] for key, values in lines.items()}, reach=reach) for i, name in enumerate("xyz")
+    ]
+    apart = f"the simulation was lost: {one.lost}" if one.lost else f"they are {quantity(one.apart, 'm')} apart (RMS)"
+    return FigureJob(
+        f"{FIGURES}/again{place}", f"{one.name}: setpoint, real and simulated position; {apart}.", one.time, panels
+    )
+
+
+def drawn(out: Path, job: FigureJob, sheet: Sheet) -> Figure:
+    """A figure in the folder of a report. Its caption has names of files, not symbols."""
+    job.draw(out, sheet)
+    return Figure(job.name, job.caption, set_as=escape)
+
+
+def write_identification(
+    path: Path, told: Evidence, run: Identification, flights: Sequence[FlightRecord], start: AirframeSection
+) -> None:
+    """Write the page, its figures of the flights that were held out or, if none were, of the fitted ones. Raises UserError."""
+    tested = run.tested or run.found
+    shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
+    kind = "held out of this fit" if run.held_out else "fitted"
+    followers = [one for one in (followed(flight, start, tested.numbers) for flight in shown) if one]
+    vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
+    with TemporaryDirectory() as folder:
+        out = Path(folder)
+        (out / FIGURES).mkdir()
+        pictures: list[Figure] = [
+            part for i, one in enumerate(followers) for part in (predictions(out, one, i, kind), spectra(out, one, i))
+        ]
+        sections: list[Section] = [
+            page.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
+            *told.sections,
+            unexplained(followers, shown, vehicle, kind),
+            *again(out, shown, vehicle),
+            *([page.heading("The other flights", "others")] if pictures[2:] else []),
+            *pictures[2:],
+        ]
+        text = told._replace(figures=pictures[:2], sections=sections).html(out)
+    write_beside(path, text)
+
+
+def predictions(out: Path, one: Followed, place: int, kind: str) -> Figure:
+    """Measured and predicted signals, and the residuals. place: of the flight among the others; kind: of flight."""
+    kept = one.time - one.time[0] <= SHOWN
+    measured, predicted = one.measured[AHEAD], one.predicted[AHEAD]
+    panels = []
+    for axis, name in enumerate(AXES):
+        lines = {"measured": measured.rates[kept, axis], f"predicted {AHEAD} samples earlier": predicted.rates[kept, axis]}
+        panels.append(Panel(f"{name} rate", "rad/s", lines))
+    rest = {name: (predicted.rates - measured.rates)[kept, axis] for axis, name in enumerate(AXES)}
+    panels.append(Panel("residual of the rates", "rad/s", rest))
+    for axis, name in enumerate("xyz"):
+        lines = {"measured": measured.velocity[kept, axis], "predicted": predicted.velocity[kept, axis]}
+        panels.append(Panel(f"velocity along {name}", "m/s", lines))
+    rest = {name: (predicted.velocity - measured.velocity)[kept, axis] for axis, name in enumerate("xyz")}
+    panels.append(Panel("residual of the velocity", "m/s", rest))
+    caption = (
+        f"{one.name} ({kind}): measured, and predicted {AHEAD} samples earlier. The residuals show what the vehicle does not "
+        "explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
+    )
+    return drawn(out, FigureJob(f"{FIGURES}/predicted{place}", caption, one.time[kept], panels, 2), SVG)
+
+
+def spectra(out: Path, one: Followed, place: int) -> Figure:
+    """Amplitude spectral densities of the measured rates and of the residuals. place: of the flight among the others."""
+    name = f"{FIGURES}/spectra{place}"
+    with drawing(SVG):
+        sheet = new_figure(SVG, 9.0, 2.8)
+        sheet.subplots_adjust(0.08, 0.18, 0.99, 0.84, 0.08)
+        first: Axes | None = None
+        for axis, turn in enumerate(AXES):
+            panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
+            frequencies, signal = spectrum(one.measured[HORIZONS[0]].rates, one.period)
+            panel.loglog(frequencies, signal[:, axis], label="measured", **LINES[0])
+            for style, horizon in zip(LINES[1:], HORIZONS[:2], strict=False):
+                rest = one.predicted[horizon].rates - one.measured[horizon].rates
+                panel.loglog(*(values[:, axis] if values.ndim > 1 else values for values in spectrum(rest, one.period)),
+                             label=f"residual, {horizon} ahead", **style)  # fmt: skip
+            plain_decades(panel.xaxis)
+            panel.yaxis.set_major_formatter(powers())
+            panel.set_title(f"{turn} rate", fontsize=9, loc="left")
+            panel.set_xlabel("frequency [Hz]")
+            if first is None:
+                first = panel
+                panel.set_ylabel("rad/s per √Hz")
+                panel.legend(loc="upper right", fontsize="x-small")
+            else:
+                panel.tick_params(labelleft=False)
+        write_figure(sheet, out / name, SVG)
+    return Figure(name, "Spectra of the rates and of what predictions miss of them: the vehicle explains a frequency as far "
+                        "as the residual is below the measurement.")  # fmt: skip
+
+
+def again(out: Path, flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[Section]:
+    """The real flights beside simulated ones, if they have setpoints."""
+    found = []
+    for flight in flights:
+        with contextlib.suppress(UserError):
+            found += fly_again([flight], vehicle, {"type": "pid"})
+    pictures = [drawn(out, flight_picture(one, place), SVG) for place, one in enumerate(found)]
+    return [tracking_table(found, "pid"), *pictures] if found else []
