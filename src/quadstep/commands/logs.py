@@ -43,7 +43,7 @@ def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]"
         depth = next(n for n in range(1, len(one) + 1) if sum(each[-n:] == one[-n:] for each in named) == 1)
         flights.append(replace(read_log(log, mapping), name="/".join(one[-depth:])))
     flown = [(flight.time.tobytes(), flight.motors.tobytes()) for flight in flights]
-    for place, one in enumerate(flown):
-        if one in flown[:place]:
-            raise UserError(f"{logs[place]}: is the flight of {logs[flown.index(one)]} again; a flight counts once")
+    for place, same in enumerate(flown):
+        if same in flown[:place]:
+            raise UserError(f"{logs[place]}: is the flight of {logs[flown.index(same)]} again; a flight counts once")
     return flights
