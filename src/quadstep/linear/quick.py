@@ -13,7 +13,7 @@ from quadstep.engines.fly import fingerprint
 from quadstep.io import code_cache
 from quadstep.io.results.code import code_digest
 from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, worst_of
-from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed
+from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_pieces
 from quadstep.linear.grade import Grade, graded, refused
 from quadstep.linear.margins import Margins
 from quadstep.linear.nearby import bending
@@ -107,7 +107,9 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
                     rest = at_rest(one.plan)
                 except NoRestError as error:
                     return {"grade": (none := refused(error)).word, "why": none.why}
-            if rest.period.period.bends or bending(one, rest.flown, rest.first, rest.period):
+            if rest.period.period.bends and not rest.tried:
+                rest = with_pieces(rest)
+            if rest.pieces or bending(one, rest.flown, rest.first, rest.period):
                 return {}
             analyses.append(of_loop(rest.period, limits(mission)))
     found: Grade = graded(worst_of(analyses))
