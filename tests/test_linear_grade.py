@@ -169,3 +169,9 @@ def test_a_quick_grade_is_cached_and_leaves_out_what_takes_long(monkeypatch):
     monkeypatch.undo()
     assert quick_grade(hover("mppi")) == {}
     assert quick_grade(hover("lqr", sensors={"estimator": True, "latency": 0.1})) == {}
+
+
+def test_a_loop_that_bends_only_where_it_does_not_matter_is_graded_beside_other_results():
+    found = quick_grade(hover("betaflight-rates", "hummingbird"))
+    assert found["grade"] == SOUND
+    assert found["why"].startswith("least gain margin ")

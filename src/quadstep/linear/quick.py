@@ -68,7 +68,7 @@ MOST_STATES, MOST_TICKS = 160, 50
 
 def quick_grade(mission: Mission) -> Mapping[str, str]:
     """The "grade" and "why" of a mission's loop at rest where its path begins; empty where `quadstep linear` has to be asked:
-    the loop is large, bends at or near rest, or has no equations.
+    the loop is large, has other slopes on other sides of rest or near it, or has no equations.
     """
     law = mission.controller.controller
     if issubclass(law, Opaque) or law.one_at_a_time:
