@@ -206,6 +206,24 @@ def test_figures_follow_the_finger_and_the_keyboard_and_symbols_light_up(opened)
     assert page.evaluate("getComputedStyle(document.querySelector('#nested [data-s~=vel]')).opacity") == "0.16"
 
 
+@needs(CHROMIUM)
+def test_a_finger_drags_a_handle_down_and_the_page_stays(opened):
+    page = opened(360)
+    handle = page.locator("#inversion .handle")
+    handle.scroll_into_view_if_needed()
+    box, scrolled = handle.bounding_box(), page.evaluate("scrollY")
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    session = page.context.new_cdp_session(page)
+    session.send("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    for kind, points in (("touchStart", [0]), ("touchMove", range(10, 171, 20)), ("touchEnd", [])):
+        for down in points or [None]:
+            at = [] if down is None else [{"x": x, "y": y + down}]
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+    session.send("Emulation.setTouchEmulationEnabled", {"enabled": False})
+    assert until(page, lambda: "misses by" in page.locator("#inversion .drawing").text_content())
+    assert page.evaluate("scrollY") == scrolled
+
+
 @needs(CHROMIUM, BUILD_TOOLS._replace(here=(FRONTEND / "node_modules" / "axe-core").is_dir))
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing(opened, scheme):

@@ -54,5 +54,6 @@ export function dragged(stage: Stage, moved: (left: number, top: number, first: 
     if (held) stage.drawing.setPointerCapture(event.pointerId), event.preventDefault();
   });
   stage.drawing.addEventListener("pointermove", (event) => void (held && moved(...place(event), false)));
+  stage.drawing.addEventListener("touchstart", (event) => void (held && event.preventDefault()), { passive: false }); // or it scrolls
   for (const over of ["pointerup", "pointercancel"] as const) stage.drawing.addEventListener(over, () => (held = false));
 }

@@ -113,10 +113,10 @@ BLANK = frozenset(("", "-", "–"))
 
 
 def without_blank(header: Sequence[str], rows: Sequence[Sequence[Cell]]) -> tuple[Sequence[str], Sequence[Sequence[Cell]]]:
-    """A table without the columns, after the first, in which no row has anything."""
+    """A table without the columns in which no row has anything."""
     if any(len(row) != len(header) for row in rows):
         return header, rows
-    kept = [i for i in range(len(header)) if i == 0 or not all(row[i] in BLANK for row in rows)]
+    kept = [i for i in range(len(header)) if not rows or not all(row[i] in BLANK for row in rows)] or [0]
     return [header[i] for i in kept], [[row[i] for i in kept] for row in rows]
 
 
