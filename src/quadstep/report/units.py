@@ -27,7 +27,7 @@ def prefixed(unit: str, largest: float) -> tuple[str, float]:
 
 
 def handy(unit: str, largest: float) -> tuple[str, float]:
-    """The same for text, where lengths below a metre read better in millimetres, and degrees, decibels and no unit have no prefix."""
+    """The same for text: lengths below a metre read better in millimetres; degrees, decibels and no unit have no prefix."""
     if unit in ("-", "dB") or unit.startswith("°"):
         return unit, 1.0
     if unit == "m" and 0.0 < largest < 1.0:
