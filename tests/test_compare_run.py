@@ -287,6 +287,16 @@ def test_missions_that_differ_in_anything_fly_the_same_noise(tmp_path):
     table = pq.read_table(tmp_path / "out" / "flights").to_pylist()
     assert len(table) == 30
     assert "the missions: " in result.out
+    assert "Gusts and noise differ" not in result.out
+
+
+def test_missions_of_unlike_steps_are_said_to_fly_other_noise(tmp_path):
+    one = write(tmp_path, MISSION + '[controller]\ntype = "pid"\n', "pid.toml")
+    other = write(tmp_path, MISSION + '[controller]\ntype = "px4-cascade"\n', "px4.toml")  # its loops run at 1 kHz
+    result = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out")
+    assert (
+        "Gusts and noise differ between controllers, as their simulation.step does: 2 ms (pid) and 1 ms (px4)." in result.out
+    )
 
 
 def test_the_papers_plant_can_be_compared_with_a_real_vehicle(tmp_path):

@@ -89,6 +89,8 @@ def test_px4_flies_the_law_in_its_axes(tmp_path):
     name, plan = adapter(tmp_path, "px4", "pid", "x500")
     lines = flown(tmp_path, "px4", name, "fly.cpp", "QuadstepControl.cpp")
     assert lines[:2] == ["asked for Quadstep", "checked 7 1"]
+    entry = numbers(lines, "entry")[0]  # at entry the mixer's last output, for this sample: PX4's simulators wait for one
+    np.testing.assert_allclose(entry, [1, 1, 0.40, 0.41, 0.42, 0.43], rtol=1e-6)
     samples = numbers(lines, "sample")
     assert len(samples) == 12
     fastest = float(plan.parameters.airframe.rotor.fastest)

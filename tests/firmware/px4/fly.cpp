@@ -56,6 +56,9 @@ int main()
 	tell(ORB_ID(arming_check_request), check);
 	module->Run();
 	std::printf("checked %d %d\n", heard<arming_check_reply_s>(ORB_ID(arming_check_reply)).request_id, heard<arming_check_reply_s>(ORB_ID(arming_check_reply)).can_arm_and_run);
+	actuator_motors_s last{}; /* of PX4's own mixer */
+	for (int k = 0; k < 4; ++k) { last.control[k] = 0.40f + 0.01f * k; }
+	tell(ORB_ID(actuator_motors), last);
 	select_mode(23, 23);
 	NAME_state law; NAME_measured measured; NAME_reference reference; NAME_command command; NAME_actuators made{};
 	for (unsigned i = 0; i < 13; ++i) {
@@ -77,7 +80,11 @@ int main()
 		setpoint.yaw = -reference.yaw; setpoint.yawspeed = -reference.yaw_rate; setpoint.timestamp = stub_time() + 1000;
 		if (i > 0) { tell(ORB_ID(trajectory_setpoint), setpoint); }
 		step(true, position, rates, 700);
-		if (i == 0) { NAME_reset(&law); NAME_start(&NAME_mission, &law, &measured); continue; }
+		if (i == 0) {
+			NAME_reset(&law); NAME_start(&NAME_mission, &law, &measured);
+			say("entry", heard<actuator_motors_s>(ORB_ID(actuator_motors)).timestamp_sample == stub_time());
+			continue;
+		}
 		NAME_clock clock{}; clock.tick = i; clock.step = 0.002f; clock.period = 0.002f;
 		if ((i - 1u) % 5u == 0u) { NAME_clock slow = clock; slow.period = 0.010f; NAME_guide(&NAME_mission, &law, &measured, &reference, &slow); }
 		NAME_law(&NAME_mission, &law, &measured, &reference, &clock, &command);

@@ -15,7 +15,17 @@ from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.comparison.entrants import Entrant, Problem
 from quadstep.studies.comparison.report import write_results
 from quadstep.studies.comparison.results import Comparison, ranks, result
-from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, costs, fly, laws, linearised, reported
+from quadstep.studies.comparison.run import (
+    ComparisonRun,
+    FinishedComparison,
+    How,
+    costs,
+    fly,
+    laws,
+    linearised,
+    reported,
+    unpaired,
+)
 from quadstep.studies.comparison.schema import EFFORTS, MarginEntry
 from quadstep.studies.comparison.study import Situation, StudyCell
 
@@ -59,6 +69,7 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             costs=costs(run, asked_of_laws),
             linear=linearised(run, asked_of_laws),
             problems=tuple(run.problems),
+            left_out=unpaired(flights),
         )
         told = write_results(out, found, flights, run.how.sheet)
         run.publish(out, [*flights, *asked_of_laws])

@@ -18,7 +18,7 @@ from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Progress
-from quadstep.report.units import counted
+from quadstep.report.units import counted, listed
 from quadstep.studies.comparison import cost, margins
 from quadstep.studies.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
 from quadstep.studies.comparison.jobs import Job, Worked, alone, costing, flying, linearising, raising, work
@@ -184,7 +184,7 @@ def compare_study(study: ComparisonStudy, folder: Path, how: How) -> FinishedCom
             linear=linearised(run, asked_of_laws),
             problems=tuple(run.problems),
             notes=study.file.notes,
-            left_out=left_out,
+            left_out=(*left_out, *unpaired(flights)),
         )
         told = write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)
@@ -226,6 +226,16 @@ def fly(
             where = situation.label or "the missions"
             run.met(Problem(None, f"{where}: no controller completes any of {counted(seeds, 'flight')}"))
     return there, flown
+
+
+def unpaired(flights: Sequence[Job[StudyCell]]) -> tuple[str, ...]:
+    """A sentence where noise and gusts of the same flight differ between controllers: they are drawn step by step."""
+    steps: dict[Situation, dict[float, dict[str, None]]] = {}
+    for cell in (one.subject for one in flights if one.subject.mission.noisy):
+        steps.setdefault(cell.situation, {}).setdefault(cell.mission.simulation.step, {})[cell.controller] = None
+    apart = next((one for one in steps.values() if len(one) > 1), {})
+    said = [f"{1e3 * step:g} ms ({listed(list(names))})" for step, names in apart.items()]
+    return (f"Gusts and noise differ between controllers, as their simulation.step does: {listed(said)}.",) if said else ()
 
 
 def read_back(kept: Parts, job: Job[StudyCell]) -> CellFlights:

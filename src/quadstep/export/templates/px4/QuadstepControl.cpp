@@ -215,6 +215,16 @@ void QuadstepControl::publish(hrt_abstime now)
 	_motors_pub.publish(motors);
 }
 
+/* The motors' last output again: PX4's simulators wait for one at every sample of the gyro. */
+void QuadstepControl::repeat(hrt_abstime now)
+{
+	actuator_motors_s motors;
+	if (!_last_motors_sub.copy(&motors)) { return; }
+	motors.timestamp = hrt_absolute_time();
+	motors.timestamp_sample = now;
+	_motors_pub.publish(motors);
+}
+
 void QuadstepControl::leave()
 {
 	_angular_velocity_sub.unregisterCallback();
@@ -261,6 +271,7 @@ void QuadstepControl::Run()
 		_follows = false;
 		/* once it gave up, it is able again when the pilot has chosen another mode: PX4 does not return here by itself */
 		if (status.nav_state_user_intention != _mode_id || !_armed) { note(false); }
+		if (status.nav_state == _mode_id) { repeat(now); }
 		return;
 	}
 	NAME_measured measured;
@@ -276,6 +287,7 @@ void QuadstepControl::Run()
 		_last = now;
 		hold_here(measured);
 		note(!_started);
+		repeat(now);
 		return;
 	}
 	want(reference, measured, present);

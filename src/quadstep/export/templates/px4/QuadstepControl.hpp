@@ -49,6 +49,7 @@ private:
 	void want(NAME_reference &reference, const NAME_measured &measured, hrt_abstime present);
 	float battery();
 	void publish(hrt_abstime now);
+	void repeat(hrt_abstime now);
 	void leave();
 	void note(bool refused);
 
@@ -60,6 +61,7 @@ private:
 	uORB::Subscription _status_sub{ORB_ID(vehicle_status)};
 	uORB::Subscription _registered_sub{ORB_ID(register_ext_component_reply)};
 	uORB::Subscription _check_sub{ORB_ID(arming_check_request)};
+	uORB::Subscription _last_motors_sub{ORB_ID(actuator_motors)};
 	uORB::Publication<actuator_motors_s> _motors_pub{ORB_ID(actuator_motors)};
 	uORB::Publication<register_ext_component_request_s> _register_pub{ORB_ID(register_ext_component_request)};
 	uORB::Publication<unregister_ext_component_s> _unregister_pub{ORB_ID(unregister_ext_component)};
