@@ -167,8 +167,9 @@ def test_what_the_motors_did_a_tone_and_descents_are_told_with_their_thresholds(
     text = " ".join(found.more)
     told = re.search("A motor was at its upper limit for (.*) % of the time; of what took it there roll made", text)
     assert float(told[1]) == pytest.approx(share, rel=0.05)
-    assert "at 80 Hz out of its surroundings" in text
-    assert "at 170 Hz or another alias" in text
+    assert "a peak at 80 Hz, " in text
+    assert "dB above its surroundings" in text
+    assert "an alias of it, such as 170 Hz, since" in text
     assert "IMU_GYRO_NF0 covers 80 Hz" in text
     assert "In descents of more than 1 m/s" in text
     assert "propeller wash, or gusts" in text

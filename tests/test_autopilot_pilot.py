@@ -123,9 +123,9 @@ def test_an_autopilot_is_armed_lifted_and_sent_the_path(mission, name):
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ({"refuses": "Arm: Gyros not calibrated"}, "not armed for 3 s of its time: Arm: Gyros not calibrated"),
-        ({"stuck": True}, "not in mode {mode} for 3 s of its time: the mode was denied"),
-        ({"deaf": True}, "not heard for 3 s of its time"),
+        ({"refuses": "Arm: Gyros not calibrated"}, "still not armed after 3 s of its time: Arm: Gyros not calibrated"),
+        ({"stuck": True}, "still not in mode {mode} after 3 s of its time: the mode was denied"),
+        ({"deaf": True}, "still not heard after 3 s of its time"),
         ({"frame": "plus"}, "{name} has another frame than the mission's vehicle: {parameter}"),
     ],
     ids=lambda one: next(iter(one)) if isinstance(one, dict) else "",

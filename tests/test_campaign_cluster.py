@@ -31,6 +31,7 @@ from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import Chunk, parquet
+from quadstep.studies.comparison import jobs
 from tests.campaigns import (
     SHORT,
     ended,
@@ -260,6 +261,9 @@ def test_a_node_without_quadstep_is_said_in_one_line(whole, joined, tmp_path):
     try:
         with pytest.raises(UserError, match=rf"worker at \d\S+ cannot import .*{missing}.*on every node$"):
             list(flown_on_cluster(known, [Chunk("a", 0, 12000)], lambda _: None))
+        pieces = [jobs.Job("costs", str(i), str(i), ("", ""), None, bytes, 1) for i in range(40)]
+        with pytest.raises(UserError, match=rf"worker at \d\S+ cannot import .*{missing}.*on every node$"):
+            list(jobs.on_cluster(pieces, lambda: None))
     finally:
         joined.remove_node(bare, allow_graceful=False)
 

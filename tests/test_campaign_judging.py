@@ -126,6 +126,15 @@ def test_points_of_a_grid_flown_often_have_no_intervals(tmp_path):
     assert manifest(out)["summary"]["points"] == 2
 
 
+def test_one_flight_of_which_nothing_is_drawn_is_no_grid(tmp_path):
+    path, out = tmp_path / "camp.toml", tmp_path / "out"
+    path.write_text(f"flights = 1\n{CALM}")
+    assert "It is one flight, of which nothing is drawn at random, so nothing is statistical." in fly(path, out).out
+    required = fly(path, tmp_path / "other", "--require", "0.5")
+    assert required.refused
+    assert "--require: its flights do not differ and show nothing of others" in required.err
+
+
 def test_what_a_plant_of_ones_own_draws_shows_only_in_flight(tmp_path):
     content = (
         '[mission]\nvehicle = { type = "planar" }\npath = { type = "minimum-jerk", end = [0.1, 0.0, 0.0], duration = 0.5 }\n'

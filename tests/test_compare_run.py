@@ -385,7 +385,7 @@ def test_a_controller_that_fails_in_its_own_code_is_one_line(tmp_path):
     assert again.code == 2
     assert again.err.count("\n") == 1
     assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
-    assert "Left out, or out of some situations, as they failed: own." in " ".join(again.out.split())
+    assert "Missing from some or all situations because they failed: own." in " ".join(again.out.split())
     assert "RuntimeError: no idea" in metrics(tmp_path / "out")["problems"][0]
 
 

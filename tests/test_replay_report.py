@@ -134,7 +134,7 @@ def test_a_flight_of_which_nothing_is_predicted_is_named_first(tmp_path, logs):
     flights = [logs / "B0_made.csv", tmp_path / "still.csv"]
     (tmp_path / "map.toml").write_text(MAPPING)
     run = quadstep("replay", *flights, "--vehicle", "crazyflie", "--mapping", tmp_path / "map.toml")
-    assert "Of still nothing is predicted: the motors never run." in " ".join(run.out.split()), run.err
+    assert "Nothing is predicted for still: the motors never run." in " ".join(run.out.split()), run.err
 
 
 @pytest.mark.parametrize("channel", ["position", "velocity", "attitude", "rates"])

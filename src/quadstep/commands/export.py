@@ -8,7 +8,7 @@ import typer
 from quadstep.commands.options import OverwriteOption
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import complain, say_whole
+from quadstep.report.terminal.screen import complain, say, say_whole
 
 PRECISIONS = ("f32", "f64")
 
@@ -58,6 +58,8 @@ def export(
         complain(f"warning: {mission}: {margins}")
     for warning in done.warnings:
         complain(f"warning: {mission}: {warning}")
-    for line in [*done.said, *([margins] if margins and not short else [])]:
+    for line in done.said:
         say_whole(line)
+    if margins and not short:
+        say(margins)
     say_whole(f"Results: {folder}")

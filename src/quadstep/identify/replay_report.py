@@ -107,7 +107,7 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
         sections.append(estimate_table(found.estimates))
     known = [flight.name for flight in flights if flight.name in fitted_to(asked.section)]
     left = [flight for flight in flights if first and flight.name not in first.names]
-    unseen = [f"Of {listed([one.name for one in left])} nothing is predicted: {why_unusable(left)}."] if left else []
+    unseen = [f"Nothing is predicted for {listed([one.name for one in left])}: {why_unusable(left)}."] if left else []
     said = " ".join([*no_test(known, len(flights)), *unseen, answer(found)])
     return Evidence(
         name=name,

@@ -151,8 +151,11 @@ def peak(flight: Excited) -> Iterator[Symptom]:
     text = f"{tall:.0f} dB at {at:.3g} Hz"
     said = f"Above the excited frequencies no peak of the gyro's spectrum stands {STANDS:g} dB out of its surroundings"
     if shows:
-        alias = f"{1.0 / flight.period - at:.3g} Hz or another alias, as only every {1e3 * flight.period:.3g} ms is logged"
-        said = f"The gyro's spectrum stands {text} out of its surroundings: a resonance or rotors, there or at {alias}; "
+        alias = f"such as {1.0 / flight.period - at:.3g} Hz, since the log has a sample every {1e3 * flight.period:.3g} ms"
+        said = (
+            f"The gyro's spectrum has a peak at {at:.3g} Hz, {tall:.0f} dB above its surroundings: a resonance or rotors, at "
+        )
+        said += f"that frequency or an alias of it, {alias}; "
         said += covered(flight.loop, flight.parameters, at)
     yield Symptom("peak of the gyro", f"{said}.", text, f"{STANDS:g} dB", shows)
 

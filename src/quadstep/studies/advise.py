@@ -118,7 +118,7 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
             "name": path.stem, "version": __version__, "log": str(path), "axis": flight.axis, "columns": list(flight.source),
             "crossover[rad/s]": now.phase.at.as_json(), "phase_margin[rad]": now.phase.value.as_json(),
             "gain_margin_up[dB]": now.gain_up and now.gain_up.as_json(),
-            "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(),
+            "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(), "least_gain_margin_down[dB]": now.floor,
             "grade": now.grade, "excited[rad/s]": [now.lowest, now.highest],
             "modelled": model and {"phase_margin[rad]": model.margins.phase, "crossover[rad/s]": model.margins.phase_at},
             "symptoms": {one.name: one.measured for one in seen},
@@ -182,7 +182,9 @@ def margin_rows(now: Measured, model: Model | None, advice: Advice | None) -> li
         gains = [f"{gain:.1f}" if math.isfinite(gain) else "none" for gain in (one.up, one.down)]
         rows.append((f"model: {model.name}", f"{one.phase_at:.3g}", f"{math.degrees(one.phase):.1f}", *gains))
     if advice:
-        rows.append((f"expected, gains x {advice.factor:.2f}", *margin_cells(advice.expected)))
+        changed = [f"{name} {after:.4g} Hz" for name, (_, after) in advice.filters.items()]
+        changed += [f"gains x {advice.factor:.2f}"] if advice.factor != 1.0 or not changed else []
+        rows.append((f"expected, {', '.join(changed)}", *margin_cells(advice.expected)))
     return rows
 
 
@@ -190,9 +192,9 @@ def margin_cells(one: Measured) -> tuple[str, ...]:
     """A row of `HEADER` without its name."""
     assert one.phase
     phase = Estimate(*map(math.degrees, one.phase.value))
-    sides = (one.gain_up, f"above {one.highest:.3g}"), (one.gain_down, f"below {one.lowest:.3g}")
-    gains = (spelled(gain, ".1f") if gain else f"unknown {where} rad/s" for gain, where in sides)
-    return spelled(one.phase.at, ".3g"), spelled(phase, ".1f"), *gains
+    up = spelled(one.gain_up, ".1f") if one.gain_up else f"unknown above {one.highest:.3g} rad/s"
+    least = f"{one.floor:.1f} or more" if one.floor is not None else f"unknown below {one.lowest:.3g} rad/s"
+    return spelled(one.phase.at, ".3g"), spelled(phase, ".1f"), up, spelled(one.gain_down, ".1f") if one.gain_down else least
 
 
 def spelled(one: Estimate, digits: str) -> str:
@@ -232,11 +234,11 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
     asked = f"{math.degrees(LEAST_PHASE):.0f}° and {LEAST_GAIN:g} dB both ways"
     if advice and advice.filters:
         return [
-            f"A sound loop has {asked}, {'and so has this one' if now.sound else 'this one less'}. {cut_off(flight, advice)}"
+            f"A sound loop has {asked}, {'and so does this one' if now.sound else 'this one less'}. {cut_off(flight, advice)}"
         ]
     if now.sound:
         where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
-        return [f"A sound loop has {asked}, and so has this one {where}: no change of its gains is advised."]
+        return [f"A sound loop has {asked}, and so does this one {where}: no change of its gains is advised."]
     wider = [*([] if now.up else ["faster"]), *([] if now.down or now.floor is not None else ["slower"])]
     untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
     if not now.fragile:
@@ -249,7 +251,7 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
             f"{f'; {untold}' * bool(wider)}."
         ]
     if bypassed(flight):
-        return [f"{less}. Its feed-forward passes the gains by, so that no factor on them is advised."]
+        return [f"{less}. Its feed-forward bypasses the gains, so that no factor on them is advised."]
     assert advice.expected.phase
     what = ", ".join((flight.loop and flight.loop.gains(flight.parameters)) or ["All gains of this command"])
     expected = degrees(advice.expected.phase.value)
@@ -282,7 +284,7 @@ def also(flight: Excited, now: Measured) -> Sequence[str]:
         f"At {one.at.value:.3g} rad/s the gain crosses 1 too; the excitation does not tell the phase margin there."
         for one in now.open
     ]
-    noise = f"{100 * flight.noise:.0f} % of the command's deviation lie above the excited frequencies: noise"
+    noise = f"{100 * flight.noise:.0f} % of the command's deviation lies above the excited frequencies: noise"
     if flight.loop:
         share = loud(flight)
         noise += f", {100 * share:.2g} % of the whole command, {'more' if share > NOISY else 'less'} than {100 * NOISY:g} %"

@@ -6,7 +6,8 @@ It goes by the clock of the samples that the autopilot is given, so it is as fas
 import math
 import struct
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from time import sleep
 from typing import NamedTuple
 
@@ -136,7 +137,8 @@ class Pilot:
         doing = self._prepare(time)
         if doing and time - (0.0 if math.isnan(self.heard_at) else self.heard_at) > READY:
             why = self.reason or self.why()
-            raise UserError(f"{name} at {self.where}: {doing} for {READY:g} s of its time{': ' if why else ''}{why}")
+            after = f"still {doing} after {READY:g} s of its time"
+            raise UserError(f"{name} at {self.where}: {after}{': ' if why else ''}{why}")
         return f"{name}: {doing}" + (f" ({self.reason})" if self.reason else "")
 
     def _prepare(self, time: float) -> str:
@@ -195,7 +197,7 @@ class Pilot:
         if other:
             self.told(f"warning: {self.station.name}'s thrust curve is not the vehicle's: {listed(list(other))}")
         if missing:
-            self.told(f"warning: {self.station.name} did not say its {', '.join(missing)}")
+            self.told(f"warning: {self.station.name} did not report its {', '.join(missing)}")
         return True
 
     def fly(self, sample: SensorSample) -> None:
@@ -210,11 +212,12 @@ class Pilot:
             raise Lost(f"{self.station.name} {did}{': ' if self.reason else ''}{self.reason}")
         assert self.link
         assert self.start
-        if self._due("heartbeat", sample.time, AGAIN):
-            self.link.mav.heartbeat_send(6, 8, 0, 0, 0)
         self.risen |= self.station.climbs or self.start.position[2] - sample.position[2] >= RISEN
-        if self.risen and self._due("setpoint", sample.time, 1.0 / RATE):  # ArduPilot's take-off would end with a setpoint
-            self._send(sample.time, self._wanted(sample.time))
+        with self._connected():
+            if self._due("heartbeat", sample.time, AGAIN):
+                self.link.mav.heartbeat_send(6, 8, 0, 0, 0)
+            if self.risen and self._due("setpoint", sample.time, 1.0 / RATE):  # ArduPilot's take-off would end with a setpoint
+                self._send(sample.time, self._wanted(sample.time))
 
     def _wanted(self, time: float, still: bool = False) -> Setpoint:
         reference = self.plan.loop.path.reference(min(time, self.duration), self.plan.parameters.path)
@@ -245,10 +248,16 @@ class Pilot:
         """Take in the messages that have come. Raises Lost where the connection is gone."""
         if not self.link:
             return
-        try:
+        with self._connected():
             while (message := self.link.recv_match()) is not None:
                 if message.get_srcSystem() == self.link.target_system or message.get_type() == "HEARTBEAT":
                     self._take(message, time)
+
+    @contextmanager
+    def _connected(self) -> Iterator[None]:
+        """Raises Lost where the connection goes."""
+        try:
+            yield
         except (OSError, UserError):
             raise Lost(f"{self.station.name} closed the MAVLink connection {self.where}") from None
 

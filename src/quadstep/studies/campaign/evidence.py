@@ -43,7 +43,7 @@ def evidence(
     """
     summary, name, measured = done.summary, done.campaign.file.name, as_json(done.summary)
     if not summary.drawn and (decided or least is not None):
-        raise nothing_shown(file, "--until" if decided else "--require", not summary.copies)
+        raise nothing_shown(file, "--until" if decided else "--require", bool(done.campaign.varies) and not summary.copies)
     again = [replay_command(file, one.flight, done.folder) for one in summary.worst]
     record = {
         "version": __version__,

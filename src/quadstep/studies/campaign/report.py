@@ -36,7 +36,7 @@ from quadstep.studies.campaign.varied import Varied, bins, varied
 TABLE = "table.tex"
 
 GLANCE = {
-    "outcomes": "How the flights ended; where some ended early, when.",
+    "outcomes": "How the flights ended, and when the early ones did.",
     "distributions": "Above, how many completed flights were how far from their path; below, the share of all flights that "
     "were worse, lost ones included: where the curve meets a limit (red), it says how often that is exceeded.",
     "ranking": "What explains the spread: the share of the variance that each key explains on its own, with its interval.",

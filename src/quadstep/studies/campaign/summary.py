@@ -27,8 +27,11 @@ FEW = "too few flights for a 95 % interval"
 COPIES = "Its {} flights do not differ, so nothing is statistical."
 """Of a campaign of copies of one flight, whatever varies: wind, say, on a vehicle without drag."""
 
-POINTS = "Its {} flights are {} points of a grid, without noise, so nothing is statistical."
+POINTS = "Its {} flights are {} of a grid, without noise, so nothing is statistical."
 """Of a campaign in which nothing is drawn at random."""
+
+
+SINGLE = "It is one flight, of which nothing is drawn at random, so nothing is statistical."
 
 
 class MetricQuantiles(NamedTuple):
@@ -76,7 +79,9 @@ class CampaignSummary(NamedTuple):
     @property
     def why_not(self) -> str:
         """Why they do not, where they do not."""
-        return COPIES.format(self.flights) if self.copies else POINTS.format(self.flights, self.points)
+        if self.flights == 1:
+            return SINGLE
+        return COPIES.format(self.flights) if self.copies else POINTS.format(self.flights, units.counted(self.points, "point"))
 
     @property
     def meaning(self) -> str:

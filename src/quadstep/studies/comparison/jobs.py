@@ -182,6 +182,7 @@ def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[o
 
         def quadstep_job(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
             # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
+            from quadstep.studies.comparison.jobs import on_worker  # noqa: PLC0415 (on the worker)
 
             return on_worker(told, packed)
 

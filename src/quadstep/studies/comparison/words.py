@@ -128,7 +128,7 @@ def of_all(found: Comparison) -> str:
         text = f"{first} has the best mean rank{loses}{with_grade(found, first)}. {text}"
     if found.problems:
         out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in found.problems)
-        text += f" Left out, or out of some situations, as they failed: {several(list(out))}."
+        text += f" Missing from some or all situations because they failed: {several(list(out))}."
     if pairs and found.seeds < fewest(len(pairs)):
         text += (
             f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "

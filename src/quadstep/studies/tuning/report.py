@@ -104,7 +104,8 @@ def answer(compared: Compared) -> str:
         change = difference.value / before.value
         said += f" The objective {'falls' if change < 0.0 else 'rises'} by {100.0 * abs(change):.3g} %."
     if tuned.value < 1.0:
-        said += f" With {'them' if compared.flights > 1 else 'it'} {units.percent(tuned.value)} of the flights succeed."
+        share = f"{units.percent(tuned.value)} of the flights succeed"
+        said += f" With them {share if compared.flights > 1 else 'the flight fails'}."
     return said
 
 
