@@ -58,7 +58,7 @@ class BetaflightDiff:
                 found[place][match[1]] = value_of(match[1], match[2])
             elif match := re.fullmatch(r"feature (-?)AIRMODE", said):
                 found[("", "")]["airmode"] = 0.0 if match[1] else 1.0
-            elif said and not (about and BetaflightDiff.OTHER.fullmatch(said)):
+            elif said and said != "save" and not (about and BetaflightDiff.OTHER.fullmatch(said)):
                 raise UserError(f"line {number} is not what Betaflight answers to `diff all`: {said!r:.60}")
         values = {name: one for kind in chosen for name, one in found.get((kind, chosen[kind]), {}).items()}
         if not (about or values):
