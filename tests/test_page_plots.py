@@ -71,7 +71,7 @@ def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
     page = open_page()
 
     before = ids(page)
-    page.click("#chooser summary")
+    open_chooser(page)
     page.locator("#chooser").get_by_text("Position error", exact=True).click()
     assert ids(page) == [one for one in before if one != "position-error"]
     page.hover("#plot-attitude")
@@ -102,6 +102,12 @@ def ids(page):
     return [one.get_attribute("id").removeprefix("plot-") for one in page.locator("#plots-list .plot").all()]
 
 
+def open_chooser(page):
+    """Its entries are made when it opens, a moment after the click."""
+    page.click("#chooser summary")
+    page.wait_for_selector(".pickables .pickable")
+
+
 def offered(page):
     """The names of the plots that may be chosen, and whether each is."""
     return {one.inner_text(): one.locator("input").is_checked() for one in page.locator(".pickables .pickable").all()}
@@ -125,7 +131,7 @@ def test_what_a_flight_lacks_is_not_drawn_but_said(open_page, still_file):
     }
     assert not lacked.keys() & set(ids(page))
     assert "rotors" in ids(page)
-    page.click("#chooser summary")
+    open_chooser(page)
     for title in lacked.values():
         assert offered(page)[f"{title} (none in this flight)"] is False
     assert "wind" not in page.locator("#legend").inner_text()
@@ -137,7 +143,7 @@ def test_what_a_flight_lacks_is_not_drawn_but_said(open_page, still_file):
 
 def test_axis_around_a_constant_has_round_numbers(open_page, still_file):
     page = open_page(file=still_file)
-    page.click("#chooser summary")
+    open_chooser(page)
     page.get_by_label("Battery (none in this flight)").check()
     assert {"1.0", "0.0", "−1.0"} <= set(words_of(page, "voltage"))
     page.evaluate("quadstep.setControl('wind', [2, 0, 0])")
@@ -148,7 +154,7 @@ def test_axis_around_a_constant_has_round_numbers(open_page, still_file):
 
 def test_the_net_is_chosen_like_other_plots(open_page):
     page = open_page("#t=12")
-    page.click("#chooser summary")
+    open_chooser(page)
     box = page.get_by_label("Net: force, neurons and weights")
     assert not box.is_checked() and "net" not in ids(page)
     box.focus()
@@ -180,7 +186,7 @@ def test_a_phase_portrait_pairs_what_was_at_the_same_time(open_page, tmp_path):
     page.set_input_files("#log-file", write(tmp_path, f"t,x[m],y[m],z[m],twice[m]\n{rows}\n", "log.csv"))
     page.wait_for_selector("#notice:not([hidden])")
     assert "file" in page.locator("#legend").inner_text()
-    page.click("#chooser summary")
+    open_chooser(page)
     page.select_option("#own-kind", "phase")
     for columns, least in ((["x", "twice"], 30), (["z_d", "twice"], 4)):
         page.select_option("#own-columns", columns)

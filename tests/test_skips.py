@@ -60,6 +60,7 @@ def test_only_what_a_machine_may_well_lack_is_spared():
         "a tree of the Crazyflie firmware",
         "a tree of PX4",
         "a tree of ArduPilot",
+        "ArduPilot's simulator",
         "a tree of Betaflight 4.5",
         "Firefox",
         "version 12.2 of the compiler for Cortex-M, whose sizes docs/export.md gives",
