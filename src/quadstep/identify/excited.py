@@ -83,11 +83,16 @@ class Excited(NamedTuple):
         return self.begin + self.period * (len(self.command) - 1)
 
     @property
+    def beyond(self) -> float:
+        """What lies above the excited frequencies does so from here on [rad/s]."""
+        return 1.05 * float(self.measured.omega[-1])
+
+    @property
     def above(self) -> tuple[Floats, Floats]:
         """Frequencies above the excited ones [rad/s], and the power of the command there, the whole command's being 1."""
         spectrum = np.abs(np.fft.rfft(self.command - self.command.mean())) ** 2
-        omega = 2.0 * np.pi * np.fft.rfftfreq(len(self.command), self.period)
-        beyond = omega > 1.05 * self.measured.omega[-1]
+        omega = (2.0 * np.pi * np.fft.rfftfreq(len(self.command), self.period)).astype(np.float64)
+        beyond = omega > self.beyond
         return omega[beyond], spectrum[beyond] / max(float(spectrum.sum()), 1e-300)
 
     @property

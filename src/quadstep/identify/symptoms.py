@@ -90,7 +90,9 @@ def demanded(flight: Excited, loop: RateLoop, time: Floats, shares: Floats, at: 
     if len(axes) < 3:
         return None
     commands = np.stack([latest(flight.columns[one.command], time, 0.0) for one in axes], axis=1)
-    free = ((shares > 1e-3) & (shares < 1.0 - 1e-3)).all(axis=1) & np.isfinite(commands).all(axis=1)
+    loose = (shares > 1e-3) & (shares < 1.0 - 1e-3)
+    known: Flags = np.asarray(np.isfinite(commands).all(axis=1))
+    free = loose.all(axis=1) & known
     if free.sum() < FEWEST:
         return None
     apart = shares - shares.mean(axis=1, keepdims=True)
@@ -99,13 +101,12 @@ def demanded(flight: Excited, loop: RateLoop, time: Floats, shares: Floats, at: 
     rest = apart[free] - basis[free] @ mixer
     if (rest**2).sum() > (1.0 - MIXED) * ((apart[free] - apart[free].mean(axis=0)) ** 2).sum():
         return None
-    loose = (shares > 1e-3) & (shares < 1.0 - 1e-3)
     alike = (shares > 0.5).all(axis=1, keepdims=True) | (shares < 0.5).all(axis=1, keepdims=True)
     heard = loose | (~loose.any(axis=1, keepdims=True) & alike)  # all at one limit tell thrust, at both they do not
     level = np.where(heard, shares - loose * (basis @ mixer), 0.0).sum(axis=1) / np.maximum(heard.sum(axis=1), 1)
     level[~heard.any(axis=1)] = np.median(level)
     pushes = [commands[:, [place]] * mixer[place] for place in range(3)] + [(level - np.median(level))[:, None] + 0.0 * apart]
-    held = np.isfinite(commands).all(axis=1, keepdims=True) & at
+    held = known[:, None] & at
     sums = [float(np.maximum(sign * one[held], 0.0).sum()) for one in pushes]
     if sum(sums) <= 0.0:
         return None
@@ -119,17 +120,18 @@ def noise(flight: Excited) -> Iterator[Symptom]:
     if loop is None or flight.rate is None:
         return
     omega = 2.0 * math.pi * np.fft.rfftfreq(len(flight.rate), flight.period)
-    above = omega > 1.05 * flight.measured.omega[-1]
+    above = omega > flight.beyond
     gyro = np.fft.rfft(flight.rate - flight.rate.mean())[above]
+    share = loud(flight)
     text = f"gyro {rms(gyro, len(flight.rate)):.2g} rad/s"
     slope = f"{loop.stem}D"
     if flight.parameters.get(slope, 0.0) > 0.0:
         s = (1j * omega[above]).astype(np.complex128)
         d = loop.transfers(flight.parameters, s)[1] - loop.transfers({**flight.parameters, slope: 0.0}, s)[1]
         text += f", D part {100.0 * rms(d * gyro, len(flight.rate)) / loop.whole:.2g} % of the whole command"
-    text += f", command {100.0 * loud(flight):.2g} %"
+    text += f", command {100.0 * share:.2g} %"
     said = f"Noise above the excited frequencies (RMS): {text}."
-    yield Symptom("noise", said, text, f"{100.0 * NOISY:g} % of the whole command", loud(flight) > NOISY)
+    yield Symptom("noise", said, text, f"{100.0 * NOISY:g} % of the whole command", share > NOISY)
 
 
 def rms(lines: NDArray[np.complex128], count: int) -> float:
@@ -143,7 +145,7 @@ def peak(flight: Excited) -> Iterator[Symptom]:
         return
     frequencies, density = spectrum(flight.rate[:, None], flight.period, min(2048, len(flight.rate) // 8))
     power = density[:, 0] ** 2
-    places = np.flatnonzero(frequencies > 1.05 * flight.measured.omega[-1] / (2.0 * math.pi))
+    places = np.flatnonzero(frequencies > flight.beyond / (2.0 * math.pi))
     found = max(((height(frequencies, power, int(one)), float(frequencies[one])) for one in places), default=(-math.inf, 0.0))
     if not math.isfinite(found[0]):
         return
@@ -154,9 +156,8 @@ def peak(flight: Excited) -> Iterator[Symptom]:
         alias = f"such as {1.0 / flight.period - at:.3g} Hz, since the log has a sample every {1e3 * flight.period:.3g} ms"
         said = (
             f"The gyro's spectrum has a peak at {at:.3g} Hz, {tall:.0f} dB above its surroundings: a resonance or rotors, at "
+            f"that frequency or an alias of it, {alias}; {covered(flight.loop, flight.parameters, at)}"
         )
-        said += f"that frequency or an alias of it, {alias}; "
-        said += covered(flight.loop, flight.parameters, at)
     yield Symptom("peak of the gyro", f"{said}.", text, f"{STANDS:g} dB", shows)
 
 

@@ -146,14 +146,13 @@ class Pilot:
         link, station = self.link, self.station
         if not link or self.mode is None:
             return "not heard"
-        if self._due("heartbeat", time, AGAIN):
-            link.mav.heartbeat_send(6, 8, 0, 0, 0)  # a ground station
+        self._show(time)
         if not self._checked(time):
-            return "its parameters are not known"
+            return "without known parameters"
         if self.local is None:
             if self._due("position", time, AGAIN):
                 self._command(SET_INTERVAL, LOCAL_POSITION, 1e6 / POLL)
-            return "knows no position yet"
+            return "without a position"
         assert self.start
         self.offset = tuple(at - of for at, of in zip(self.local, self.start.position, strict=True))  # type: ignore[assignment]
         if station.climbs and self._due("setpoint", time, 1.0 / RATE):
@@ -214,8 +213,7 @@ class Pilot:
         assert self.start
         self.risen |= self.station.climbs or self.start.position[2] - sample.position[2] >= RISEN
         with self._connected():
-            if self._due("heartbeat", sample.time, AGAIN):
-                self.link.mav.heartbeat_send(6, 8, 0, 0, 0)
+            self._show(sample.time)
             if self.risen and self._due("setpoint", sample.time, 1.0 / RATE):  # ArduPilot's take-off would end with a setpoint
                 self._send(sample.time, self._wanted(sample.time))
 
@@ -239,6 +237,12 @@ class Pilot:
     def _target(self) -> tuple[int, int]:
         assert self.link
         return self.link.target_system, self.link.target_component
+
+    def _show(self, time: float) -> None:
+        """That there is a ground station."""
+        if self._due("heartbeat", time, AGAIN):
+            assert self.link
+            self.link.mav.heartbeat_send(6, 8, 0, 0, 0)
 
     def _command(self, number: int, *parameters: float) -> None:
         assert self.link

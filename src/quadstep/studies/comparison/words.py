@@ -19,7 +19,8 @@ MISSIONS = "the missions"
 """What the situation of a comparison of missions is called."""
 
 METHOD = (
-    "All controllers fly the same flights in a situation: the same path, wind, noise and draws. A lost flight counts as "
+    "All controllers fly the same flights in a situation: the same path and draws, and the same wind and noise where "
+    "simulation.step is the same. A lost flight counts as "
     "worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost flights, by McNemar's exact "
     "test; the p-values of all pairs in all situations get Holm's correction, so that with 95 % confidence no pair that is "
     "reported as decided is wrong: of these gains, on these vehicles and paths."
