@@ -173,7 +173,8 @@ def test_an_autopilot_that_goes_is_told_of_at_once(mission, monkeypatch, name, h
     assert len((mission.parent / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()) > 10
 
 
-def test_an_interrupted_flight_that_is_led_keeps_its_log(mission, monkeypatch):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupted_flight_that_is_led_keeps_its_log(mission, monkeypatch, number):
     pilot, arguments = led("ardupilot", mission)
     poll, sent = pilot.mavlink.poll, []
 
@@ -181,7 +182,7 @@ def test_an_interrupted_flight_that_is_led_keeps_its_log(mission, monkeypatch):
         poll(time, position)
         if time - pilot.mavlink.lifted_at > 1.0 and not sent:  # from this thread: the other may be anywhere
             sent.append(time)
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), number)
 
     monkeypatch.setattr(pilot.mavlink, "poll", interrupting)
     run = flown(pilot, arguments)

@@ -16,6 +16,9 @@ from quadstep.numbers.rotations import rotation_matrix
 
 HERE = "127.0.0.1"
 
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Ctrl-C, and requests to end."""
+
 
 class Address(NamedTuple):
     """Of a socket."""
@@ -127,7 +130,7 @@ class Piloted:
 
     connect: makes a new link for each flight, given how long to wait for it [s]. lost: why the last flight ended before its
     time; empty where it did not. told: of what is waited for. pilot: makes who leads the autopilot; None where its user does.
-    kept: whether Ctrl-C in the air only ends the flight, since its log is kept; else it raises as ever.
+    kept: whether Ctrl-C or a request to end only ends the flight in the air, since its log is kept; else it raises as ever.
     """
 
     def __init__(self, connect: Callable[[float], AutopilotLink]) -> None:
@@ -138,7 +141,7 @@ class Piloted:
         self.pilot: Callable[[], GroundStation] | None = None
         self.station: GroundStation | None = None
         self.kept = self._interrupted = False
-        self._before: object = None
+        self._before: dict[int, object] = {}
         self.stood = 0.0
         self._asked, self._answer = b"", [0.0]
 
@@ -186,18 +189,18 @@ class Piloted:
         return [min(max(one, 0.0), 1.0) for one in outputs[: self.rotors]]
 
     def _hold(self) -> None:
-        """From now on Ctrl-C is a flag: an exception at any instruction of a call from compiled code would be lost."""
+        """From now on `STOPPING` are a flag: an exception at any instruction of a call from compiled code would be lost."""
         self._interrupted = False
         if self.kept and threading.current_thread() is threading.main_thread():
-            self._before = signal.signal(signal.SIGINT, self._interrupt)
+            self._before = {number: signal.signal(number, self._interrupt) for number in STOPPING}
 
     def _interrupt(self, _number: int, _frame: object) -> None:
         self._interrupted = True
 
     def end(self) -> None:
-        if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)  # type: ignore[arg-type]
-            self._before = None
+        for number, handler in self._before.items():
+            signal.signal(number, handler)  # type: ignore[arg-type]
+        self._before = {}
         for one in (self.link, self.station):
             if one:
                 one.close()
