@@ -428,7 +428,7 @@ def test_ray_is_loaded_for_its_engine_only_and_matplotlib_for_reports(whole, tmp
         "from quadstep.studies.campaign.run import CampaignRequest, fly_campaign\n"
         "import types; sys.modules['quadstep.studies.campaign.report'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
         "fly_campaign(CampaignRequest(Path(sys.argv[1]), Path(sys.argv[2]), 64))\n"
-        "assert not {'ray', 'quadstep.studies.campaign.cluster', 'matplotlib'} & set(sys.modules)"
+        "assert not {'ray', 'quadstep.studies.campaign.cluster', 'matplotlib', 'pandas'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", program, str(path), str(tmp_path / "out")], check=True)
 

@@ -1,7 +1,9 @@
 """Spans of a campaign's flights: drawn, built, flown, and returned as a table with one row per flight."""
 
 import logging
+import sys
 from collections.abc import Callable, Iterator, Sequence
+from importlib.abc import MetaPathFinder
 from typing import Protocol, TypeAlias, TypeVar
 
 import numpy as np
@@ -23,6 +25,21 @@ FLIGHT, OUTCOME, TIME, SUCCESS = "flight", "outcome", "time_of_failure[s]", "suc
 OUTCOMES = tuple(outcome.name.lower().replace("_", "-") for outcome in Outcome)
 
 log = logging.getLogger(__name__)
+
+
+class WithoutPandas(MetaPathFinder):
+    """Hides pandas. At its first array pyarrow loads pandas where it is installed, which takes a second; if it finds none, it
+    looks again only for what needs it, such as `to_pandas`.
+    """
+
+    def find_spec(self, name: str, path: object, target: object = None) -> None:
+        if name == "pandas":
+            raise ModuleNotFoundError(name, name=name)
+
+
+sys.meta_path.insert(0, hidden := WithoutPandas())
+pa.array([0])
+sys.meta_path.remove(hidden)
 
 
 class FlightRange(Protocol):
@@ -142,14 +159,14 @@ def table(
     """One row per flight; missing values are null, never NaN."""
     number = np.float64 if campaign.double else np.float32
     lost = outcome != Outcome.COMPLETED
-    columns: dict[str, object] = {FLIGHT: arrow(flights)}
+    columns: dict[str, object] = {FLIGHT: pa.array(flights)}
     columns |= {name: drawn_column(column) for name, column in drawn.items()}
-    columns[OUTCOME] = pa.DictionaryArray.from_arrays(arrow(outcome), pa.array(OUTCOMES))
-    columns[TIME] = arrow(ended, known=lost)
+    columns[OUTCOME] = pa.DictionaryArray.from_arrays(pa.array(outcome), pa.array(OUTCOMES))
+    columns[TIME] = pa.array(ended, mask=~lost)
     for name, values in zip(campaign.metrics, metrics.T, strict=True):
         known = np.isfinite(values)
         with np.errstate(over="ignore", invalid="ignore"):
-            columns[name] = arrow(values.astype(number), known)
+            columns[name] = pa.array(values.astype(number), mask=~known)
     return judged(pa.table(columns), campaign)
 
 
@@ -162,24 +179,12 @@ def judged(table: pa.Table, campaign: Campaign) -> pa.Table:
         success &= np.isfinite(table[name].to_numpy())
     for name, most in campaign.file.failure.items():
         success &= table[campaign.thresholds[name]].to_numpy() <= most
-    column = pa.Array.from_buffers(pa.bool_(), len(success), [None, bits(success)])
     rest = table.drop_columns([SUCCESS]) if SUCCESS in table.column_names else table
-    return rest.append_column(SUCCESS, column)
+    return rest.append_column(SUCCESS, pa.array(success))
 
 
 def drawn_column(drawn: DrawnColumn) -> pa.Array:
     """A column of drawn values: numbers, booleans or text."""
     if drawn.options is None:
-        return arrow(drawn.values)
-    return pa.array(drawn.shown_options()).take(arrow(drawn.values.astype(np.int64)))
-
-
-def arrow(values: NDArray[np.generic], known: NDArray[np.bool_] | None = None) -> pa.Array:
-    """Numbers as a column, null where not known. (`pyarrow.array` would load pandas where it is installed: a second.)"""
-    kinds = {"int8": pa.int8(), "int64": pa.int64(), "float32": pa.float32(), "float64": pa.float64()}
-    valid = None if known is None or known.all() else bits(known)
-    return pa.Array.from_buffers(kinds[values.dtype.name], len(values), [valid, pa.py_buffer(np.ascontiguousarray(values))])
-
-
-def bits(flags: NDArray[np.bool_]) -> pa.Buffer:
-    return pa.py_buffer(np.packbits(flags, bitorder="little"))
+        return pa.array(drawn.values)
+    return pa.array(drawn.shown_options()).take(pa.array(drawn.values.astype(np.int64)))
