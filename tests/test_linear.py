@@ -175,7 +175,7 @@ def test_slopes_are_those_of_finite_differences(law, periods):
     simulation = {"loop_periods": periods}
     rest = at_rest(hovering(hover({"type": law}, 0.02, wind={"mean": [6.0, 2.0, 0.0]}, simulation=simulation)))
     loops, first = rest.loops, rest.first
-    values = np.array(states(rest.flown)[0])
+    values = np.array(states(rest.flown))
     places = rest.period.places
 
     steps = 1e-4 * (1.0 + np.abs(values[places]))
@@ -185,7 +185,7 @@ def test_slopes_are_those_of_finite_differences(law, periods):
         moved = np.repeat(values[:, None], len(places), axis=1)
         moved[places, np.arange(len(places))] += share * steps
         flown = loops.fly(with_states(rest.flown, list(moved)), first, first + loops.count)
-        return np.array([np.broadcast_to(leaf, len(places)) for leaf in states(flown)[0]])[places]
+        return np.array([np.broadcast_to(leaf, len(places)) for leaf in states(flown)])[places]
 
     coarse, fine = ((flown(share) - flown(-share)) / (2.0 * share * steps) for share in (2.0, 1.0))
     near, exact = (4.0 * fine - coarse) / 3.0, rest.period.map

@@ -171,6 +171,12 @@ def test_a_quick_grade_is_cached_and_leaves_out_what_takes_long(monkeypatch):
     assert quick_grade(hover("lqr", sensors={"estimator": True, "latency": 0.1})) == {}
 
 
+def test_a_loop_that_bends_near_rest_is_graded_beside_other_results_by_its_worst_piece():
+    mission = hover({"type": "rotation-backstepping", "nets": {"enabled": False}})
+    found = grade(mission)
+    assert quick_grade(mission) == {"grade": found.word, "why": found.why}
+
+
 def test_a_loop_that_bends_only_where_it_does_not_matter_is_graded_beside_other_results():
     found = quick_grade(hover("betaflight-rates", "hummingbird"))
     assert found["grade"] == SOUND

@@ -76,13 +76,13 @@ def cases(seed: int) -> Iterator[tuple[str, Rest, Analysis]]:
 
 def differences(loops: Loops, rest: Rest, flown, size: float = 1e-5) -> np.ndarray:
     """The map of a period by central differences of flights, all of them in one flight of arrays; (states, states)."""
-    values = np.array(states(flown)[0])
+    values = np.array(states(flown))
     count, steps = len(values), size * (1.0 + np.abs(values))
     columns = np.repeat(values[:, None], 4 * count, axis=1)
     for place, share in enumerate((1.0, -1.0, 2.0, -2.0)):
         columns[np.arange(count), place * count + np.arange(count)] += share * steps
     after = loops.fly(with_states(flown, list(columns)), rest.first, rest.first + loops.count)
-    ends = np.array([np.broadcast_to(leaf, 4 * count) for leaf in states(after)[0]]).reshape(count, 4, count)
+    ends = np.array([np.broadcast_to(leaf, 4 * count) for leaf in states(after)]).reshape(count, 4, count)
     fine, coarse = (ends[:, 0] - ends[:, 1]) / (2.0 * steps), (ends[:, 2] - ends[:, 3]) / (4.0 * steps)
     return (4.0 * fine - coarse) / 3.0
 

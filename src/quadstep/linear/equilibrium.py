@@ -137,7 +137,7 @@ def at_rest(plan: FlightPlan) -> Rest:
 
 def same(one: Rest, other: Rest) -> bool:
     """Whether two rests of a loop are within `NEAR` of each other."""
-    values, others = (np.array(states(each.flown)[0]) for each in (one, other))
+    values, others = (np.array(states(each.flown)) for each in (one, other))
     return largest(still(others - values, (other.first - one.first) * one.loops.h), values) <= NEAR
 
 
@@ -175,7 +175,7 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
 
 def with_pieces(rest: Rest) -> Rest:
     """The loop also linearised on other sides of where it bends: towards mixtures of all states. Raises NotLinearError."""
-    count = len(states(rest.flown)[0])
+    count = len(states(rest.flown))
     mixed = np.random.default_rng(SEED).normal(size=(MIXED if count <= SMALL else MIXED // 4, count))
     found = [rest.period]
     for way in (*mixed, *-mixed):
@@ -208,14 +208,14 @@ def better(loops: Loops, flown: LoopState, first: int, period: Reduced, change: 
 
 
 def stepped(flown: LoopState, period: Reduced, change: Array) -> LoopState:
-    values = np.array(states(flown)[0])
+    values = np.array(states(flown))
     values[period.places] += change
     return with_states(flown, values.tolist())
 
 
 def moving(loops: Loops, flown: LoopState, first: int, period: Reduced) -> float:
     """The largest change of a state over a period, relative to 1; infinite where it is not finite."""
-    values, after = (np.array(states(one)[0])[period.places] for one in (flown, loops.fly(flown, first, first + loops.count)))
+    values, after = (np.array(states(one))[period.places] for one in (flown, loops.fly(flown, first, first + loops.count)))
     size = largest(still(after - values, loops.count * loops.h), values)
     return size if np.isfinite(size) else np.inf
 

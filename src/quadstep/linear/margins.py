@@ -147,12 +147,20 @@ def turned(at: float, turn: float) -> tuple[float, float]:
 
 
 def followed(grid: Complex) -> Complex:
-    """The loci sorted so that each continues from the previous frequency."""
-    branches = grid.copy()
-    for i in range(1, len(branches)):
-        before, left = branches[i - 1], list(branches[i])
-        for place in np.argsort(-np.abs(before)):
-            branches[i, place] = left.pop(int(np.argmin(np.abs(np.array(left) - before[place]))))
+    """The loci sorted so that each continues from the previous frequency: the largest chooses first what is nearest to it."""
+    rows, count = np.arange(len(grid) - 1), grid.shape[1]
+    apart = np.abs(grid[1:, None, :] - grid[:-1, :, None])
+    order = np.argsort(-np.abs(grid[:-1]), axis=1, kind="stable")
+    onward = np.empty((len(rows), count), dtype=np.intp)
+    for place in order.T:
+        taken = apart[rows, place].argmin(axis=1)
+        onward[rows, place] = taken
+        apart[rows, :, taken] = np.inf
+    places = np.empty(grid.shape, dtype=np.intp)
+    places[0] = np.arange(count)
+    for i, step in enumerate(onward):
+        places[i + 1] = step[places[i]]
+    branches: Complex = np.take_along_axis(grid, places, axis=1)
     return branches
 
 

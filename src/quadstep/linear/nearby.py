@@ -40,13 +40,13 @@ def missing(exact: Array, other: Array) -> Array:
 
 def differences(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp], size: float) -> Array:
     """The map of a period between these states, by central differences of flights, all of them flown as one of arrays."""
-    values = np.array(states(flown)[0])
+    values = np.array(states(flown))
     count = len(places)
     steps = size * (1.0 + np.abs(values[places]))
     columns = np.repeat(values[:, None], 2 * count, axis=1)
     columns[places, np.arange(count)] += steps
     columns[places, count + np.arange(count)] -= steps
-    after = states(loops.fly(with_states(flown, list(columns)), first, first + loops.count))[0]
+    after = states(loops.fly(with_states(flown, list(columns)), first, first + loops.count))
     ends = np.array([np.broadcast_to(after[place], 2 * count) for place in places])
     found: Array = (ends[:, :count] - ends[:, count:]) / (2.0 * steps)
     return found
@@ -58,7 +58,7 @@ def nearby(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp])
     """
     last = first + loops.count - 1
     before = loops.tasks(loops.fly(flown, first, last), last, loops.p)[0]
-    values = np.array(states(before)[0])
+    values = np.array(states(before))
     found = []
     for share in np.random.default_rng(SEED).uniform(-NEAR, NEAR, (MOVED, len(places))):
         moved = values.copy()

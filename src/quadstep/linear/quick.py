@@ -13,10 +13,9 @@ from quadstep.engines.fly import fingerprint
 from quadstep.io import code_cache
 from quadstep.io.results.code import code_digest
 from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, worst_of
-from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_pieces
+from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_near, with_pieces
 from quadstep.linear.grade import Grade, graded, refused
 from quadstep.linear.margins import Margins
-from quadstep.linear.nearby import bending
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
 from quadstep.metrics.margins import LESS_IS_BETTER, MARGINS, UNITS
@@ -68,7 +67,7 @@ MOST_STATES, MOST_TICKS = 160, 50
 
 def quick_grade(mission: Mission) -> Mapping[str, str]:
     """The "grade" and "why" of a mission's loop at rest where its path begins; empty where `quadstep linear` has to be asked:
-    the loop is large, has other slopes on other sides of rest or near it, or has no equations.
+    the loop is large, has other slopes on other sides of rest, or has no equations.
     """
     law = mission.controller.controller
     if issubclass(law, Opaque) or law.one_at_a_time:
@@ -98,19 +97,20 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
         analyses = []
         for one in loops:
             flown, first = warmed(one)
-            if one.count > MOST_TICKS or len(states(flown)[0]) > MOST_STATES:
+            if one.count > MOST_TICKS or len(states(flown)) > MOST_STATES:
                 return {}
             try:
                 rest = newton(one, flown, first)
+                if rest.period.period.bends:
+                    rest = with_pieces(rest)
+                if rest.pieces:
+                    return {}
+                rest = with_near(rest)
             except NoRestError:
                 try:
                     rest = at_rest(one.plan)
                 except NoRestError as error:
                     return {"grade": (none := refused(error)).word, "why": none.why}
-            if rest.period.period.bends and not rest.tried:
-                rest = with_pieces(rest)
-            if rest.pieces or bending(one, rest.flown, rest.first, rest.period):
-                return {}
-            analyses.append(of_loop(rest.period, limits(mission)))
+            analyses += [of_loop(each, limits(mission)) for each in (rest.period, *rest.pieces)]
     found: Grade = graded(worst_of(analyses))
     return {"grade": found.word, "why": found.why}

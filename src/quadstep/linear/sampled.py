@@ -6,7 +6,7 @@ dual numbers and yield exact slopes, including latency, rotor lag and every loop
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, cast
 
@@ -17,7 +17,19 @@ from quadstep.engines.loop import Numbers
 from quadstep.interfaces.closed_loop import Clock
 from quadstep.interfaces.reference import PathLaw, Reference
 from quadstep.linear.side import SAME, EdgeSide, NoSlopeError, NotLinearError, apart
-from quadstep.linear.states import Array, Channel, LoopState, Pose, channels, commanded, moved, pose, states, with_states
+from quadstep.linear.states import (
+    Array,
+    Channel,
+    LoopState,
+    Pose,
+    channels,
+    commanded,
+    moved,
+    names_of,
+    pose,
+    states,
+    with_states,
+)
 from quadstep.numbers import Number, Structure, Vector, flatten
 from quadstep.numbers.dual import Seeds
 from quadstep.sensing.sensors import filled, passed
@@ -180,7 +192,7 @@ def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = N
     """One period from tick `first` on, a multiple of the period's. flown: once the law has run. way: a deviation of all
     states, to whose side the loop is linearised where it bends. Raises NotLinearError.
     """
-    values, names = states(flown)
+    values, names = states(flown), names_of(flown)
     posed = pose(loops.loop, loops.p, flown, first * loops.h)
     moments: list[Moment] = []
     kinds: tuple[Channel, ...] = ()
@@ -194,13 +206,13 @@ def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = N
         moments.append(Moment(k, flown, after, held))
         flown = loops.step(after, k)
     ticks: dict[int, Tick] = {}
-    side = EdgeSide(way)
+    side = EdgeSide(names, way)
     if way is None:
         for due in dict.fromkeys(loops.due(one.k) for one in moments):
             ticks |= alike(loops, [one for one in moments if loops.due(one.k) == due], side)
     else:
         ticks = {one.k: tick_of(loops, one, side, of_tasks(loops, one, side)) for one in moments}
-    every, final = tuple(ticks[k] for k in sorted(ticks)), np.array(states(flown)[0])
+    every, final = tuple(ticks[k] for k in sorted(ticks)), np.array(states(flown))
     return Period(
         every, tuple(names), kinds, np.array(values), final, posed, loops.h, first * loops.h, tuple(side.bends), side.broken
     )
@@ -212,8 +224,8 @@ def alike(loops: Loops, moments: list[Moment], side: EdgeSide) -> dict[int, Tick
     """
     one, last = moments[0], moments[-1]
     tasks = of_tasks(loops, one, side)
-    begun = np.array(states(one.flown)[0])
-    moved = max(apart(begun, np.array(states(other.flown)[0])) for other in moments)
+    begun = np.array(states(one.flown))
+    moved = max(apart(begun, np.array(states(other.flown))) for other in moments)
     if moved <= SAME and (last is one or apart(tasks, of_tasks(loops, last, side)) <= SAME):
         return dict.fromkeys([other.k for other in moments], tick_of(loops, one, side, tasks))
     found: dict[int, Tick] = {}
@@ -228,44 +240,44 @@ def tick_of(loops: Loops, one: Moment, side: EdgeSide, tasks: Array, known: Tick
     n = len(tasks)
     if known is not None:
         return known._replace(tasks=tasks[:, :n], path=tasks[:, n:])
-    return Tick(tasks[:, :n], tasks[:, n:], of_step(loops, one, side), acting(loops, one), loops.due(one.k)[-1])
+    return Tick(tasks[:, :n], tasks[:, n:], of_step(loops, one, side), acting(loops, one, side.names), loops.due(one.k)[-1])
 
 
 def of_tasks(loops: Loops, one: Moment, side: EdgeSide) -> Array:
     """The tasks' slopes by state and path, (states, states + path)."""
-    values, names = states(one.flown)
+    values = states(one.flown)
     n, r = len(values), len(WANTED)
 
     def made(seeds: Seeds) -> list[Number]:
         duals = seeds.seeded([*values, *(0.0 for _ in WANTED)], 0)
         p = loops.p._replace(path=(loops.p.path[0], Vector(duals[n:])))
-        return list(states(loops.tasks(with_states(one.flown, duals[:n]), one.k, p)[0])[0])
+        return list(states(loops.tasks(with_states(one.flown, duals[:n]), one.k, p)[0]))
 
-    found = side.slopes(one.k * loops.h, names, n + r, made)
+    found = side.slopes(one.k * loops.h, n + r, made)
     side.moved(found[:, :n])
     return found
 
 
 def of_step(loops: Loops, one: Moment, side: EdgeSide) -> Array:
     """The slopes of the integrator's step by state, (states, states)."""
-    values, names = states(one.after)
+    values = states(one.after)
 
     def made(seeds: Seeds) -> list[Number]:
-        return list(states(loops.step(with_states(one.after, seeds.seeded(values, 0)), one.k))[0])
+        return list(states(loops.step(with_states(one.after, seeds.seeded(values, 0)), one.k)))
 
-    found = side.slopes(one.k * loops.h, names, len(values), made)
+    found = side.slopes(one.k * loops.h, len(values), made)
     side.moved(found)
     return found
 
 
-def acting(loops: Loops, one: Moment) -> Array:
+def acting(loops: Loops, one: Moment, names: Sequence[str]) -> Array:
     """The held states' slopes by an addition to each channel's command, (states, channels)."""
-    names, m = states(one.after)[1], len(one.after.asked)
+    m = len(one.after.asked)
 
     def made(seeds: Seeds) -> list[Number]:
         return flatten(loops.loop.plant.actuate(loops.p, moved(loops.p, one.command, seeds.seeded([0.0] * m, 0))))
 
     found = np.zeros((len(names), m))
     held = [place for place, name in enumerate(names) if name.startswith("held")]
-    found[held] = EdgeSide().slopes(one.k * loops.h, [names[place] for place in held], m, made)
+    found[held] = EdgeSide([names[place] for place in held]).slopes(one.k * loops.h, m, made)
     return found

@@ -29,12 +29,13 @@ class NoSlopeError(NotLinearError):
 class EdgeSide:
     """The side on which a loop is differentiated.
 
-    way: a small deviation of the state; None where the loop bends nowhere, which is then found out. bends: the places where it
-    does after all, with the slopes of one side. broken: why there is no slope, if there is none: then it counts as zero.
+    names: of what is differentiated. way: a small deviation of the state; None where the loop bends nowhere, which is then
+    found out. bends: the places where it does after all, with the slopes of one side. broken: why there is no slope, if there
+    is none: then it counts as zero.
     """
 
-    def __init__(self, way: Array | None = None) -> None:
-        self.way = way
+    def __init__(self, names: Sequence[str], way: Array | None = None) -> None:
+        self.names, self.way = names, way
         self.bends: dict[str, None] = {}
         self.broken = ""
 
@@ -44,27 +45,27 @@ class EdgeSide:
             way = slopes @ self.way
             self.way = way / max(float(np.abs(way).max()), np.finfo(float).tiny)
 
-    def slopes(self, time: float, names: Sequence[str], count: int, made: Callable[[Seeds], Sequence[Number]]) -> Array:
+    def slopes(self, time: float, count: int, made: Callable[[Seeds], Sequence[Number]]) -> Array:
         """Slopes of a function at a time [s] by `count` seeds, of which the states are the first. Raises NotLinearError."""
         if self.way is not None:
-            return self.checked(made, Seeds(count, 1.0, np.append(self.way, np.zeros(count - len(self.way)))), names)[1]
+            return self.checked(made, Seeds(count, 1.0, np.append(self.way, np.zeros(count - len(self.way)))))[1]
         seeds = Seeds(count, 1.0)
-        values, found = self.checked(made, seeds, names)
+        values, found = self.checked(made, seeds)
         if seeds.edges:
-            others, other = self.checked(made, Seeds(count, -1.0), names)
+            others, other = self.checked(made, Seeds(count, -1.0))
             if apart(values, others) > SAME:
                 self.broken = f"the loop jumps at t = {time:g} s, on the boundary at {' or '.join(seeds.edges)}"
             if apart(found, other) > SAME:
                 self.bends |= seeds.edges
         return found
 
-    def checked(self, made: Callable[[Seeds], Sequence[Number]], seeds: Seeds, names: Sequence[str]) -> tuple[Array, Array]:
+    def checked(self, made: Callable[[Seeds], Sequence[Number]], seeds: Seeds) -> tuple[Array, Array]:
         """Values and slopes. Raises NotLinearError for a law that has no equations."""
         try:
             values, found, lost = slopes_of(made(seeds), seeds.count)
         except NotDifferentiableError as error:
             raise NotLinearError(str(error)) from None
-        for name, place in zip(names, lost, strict=True):
+        for name, place in zip(self.names, lost, strict=True):
             if place:
                 self.broken = self.broken or f"{name} has no derivative: {place}"
         return values, found

@@ -70,10 +70,14 @@ class LoopState(NamedTuple):
     asked: Vector
 
 
-def states(flown: LoopState) -> tuple[list[float], list[str]]:
+def states(flown: LoopState) -> list[float]:
     """Everything that can deviate: the whole state, except for the command as logged."""
-    kept = flown._replace(cycle=flown.cycle._replace(command=()))
-    return flatten(kept), [name.removeprefix("cycle.") for name in leaf_names(kept)]
+    return flatten(flown._replace(cycle=flown.cycle._replace(command=())))
+
+
+def names_of(flown: LoopState) -> list[str]:
+    """The names of `states`."""
+    return [name.removeprefix("cycle.") for name in leaf_names(flown._replace(cycle=flown.cycle._replace(command=())))]
 
 
 def with_states(flown: LoopState, values: Sequence[Number]) -> LoopState:
@@ -99,7 +103,7 @@ class Pose(NamedTuple):
 
 def pose(loop: Loop, p: Numbers, flown: LoopState, time: float) -> Pose:
     """The pose of the vehicle at this time [s]."""
-    values, _ = states(flown)
+    values = states(flown)
     plant, state = loop.plant, with_states(flown, Seeds(len(values), 1.0).seeded(values, 0)).cycle.state
     outputs: list[Number] = [-one for one in plant.error(state, loop.wanted(time, p))]
     names = tuple(plant.axes)
