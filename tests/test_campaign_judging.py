@@ -126,6 +126,28 @@ def test_points_of_a_grid_flown_often_have_no_intervals(tmp_path):
     assert manifest(out)["summary"]["points"] == 2
 
 
+@pytest.mark.parametrize(
+    ("flights", "said", "more"),
+    [
+        (20, "20 flights are only the first of a grid of 30 points", 30),
+        (70, "no whole number of rounds of its grid of 30", 90),
+    ],
+)
+def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tmp_path, flights, said, more):
+    path, out = tmp_path / "camp.toml", tmp_path / "out"
+    noisy, winds = "sensors = { gyro_noise = 0.01 }", '{ type = "grid", low = 0.0, high = 9.0, count = 30 }'
+    path.write_text(f"flights = {flights}\n{CALM}{noisy}\n[vary]\nwind.mean.0 = {winds}\n")
+    run = fly(path, out, "--require", "0.5")
+    assert run.refused
+    assert f"{flights} flights do not fly all 30 points of its grid equally often; --flights {more} do" in run.err
+    assert not out.exists()
+    run = fly(path, out)
+    assert said in run.out
+    assert "95 %" not in run.out
+    assert manifest(out)["summary"]["uneven_grid"] == 30
+    assert "the 95 % interval is" in fly(path, out, "--resume", "--flights", 60).out
+
+
 def test_one_flight_of_which_nothing_is_drawn_is_no_grid(tmp_path):
     path, out = tmp_path / "camp.toml", tmp_path / "out"
     path.write_text(f"flights = 1\n{CALM}")

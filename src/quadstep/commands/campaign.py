@@ -77,7 +77,7 @@ def campaign(
     folder = out or Path("out") / (f"{file.stem}-rare" if rare else file.stem)
     target = None if until is None else limit.parsed(until)
     if not rare and (target is not None or least is not None):
-        refuse_known(file, "--require" if target is None else "--until")
+        refuse_known(file, "--require" if target is None else "--until", flights)
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
         asked = CampaignRequest(file, folder, flights, engine, resume, overwrite, shown, drawn_on, quick_grade)
         if rare:

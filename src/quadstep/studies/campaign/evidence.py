@@ -16,11 +16,17 @@ from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.summary import as_json, sentences
 
 
-def refuse_known(file: Path, option: str) -> None:
-    """Raises UserError where an option asks of a campaign what flights of which nothing is drawn at random cannot show."""
+def refuse_known(file: Path, option: str, flights: int | None) -> None:
+    """Raises UserError where an option asks of a campaign what its flights cannot show: nothing of them is drawn at random, or
+    they fly some points of a grid more often than others. flights: instead of the file's.
+    """
     campaign = read_campaign(file)
+    count, grid = flights or campaign.flights, campaign.file.combinations
     if not is_random(campaign):
         raise nothing_shown(file, option, campaign.varies)
+    if count % grid:
+        uneven = f"{count} flights do not fly all {grid} points of its grid equally often"
+        raise UserError(f"{file}: {option}: {uneven}; --flights {grid * -(-count // grid)} do")
 
 
 def nothing_shown(file: Path, option: str, grid: bool) -> UserError:

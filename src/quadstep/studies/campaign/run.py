@@ -61,8 +61,8 @@ def finish(store: Store, campaign: Campaign, asked: CampaignRequest) -> Finished
     """Summarise what was flown; write the report and the final manifest."""
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
-    points = 0 if is_random(campaign) else campaign.file.combinations
-    summary = summarise(store, campaign.varies, asked.grading(campaign.mission), campaign.singly, points)
+    grading, grid = asked.grading(campaign.mission), campaign.file.combinations
+    summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign))
     summary = summary._replace(limited=bool(campaign.file.failure), since=campaign.mission.scored_from)
     write_report(store, campaign, summary, asked.path, asked.sheet)
     store.save(complete=True, summary=as_json(summary))

@@ -30,6 +30,10 @@ COPIES = "Its {} flights do not differ, so nothing is statistical."
 POINTS = "Its {} flights are {} of a grid, without noise, so nothing is statistical."
 """Of a campaign in which nothing is drawn at random."""
 
+FIRST = "Its {} flights are only the first of a grid of {} points, so nothing is statistical."
+ROUNDS = "Its {} flights are no whole number of rounds of its grid of {} points, so nothing is statistical."
+"""Of a campaign that flies some points of its grid more often than others."""
+
 
 SINGLE = "It is one flight, of which nothing is drawn at random, so nothing is statistical."
 
@@ -55,7 +59,8 @@ class WorstFlight(NamedTuple):
 class CampaignSummary(NamedTuple):
     """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
     differ in any result, as where nothing varies, or nothing that has an effect. points: of a grid that the flights are, where
-    nothing of them is drawn at random; 0 where something is. singly: keys because of which each flight was set up by itself.
+    nothing of them is drawn at random; 0 where something is. uneven: points of its grid, where it does not fly all of them
+    equally often; else 0. singly: keys because of which each flight was set up by itself.
     limited: whether flights that complete can fail, by a limit in [failure]. since: from when errors count [s].
     """
 
@@ -69,16 +74,19 @@ class CampaignSummary(NamedTuple):
     singly: tuple[str, ...] = ()
     limited: bool = True
     points: int = 0
+    uneven: int = 0
     since: float = 0.0
 
     @property
     def drawn(self) -> bool:
         """Whether the flights say something of others, so that numbers have intervals."""
-        return not (self.copies or self.points)
+        return not (self.copies or self.points or self.uneven)
 
     @property
     def why_not(self) -> str:
         """Why they do not, where they do not."""
+        if self.uneven and not self.copies:
+            return (FIRST if self.flights < self.uneven else ROUNDS).format(self.flights, self.uneven)
         if self.flights == 1:
             return SINGLE
         return COPIES.format(self.flights) if self.copies else POINTS.format(self.flights, units.counted(self.points, "point"))
@@ -99,10 +107,10 @@ class CampaignSummary(NamedTuple):
 
 def summarise(
     store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}), singly: Iterable[str] = (),
-    points: int = 0,
+    grid: int = 1, random: bool = True,
 ) -> CampaignSummary:  # fmt: skip
     """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
-    rest, singly: as in `CampaignSummary`. points: of the whole grid, where nothing is drawn at random.
+    rest, singly: as in `CampaignSummary`. grid: its points, 1 without one. random: whether anything is drawn at random.
 
     Raises UserError for files that cannot be read.
     """
@@ -120,8 +128,9 @@ def summarise(
     scored = not varied or flown[RMSE].null_count == 0
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
     return CampaignSummary(
-        count, share(good, count), counted, spreads, worst(flown), copies, rest, tuple(singly), points=min(points, count)
-    )
+        count, share(good, count), counted, spreads, worst(flown), copies, rest, tuple(singly),
+        points=0 if random else min(grid, count), uneven=grid if count % grid else 0,
+    )  # fmt: skip
 
 
 def alike(flown: pa.Table) -> bool:
@@ -172,7 +181,7 @@ def sentences(summary: CampaignSummary) -> list[str]:
         median = spread.quantiles[QUANTILES[0]]
         if summary.copies or spread.flights == 1:
             parts = [units.quantity(median.value, unit)]
-        elif summary.points:
+        elif not summary.drawn:
             parts = [f"{100 * q:g} % below {units.quantity(e.value, unit)}" for q, e in spread.quantiles.items()]
         elif not median.bounded:
             parts = [f"{parts[0]} ({FEW})"]
@@ -186,6 +195,7 @@ def as_json(summary: CampaignSummary) -> dict[str, Any]:
         "flights": summary.flights,
         "copies": summary.copies,
         "points": summary.points,
+        "uneven_grid": summary.uneven,
         AT_REST: dict(summary.rest),
         "limited": summary.limited,
         "set_up_singly": list(summary.singly),
