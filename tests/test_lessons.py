@@ -19,7 +19,7 @@ LESSONS = {path.name[:2]: path for path in sorted(Path("docs/lessons").glob("[01
 
 CIRCLE = {"type": "circle", "radius": 2.0, "period": 5.0, "ramp": 2.2}
 SIDEWAYS = {"type": "minimum-jerk", "start": [0.0, 0.0, 2.0], "end": [0.0, 2.0, 2.0], "duration": 3.8}
-QUIET = {"type": "backstepping", "nets": {"F1": 0.2, "F2": 0.2}}
+SLOWER = {"type": "backstepping", "nets": {"F1": 2.0}}
 INTEGRAL = {"type": "backstepping", "nets": {"enabled": False}, "K_i1": 2.0}
 ROTOR = [{"type": "rotor", "time": 3.0, "rotor": 1, "efficiency": 0.7}]
 
@@ -37,8 +37,8 @@ SOLUTIONS = {
     "6.4": {"controller.nets.F1": 10.0},
     "6.5": {"controller.nets.neurons": 8, "controller.nets.F1": 14.0},
     "7.4": {"controller.nets.F1": 3.0},
-    "7.5": {"controller.nets.F1": 1.0, "path.duration": 2.75},
-    "8.4": {"disturbance.scale": 3.0, "controller": QUIET},
+    "7.5": {"controller.nets.F1": 2.0, "path.duration": 2.75},
+    "8.4": {"disturbance.scale": 2.5, "controller": SLOWER},
     "8.5": {"disturbance.scale": 3.0, "controller": INTEGRAL},
     "9.4": {"controller.pace": 1.5},
     "9.5": {"controller": {"type": "own_controller.py:CascadedPD"}},
@@ -71,6 +71,29 @@ def test_an_exercise_is_solved_by_a_solution_and_not_by_the_lesson_s_mission(nam
     assert solved.solved, solved.cases
     (given,) = checked([one], read_mission(mission_of(name, tmp_path, {})))
     assert not given.solved
+
+
+SLOPPY = {"controller": {"type": "nested-saturation", "pace": 0.3}}
+SILENT = {"controller.nets.F1": 1e-9}
+WRONG_REASON = {
+    "1.5": SLOPPY,
+    "2.4": SLOPPY,
+    "2.5": SLOPPY,
+    "4.4": SLOPPY,
+    "4.5": SLOPPY,
+    "6.4": {**SILENT, "controller.K_i1": 20.0},
+    "7.4": {**SILENT, "controller.K_i1": 20.0},
+    "7.5": SILENT,
+    "8.4": SILENT,
+}
+"""Laws that hardly follow the path, so that they hardly lean, and nets that learn nothing."""
+
+
+@pytest.mark.parametrize("name", WRONG_REASON)
+def test_an_exercise_is_not_solved_for_the_wrong_reason(name, tmp_path):
+    (one,) = tasks(name)
+    (found,) = checked([one], read_mission(mission_of(name, tmp_path, {**SOLUTIONS[name], **WRONG_REASON[name]})))
+    assert not found.solved
 
 
 MEDDLING = {
