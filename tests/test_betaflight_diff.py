@@ -129,8 +129,3 @@ def test_a_change_is_answered(tmp_path):
     found = answer(asked, tmp_path / "out").record
     assert found["grades"]["before"] != found["grades"]["after"]
     assert found["before"]["p_roll"] == 45.0
-
-
-def test_what_is_written_can_be_read_again():
-    values = {"airmode": 0.0, "p_roll": 51.0, "dterm_lpf1_type": 1.0}
-    assert BetaflightDiff.read(BetaflightDiff.write(values, {})).values == values

@@ -1,7 +1,6 @@
 """The folder of a campaign: what is written, resumed, found corrupted, and refused."""
 
 import errno
-import fcntl
 import os
 import shutil
 from contextlib import contextmanager
@@ -390,18 +389,6 @@ def test_what_a_killed_run_was_writing_is_removed_by_the_next(flown):
     assert fly(path, out, "--resume").code == 0
     assert flights(out) == before
     assert not leftovers(out)
-
-
-def test_two_campaigns_in_one_folder(flown):
-    path, out = flown
-    handle = os.open(out, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        for more in ([], ["--resume"], ["--overwrite"]):
-            refused(fly(path, out, *more), out, "another run is writing")
-    finally:
-        os.close(handle)
-    assert fly(path, out, "--resume").code == 0
 
 
 def test_the_lock_goes_with_an_error(tmp_path):

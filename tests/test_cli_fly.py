@@ -217,16 +217,6 @@ def test_gains_against_the_theorem_are_warned_of_in_one_line_each(tmp_path, no_f
     assert len(strict_json(tmp_path / "out" / "metrics.json")["warnings"]) == 1
 
 
-def test_the_python_engine_flies_the_same_flight(tmp_path, no_figures):
-    mission = write(tmp_path, LINE)
-    for engine in ("lanes", "python"):
-        assert quadstep("fly", mission, "--out", tmp_path / engine, "--engine", engine).code == 0
-    lanes, python = columns(tmp_path / "lanes"), columns(tmp_path / "python")
-    assert list(lanes) == list(python)
-    for name, values in lanes.items():
-        assert values == pytest.approx(python[name], rel=1e-9, abs=1e-9), name
-
-
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
     """A flight and, warm-started from its weights, another."""

@@ -1,12 +1,13 @@
-"""Every path: its rates are its slopes. Orbits, and pieces through waypoints."""
+"""Every path: each rate, up to snap, is the slope of the one before. Orbits, and pieces through waypoints."""
 
 import numpy as np
 import pytest
 
 from quadstep.numbers import vector
-from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
-from quadstep.world.guidance.orbit import Orbit, OrbitParameters, ramped_time
+from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend_bend
+from quadstep.world.guidance.orbit import Orbit, OrbitParameters, ramp_bend, ramped_time
 from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.guidance.setpoints import Step, StepParameters
 from quadstep.world.guidance.spline import near_recording, through_waypoints
 from tests.flights import array, through_lanes
 
@@ -26,24 +27,39 @@ ORBIT = OrbitParameters(
 SAMPLES = np.sort(RNG.uniform(0, 8, 300))
 RECORDED = near_recording(SAMPLES, np.sin(np.outer(SAMPLES, [0.5, 0.7, 1.0, 0.2])), 0.3)
 
-PATHS = {
-    "minimum jerk": (MinimumJerk(), MinimumJerkParameters(vector(0.0, 1.0, 2.0), vector(5.0, 3.0, -1.0), 0.0, 1.0, 7.0)),
-    "orbit": (Orbit(), ORBIT),
-    "ramped orbit": (Orbit(), ORBIT._replace(ramp=4.0)),
-    "waypoints": (Piecewise(), WAYPOINTS),
-    "recording": (Piecewise(), RECORDED),
+PATHS = {  # law, parameters, times at which jerk or snap jumps
+    "minimum jerk": (MinimumJerk(), MinimumJerkParameters(vector(0, 1, 2), vector(5, 3, -1), 0.0, 1.0, 7.0), [0.0, 7.0]),
+    "orbit": (Orbit(), ORBIT, []),
+    "ramped orbit": (Orbit(), ORBIT._replace(ramp=4.0), [0.0, 4.0]),
+    "waypoints": (Piecewise(), WAYPOINTS, list(TIMES)),
+    "recording": (Piecewise(), RECORDED, list(np.linspace(SAMPLES[0], SAMPLES[-1], 28))),
+    "step": (Step(), StepParameters(vector(0, 1, 2), vector(5, 3, -1), 2.0, 0.3), [2.0]),
 }
 EVERY_PATH = pytest.mark.parametrize("name", PATHS)
+H = 1e-4
 
 
 def numbers(reference):
     return np.array([*reference.position, reference.yaw, *reference.velocity, reference.yaw_rate, *reference.acceleration])
 
 
+def third_orders(name, t):
+    """(acceleration, jerk, snap), shape (3, 3)."""
+    law, parameters, _ = PATHS[name]
+    reference = law.reference(t, parameters)
+    return np.array([array(reference.acceleration), array(reference.jerk), array(reference.snap)])
+
+
+def away(name, begin, count):
+    """Times off those at which something jumps."""
+    jumps = PATHS[name][2]
+    return [t for t in RNG.uniform(begin, 10.0, count) if not any(abs(t - jump) < 2 * H for jump in jumps)]
+
+
 @EVERY_PATH
 def test_velocity_acceleration_and_yaw_rate_are_slopes(name):
-    law, parameters = PATHS[name]
-    for t in RNG.uniform(0.05, 10.0, 60):
+    law, parameters, _ = PATHS[name]
+    for t in away(name, 0.05, 60):
         h = 1e-5
         ahead, behind = (numbers(law.reference(t + step, parameters)) for step in (h, -h))
         got = numbers(law.reference(t, parameters))
@@ -52,21 +68,61 @@ def test_velocity_acceleration_and_yaw_rate_are_slopes(name):
 
 
 @EVERY_PATH
+def test_jerk_and_snap_are_slopes(name):
+    times = away(name, -1.0, 120)
+    assert len(times) > 90
+    for t in times:
+        slope = (third_orders(name, t + H) - third_orders(name, t - H)) / (2 * H)
+        got = third_orders(name, t)
+        np.testing.assert_allclose(got[1:], slope[:2], atol=1e-5 * (1.0 + np.abs(got).max()))
+
+
+@pytest.mark.parametrize("name", [name for name in PATHS if "orbit" not in name])
+def test_a_path_at_rest_has_neither(name):
+    for t in (-0.5, 20.0):
+        assert not third_orders(name, t)[1:].any()
+
+
+@EVERY_PATH
 def test_arrays_and_lanes_of_times_give_what_floats_give(name):
-    law, parameters = PATHS[name]
-    t = np.concatenate([np.linspace(0, 11, 57), TIMES])
-    wanted = np.array([numbers(law.reference(float(one), parameters)) for one in t]).T
-    on_arrays = law.reference(t, parameters)
-    got = [*on_arrays.position, on_arrays.yaw, *on_arrays.velocity, on_arrays.yaw_rate, *on_arrays.acceleration]
-    np.testing.assert_allclose([np.broadcast_to(one, t.shape) for one in got], wanted, rtol=1e-12, atol=1e-12)
-    if isinstance(law, Piecewise):
-        return  # its tables in lanes are flown in test_engines
+    law, parameters, _ = PATHS[name]
+    t = np.concatenate([np.linspace(-0.7, 11, 57), TIMES])
 
-    def on_lanes(time):
+    def law_at(time):
         r = law.reference(time, parameters)
-        return [*r.position, r.yaw, *r.velocity, r.yaw_rate, *r.acceleration]
+        return [*r.position, r.yaw, *r.velocity, r.yaw_rate, *r.acceleration, *r.jerk, *r.snap]
 
-    np.testing.assert_allclose(through_lanes(on_lanes, t), wanted, rtol=1e-11, atol=1e-12)
+    wanted = np.array([law_at(float(one)) for one in t]).T
+    np.testing.assert_allclose([np.broadcast_to(one, t.shape) for one in law_at(t)], wanted, rtol=1e-12, atol=1e-12)
+    if not isinstance(law, Piecewise):  # whose tables in lanes are flown in test_engines
+        np.testing.assert_allclose(through_lanes(law_at, t), wanted, rtol=1e-11, atol=1e-11)
+
+
+def test_minimum_jerk_has_the_jerk_of_its_polynomial():
+    """x = 10 s^3 - 15 s^4 + 6 s^5: jerk 60 at both ends and -30 in the middle, snap -360 at first, over t_f^3 and t_f^4."""
+    assert blend_bend(0.0, 2.0) == pytest.approx((60.0 / 8.0, -360.0 / 16.0))
+    assert blend_bend(1.0, 2.0) == pytest.approx((-30.0 / 8.0, 0.0))
+    assert blend_bend(2.0 - 1e-12, 2.0) == pytest.approx((60.0 / 8.0, 360.0 / 16.0))
+    assert blend_bend(2.0, 2.0) == blend_bend(-1e-9, 2.0) == (0.0, 0.0)
+
+
+def test_an_orbit_at_full_speed_has_the_rates_of_its_harmonics():
+    got = Orbit().reference(1.3, ORBIT)
+    for axis in range(3):
+        a, w = ORBIT.amplitude[axis], ORBIT.frequency[axis]
+        angle = w * 1.3 + ORBIT.phase[axis]
+        assert got.jerk[axis] == pytest.approx(-a * w**3 * np.cos(angle))
+        assert got.snap[axis] == pytest.approx(a * w**4 * np.sin(angle))
+    assert ramp_bend(1.3, 0.0) == (0.0, 0.0)
+
+
+def test_a_step_jumps_once_and_rests():
+    law, parameters, _ = PATHS["step"]
+    for t, wanted in ((0.0, (0, 1, 2)), (1.9999, (0, 1, 2)), (2.0, (5, 3, -1)), (1e6, (5, 3, -1))):
+        got = law.reference(t, parameters)
+        assert tuple(got.position) == wanted
+        assert (got.yaw, got.yaw_rate) == (0.3, 0.0)
+        assert [*got.velocity, *got.acceleration] == [0.0] * 6
 
 
 def test_orbit_is_one_harmonic_an_axis():
