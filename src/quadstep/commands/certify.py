@@ -5,11 +5,10 @@ from typing import Annotated
 
 import typer
 
+from quadstep.commands.deliver import show
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.io.errors import DIVERGED
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.report.terminal.screen import say, say_whole
-from quadstep.report.terminal.tables import show_table
 
 
 def certify(
@@ -33,9 +32,7 @@ def certify(
     from quadstep.proofs.certify.run import certify_mission
 
     folder = out or Path("out") / f"{mission.stem}-certificate"
-    result = certify_mission(mission, folder, overwrite, sheet(figures, width, style))
-    show_table(result.name, ("", "measured", "against"), result.rows)
-    say(f"Verdict: {result.verdict}")
-    say_whole(f"Results: {folder}")
-    if not result.completed:
+    found = certify_mission(mission, folder, overwrite, sheet(figures, width, style))
+    show(found, folder)
+    if found.cases[0].failure:
         raise typer.Exit(DIVERGED)

@@ -81,7 +81,7 @@ def prove(
     if verdict.written:
         say_whole(f"Certificate: {verdict.written}")
     if page:
-        report.write_report(page, verdict, verdict.traced)
+        report.write_report(page, verdict)
         say_whole(f"Report: {page}")
     if verdict.kind:
         raise typer.Exit(int(verdict.kind))

@@ -6,12 +6,13 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOption, check_seeds, run_study
+from quadstep.commands.deliver import show
 from quadstep.commands.options import OverwriteOption
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import FAILED
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.report.terminal.screen import say, say_whole
+from quadstep.report.terminal.screen import say
 from quadstep.report.terminal.tables import show_table
 
 LOOPS = 5_000
@@ -27,16 +28,11 @@ def completion(
 
     Exit code 1 if a statement does not hold, or holds with 0.9 of a term of its bound as well.
     """
-    from quadstep.proofs.theory.completion import least_reached, sentences, study_completion, verdict
+    from quadstep.proofs.theory.completion import study_completion
 
     found = study_completion(out, samples, overwrite)
-    rows = [(m.number, m.statement, f"{m.worst:.2g}", least_reached(m), verdict(m)[0]) for m in found.margins]
-    header = ("number", "statement", "worst margin", "used up", "verdict")
-    show_table("The theorem on closed loops, random and sought out", header, rows)
-    for sentence in sentences(found):
-        say(sentence)
-    say_whole(f"Report: {out / 'report.html'}")
-    if not all(margin.holds and margin.bites for margin in found.margins):
+    show(found, out)
+    if found.cases[0].failure:
         raise typer.Exit(FAILED)
 
 

@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -10,44 +9,39 @@ from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.io.version import __version__
+from quadstep.metrics.judging.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.arrays import Array, lengths
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.record import answer, kind, record, table
 from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
+from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.pool import drawing_pool
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.publish import publishing, write_json
 from quadstep.report.sheet import Sheet
 
-
-class CertifiedFlight(NamedTuple):
-    """What the command line prints: rows of the table, the verdict line; and whether the flight was completed."""
-
-    name: str
-    rows: list[list[str]]
-    verdict: str
-    completed: bool
+NAME = "certificate"
+"""Of its figure, and of the file with all its numbers."""
 
 
-def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | None = None) -> CertifiedFlight:
-    """Fly the mission in `path`, certify it, write `folder`, and return the findings. Raises UserError."""
+def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | None = None) -> Evidence:
+    """Fly the mission in `path`, certify it, and write `folder`; judged is whether it was completed. Raises UserError."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, "certificate-" + fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         try:
-            found = certify_plan(plan)
+            flown = certify_plan(plan)
         except UserError as error:
             raise UserError(f"{path}: no certificate: {error}") from None
-        figure = pool.submit(figure_of(found, mission.name).draw, out, sheet and sheet.shown())
-        full = record(found)
-        write_json(out / "certificate.json", full)
-        about = {"name": mission.name, "version": __version__, "kind": full["kind"], "verdict": full["verdict"]}
-        write_json(out / MANIFEST, {**about, "mission": json.loads(mission.model_dump_json())})
+        figure = pool.submit(figure_of(flown, mission.name).draw, out, sheet and sheet.shown())
+        full = record(flown)
+        write_json(out / f"{NAME}.json", full)
+        found = evidence(flown, mission.name, full["verdict"], json.loads(mission.model_dump_json()))
         figure.result()
-        write_report(out / "report.html", found, mission.name, full["verdict"], "certificate")
-    return CertifiedFlight(mission.name, table(found), full["verdict"], found.outcome is Outcome.COMPLETED)
+        found.write(out)
+    return found
 
 
 def bounded(name: str, values: Array, bound: str, radius: float | None) -> Panel:
@@ -75,25 +69,36 @@ def figure_of(c: FlightCertificate, name: str) -> FigureJob:
         Panel("terms of L_dot", "W", {"K_v": c.lyapunov.dissipation, "eps": c.lyapunov.residual,
                                       "weights": c.lyapunov.learning, "coupling": c.lyapunov.coupling}, SIGNED_LOG),
     ]  # fmt: skip
-    return FigureJob("certificate", f"{name}: Theorem 5.1 on this flight", h.t, panels, 2, log_time=True)
+    return FigureJob(NAME, f"{name}: Theorem 5.1 on this flight", h.t, panels, 2, log_time=True)
 
 
-def write_report(path: Path, c: FlightCertificate, name: str, verdict: str, figure: str) -> None:
-    """Write it beside certificate.json. figure: its file, without ending."""
-    shown = page.figure(
-        path.parent / figure,
-        "Theorem 5.1 says that L falls while |r| is above b_r or |W_tilde| above b_w (red). The coupling, which its proof "
-        "omits, should stay below K_min |r|^2; where it does not, L may rise. Axes are logarithmic, those of rates on both "
-        "sides of zero.",
+def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, object]) -> Evidence:
+    """What was found. mission: as it was flown."""
+    lost = None if c.outcome is Outcome.COMPLETED else f"lost at {c.ended:.4g} s"
+    return Evidence(
+        name=name,
+        kind="Certificate",
+        answer=answer(c),
+        sentences=[f"Verdict: {verdict}"],
+        record={"name": name, "version": __version__, "kind": kind(c), "verdict": verdict, "mission": mission},
+        facts=facts(c),
+        figures=[
+            Figure(
+                NAME,
+                "Theorem 5.1 says that L falls while |r| is above b_r or |W_tilde| above b_w (red). The coupling, which its "
+                "proof omits, should stay below K_min |r|^2; where it does not, L may rise. Axes are logarithmic, those of "
+                "rates on both sides of zero.",
+            )
+        ],
+        sections=[
+            Table("Measured values and bounds", "measured", HEADER, table(c), f"Verdict: {verdict}.", shown=name),
+            page.note("Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."),
+        ],
+        cases=(Case("completed", lost),),
     )
-    body = [
-        page.summary(answer(c), facts(c), [shown]),
-        page.heading("Measured values and bounds", "measured"),
-        page.paragraph(f"Verdict: {verdict}."),
-        page.table(("", "measured", "bound"), table(c)),
-        page.note("Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."),
-    ]
-    page.write_page(path, name, body, "Certificate")
+
+
+HEADER = ("", "measured", "against")
 
 
 def facts(c: FlightCertificate) -> list[page.Fact]:

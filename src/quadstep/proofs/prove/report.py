@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Drawing
 
 from quadstep.io.atomic import write_beside
 from quadstep.io.errors import UserError
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.verdict import ProofVerdict, TubeRecord, VerdictKind
 from quadstep.report import canvas, page, units
+from quadstep.report.evidence import Evidence, Figure, Section, Table
 from quadstep.report.sheet import Sheet
 
 KIND = "Proof"
@@ -33,37 +35,39 @@ def place_beside(certificate: Path) -> Path:
     return path
 
 
-def write_report(path: Path, verdict: ProofVerdict, traced: TubeRecord | None) -> None:
-    """Write it. traced: None where no tube was followed. Raises UserError."""
+CLOSING = page.note(
+    "The bounds hold at the samples of the law, for the plant's Runge-Kutta steps and rounding as flown, not between "
+    "samples, and not for a vehicle that differs from the mission's beyond what is named above."
+)
+
+
+def write_report(path: Path, verdict: ProofVerdict) -> None:
+    """Write it. Raises UserError."""
     answer, *others = verdict.says
-    figures, more = [], []
-    with tempfile.TemporaryDirectory() as folder:
-        if traced is not None and len(traced.time) > 1:
-            sheet = Sheet(formats=("svg",))
-            with canvas.drawing(sheet):
-                canvas.write(tube(traced), Path(folder) / "tube", sheet)
-            caption = "Distance from the path: the flight (line), and where every flight is (band)"
-            figures = [page.figure(Path(folder) / "tube", caption)]
-            if len(traced.boxes):
-                with canvas.drawing(sheet):
-                    canvas.write(widths(traced), Path(folder) / "boxes", sheet)
-                caption = "Half widths of the boxes about the flight, the widest of each quantity, in SI units"
-                more = [page.heading("Boxes over time", "boxes"), page.figure(Path(folder) / "boxes", caption)]
-                more += [page.table(("state", "widest box, half width [SI]"), widest(traced))]
     opened = [line for line in others if line.startswith("open: ")]
-    body = [
-        page.summary(sentence(answer), facts(verdict), figures),
-        page.heading("The bounds", "bounds"),
-        page.table(verdict.columns, verdict.rows),
-        *([page.heading("What stayed open", "open"), page.listing(map(sentence, opened))] if opened else []),
-        *(page.paragraph(line) for line in others if line not in opened),
-        *more,
-        page.note(
-            "The bounds hold at the samples of the law, for the plant's Runge-Kutta steps and rounding as flown, not between "
-            "samples, and not for a vehicle that differs from the mission's beyond what is named above."
-        ),
-    ]
-    write_beside(path, page.page_text(verdict.name, body, KIND), parents=True)
+    drawn: list[Figure] = []
+    sections: list[Section] = [Table("The bounds", "bounds", verdict.columns, verdict.rows)]
+    if opened:
+        sections += [page.heading("What stayed open", "open"), page.listing(map(sentence, opened))]
+    sections += [page.paragraph(line) for line in others if line not in opened]
+    with tempfile.TemporaryDirectory() as folder:
+        out, traced = Path(folder), verdict.traced
+        if traced is not None and len(traced.time) > 1:
+            drawn = [Figure("tube", "Distance from the path: the flight (line), and where every flight is (band)")]
+            draw(out / "tube", tube, traced)
+            if len(traced.boxes):
+                draw(out / "boxes", widths, traced)
+                caption = "Half widths of the boxes about the flight, the widest of each quantity, in SI units"
+                sections += [page.heading("Boxes over time", "boxes"), Figure("boxes", caption)]
+                sections.append(Table(header=("state", "widest box, half width [SI]"), rows=widest(traced)))
+        found = Evidence(verdict.name, KIND, sentence(answer), verdict.says, {}, facts(verdict), drawn, [*sections, CLOSING])
+        write_beside(path, found.html(out), parents=True)
+
+
+def draw(path: Path, picture: Callable[[TubeRecord], Drawing], traced: TubeRecord) -> None:
+    sheet = Sheet(formats=("svg",))
+    with canvas.drawing(sheet):
+        canvas.write(picture(traced), path, sheet)
 
 
 def sentence(text: str) -> str:
@@ -77,9 +81,9 @@ def facts(verdict: ProofVerdict) -> list[page.Fact]:
     return [page.Fact("verdict", word), *(page.Fact(f"{row[0]}, {verdict.columns[-1]}", row[-1]) for row in verdict.rows[:3])]
 
 
-def tube(traced: TubeRecord) -> Figure:
+def tube(traced: TubeRecord) -> Drawing:
     """A panel for each axis, in millimetres."""
-    figure = Figure(figsize=(7.2, 1.5 * len(traced.axes) + 0.4), layout="constrained")
+    figure = Drawing(figsize=(7.2, 1.5 * len(traced.axes) + 0.4), layout="constrained")
     panels = figure.subplots(len(traced.axes), 1, sharex=True, squeeze=False)[:, 0]
     for panel, axis, error, bound in zip(panels, traced.axes, 1e3 * traced.error.T, 1e3 * traced.bound.T, strict=True):
         panel.fill_between(traced.time, error - bound, error + bound, color="#2166ac", alpha=0.3, linewidth=0.0)
@@ -89,9 +93,9 @@ def tube(traced: TubeRecord) -> Figure:
     return figure
 
 
-def widths(traced: TubeRecord) -> Figure:
+def widths(traced: TubeRecord) -> Drawing:
     """The widest box of each quantity, on a logarithmic scale."""
-    figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+    figure = Drawing(figsize=(7.2, 3.2), layout="constrained")
     panel = figure.subplots()
     names, boxes = quantities(traced)
     order = [place for place in np.argsort(-boxes.max(axis=0), kind="stable") if boxes[:, place].max() > 0.0][:LARGEST]

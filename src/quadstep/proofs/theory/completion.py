@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Drawing
 
 from quadstep.io.version import __version__
+from quadstep.metrics.judging.verdict import Case
 from quadstep.proofs.theory.comparison import (
     COMPLETED,
     INNER_LOOPS,
@@ -31,8 +32,9 @@ from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
 from quadstep.proofs.theory.samples import DIMENSIONS, Cube, draw_sample, sample_at
 from quadstep.report import page
 from quadstep.report.canvas import drawing, write
+from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.pool import drawing_pool
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label
 from quadstep.report.tables import write_csv
@@ -152,7 +154,7 @@ def draw_map(folder: Path, cells: list[GridFlight]) -> None:
     """completion.png and completion.svg: inner loop down, t_f across; a block for each scale, nets and law."""
     found = {cell[:6]: cell for cell in cells}
     with drawing(Sheet(), {"axes.grid": False}):
-        figure = Figure(figsize=(5.8 * len(LAWS), 8.2))
+        figure = Drawing(figsize=(5.8 * len(LAWS), 8.2))
         grid = figure.subplots(len(SCALES), 2 * len(LAWS))
         figure.subplots_adjust(0.07, 0.06, 0.995, 0.9, 0.06, 0.28)
         for row, scale in enumerate(SCALES):
@@ -195,24 +197,22 @@ class Completion(NamedTuple):
     """
 
     margins: list[StatementMargin]
-    cells: list[GridFlight]
     summaries: dict[str, ComparisonSummary]
     uncountered: ComparisonSummary
     over_weight: dict[float, float]
 
 
-def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
-    """Check, fly, and write `folder`. Raises UserError."""
+def study_completion(folder: Path, samples: int, overwrite: bool) -> Evidence:
+    """Check, fly, and write `folder`; what was found, judged by every statement. Raises UserError."""
     with publishing(folder, f"completion {samples}", overwrite) as out, drawing_pool() as pool:
         cells = grid()
         summaries = {law: summarise(cells, law) for law in LAWS if law != PAPER}
         drawn = pool.submit(draw_map, out, cells)
         uncountered = summarise(cells, UNCOUNTERED, COMPLETED)
-        found = Completion(check_statements(samples), cells, summaries, uncountered, disturbance_over_weight())
+        found = evidence(Completion(check_statements(samples), summaries, uncountered, disturbance_over_weight()))
         write_csv(out / "grid.csv", GRID, cells)
-        write_json(out / MANIFEST, as_json(found))
         drawn.result()
-        page.write_page(out / "report.html", NAME, sections(out, found), "Study")
+        found.write(out)
     return found
 
 
@@ -248,27 +248,32 @@ def sentences(found: Completion) -> list[str]:
     ]
 
 
-def sections(out: Path, found: Completion) -> list[str]:
-    margins: list[list[page.Cell]] = [
-        [m.number, m.statement, f"{m.worst:.2g}", least_reached(m), str(m.samples), verdict(m)] for m in found.margins
+HEADER = ("number", "statement", "worst margin", "used up", "samples", "verdict")
+STATED = (
+    "Worst margin relative to the terms it is made of; a negative one of up to 1e-9 is round-off. Used up: the least share of "
+    "a term of the bound that some closed loop needs; above 0.9 the statement fails with 0.9 of any term."
+)
+SEEN = "The theorem on closed loops, random and sought out"
+
+
+def evidence(found: Completion) -> Evidence:
+    rows: list[list[page.Cell]] = [
+        [m.number, m.statement, f"{m.worst:.2g}", f"{min(m.reached.values()):.3f}", str(m.samples), verdict(m)]
+        for m in found.margins
     ]
     first, *others = sentences(found)
-    return [
-        page.summary(first, (), [page.figure(out / "completion.svg", "RMSE of the controllers over the grid; x: diverged")]),
-        *(page.paragraph(sentence) for sentence in others),
-        page.heading("Statements of the theorem on closed loops", "statements"),
-        page.paragraph(
-            "Worst margin relative to the terms it is made of; a negative one of up to 1e-9 is round-off. Used up: the "
-            "least share of a term of the bound that some closed loop needs; above 0.9 the statement fails with 0.9 of "
-            "any term."
-        ),
-        page.table(["number", "statement", "worst margin", "used up", "samples", "verdict"], margins),
-    ]
-
-
-def least_reached(margin: StatementMargin) -> str:
-    """The least share of a term of the bound that is used up."""
-    return f"{min(margin.reached.values()):.3f}"
+    failing = [m.number for m in found.margins if not (m.holds and m.bites)]
+    return Evidence(
+        name=NAME,
+        kind="Study",
+        answer=first,
+        sentences=[first, *others],
+        record=as_json(found),
+        figures=[Figure("completion", "RMSE of the controllers over the grid; x: diverged")],
+        sections=[Table("Statements of the theorem on closed loops", "statements", HEADER, rows, STATED, shown=SEEN)],
+        cases=(Case("every statement", ", ".join(failing) or None),),
+        more=others,
+    )
 
 
 def verdict(margin: StatementMargin) -> tuple[str, str]:
