@@ -8,6 +8,17 @@ CASE_1 = {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 40.0}
 FLIGHTS = {
     "a circle": ({"vehicle": X500, "path": CIRCLE}, []),
     "a hover": ({"vehicle": X500, "path": HOVER}, []),
+    "around a small circle, far from the start": (
+        {"vehicle": X500, "path": {**CIRCLE, "radius": 0.1}, "start": {"position": [20.0, 0.0, 4.0]}, "score_from": 17.0,
+         "wind": {"mean": [6.0, 0.0, 0.0]}, "simulation": {"duration": 20.0},
+         "controller": {"type": "pid", "velocity_integral": 0.0}},
+        ["relative_error"],
+    ),
+    "a step that a plant without arms does not follow": (
+        {"vehicle": {"type": "planar"}, "path": {**HOVER, "start": [0.5, 0.0, 4.0]},
+         "controller": {"type": "planar-pd", "k_p": 0.05}},
+        ["relative_error"],
+    ),
     "a step": ({"path": {"type": "step", "end": [0.0, 0.0, 1.0], "duration": 8.0}}, []),
     "a circle too fast": (
         {"vehicle": X500, "path": {**CIRCLE, "period": 1.5}, "simulation": {"duration": 4.0}},

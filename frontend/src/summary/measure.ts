@@ -31,6 +31,7 @@ export interface Measures {
 }
 
 const ARMS = 10;
+const ARM = 0.1;
 const POINT = 1e-6;
 const RATE_SCALE = 1e3;
 const SATURATED = 1e-3;
@@ -68,8 +69,8 @@ function errors(flight: Flight, { since, arm }: SummaryData): Errors {
   const count = distances.length;
   if (count < 2) return { ...found, relative: undefined, growth: undefined };
   const moves = moving(wanted);
-  if (!moves && !(arm > 0)) return { ...found, relative: undefined, growth: undefined };
-  const scale = moves ? rms(lengths(wanted.map((values, i) => values.map((value) => value - flown[i]![0]!)))) : ARMS * arm;
+  const from = (places: readonly number[]): number => rms(lengths(wanted.map((values, i) => values.map((value) => value - places[i]!))));
+  const scale = moves ? Math.min(from(flown.map((values) => values[0]!)), from(wanted.map((values) => values[0]!))) : ARMS * (arm || ARM);
   const counted = moves ? distances : distances.subarray(count >> 1);
   return { ...found, relative: scale > 0 ? rms(counted) / scale : undefined, growth: growth(distances, scale) };
 }

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.interfaces.log import FlightLog
+from quadstep.metrics.reductions import rmse
 from quadstep.numbers.kinds import ARRAYS
 
 Numbers = NDArray[np.float64]
@@ -106,6 +107,9 @@ def position_error(seen: LoggedFlight) -> QuantityRows | None:
 ARMS = 10.0
 """Where the path is a point, its errors are measured against so many arms of the vehicle."""
 
+ARM = 0.1
+"""Of a vehicle whose arm is not known [m]."""
+
 POINT = 1e-6
 """A path that stays within this [m] is a point."""
 
@@ -119,8 +123,9 @@ def moves(wanted: Numbers) -> bool:
 def error_against_path(seen: LoggedFlight) -> QuantityRows | None:
     """Distance from the path, and what it is measured against [m].
 
-    Of a path that moves: the distance of its points from where the vehicle started, which is the error of a vehicle that
-    stays there. Of a point: `ARMS` arms of the vehicle, and only the second half of the flight, when it should have arrived.
+    Of a path that moves: the distance of its points from where the vehicle started, or from where the path was when errors
+    began to count, whichever is less: the error of a vehicle that stays there. Of a point: `ARMS` arms of the vehicle, and
+    only the second half of the flight, when it should have arrived.
     """
     found = position_error(seen)
     if found is None or len(found.t) < 2:
@@ -130,11 +135,9 @@ def error_against_path(seen: LoggedFlight) -> QuantityRows | None:
     wanted = seen.log.table(*(f"{axis}_d" for axis in axes))[-len(found.t) :]
     distance = np.linalg.norm(found.values, axis=1)
     if moves(wanted):
-        against, first = np.linalg.norm(wanted - started, axis=1), 0
-    elif seen.arm > 0.0:
-        against, first = np.full(len(distance), ARMS * seen.arm), len(distance) // 2
+        against, first = min((np.linalg.norm(wanted - place, axis=1) for place in (started, wanted[0])), key=rmse), 0
     else:
-        return None
+        against, first = np.full(len(distance), ARMS * (seen.arm or ARM)), len(distance) // 2
     return QuantityRows({"error": "-"}, np.column_stack([distance, against])[first:], found.t[first:])
 
 

@@ -77,9 +77,9 @@ REPORTED = (
     LogMetric("position.{}.final", "error along an axis at the end", quantities.position_error, Final),
     LogMetric(RMSE, DISTANCE, quantities.position_error, RmsLength),
     LogMetric(LARGEST, FARTHEST, quantities.position_error, LargestLength, (REAL, OTHER)),
-    LogMetric("relative_error", "position RMSE, as a share of that of a vehicle that stays where it started; to a "
-                                "point, RMSE of "
-           "the second half as a share of ten arms of the vehicle", quantities.error_against_path, RmsShare),
+    LogMetric("relative_error", "position RMSE, as a share of that of a vehicle that stays where it, or the path, is at "
+           "first; to a point, RMSE of the second half as a share of ten arms of the "
+           "vehicle", quantities.error_against_path, RmsShare),
     LogMetric("heading_error", "root mean square of the angle between yaw and the heading asked "
                                "for", quantities.heading_error, RmsLength),
     LogMetric("error_growth", "how many times the error grows over the last half, at least, by the least of its successive "

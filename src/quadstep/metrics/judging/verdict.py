@@ -112,5 +112,9 @@ def graded(metrics: Mapping[str, object]) -> Graded:
         return Graded(FlightGrade.LOST)
     measured = scalars(dict(metrics))
     values = ((rule, measured.get(rule.metric)) for rule in RULES)
-    reasons = tuple(rule.text.format(f"{rule.factor * value:.3g}") for rule, value in values if value and value > rule.most)
+    reasons = tuple(
+        rule.text.format(f"{rule.factor * value:.3g}")
+        for rule, value in values
+        if value is not None and not value <= rule.most
+    )
     return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons)
