@@ -14,6 +14,7 @@ from quadstep.metrics.statistics import share
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten, leaf_names
 from quadstep.numbers.noise import key
+from quadstep.report import evidence
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import Flyer, planner
 from quadstep.studies.campaign.report_text import opening
@@ -259,7 +260,8 @@ def test_keys_that_are_set_up_flight_by_flight_are_named_with_their_price(tmp_pa
     assert "set_up_each[s]" not in kept["summary"]  # what is kept has no measured times
     summary = CampaignSummary(20, share(20, 20), {}, [], [], singly=("simulation.duration",))
     with opened(tmp_path / "out", read_campaign(path), 20, Engine.LANES, resume=True) as store:
-        (words,) = [one for one in opening(store, read_campaign(path), summary, path) if "set up one by one" in one]
+        tables = [one for one in opening(store, read_campaign(path), summary, path) if isinstance(one, evidence.Table)]
+    (words,) = [row[1] for one in tables for row in one.rows if row[0] == "set up one by one"]
     assert "each flight, because simulation.duration cannot be set for many flights at once" in words
 
 

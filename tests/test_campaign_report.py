@@ -354,7 +354,7 @@ def test_a_disk_that_fails_leaves_the_report_before_and_nothing_else(tmp_path, u
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(report.page, "write_page", full)
+    monkeypatch.setattr(report.Evidence, "write_report", full)
     with opened(tmp_path / "out", read, 50, "lanes", resume=True) as store:
         before[store.folder / "campaign.json"] = (store.folder / "campaign.json").read_bytes()
         with pytest.raises(UserError, match="No space left"):

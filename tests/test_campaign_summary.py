@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 from quadstep.metrics.statistics import share
 from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
-from quadstep.studies.campaign.report_text import glance
+from quadstep.studies.campaign.report_text import answer
 from quadstep.studies.campaign.summary import LARGEST, RMSE, as_json, sentences, summarise
 
 
@@ -123,8 +123,8 @@ def test_all_good_and_only_one():
     assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
     without = found._replace(limited=False)
     assert sentences(without)[0].startswith("1 flight: 100 % succeed, which means only that it did not end early (")
-    assert "The only flight succeeded, which means only that it did not end early" in glance(without, [])
-    assert "early" not in glance(found, [])
+    assert "The only flight succeeded, which means only that it did not end early" in answer(without)
+    assert "early" not in answer(found)
     late = found._replace(since=9.9)
     assert sentences(late)[0].startswith("1 flight: 100 % succeed, errors counted from 9.9 s on (score_from); ")
 

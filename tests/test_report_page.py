@@ -40,9 +40,8 @@ def test_a_table_has_its_header_and_rows():
     assert [cell.get("class") for cell in tree.iter("td")] == [None, None, None, "holds"]
 
 
-def test_a_page_is_whole_and_its_title_is_text(tmp_path):
-    page.write_page(tmp_path / "p.html", HOSTILE, [page.paragraph("é 飛")])
-    text = (tmp_path / "p.html").read_text(encoding="utf-8")
+def test_a_page_is_whole_and_its_title_is_text():
+    text = page.page_text(HOSTILE, [page.paragraph("é 飛")])
     assert text.startswith("<!doctype html>")
     assert "<script>" not in text
     assert 'charset="utf-8"' in text

@@ -18,12 +18,17 @@ T = np.linspace(0.0, 10.0, 201)
 SHEET = Sheet(("svg",))
 
 
+def write_report(folder, figure):
+    text = page.page_text("A report", [page.figure(folder / figure, "What to see")])
+    (folder / "report.html").write_text(text, encoding="utf-8")
+
+
 @pytest.fixture
 def report(tmp_path):
     """A report with one figure, and what it tells."""
     panels = [Panel("x", "m", {"x": 2.0 + T, "x_d": 2.5 + T}), Panel("e", "m", {"e": np.exp(-T)}, LOG)]
     FigureJob("curve", "", T, panels, 2).draw(tmp_path)
-    page.write_page(tmp_path / "report.html", "A report", [page.figure(tmp_path / "curve", "What to see")])
+    write_report(tmp_path, "curve")
     told = re.search(r'data-axes="([^"]*)"', (tmp_path / "curve.svg").read_text(encoding="utf-8"))
     return tmp_path / "report.html", json.loads(unescape(told[1]))
 
@@ -96,7 +101,7 @@ def test_a_histogram_and_bars_are_read_and_a_part_is_shown_with_its_limit(tmp_pa
         counts.set_ylabel("flights")
         write(figure, tmp_path / "counts", SHEET)
     told = json.loads(unescape(re.search(r'data-axes="([^"]*)"', (tmp_path / "counts.svg").read_text(encoding="utf-8"))[1]))
-    page.write_page(tmp_path / "report.html", "A report", [page.figure(tmp_path / "counts", "What to see")])
+    write_report(tmp_path, "counts")
     opened = browsers[False].page()
     opened.goto((tmp_path / "report.html").as_uri())
     shown = opened.locator("svg[data-axes]").bounding_box()

@@ -20,14 +20,13 @@ from quadstep.control.ardupilot_loops import (
     root,
     rooted,
     shaped_target,
-    share_of,
     shortened,
     shrinking,
     turned,
     unrooted,
 )
 from quadstep.control.ardupilot_mixer import factors_of, mixed
-from quadstep.control.low_pass import low_pass, smoothed
+from quadstep.control.low_pass import low_pass, share_of, smoothed
 from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import BELIEF, gain, given, parameter, switch

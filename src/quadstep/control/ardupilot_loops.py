@@ -7,6 +7,7 @@ itself. In this package's axes and SI units; thrust and torques are shares of wh
 import math
 from typing import NamedTuple
 
+from quadstep.control.low_pass import share_of
 from quadstep.numbers import Number, Vector, absolute, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, normalised, rotation_vector, unrotate
 
@@ -20,12 +21,6 @@ MOST_HEADING = math.radians(45.0)
 
 TILTING, TURNING = (math.radians(40.0), math.radians(720.0)), (math.radians(10.0), math.radians(120.0))
 """Limits of the acceleration that the attitude loop counts with, of roll and pitch, and of yaw [rad/s^2]."""
-
-
-def share_of(cut: Number, period: Number) -> Number:
-    """Of a new sample in a low-pass filter of first order. cut: its cut-off [Hz]; 0: no filter."""
-    some = cut > 0.0
-    return where(some, period / (period + 1.0 / (2.0 * math.pi * where(some, cut, 1.0))), 1.0)
 
 
 # PID

@@ -1,9 +1,15 @@
-"""Butterworth's low-pass filter of second order, sampled, as autopilots filter gyros and D parts."""
+"""Low-pass filters, sampled, as autopilots filter gyros and D parts: of first order, and Butterworth's of second."""
 
 import math
 from typing import NamedTuple
 
 from quadstep.numbers import Number, Vector, cos, sin, vector, where
+
+
+def share_of(cut: Number, period: Number) -> Number:
+    """Of a new sample in a low-pass filter of first order. cut: its cut-off [Hz]; 0: no filter."""
+    some = cut > 0.0
+    return where(some, period / (period + 1.0 / (2.0 * math.pi * where(some, cut, 1.0))), 1.0)
 
 
 class LowPass(NamedTuple):

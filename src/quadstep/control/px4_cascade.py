@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.low_pass import low_pass
+from quadstep.control.low_pass import low_pass, share_of
 from quadstep.control.px4_loops import (
     STILL,
     Flying,
@@ -18,7 +18,6 @@ from quadstep.control.px4_loops import (
     RateGains,
     attitude_loop,
     attitude_of,
-    derivative_share,
     notch,
     of_gyro,
     position_loop,
@@ -189,7 +188,7 @@ def gyro_filters(f: FilterParameters, period: Number) -> GyroFilters:
     on = where(f.cut > 0.0, where(2.0 * f.cut * period < 1.0, 1.0, 0.0), 0.0)
     smooth = low_pass(on, where(on > 0.5, f.cut, 0.25 / period), period)  # what is off forgets too
     first, second = notch(f.centre0, f.band0, period), notch(f.centre1, f.band1, period)
-    return GyroFilters(first, second, smooth, derivative_share(f.derivative, period))
+    return GyroFilters(first, second, smooth, share_of(f.derivative, period))
 
 
 @dataclass(frozen=True)

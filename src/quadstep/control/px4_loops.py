@@ -231,12 +231,6 @@ def of_gyro(by: GyroFilters, memory: GyroMemory, value: Number, begun: Number, p
     return GyroMemory(first, second, delays, rate, acceleration)
 
 
-def derivative_share(cut: Number, period: Number) -> Number:
-    """Of IMU_DGYRO_CUTOFF [Hz]; 0: no filter."""
-    some = cut > 0.0
-    return where(some, period / (period + 1.0 / (2.0 * math.pi * where(some, cut, 1.0))), 1.0)
-
-
 # Rates
 
 

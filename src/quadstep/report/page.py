@@ -1,6 +1,6 @@
 """A report as one HTML file that opens offline, on a screen of any width, in the dark, and on paper; every text is escaped.
 
-    page.write_page(out / "report.html", title, [
+    page.page_text(title, [
         page.summary("In 98.1 % of flights it stays within 5 cm of its path.", facts, figures),   # the answer, at a glance
         page.heading("Outcomes", "outcomes"), page.paragraph(...), page.table(...), page.figure(...),   # the evidence
     ], kind="Campaign")
@@ -208,8 +208,3 @@ def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "
         f"<body><header>{above}<h1>{escape(title)}</h1></header>\n{contents}<main>\n{body}\n</main>\n"
         f'<footer class="colophon">quadstep {__version__}</footer>{script(body)}</body></html>\n'
     )
-
-
-def write_page(path: Path, title: str, sections: Iterable[str], kind: str = "") -> None:
-    """Write the page."""
-    path.write_text(page_text(title, sections, kind), encoding="utf-8")

@@ -74,6 +74,7 @@ def evidence(
         record=record,
         sections=[Table(header=WORST, rows=rows, shown="The worst flights")],
         cases=(Case("flown"), *([until_case(decided)] if decided else [])),
+        grade=summary.rest,
         commands=["To replay each of them, with its full log:", *(f"  {line}" for line in again)],
     ).required(None if least is None else JudgedShare(least, summary.success, summary.flights))
 

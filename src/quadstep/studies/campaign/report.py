@@ -9,10 +9,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
-from quadstep.io.results.record import FIGURES, REPORT
+from quadstep.io.results.record import FIGURES
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.keys import label
 from quadstep.report import page
+from quadstep.report.evidence import Evidence, Figure, Section, Table
 from quadstep.report.panels import path_job
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import report_text as text
@@ -32,8 +33,6 @@ from quadstep.studies.campaign.single import MOST_POINTS, draw_points, flown_aga
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import Varied, bins, varied
-
-TABLE = "table.tex"
 
 GLANCE = {
     "outcomes": "How the flights ended, and when the early ones did.",
@@ -58,37 +57,58 @@ class Explained(NamedTuple):
     said: str = ""
 
 
+class Reported(NamedTuple):
+    """What a report is of. path: of the campaign file, as given. out: a folder for its figures."""
+
+    store: Store
+    campaign: Campaign
+    summary: CampaignSummary
+    path: Path
+    out: Path
+    sheet: Sheet
+
+    @property
+    def folder(self) -> Path:
+        return self.out / FIGURES
+
+
 def write_report(store: Store, campaign: Campaign, summary: CampaignSummary, path: Path, sheet: Sheet = SCREEN) -> None:
     """Write report.html, its figures and the table. path: of the campaign file, as given. Raises UserError."""
 
     def write(out: Path) -> None:
-        body = sections(store, campaign, summary, path, out / FIGURES, sheet.with_svg())
-        page.write_page(out / REPORT, campaign.file.name, body, "Campaign")
-        (out / TABLE).write_text(text.for_a_paper(summary, campaign.file.name), encoding="utf-8")
+        evidence(Reported(store, campaign, summary, path, out, sheet.with_svg())).write_report(out)
 
     store.report(write)
 
 
-def sections(
-    store: Store, campaign: Campaign, summary: CampaignSummary, path: Path, folder: Path, sheet: Sheet = SCREEN
-) -> list[str]:
-    """The body of the page; its figures are drawn into `folder`."""
-    flown = store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
+def evidence(of: Reported) -> Evidence:
+    """What the report says; draws its figures."""
+    flown, summary, name = of.store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS]), of.summary, of.campaign.file.name
     through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
-    success = flown[SUCCESS].to_numpy()
     rmse = np.where(through, number(flown[RMSE]), np.nan)
-    evidence = [
-        *distribution_section(store, campaign, summary, flown, through, folder, sheet),
-        *key_sections(store, campaign, rmse, success, summary.copies, folder, sheet),
-        *worst_section(store, campaign, summary, flown, path, folder, sheet),
-    ]
-    drawn = [page.figure(folder / name, caption) for name, caption in GLANCE.items() if (folder / f"{name}.svg").is_file()]
-    return [
-        text.glance(summary, drawn),
-        *evidence,
-        *text.opening(store, campaign, summary, path),
+    sections = [
+        *distribution_section(of, flown, through),
+        *key_sections(of, rmse, flown[SUCCESS].to_numpy()),
+        *worst_section(of, flown),
+        *text.opening(of.store, of.campaign, summary, of.path),
         *text.closing(summary.copies),
     ]
+    return Evidence(
+        name=name,
+        kind="Campaign",
+        answer=text.answer(summary),
+        sentences=(),
+        record={},
+        facts=text.facts(summary),
+        figures=[figure(one, caption) for one, caption in GLANCE.items() if (of.folder / f"{one}.svg").is_file()],
+        sections=sections,
+        paper=text.for_a_paper(summary, name),
+        grade=summary.rest,
+    )
+
+
+def figure(name: str, caption: str) -> Figure:
+    return Figure(f"{FIGURES}/{name}", caption)
 
 
 def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
@@ -97,33 +117,22 @@ def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def distribution_section(
-    store: Store,
-    campaign: Campaign,
-    summary: CampaignSummary,
-    flown: pa.Table,
-    through: NDArray[np.bool_],
-    folder: Path,
-    sheet: Sheet,
-) -> list[str]:
+def distribution_section(of: Reported, flown: pa.Table, through: NDArray[np.bool_]) -> list[Section]:
     """How the flights ended, and how far from the path they were."""
-    times = {name: number(flown[TIME])[over_as(flown, name)] for name in summary.outcomes if name != OUTCOMES[0]}
+    times = {name: number(flown[TIME])[over_as(flown, name)] for name in of.summary.outcomes if name != OUTCOMES[0]}
     times = {name: some[np.isfinite(some)] for name, some in times.items()}
-    draw_outcomes(folder / "outcomes", text.ended(summary), times, sheet)
-    body = [
-        page.heading("How the flights ended", "outcomes"),
-        *text.outcomes(summary),
-    ]
-    limits = {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
+    draw_outcomes(of.folder / "outcomes", text.ended(of.summary), times, of.sheet)
+    body: list[Section] = [text.outcomes(of.summary)]
+    limits = limits_of(of.campaign)
     metrics = []
     for name in dict.fromkeys((RMSE, LARGEST, *limits)):
-        column = flown[name] if name in flown.column_names else store.read([name])[name]
+        column = flown[name] if name in flown.column_names else of.store.read([name])[name]
         values = number(column)[through]
         metrics.append(PlottedMetric(name, values[np.isfinite(values)], limits.get(name)))
     metrics = [metric for metric in metrics if len(metric.values)]
     if metrics:
-        draw_distributions(folder / "distributions", metrics, summary.flights, sheet)
-        body += [page.heading("Distance from the path", "distributions"), *text.distributions(summary)]
+        draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
+        body.append(text.distributions(of.summary))
     return body
 
 
@@ -133,29 +142,31 @@ def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
     return chosen
 
 
-def key_sections(
-    store: Store, campaign: Campaign, rmse: NDArray[np.float64], success: NDArray[np.bool_], copies: bool, folder: Path,
-    sheet: Sheet,
-) -> list[str]:  # fmt: skip
-    """What the result depends on: the ranking, then key by key. copies: whether the flights do not differ."""
+def limits_of(campaign: Campaign) -> dict[str, float]:
+    """Above which flights fail, by the full name of the metric."""
+    return {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
+
+
+def key_sections(of: Reported, rmse: NDArray[np.float64], success: NDArray[np.bool_]) -> list[Section]:
+    """What the result depends on: the ranking, then key by key."""
+    campaign = of.campaign
     keys = campaign.file.keys
     if not keys:
-        what = "Nothing" if copies else "Only the noise"
-        return [page.heading("Sensitivity", "ranking"), page.paragraph(f"{what} varies from flight to flight.")]
-    columns = {key: varied(store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
-    mission = campaign.mission
+        what = "Nothing" if of.summary.copies else "Only the noise"
+        return [Table("Sensitivity", "ranking", text=f"{what} varies from flight to flight.")]
+    columns = {key: varied(of.store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
     found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
-    body = [page.heading("Sensitivity", "ranking")]
+    body: list[Section] = [Table("Sensitivity", "ranking")]
     if any(ranking.values()):
-        draw_ranking(folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), sheet)
+        draw_ranking(of.folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), of.sheet)
     body += text.ranking(campaign, ranking, {name: (one.said, one.pair) for name, one in found.items()})
-    body += [page.heading("Individual keys", "keys"), *text.keys(len(keys), MOST_PICTURES)]
+    body.append(text.keys(len(keys), MOST_PICTURES))
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
-        draw_key(folder / name, label(mission, key), cut, by_key(cut, success, rmse), sheet)
-        body.append(page.figure(folder / f"{name}.svg", f"Success and error over {key}"))
+        draw_key(of.folder / name, label(campaign.mission, key), cut, by_key(cut, success, rmse), of.sheet)
+        body.append(figure(name, f"Success and error over {key}"))
     return body
 
 
@@ -194,45 +205,41 @@ def explained(result: ExplainedResult, parts: Mapping[str, FlightParts], campaig
     return Explained(shares, None if campaign.file.correlated else strongest_interaction(result, most))
 
 
-def worst_section(
-    store: Store, campaign: Campaign, summary: CampaignSummary, flown: pa.Table, path: Path, folder: Path, sheet: Sheet
-) -> list[str]:
+def worst_section(of: Reported, flown: pa.Table) -> list[Section]:
     """Flights that can be seen to move; the worst: what was drawn, how to fly each again, and its picture, flown again."""
-    worst = [one.flight for one in summary.worst]
+    summary, worst = of.summary, [one.flight for one in of.summary.worst]
     through = over_as(flown, OUTCOMES[0])
     more = [] if summary.copies else others(np.where(through, number(flown[RMSE]), np.nan), worst)
-    again = dict(zip([*worst, *more], flown_again(campaign, [*worst, *more]), strict=True))
-    links = write_flights(folder.parent, campaign, again)
-    body = moving(campaign, flown, ~through, links, folder, sheet) if links else []
+    again = dict(zip([*worst, *more], flown_again(of.campaign, [*worst, *more]), strict=True))
+    links = write_flights(of.out, of.campaign, again)
+    body = moving(of, flown, ~through, links) if links else []
     values = [
         {label(found.mission, key): value for key, value in found.values.items()} if (found := again[one].replay) else {}
         for one in worst
     ]
-    body += [page.heading("The worst flights", "worst"), *text.worst(summary, values, path, store.folder)]
+    body += text.worst(summary, values, of.path, of.store.folder)
     for one in summary.worst:
         log, title = again[one.flight].log, text.of_flight(one)
         if log is not None and again[one.flight].drawable:
             name = f"flight-{one.flight}"
-            path_job(log, name, title).draw(folder, sheet)
-            body.append(page.figure(folder / f"{name}.svg", title))
+            path_job(log, name, title).draw(of.folder, of.sheet)
+            body.append(figure(name, title))
         else:
             why = f"cannot be replayed: {again[one.flight].said}" if log is None else "it ended before it could be drawn"
-            body.append(page.paragraph(f"{title}; {why}."))
-        differs = text.differing(one, log, campaign) if log else ""
-        body += [page.paragraph(differs)] * bool(differs)
+            body.append(Table(text=f"{title}; {why}."))
+        differs = text.differing(one, log, of.campaign) if log else ""
+        body += [Table(text=differs)] * bool(differs)
     return body
 
 
-def moving(
-    campaign: Campaign, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str], folder: Path, sheet: Sheet
-) -> list[str]:
+def moving(of: Reported, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str]) -> list[Section]:
     """The flights as points, some of which are links to the page where they move."""
-    limits = {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
+    limits = limits_of(of.campaign)
     across, up = (PlottedMetric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
-    body = [page.heading("Flights to watch", "flights")]
-    if len(lost) > 1 and draw_points(folder / "points", (across, up), lost, links, sheet):
+    body: list[Section] = [Table("Flights to watch", "flights")]
+    if len(lost) > 1 and draw_points(of.folder / "points", (across, up), lost, links, of.sheet):
         whose = f"The first {MOST_POINTS} flights, and those with a ring," if len(lost) > MOST_POINTS else "All flights"
         caption = f"{whose} by how far they were from their path, up to their end. Click a ring to see that flight move."
-        body.append(page.figure(folder / "points.svg", caption))
+        body.append(figure("points", caption))
     places = [(link, f"flight {flight}") for flight, link in links.items()]
     return [*body, page.links(places, "See them move, flown as `quadstep fly` flies them:")]

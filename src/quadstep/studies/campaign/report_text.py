@@ -10,6 +10,7 @@ from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.keys import label
 from quadstep.report import page, units
+from quadstep.report.evidence import Section, Table
 from quadstep.report.tables import booktabs
 from quadstep.studies.campaign.flyer import OUTCOMES
 from quadstep.studies.campaign.manifest import FLIGHTS
@@ -27,21 +28,25 @@ ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
-def glance(summary: CampaignSummary, figures: Sequence[str]) -> str:
-    """The findings: one sentence, three numbers with their intervals, and figures that show them."""
+def answer(summary: CampaignSummary) -> str:
+    if not summary.drawn:
+        return f"{succeeded(summary)}. {summary.why_not}"
+    return f"{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
+
+
+def facts(summary: CampaignSummary) -> list[page.Fact]:
+    """Three numbers with their intervals."""
     good, low, high = summary.success
     if not summary.drawn:
-        answer = f"{succeeded(summary)}. {' '.join([summary.why_not, *summary.graded])}"
-        return page.summary(answer, [page.Fact("succeed", units.percent(good)), *alone(summary)], figures)
-    answer = f"{succeeded(summary)}; the 95 % interval is {' '.join([f'{within(low, high)}.', *summary.graded])}"
-    facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
+        return [page.Fact("succeed", units.percent(good)), *alone(summary)]
+    found = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
         what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g}th percentile of {words}"
         interval = f"95 %: {units.interval(*one, unit)}" if one.bounded else FEW
-        facts.append(page.Fact(what, units.estimate(*one, unit), interval))
-    return page.summary(answer, facts, figures)
+        found.append(page.Fact(what, units.estimate(*one, unit), interval))
+    return found
 
 
 def succeeded(summary: CampaignSummary) -> str:
@@ -58,7 +63,7 @@ def alone(summary: CampaignSummary) -> list[page.Fact]:
     return [page.Fact(f"{what}{words}", units.quantity(value, unit)) for (words, unit), value in named]
 
 
-def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Path) -> list[str]:
+def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Path) -> list[Section]:
     file, manifest = campaign.file, store.manifest
     rows = [
         ("campaign", f"{file.name}, {path}"),
@@ -72,17 +77,19 @@ def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Pa
         *[("set up one by one", f"each flight, because {' and '.join(summary.singly)} {SINGLY}")][: len(summary.singly)],
         *(("machine", pairs(one)) for one in manifest["machines"]),
     ]
-    body = [
-        page.heading("Campaign settings", "flown"),
-        *(page.paragraph(line, escape) for line in sentences(summary)),
-        page.table(("", ""), rows, escape),
+    varied = [(label(campaign.mission, key), variation_text(file, key)) for key in file.keys]
+    return [
+        Table("Campaign settings", "flown"),
+        *paragraphs(sentences(summary)),
+        Table(header=("", ""), rows=rows, set_as=escape),
+        Table(header=("what varies", "how"), rows=varied, set_as=escape),
+        page.verbatim(campaign.text, f"campaign file {path.name}"),
     ]
-    if file.keys:
-        mission = campaign.mission
-        body.append(
-            page.table(("what varies", "how"), [(label(mission, key), variation_text(file, key)) for key in file.keys], escape)
-        )
-    return [*body, page.verbatim(campaign.text, f"campaign file {path.name}")]
+
+
+def paragraphs(lines: Iterable[str]) -> list[Table]:
+    """Text in which nothing is a symbol."""
+    return [Table(text=line, set_as=escape) for line in lines]
 
 
 def pairs(table: Mapping[str, object]) -> str:
@@ -99,13 +106,13 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
     return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
 
 
-def outcomes(summary: CampaignSummary) -> list[str]:
+def outcomes(summary: CampaignSummary) -> Table:
     """Every outcome with its exact interval; without it where nothing is statistical."""
-    if not summary.drawn:
-        return [page.table(("outcome", "flights"), [(name, str(count)) for name, count in ended(summary).items() if count])]
-    shares = {name: share(count, summary.flights) for name, count in ended(summary).items()}
-    rows = [(name, str(count), spanned(shares[name])) for name, count in ended(summary).items()]
-    return [page.table(("outcome", "flights", "share of all [%]"), rows)]
+    header, counts = ("outcome", "flights", "share of all [%]"), ended(summary)
+    rows: list[tuple[page.Cell, ...]] = [(name, str(count)) for name, count in counts.items() if count]
+    if summary.drawn:
+        rows = [(name, str(count), spanned(share(count, summary.flights))) for name, count in counts.items()]
+    return Table("How the flights ended", "outcomes", header if summary.drawn else header[:2], rows)
 
 
 def for_a_paper(summary: CampaignSummary, name: str) -> str:
@@ -129,10 +136,11 @@ def percent(one: Estimate) -> str:
     return units.percent(*one).removesuffix(" %")
 
 
-def distributions(summary: CampaignSummary) -> list[str]:
+def distributions(summary: CampaignSummary) -> Table:
     """The quantiles as a table; the medians where nothing is statistical."""
+    title = "Distance from the path", "distributions"
     if not summary.drawn:
-        return [page.table(("of completed flights", "value"), [(one.what, one.value) for one in alone(summary)])]
+        return Table(*title, ("of completed flights", "value"), [(one.what, one.value) for one in alone(summary)])
     rows = [
         (
             words,
@@ -142,24 +150,28 @@ def distributions(summary: CampaignSummary) -> list[str]:
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
     ]
-    return [
-        page.paragraph(
-            "Upper panel: completed flights; lower panel: the share of all flights with a larger value. A flight that "
-            "ended early counts as worse than any other. Dashed: the limit above which a flight counts as failed."
-        ),
-        page.table(("of completed flights", "share below", "value with its 95 % interval"), rows),
-    ]
+    text = (
+        "Upper panel: completed flights; lower panel: the share of all flights with a larger value. A flight that ended early "
+        "counts as worse than any other. Dashed: the limit above which a flight counts as failed."
+    )
+    return Table(*title, ("of completed flights", "share below", "value with its 95 % interval"), rows, text)
 
 
 def largest(known: Iterable[Estimate]) -> float:
     return max(number for one in known for number in one if not math.isnan(number))
 
 
+FIRST_ORDER = (
+    "First-order index: the share of the variance that would vanish if the key were known. A key explains much if it has a "
+    "large effect and was varied widely."
+)
+
+
 def ranking(
     campaign: Campaign,
     found: Mapping[str, Mapping[str, Estimate]],
     said: Mapping[str, tuple[str, Interaction | None]],
-) -> list[str]:
+) -> list[Table]:
     """The ranking, in words and as a table."""
     lines = []
     for name, (why, pair) in said.items():
@@ -189,34 +201,26 @@ def ranking(
             "Correlated keys partly explain the same variance, so their shares overlap and may add up to more than "
             f"100 %: {groups}."
         )
-    body = [page.paragraph(line, escape) for line in lines]
+    body = paragraphs(lines)
     if any(found.values()):
         names = list(dict.fromkeys(name for one in found.values() for name in one))
         rows = [(key, *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in found.items()]
-        body.append(page.table(("key", *(f"{name} [% of variance]" for name in names)), rows, escape))
-        body.append(
-            page.paragraph(
-                "First-order index: the share of the variance that would vanish if the key were known. A key explains "
-                "much if it "
-                "has a large effect and was varied widely."
-            )
-        )
+        body.append(Table(header=("key", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
+        body.append(Table(text=FIRST_ORDER))
     return body
 
 
-def keys(count: int, most: int) -> list[str]:
-    chosen = (
-        f" These are the {most} of {count} keys that explain most; the others are in the flight files." if count > most else ""
+def keys(count: int, most: int) -> Table:
+    text = (
+        "All flights, in ranges of equal width of the key (end ranges merged until they have 20 flights), or by value; all "
+        "other keys vary within each range."
     )
-    return [
-        page.paragraph(
-            "All flights, in ranges of equal width of the key (end ranges merged until they have 20 flights), or by "
-            f"value; all other keys vary within each range.{chosen}"
-        )
-    ]
+    if count > most:
+        text += f" These are the {most} of {count} keys that explain most; the others are in the flight files."
+    return Table("Individual keys", "keys", text=text)
 
 
-def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[str]:
+def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[Section]:
     """A table with a column per flight, and the command that replays it. path: of the campaign; folder: of its results."""
     flights = summary.worst
     names = list(dict.fromkeys(name for one in values for name in one))
@@ -227,14 +231,15 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
         ["largest error", *(length(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name]) if name in drawn else "–" for drawn in values)] for name in names),
     ]
+    first = "Flights that failed come first: those that ended first, then those farthest from the path."
     return [
-        page.paragraph("Flights that failed come first: those that ended first, then those farthest from the path."),
-        page.table(("flight", *(str(one.flight) for one in flights)), rows, escape),
-        page.paragraph("To replay them with their full logs:"),
+        Table("The worst flights", "worst", text=first),
+        Table(header=("flight", *(str(one.flight) for one in flights)), rows=rows, set_as=escape),
+        Table(text="To replay them with their full logs:"),
         page.verbatim("\n".join(replay_command(path, one.flight, folder) for one in flights)),
-        page.paragraph(
-            "The figures show these flights replayed in f64 (o: start, x: end). Parts far from the desired path are outside "
-            "the figure."
+        Table(
+            text="The figures show these flights replayed in f64 (o: start, x: end). Parts far from the desired path are "
+            "outside the figure."
         ),
     ]
 
@@ -268,22 +273,18 @@ def differing(one: WorstFlight, log: FlightLog, campaign: Campaign) -> str:
     return f"When replayed in f64, {what}; the campaign flew it {why}."
 
 
-def closing(copies: bool) -> list[str]:
+INTERVALS = (
+    "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
+    "distribution-free (Conover 1999). Indices: from the flights, grouped by similar values (Plischke, Borgonovo, Smith "
+    "2013), minus the share expected by chance for that many groups; intervals by bootstrap over the flights. An interval "
+    "says how certain a number is if the keys vary as they did here; whether they do is for you to judge."
+)
+FILES = (
+    f"All flights are in {FLIGHTS}/*.parquet next to this page, one row per flight; campaign.json records what was flown, by "
+    "which version and on which machine. The same campaign file gives the same flights."
+)
+
+
+def closing(copies: bool) -> list[Table]:
     """How to read the report. copies: whether the flights do not differ, so that there are no intervals."""
-    intervals = [
-        page.paragraph(
-            "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
-            "distribution-free (Conover 1999). Indices: from the flights, grouped by similar values (Plischke, "
-            "Borgonovo, Smith 2013), minus the share expected by chance for that many groups; intervals by bootstrap over the "
-            "flights. An interval says how certain a number is if the keys vary as they did here; whether they do is for you "
-            "to judge."
-        )
-    ]
-    return [
-        page.heading("How to read this", "reading"),
-        *(intervals if not copies else []),
-        page.paragraph(
-            f"All flights are in {FLIGHTS}/*.parquet next to this page, one row per flight; campaign.json records what was "
-            "flown, by which version and on which machine. The same campaign file gives the same flights."
-        ),
-    ]
+    return [Table("How to read this", "reading", text="" if copies else INTERVALS), Table(text=FILES)]

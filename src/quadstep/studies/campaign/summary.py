@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
-from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
+from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.statistics import Estimate, quantile, share
 from quadstep.report import units
 from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
@@ -99,11 +99,6 @@ class CampaignSummary(NamedTuple):
             return f", which means only that {who} did not end early ([failure] sets no limit)"
         return f", errors counted from {self.since:g} s on (score_from)" if self.since else ""
 
-    @property
-    def graded(self) -> list[str]:
-        """The grade of the loop at rest in words, if it is known."""
-        return at_rest_sentences(self.rest, WRITTEN)
-
 
 def summarise(
     store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}), singly: Iterable[str] = (),
@@ -174,7 +169,6 @@ def sentences(summary: CampaignSummary) -> list[str]:
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
     if lost:
         lines.append(f"Ended early: {lost}.")
-    lines += summary.graded
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         parts = [f"{100 * q:g} % below {units.interval(*e, unit)}" for q, e in spread.quantiles.items()]

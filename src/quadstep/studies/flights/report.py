@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -13,6 +12,7 @@ from quadstep.metrics.judging.verdict import graded
 from quadstep.metrics.margins import rest_of
 from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.report import page, units
+from quadstep.report.evidence import Evidence, Figure, Section, Table
 
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
@@ -36,22 +36,21 @@ def write_report(
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
     early, if known.
     """
-    drawn = [page.figure(path.parent / name, caption) for name, caption in figures.items()]
-    body = [page.summary(answer(log, metrics, why, since(mission)), facts(metrics), drawn[:IN_SUMMARY])]
-    body += [page.paragraph(f"Warning: {one}", escape) for one in warnings]
-    body.append(
-        page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")])
-    )
+    drawn = [Figure(name, caption) for name, caption in figures.items()]
+    places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
+    sections: list[Section] = [page.links(places)]
     if "position" in metrics:
-        body += [page.heading("Errors", "errors"), page.table(HEADER, error_rows(metrics))]
+        sections.append(Table("Errors", "errors", HEADER, error_rows(metrics)))
     if drawn[IN_SUMMARY:]:
-        body += [page.heading("More signals", "signals"), *drawn[IN_SUMMARY:]]
+        sections += [Table("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2))
-    body += [page.heading("Mission", "flown"), page.verbatim(content, "all keys of the mission")]
+    sections += [Table("Mission", "flown"), page.verbatim(content, "all keys of the mission")]
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does without"
-        body.append(page.verbatim("\n".join(left), whose))
-    page.write_page(path, mission.name, body, "Flight")
+        sections.append(page.verbatim("\n".join(left), whose))
+    said = answer(log, metrics, why, since(mission))
+    found = Evidence(mission.name, "Flight", said, (), {}, facts(metrics), drawn[:IN_SUMMARY], sections, warnings=warnings)
+    path.write_text(found.html(path.parent), encoding="utf-8")
 
 
 def since(mission: "Mission") -> str:
