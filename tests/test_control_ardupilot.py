@@ -270,7 +270,7 @@ def test_velocity_errors_are_filtered_and_integrated_but_not_into_the_leans_limi
     assert error[0] == pytest.approx(share)
     assert slope[0] == pytest.approx(share * share / PERIOD)
     assert integral[0] == pytest.approx(share * PERIOD)
-    assert made[0] == pytest.approx(2.0 * error[0] + integral[0] + 0.5 * slope[0])
+    assert made[0] == pytest.approx(2.0 * error[0] + integral[0] + 0.25 * slope[0])
     assert list(beyond) == [0.0, 0.0]
     _, (error, slope, _, _) = horizontal(g, begun(g)._replace(begun=0.0), measured(), wanted, PERIOD)
     assert (error[0], slope[0]) == (1.0, 0.0)

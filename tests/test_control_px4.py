@@ -26,6 +26,12 @@ from tests.px4_stock import LOOPS, firmware, motion, ours
 RECORDED = Path(__file__).parent / "golden" / "px4_stock.json"
 """What PX4 v1.15.4 made of `motion(2, 40)`."""
 
+FLOWN = Path(__file__).parent / "golden" / "px4_flight.json"
+"""0.16 s of a circle that the real PX4 (main of May 2024) flew with preset `x500`, in this package's axes. Rows: position and
+velocity as it estimated them, its setpoint's position, velocity, acceleration and heading, the thrust and attitude that it
+wanted. After the first row: the filtered slope of the velocity [m/s^2] and the integral [m/s^2].
+"""
+
 NEAR = {
     "attitude": 5e-6, "rates": 0.0, "gyro": [1e-5, 1e-3], "position": 5e-6, "coupled": 5e-6,
     "mixer": 1e-6, "airmode1": 1e-6, "airmode2": 1e-6,
@@ -86,6 +92,21 @@ def sampled(law, memory, g, now, wanted, count=1):
         memory = law.attitude(memory, now, wanted, g, 0.0, 0.005)
         command, memory = law.law(memory, now, wanted, g, 0.0, 0.00125)
     return command, memory
+
+
+def test_the_position_loop_says_what_px4_said_in_flight():
+    said = json.loads(FLOWN.read_text(encoding="utf-8"))
+    g = gains(MPC_THR_HOVER=0.4611, MPC_USE_HTE=0.0)
+    first, *samples = said["samples"]
+    own = Px4Cascade().start(measured(velocity=vector(*first[3:6])), g)
+    own = own._replace(climbing=vector(*said["integral"]), slope=vector(*said["slope"]), begun=1.0)
+    for sample in samples:
+        position, velocity, *path, heading, thrust, attitude = np.split(sample, [3, 6, 9, 12, 15, 16, 19])
+        wanted = Reference(*(vector(*one) for one in path), heading[0], 0.0)
+        now = measured(position=vector(*position), velocity=vector(*velocity))
+        own = Px4Cascade().guide(own, now, wanted, g, 0.0, 0.008)
+        assert own.thrust == pytest.approx(np.linalg.norm(thrust), abs=1e-6)
+        assert list(own.wanted) == pytest.approx(list(attitude), abs=2e-6)
 
 
 def test_a_hover_is_a_hover_and_each_setpoint_turns_the_rotors_its_way():

@@ -1,8 +1,8 @@
 """ArduPilot's own cascade for multirotors (Copter 4.6): rates and mixer first, then position and attitude for the next sample.
 
-All at 500 Hz, a value of SCHED_LOOP_RATE. Parameters have ArduPilot's names, units, ranges and defaults. A path is what the
-position controller is told of position, velocity and acceleration, heading and its rate. The law begins in the air, the
-hover's throttle (MOT_HOVER_LEARN) learnt.
+All at 500 Hz, a value of SCHED_LOOP_RATE. Parameters have ArduPilot's names, units, ranges and defaults (of 4.6.2). A path is
+what the position controller is told of position, velocity and acceleration, heading and its rate. The law begins in the air,
+the hover's throttle (MOT_HOVER_LEARN) learnt.
 """
 
 import math
@@ -163,7 +163,7 @@ class PositionParameters(NamedTuple):
     xy: Number = parameter("PSC_POSXY_P", 1.0, "1/s", "P gain of the horizontal position", zero=False, low=0.5, high=2.0)
     xy_p: Number = parameter("PSC_VELXY_P", 2.0, "1/s", "P gain of the horizontal velocity", low=0.1, high=6.0)
     xy_i: Number = parameter("PSC_VELXY_I", 1.0, "1/s^2", "I gain of the horizontal velocity", low=0.02, high=1.0)
-    xy_d: Number = parameter("PSC_VELXY_D", 0.5, "-", "D gain of the horizontal velocity", high=1.0)
+    xy_d: Number = parameter("PSC_VELXY_D", 0.25, "-", "D gain of the horizontal velocity", high=1.0)
     xy_ff: Number = parameter("PSC_VELXY_FF", 0.0, "1/s", "feed-forward gain of the horizontal velocity", high=6.0)
     xy_most: Number = parameter("PSC_VELXY_IMAX", 1000.0, "cm/s^2", "limit of its integral", tunable=False)
     xy_error: Number = parameter("PSC_VELXY_FLTE", 5.0, "Hz", "cut-off of its error; 0: none", tunable=False)
