@@ -19,7 +19,7 @@ help:
 	@echo "make test-proofs  run the tests of rooms that prove things or judge the paper (prove, theory, certify, verify), and try mutants of every law"
 	@echo "make thorough   run the cases that make test leaves out: all of every product of laws, vehicles, terminals, processors"
 	@echo "make challenge  search for flights, files and data that contradict a verdict: SECONDS=3600, SEED=7, ONLY='tubes'"
-	@echo "make firmware   build exports in your firmware trees and fly them: QUADSTEP_PX4=DIR QUADSTEP_ARDUPILOT=DIR QUADSTEP_CRAZYFLIE=DIR"
+	@echo "make firmware   fly under your autopilots' trees, build exports in them: QUADSTEP_PX4=DIR QUADSTEP_ARDUPILOT=DIR QUADSTEP_CRAZYFLIE=DIR ONLY='circle'"
 	@echo "make fuzz       try 100,000 spoilt files: each is read, or refused with one clean line"
 	@echo "make lint types check style and types"
 	@echo "make proofs     prove the statements of docs/theory.md with Coq and Gappa; installs them (Debian, 370 MB) if need be"
@@ -90,7 +90,8 @@ challenge: $(READY)
 	$(BIN)/python -m tests.challenge --seconds $(SECONDS) $(if $(SEED),--seed $(SEED)) $(if $(ONLY),--only '$(ONLY)')
 
 # Trees are named by QUADSTEP_PX4, QUADSTEP_ARDUPILOT, QUADSTEP_CRAZYFLIE, in the environment or here; nothing is fetched.
-export QUADSTEP_PX4 QUADSTEP_ARDUPILOT QUADSTEP_CRAZYFLIE
+# ONLY: what the names of rows of its table match, such as 'px4: circle'.
+export QUADSTEP_PX4 QUADSTEP_ARDUPILOT QUADSTEP_CRAZYFLIE ONLY
 firmware: $(READY)
 	@$(BIN)/python -m tests.firmware_flights
 

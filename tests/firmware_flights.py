@@ -1,17 +1,20 @@
-"""Exports built in real firmware trees, and flown with their code where a host can: `make firmware`.
+"""Autopilots that fly our vehicle, and exports built in firmware trees and flown where a host can: `make firmware`.
 
 Trees are those of the variables in `tests/firmware_trees.py`; nothing is fetched.
 """
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.export.c.compiler import BITS
+from tests import firmware_sitl
 from tests.adapters import STUBS, adapter
 from tests.firmware_trees import VARIABLES, built
 from tests.patience import PATIENCE
@@ -83,21 +86,26 @@ def run(line: list[str], folder: Path) -> str:
     return done.stdout
 
 
-def rows(target: str, tree: Path) -> Iterator[tuple[str, str, str]]:
-    """What is tried in a tree: the target and the law, what, and the result."""
+def exported(target: str, tree: Path, wanted: re.Pattern[str]) -> Iterator[tuple[str, str]]:
+    """What is tried of exports in a tree: its name, and the result."""
     for law in LAWS:
-        with tempfile.TemporaryDirectory() as place:
-            folder = Path(place) / "exported"
-            folder.mkdir()
-            adapter(folder, target, law, VEHICLES[target])
-            done = built(target, folder, tree)
-            said = "built" if done.returncode == 0 else f"FAILED: {(done.stderr.strip() or done.stdout).splitlines()[-1]}"
-            yield f"{target}, {law}", "built in the tree", said
-        if target == "crazyflie":
+        name = f"{law}: built in the tree"
+        if wanted.search(f"{target}: {name}"):
             with tempfile.TemporaryDirectory() as place:
-                for name, one in flown_crazyflie(Path(place), tree, law).items():
+                folder = Path(place) / "exported"
+                folder.mkdir()
+                adapter(folder, target, law, VEHICLES[target])
+                done = built(target, folder, tree)
+                yield (
+                    name,
+                    "built" if done.returncode == 0 else f"FAILED: {(done.stderr.strip() or done.stdout).splitlines()[-1]}",
+                )
+        name = f"{law}: flown on the host"
+        if target == "crazyflie" and wanted.search(f"{target}: {name}"):
+            with tempfile.TemporaryDirectory() as place:
+                for scenario, one in flown_crazyflie(Path(place), tree, law).items():
                     text = f"{one.height:.3f} m high, {one.away:.3f} m away, lowest {one.lowest:.3f} m, yaw {one.yaw:.1f} deg"
-                    yield f"{target}, {law}", f"flown on the host: {name}", text
+                    yield f"{name}: {scenario}", text
 
 
 def main() -> int:
@@ -106,14 +114,18 @@ def main() -> int:
     if not any(trees.values()):
         sys.stderr.write(f"make firmware: name your trees: {', '.join(f'{one}=DIRECTORY' for one in VARIABLES.values())}\n")
         return 2
-    failed = False
+    wanted, failed = re.compile(os.environ.get("ONLY", "")), False
+    sys.stdout.write("| in | what | result | RMSE [mm] | times real time |\n|---|---|---|---|---|\n")
     for target, place in trees.items():
         if not place:
-            sys.stdout.write(f"| {target} | - | skipped: {VARIABLES[target]} is not set |\n")
+            sys.stdout.write(f"| {target} | - | skipped: {VARIABLES[target]} is not set | | |\n")
             continue
-        for law, what, said in rows(target, Path(place).resolve()):
-            failed = failed or said.startswith("FAILED")
-            sys.stdout.write(f"| {law} | {what} | {said} |\n")
+        tree = Path(place).resolve()
+        flights = firmware_sitl.rows(target, tree, wanted) if target in firmware_sitl.SITL else ()
+        for name, row in chain(flights, exported(target, tree, wanted)):
+            text = str(row)
+            failed = failed or text.startswith("FAILED")
+            sys.stdout.write(f"| {target} | {name} | {text} |\n")
             sys.stdout.flush()
     return int(failed)
 

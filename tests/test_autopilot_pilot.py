@@ -90,6 +90,7 @@ def test_an_autopilot_is_armed_lifted_and_sent_the_path(mission, name):
     assert strict_json(out / "metrics.json")["outcome"] == "completed"
     assert "which the autopilot flies only if somebody sends it" not in run.out
     assert "warning" not in run.err
+    assert re.search(r"lifted off after \d+\.\d s of its time$", run.err.strip())
     asked = pilot.mavlink.asked
     assert asked == sorted(asked, key=[511, 176, 400, 22].index)
     assert {*asked} == {511, 176, 400} | ({22} if name == "ardupilot" else set())

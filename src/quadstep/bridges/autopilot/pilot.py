@@ -76,7 +76,7 @@ class Pilot:
     """A ground station in lockstep with a flight.
 
     plan: whose path is sent. frame, curve: parameters by name that the autopilot should have: it is not armed with another
-    frame, and another thrust curve is told of. told: of that.
+    frame, and another thrust curve is told of. told: of that, and of lift-off.
     """
 
     def __init__(
@@ -201,8 +201,10 @@ class Pilot:
 
     def fly(self, sample: SensorSample) -> None:
         """One step in the air. sample: its time is the flight's. Raises Lost where the autopilot no longer follows."""
+        assert self.start
         if sample.time == 0.0:
             self.next.clear()
+            self.told(f"{self.station.name} lifted off after {self.start.time:.1f} s of its time")
         if not self._due("poll", sample.time, 1.0 / POLL):
             return
         self._hear(sample.time)
@@ -210,7 +212,6 @@ class Pilot:
             did = f"left mode {self.station.mode}" if self.armed else "disarmed"
             raise Lost(f"{self.station.name} {did}{': ' if self.reason else ''}{self.reason}")
         assert self.link
-        assert self.start
         self.risen |= self.station.climbs or self.start.position[2] - sample.position[2] >= RISEN
         with self._connected():
             self._show(sample.time)

@@ -1,0 +1,283 @@
+"""What the real PX4 and ArduCopter fly under `quadstep fly --autopilot ... --pilot`, on loopback: part of `make firmware`."""
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.io.parameter_files import FORMATS
+
+LIMIT = 900.0
+"""Seconds that a flight may take on a busy machine."""
+
+AFTER = 2.0
+"""Seconds from lift-off to what is done in flight."""
+
+WIND = "[wind]\nmean = [5.0, 3.0, 0.0]\n"
+
+ROTOR = '[[events]]\ntype = "rotor"\ntime = 12.0\nrotor = 1\nefficiency = {}\n'
+
+KEPT = r"The log up to that point is kept\."
+
+
+class Sitl(NamedTuple):
+    """An autopilot's simulator. program: in its tree; build: the commands that make it. mission: more of the circle's.
+
+    settled: from when on errors count [s]. ports: of instance 0, TCP or UDP, and by how much those of the next are higher; the
+    last is MAVLink's, reached as it says.
+    """
+
+    title: str
+    program: str
+    build: tuple[str, ...]
+    mission: str
+    settled: float
+    ports: tuple[tuple[int, int, int], ...]
+    reached: str
+    parameters: str
+
+
+STREAM, DATAGRAM = int(socket.SOCK_STREAM), int(socket.SOCK_DGRAM)
+
+SITL = {
+    "px4": Sitl(
+        "PX4", "build/px4_sitl_default/bin/px4", ("make px4_sitl_default",),
+        "period = 10.0\n[simulation]\nduration = 30.0\ncontrol_period = 0.004\n", 10.0,
+        ((4560, 1, STREAM), (14540, 1, DATAGRAM)), "udpin:127.0.0.1:{}", "px4.params",
+    ),
+    "ardupilot": Sitl(
+        "ArduPilot", "build/sitl/bin/arducopter", ("./waf configure --board sitl", "./waf copter"),
+        "period = 8.0\n[simulation]\nduration = 36.0\ncontrol_period = 0.001\nstep = 0.001\n", 20.0,
+        ((9002, 10, DATAGRAM), (5760, 10, STREAM)), "tcp:127.0.0.1:{}", "ardupilot.parm",
+    ),
+}  # fmt: skip
+
+
+class Flying(NamedTuple):
+    """A flight that is under way: its process, its autopilot's, and in a folder its mission. instance: of the autopilot."""
+
+    flight: subprocess.Popen[bytes]
+    autopilot: subprocess.Popen[bytes]
+    program: Path
+    instance: int
+
+
+def signalled(number: signal.Signals) -> Callable[[Flying], str]:
+    """The flight is asked to end."""
+
+    def act(now: Flying) -> str:
+        now.flight.send_signal(number)
+        return ""
+
+    return act
+
+
+def killed(now: Flying) -> str:
+    """The autopilot is gone."""
+    os.kill(now.autopilot.pid, signal.SIGKILL)  # what Popen does would also reap it, and its processor time is asked for
+    return ""
+
+
+def stopped(now: Flying) -> str:
+    """An export's module in PX4, asked to stop in the air: what it says."""
+    line = [str(now.program.parent / CONTROL), "--instance", str(now.instance)]
+    for word in ("start", "stop"):
+        done = subprocess.run([*line, word], capture_output=True, text=True, check=False, timeout=60.0)
+        time.sleep(0.5)
+    return done.stdout + done.stderr
+
+
+class Scenario(NamedTuple):
+    """code: with which `fly` ends. said: by whom it ends, or in flight. more: of the mission. act: AFTER lift-off.
+
+    loaded: whether the autopilot has the parameters that must match. only: of one autopilot. asks: a program beside the
+    autopilot's without which it cannot be tried.
+    """
+
+    name: str
+    code: int
+    said: str
+    more: str = ""
+    radius: float = 2.0
+    act: Callable[[Flying], str] = lambda _: ""
+    loaded: bool = True
+    only: str = ""
+    asks: str = ""
+
+
+GONE = "PX4 closed the connection|ArduPilot stopped sending"
+
+OTHER = r"has another frame than the mission's vehicle: \S+ is \S+, should be [^,\s]+"
+
+CONTROL = "px4-quadstep_control"
+
+COMPLETED = r"Completed .* s; position RMSE"
+
+SCENARIOS = (
+    Scenario("hover, calm", 0, COMPLETED, radius=1e-3),
+    Scenario("circle, calm", 0, COMPLETED),
+    Scenario("circle, wind of 5.8 m/s", 0, COMPLETED, WIND),
+    Scenario("circle, rotor 1 loses 20 % at 12 s", 0, COMPLETED, ROTOR.format(0.8)),
+    Scenario("circle, rotor 1 is lost at 12 s", 3, rf"Lost at \S+ s: .*?\. {KEPT}", ROTOR.format(0.0)),
+    Scenario("Ctrl-C in flight", 3, rf"Interrupted at \S+ s\. {KEPT}", act=signalled(signal.SIGINT)),
+    Scenario("SIGTERM in flight", 3, rf"Interrupted at \S+ s\. {KEPT}", act=signalled(signal.SIGTERM)),
+    Scenario("autopilot killed in flight", 3, rf"({GONE}) at \S+ s\. {KEPT}", act=killed),
+    Scenario("parameters not loaded", 2, OTHER, loaded=False),
+    Scenario("`quadstep_control stop` in flight", 0, "the vehicle is armed", act=stopped, only="px4", asks=CONTROL),
+)  # fmt: skip
+
+
+class Row(NamedTuple):
+    """A scenario's result: FAILED at its beginning where another was expected. rmse [mm]: once settled. speed: the autopilot's
+    seconds in one of both programs' processor time, start and figures included.
+    """
+
+    result: str
+    rmse: str = ""
+    speed: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.result} | {self.rmse} | {self.speed}"
+
+
+def rows(target: str, tree: Path, wanted: re.Pattern[str]) -> Iterator[tuple[str, Row]]:
+    """The scenarios of an autopilot whose name is wanted, and their results; builds the simulator where it is not built."""
+    sitl = SITL[target]
+    program = tree / sitl.program
+    names = [one for one in SCENARIOS if one.only in ("", target) and wanted.search(f"{target}: {one.name}")]
+    if names and not program.is_file():
+        for line in sitl.build:
+            done = subprocess.run(line.split(), cwd=tree, capture_output=True, text=True, check=False)
+            if done.returncode:
+                last = (done.stderr.strip() or done.stdout.strip() or "no reason").splitlines()[-1]
+                yield "every flight", Row(f"not flown: `{line}` failed: {last}")
+                return
+    for one in names:
+        if one.asks and not (program.parent / one.asks).exists():
+            yield one.name, Row(f"not flown: the tree is built without {one.asks}")
+            continue
+        with tempfile.TemporaryDirectory() as place:
+            yield one.name, flown(target, program, one, Path(place))
+
+
+def instance(sitl: Sitl) -> tuple[int, list[int]]:
+    """An autopilot's number of which all ports are free, from 1 on, and they."""
+    for number in range(1, 9):
+        ports = [first + number * by for first, by, _ in sitl.ports]
+        with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
+            for port, (_, _, kind) in zip(ports, sitl.ports, strict=True):
+                stack.enter_context(socket.socket(socket.AF_INET, kind)).bind(("127.0.0.1", port))
+            return number, ports
+    raise AssertionError(f"no free ports for {sitl.title}")
+
+
+def started(target: str, program: Path, number: int, parameters: Path | None, folder: Path) -> subprocess.Popen[bytes]:
+    """The autopilot, alone in a folder, as docs/autopilot.md says; PX4's parameters are defaults of its airframe."""
+    place, environment = folder / "autopilot", dict(os.environ)
+    place.mkdir()
+    if target == "px4":
+        shutil.copytree(program.parent.parent / "etc", folder / "etc")
+        airframe = folder / "etc/init.d-posix/airframes/10016_none_iris"
+        lines = FORMATS.load("px4").read(parameters.read_text(encoding="utf-8")).values if parameters else {}
+        with airframe.open("a", encoding="utf-8") as file:
+            file.writelines(f"param set-default {name} {value:.9g}\n" for name, value in lines.items())
+        line, environment["PX4_SIM_MODEL"] = [str(program), "-d", "-i", str(number), str(folder / "etc")], "none_iris"
+    else:
+        line = [str(program), "--model", "JSON:127.0.0.1", "-I", str(number)]
+        line += ["--defaults", str(parameters)] if parameters else []
+    with (folder / "autopilot.txt").open("wb") as said:
+        return subprocess.Popen(line, cwd=place, env=environment, stdin=subprocess.DEVNULL, stdout=said, stderr=said)
+
+
+def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
+    """A scenario, and what came of it."""
+    sitl = SITL[target]
+    number, (port, mavlink) = instance(sitl)
+    reached = sitl.reached.format(mavlink)
+    text = '[vehicle]\npreset = "x500"\n[path]\ntype = "circle"\ncentre = [0.0, 0.0, 10.0]\n'
+    mission, out = folder / "mission.toml", folder / "out"
+    mission.write_text(f"{text}radius = {one.radius:g}\n{sitl.mission}{one.more}", encoding="utf-8")
+    line = [sys.executable, "-m", "quadstep", "fly", mission, "--autopilot", target, "--pilot", "--out", out]
+    line += ["--connect", port, "--pilot-connect", reached, "--connect-timeout", LIMIT]
+    flight = subprocess.Popen(
+        list(map(str, line)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heeding,  # noqa: PLW1509
+        env={**os.environ, "COLUMNS": "10000"},
+    )  # fmt: skip
+    timer = threading.Timer(LIMIT, flight.kill)
+    timer.start()
+    over = threading.Event()
+    autopilot, told, extra, stood = None, [], "", 0.0
+    try:
+        assert flight.stderr
+        assert flight.stdout
+        for raw in flight.stderr:
+            told.append(raw.decode())
+            if autopilot is None:  # its first line: what the parameters must be; they are written by then, or soon
+                parameters = mission.parent / sitl.parameters
+                while not parameters.exists():
+                    time.sleep(0.05)
+                autopilot = started(target, program, number, parameters if one.loaded else None, folder)
+                threading.Thread(target=ended, args=(over, out, autopilot.pid), daemon=True).start()
+            lifted = re.search(r"lifted off after (\S+) s", told[-1])
+            if lifted:
+                stood = float(lifted[1])
+                time.sleep(AFTER)
+                extra = one.act(Flying(flight, autopilot, program, number))
+        told.append(flight.stdout.read().decode())
+        _, status, spent = os.wait4(flight.pid, 0)
+        flight.returncode = os.waitstatus_to_exitcode(status)
+        seconds = spent.ru_utime + spent.ru_stime
+    finally:
+        timer.cancel()
+        flight.kill()
+        over.set()
+        if autopilot:
+            killed(Flying(flight, autopilot, program, number))
+            _, _, spent = os.wait4(autopilot.pid, 0)
+            autopilot.returncode = -signal.SIGKILL
+    return judged(
+        one, flight.returncode, "".join(told) + extra, out, sitl.settled, stood, seconds + spent.ru_utime + spent.ru_stime
+    )
+
+
+def ended(over: threading.Event, out: Path, autopilot: int) -> None:
+    """Kill the autopilot once the flight is over and its figures are begun: PX4 never sleeps where its simulator has gone."""
+    while not over.wait(0.02):
+        with contextlib.suppress(FileNotFoundError):  # the folder goes where the flight is refused
+            if any(out.glob(".writing-*/figures")):
+                os.kill(autopilot, signal.SIGKILL)
+                return
+
+
+def heeding() -> None:
+    """A process started in the background may be deaf to Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def judged(one: Scenario, code: int, told: str, out: Path, settled: float, stood: float, seconds: float) -> Row:
+    """The row. seconds: of both programs' processor time."""
+    text = " ".join(told.split())
+    said = re.search(one.said, text)
+    rows = np.genfromtxt(out / "flight.csv", delimiter=",", names=True) if code in (0, 3) else None
+    if code != one.code or not said or (code == 3 and (rows is None or not rows.shape)):
+        return Row(f"FAILED: exit code {code}: {text[-300:]}")
+    rmse = speed = ""
+    if rows is not None:
+        speed = f"{(stood + rows['ts'][-1]) / seconds:.1f}"
+        kept = rows["ts"] >= settled
+        if code == 0:
+            rmse = f"{1e3 * np.sqrt(sum(np.mean((rows[f'{a}m'] - rows[f'{a}_dm'])[kept] ** 2) for a in 'xyz')):.0f}"
+    result = "completed" if one.said == COMPLETED else f'"{said[0]}"'
+    return Row(result + (f", exit code {code}" if code else ""), rmse, speed)
