@@ -16,7 +16,7 @@ LAWS = ("rotation-backstepping", "backstepping", "pid", "geometric", "lqr", "rap
 CLOCK, PER_CYCLE = 168e6, 0.7
 """Of the processor [Hz], and instructions that it does in a cycle."""
 
-APART = r"\.(text|rodata)(?!\S*_(made|start|reset)\b)\S*"
+APART = r"\.(text|rodata)(?!\S*_(made|start|enter|reset)\b)\S*"
 """Sections of the law itself: without what limits say, and what is called once."""
 
 
@@ -28,7 +28,7 @@ def plan(law: str, **gains: float) -> FlightPlan:
 
 
 class Cells(NamedTuple):
-    """Of a law's row. code: all of it; alone: without `made`, `start` and `reset`. worst: instructions of each loop, and the
+    """Of a law's row. code: all; alone: without `made`, `start`, `enter`, `reset`. worst: instructions of each loop, and the
     share of its own period that they take.
     """
 
@@ -64,8 +64,8 @@ def row(law: str) -> str:
     one = cells(law)
     loads = ", ".join(f"{name} {count} ({share:.2%} of its period)" for name, (count, share) in one.worst.items())
     return (
-        f"{law}: {one.state} B of state, {one.code} B of code, {one.alone} B without made, start and reset, {one.stack} B of "
-        f"stack; instructions at worst: {loads}; together {one.together}, {one.share:.2%} of 1 ms"
+        f"{law}: {one.state} B of state, {one.code} B of code, {one.alone} B without made, start, enter and reset, "
+        f"{one.stack} B of stack; instructions at worst: {loads}; together {one.together}, {one.share:.2%} of 1 ms"
     )
 
 

@@ -13,6 +13,7 @@ import pytest
 from quadstep.export.c.flight import exported
 from quadstep.export.firmware import firmware_files
 from quadstep.io.errors import UserError
+from quadstep.vehicle.airframe.allocation import mixing
 from tests.adapters import adapter, flown, numbers
 from tests.commands import quadstep, write
 from tests.exports import paper_mission, real_mission
@@ -24,7 +25,7 @@ from tests.needs import C_COMPILER, CRAZYFLIE_TREE, CXX_COMPILER, needs
 @needs(C_COMPILER, CXX_COMPILER)
 @pytest.mark.parametrize("kind", ["pid", "rotation-backstepping"])
 def test_the_crazyflie_flies_the_law_in_its_units(tmp_path, kind):
-    name, _ = adapter(tmp_path, "crazyflie", kind)
+    name, plan = adapter(tmp_path, "crazyflie", kind)
     lines = flown(tmp_path, "crazyflie", name, "fly.c", "controller_quadstep.c")
     assert lines[0] == "idle 0 0 2 0"  # motors off: the firmware's own controller is asked, and has nothing to fly
     samples = numbers(lines, "sample")
@@ -33,6 +34,8 @@ def test_the_crazyflie_flies_the_law_in_its_units(tmp_path, kind):
     assert np.abs((samples[:, :4] - samples[:, 4:]) / scale).max() < 1e-4  # degrees and back round differently
     check_crazyflie_guards(lines)
     check_crazyflie_yaw(lines)
+    if kind == "pid":
+        check_crazyflie_entry(lines, plan)
 
 
 LAW, STOCK = 1, 0
@@ -58,6 +61,26 @@ def check_crazyflie_guards(lines):
     status, thrust = numbers(lines, "saturated")[0]
     assert status == 16
     assert thrust == pytest.approx(4 * 0.12, abs=0.025)  # the firmware's ceiling, below the preset's
+
+
+def check_crazyflie_entry(lines, plan):
+    """What controllerPid commands, by the firmware's mixer: half of roll and pitch, all of yaw, for each motor, in counts."""
+    mounts, ratio = plan.loop.plant.geometry.mounts, mixing(plan.loop.plant.geometry, 1.0)[3]
+    torque = float(plan.parameters.airframe.rotor.torque / plan.parameters.airframe.rotor.thrust)
+    forces = []
+    for mount in mounts:
+        left, ahead = np.sign(float(mount.position[1])), np.sign(float(mount.position[0]))
+        forces.append((45000 + left * 350 - ahead * 250 - left * ahead * 300) / 65535 * 0.12)
+    wanted = [
+        sum(forces),
+        sum(force * float(mount.position[1]) for force, mount in zip(forces, mounts, strict=True)),
+        -sum(force * float(mount.position[0]) for force, mount in zip(forces, mounts, strict=True)),
+        torque * sum(force * float(sign) for force, sign in zip(forces, ratio, strict=True)),
+    ]
+    pid, idle, law = numbers(lines, "enters")
+    np.testing.assert_allclose(pid, wanted, rtol=1e-3)
+    assert idle[0] > 0.25  # on the ground, as ever
+    np.testing.assert_allclose(law, [0.3, 1e-4, -2e-4, 3e-5], rtol=1e-3)
 
 
 def check_crazyflie_yaw(lines):
@@ -90,7 +113,7 @@ def test_px4_flies_the_law_in_its_axes(tmp_path):
     lines = flown(tmp_path, "px4", name, "fly.cpp", "QuadstepControl.cpp")
     assert lines[:2] == ["asked for Quadstep", "checked 7 1"]
     entry = numbers(lines, "entry")[0]  # at entry the mixer's last output, for this sample: PX4's simulators wait for one
-    np.testing.assert_allclose(entry, [1, 1, 0.40, 0.41, 0.42, 0.43], rtol=1e-6)
+    np.testing.assert_array_equal(entry, [1, 0, 0, 0, 0])
     samples = numbers(lines, "sample")
     assert len(samples) == 12
     fastest = float(plan.parameters.airframe.rotor.fastest)
@@ -194,6 +217,7 @@ def check_ardupilot_guards(lines):
     assert len(left) == 4
     assert (left[:, 3] >= 1).all()  # ArduPilot's own controller takes over
     assert 0.9 < numbers(lines, "saturated")[0, 0] <= 1.0  # what is left at hover, of half of each rotor's thrust
+    np.testing.assert_allclose(numbers(lines, "enters")[0, :3], [0.05, -0.04, 0.06], atol=1e-3)
     found, roll = numbers(lines, "halved")[0, :2]
     assert found == 1
     assert 0.4 * first[0] < roll < 0.6 * first[0]
@@ -254,6 +278,7 @@ BROKEN = {
             ("AP_HAL::micros() - sampled)", "0)"),
             ("1e-6f * static_cast<float>(AP", "2e-6f * static_cast<float>(AP"),
             ("    take_gains();", ""),
+            ("pid_enter(&_params, &_state, &measured, &present)", "pid_start(&_params, &_state, &measured)"),
         ),
     ),
 }

@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-from quadstep.control.vectoring import ZERO, BelievedBody, followed
+from quadstep.control.vectoring import ZERO, BelievedBody, angular_of, followed
 from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Measured
 from quadstep.numbers import Number, Vector, vector, where
-from quadstep.numbers.rotations import cross, rotation_matrix
+from quadstep.numbers.rotations import rotation_matrix
 
 
 class AchievedCommand(NamedTuple):
@@ -18,6 +18,11 @@ class AchievedCommand(NamedTuple):
 
 def at_rest(body: BelievedBody) -> AchievedCommand:
     return AchievedCommand(body.mass * body.gravity, ZERO)
+
+
+def commanded(measured: Measured) -> AchievedCommand:
+    """What the rotors are asked for at present, once it is made."""
+    return AchievedCommand(measured.thrust, measured.torque)
 
 
 def lagged(made: AchievedCommand, measured: Measured, lag: Number, t: Number, period: Number) -> AchievedCommand:
@@ -39,6 +44,5 @@ def of_speeds(speeds: Vector, per_speed: Number, mixing: tuple[Vector, ...]) -> 
 def accelerations(made: AchievedCommand, measured: Measured, body: BelievedBody) -> tuple[Vector, Vector]:
     """What the rotors and gravity alone would do: acceleration [m/s^2], world; angular acceleration [rad/s^2], body axes."""
     axis = up_axis(rotation_matrix(measured.attitude))
-    left = made.torque - cross(measured.rates, body.inertia * measured.rates)
-    angular = Vector(torque / inertia for torque, inertia in zip(left, body.inertia, strict=True))
-    return (made.thrust / body.mass) * axis - vector(0.0, 0.0, body.gravity), angular
+    upward = (made.thrust / body.mass) * axis - vector(0.0, 0.0, body.gravity)
+    return upward, angular_of(made.torque, measured, body)

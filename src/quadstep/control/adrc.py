@@ -12,17 +12,19 @@ The law subtracts d^ and drives what is left, a double integrator, with both pol
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.actuators import AchievedCommand, accelerations, at_rest, lagged
+from quadstep.control.actuators import AchievedCommand, accelerations, at_rest, commanded, lagged
 from quadstep.control.vectoring import (
     ZERO,
     BelievedBody,
     Pull,
     Turn,
+    angular_of,
     attitude_for,
     boxed,
     errors_to,
     force_for,
     pulled,
+    push_against,
     torque_for,
     turned,
 )
@@ -71,6 +73,15 @@ class Adrc(Controller):
     def start(self, measured: Measured, gains: AdrcGains) -> AdrcMemory:
         """The observers where the vehicle is; no disturbance."""
         return AdrcMemory(measured.position, measured.velocity, ZERO, measured.rates, ZERO, at_rest(gains.body))
+
+    def enter(self, measured: Measured, reference: Reference, gains: AdrcGains) -> AdrcMemory:
+        """The observers where the vehicle is; the disturbance is what the present command makes up for."""
+        body = gains.body
+        return self.start(measured, gains)._replace(
+            disturbance=boxed(-push_against(measured, reference, body), gains.bound),
+            turning=boxed(-angular_of(measured.torque, measured, body), gains.turn_bound),
+            made=commanded(measured),
+        )
 
     def law(
         self, memory: AdrcMemory, measured: Measured, reference: Reference, gains: AdrcGains, t: Number, period: Number

@@ -5,7 +5,7 @@ other.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.outer_loops import OuterGains, OuterMemory, asked_rates, begun, guided
+from quadstep.control.outer_loops import OuterGains, OuterMemory, asked_rates, begun, entered, guided
 from quadstep.control.projection import project
 from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Command, Controller, Measured
@@ -46,6 +46,11 @@ class CascadedPid(Controller):
 
     def start(self, measured: Measured, gains: CascadedPidGains) -> CascadedPidMemory:
         return CascadedPidMemory(begun(measured, gains.outer), vector(0.0, 0.0, 0.0), measured.rates)
+
+    def enter(self, measured: Measured, reference: Reference, gains: CascadedPidGains) -> CascadedPidMemory:
+        turning = Vector(torque / inertia for torque, inertia in zip(measured.torque, gains.inertia, strict=True))
+        rate_integral = project(turning + gains.rate * measured.rates, gains.rate_integral_bound)
+        return CascadedPidMemory(entered(measured, reference, gains.outer), rate_integral, measured.rates)
 
     def guide(
         self,

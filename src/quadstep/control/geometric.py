@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.projection import project
-from quadstep.control.vectoring import turning_errors
+from quadstep.control.projection import integral_for, project
+from quadstep.control.vectoring import push_against, turning_errors
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
@@ -48,6 +48,18 @@ class Geometric(Controller):
 
     def start(self, measured: Measured, gains: GeometricGains) -> GeometricMemory:
         return GeometricMemory(vector(0.0, 0.0, 0.0))
+
+    def enter(self, measured: Measured, reference: Reference, gains: GeometricGains) -> GeometricMemory:
+        """Against a constant force the law leans by what it believes of its own acceleration: so does the integral."""
+        push, over = push_against(measured, reference, gains), measured.thrust / gains.mass
+
+        def with_lean(lean: Vector) -> GeometricMemory:
+            across = rotation_matrix(measured.attitude) @ vector(lean[1], -lean[0], 0.0)
+            return GeometricMemory(integral_for(push + over * across, gains.integral, gains.integral_bound))
+
+        command, _ = self.law(with_lean(vector(0.0, 0.0, 0.0)), measured, reference, gains, 0.0, 0.0)
+        missing, stiffness = measured.torque - command.torque, gains.inertia * gains.turn_stiffness
+        return with_lean(Vector(torque / stiff for torque, stiff in zip(missing, stiffness, strict=True)))
 
     def law(
         self,

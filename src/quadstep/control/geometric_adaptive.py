@@ -20,10 +20,12 @@ from quadstep.control.vectoring import (
     BelievedBody,
     Pull,
     Turn,
+    angular_of,
     attitude_for,
     errors_to,
     force_for,
     pulled,
+    push_against,
     torque_for,
     turned,
 )
@@ -87,6 +89,11 @@ class GeometricAdaptive(Controller):
 
     def start(self, measured: Measured, gains: GeometricAdaptiveGains) -> GeometricAdaptiveMemory:
         return GeometricAdaptiveMemory(ZERO, ZERO, ZERO, ZERO)
+
+    def enter(self, measured: Measured, reference: Reference, gains: GeometricAdaptiveGains) -> GeometricAdaptiveMemory:
+        push = project(-push_against(measured, reference, gains.body), gains.bound)
+        turning = project(-angular_of(measured.torque, measured, gains.body), gains.turn_bound)
+        return GeometricAdaptiveMemory(push, ZERO, turning, ZERO)
 
     def law(
         self, memory: GeometricAdaptiveMemory, measured: Measured, reference: Reference, gains: GeometricAdaptiveGains,

@@ -17,18 +17,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.actuators import AchievedCommand, accelerations, at_rest, lagged
+from quadstep.control.actuators import AchievedCommand, accelerations, at_rest, commanded, lagged
 from quadstep.control.vectoring import (
     ZERO,
     BelievedBody,
     Pull,
     Turn,
+    angular_of,
     attitude_for,
     boxed,
     errors_to,
     followed,
     force_for,
     pulled,
+    push_against,
     torque_for,
     turned,
 )
@@ -98,6 +100,23 @@ class GeometricL1(Controller):
         """The predictor where the vehicle is; nothing unknown."""
         made = at_rest(gains.body)
         return GeometricL1Memory(measured.velocity, measured.rates, ZERO, ZERO, 0.0, ZERO, (ZERO, ZERO), made)
+
+    def enter(self, measured: Measured, reference: Reference, gains: GeometricL1Gains) -> GeometricL1Memory:
+        """The unknown is what the present command makes up for; all filters have settled."""
+        body, axis = gains.body, up_axis(rotation_matrix(measured.attitude))
+        unknown = boxed(-push_against(measured, reference, body), gains.bound)
+        turning = boxed(-angular_of(measured.torque, measured, body), gains.turn_bound)
+        undone = axis @ unknown
+        return GeometricL1Memory(
+            velocity=measured.velocity,
+            rates=measured.rates,
+            unknown=unknown,
+            turning=turning,
+            along=undone,
+            across=unknown - undone * axis,
+            about=(turning, turning),
+            made=commanded(measured),
+        )
 
     def law(
         self, memory: GeometricL1Memory, measured: Measured, reference: Reference, gains: GeometricL1Gains,

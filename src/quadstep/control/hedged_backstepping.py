@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.actuators import AchievedCommand, lagged
+from quadstep.control.actuators import AchievedCommand, commanded, lagged
 from quadstep.control.command_filter import LedAttitude, led_acceleration, led_filter
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
@@ -24,7 +24,7 @@ from quadstep.control.rotation_backstepping import (
     RotationMemory,
     share_made,
 )
-from quadstep.control.vectoring import attitude_for
+from quadstep.control.vectoring import attitude_for, push_against
 from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import given, usual
@@ -89,6 +89,11 @@ class HedgedBackstepping(Controller):
             turning=zero,
             asked=zero,
         )
+
+    def enter(self, measured: Measured, reference: Reference, gains: HedgedBacksteppingGains) -> HedgedBacksteppingMemory:
+        started, law = self.start(measured, gains), LAW.enter(measured, reference, gains.law)
+        asked = reference.acceleration + push_against(measured, reference, gains.law)
+        return started._replace(law=law, made=commanded(measured), asked=asked)
 
     def guide(
         self,

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.actuators import AchievedCommand, at_rest, lagged, of_speeds
+from quadstep.control.actuators import AchievedCommand, at_rest, commanded, lagged, of_speeds
 from quadstep.control.vectoring import (
     ZERO,
     BelievedBody,
@@ -86,6 +86,14 @@ class Indi(Controller):
         weight, rates = vector(0.0, 0.0, gains.body.gravity), measured.rates
         felt = weight if feels(measured) else measured.velocity
         return IndiMemory(at_rest(gains.body), weight, felt, (rates, rates), (ZERO, ZERO))
+
+    def enter(self, measured: Measured, reference: Reference, gains: IndiGains) -> IndiMemory:
+        """All filters have settled."""
+        made, rates, rotation = commanded(measured), measured.rates, rotation_matrix(measured.attitude)
+        pushed = (made.thrust / gains.body.mass) * up_axis(rotation)
+        late = measured.velocity - (1.0 / gains.force_filter) * reference.acceleration
+        felt = rotation @ measured.specific_force if feels(measured) else late
+        return IndiMemory(made, pushed, felt, (rates, rates), (made.torque, made.torque))
 
     def law(
         self, memory: IndiMemory, measured: Measured, reference: Reference, gains: IndiGains, t: Number, period: Number

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.projection import project
+from quadstep.control.projection import integral_for, project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model
@@ -165,6 +165,16 @@ class Lqr(Controller):
 
     def start(self, measured: Measured, gains: LqrGains) -> LqrMemory:
         return LqrMemory(vector(0.0, 0.0, 0.0))
+
+    def enter(self, measured: Measured, reference: Reference, gains: LqrGains) -> LqrMemory:
+        """The integral gives what the law would not command without it."""
+        command, _ = Lqr.law(self, LqrMemory(vector(0.0, 0.0, 0.0)), measured, reference, gains, 0.0, 0.0)
+        missing, yaw = measured.torque - command.torque, heading(measured.attitude)
+        left, ahead = missing[0] / gains.inertia[0], -missing[1] / gains.inertia[1]
+        s, c, rising = sin(yaw), cos(yaw), (command.thrust - measured.thrust) / gains.mass
+        entries = vector(gains.level[0], gains.level[0], gains.climb[0])
+        part = vector(c * ahead - s * left, s * ahead + c * left, rising)
+        return LqrMemory(integral_for(part, entries, gains.integral_bound))
 
     def law(
         self, memory: LqrMemory, measured: Measured, reference: Reference, gains: LqrGains, t: Number, period: Number

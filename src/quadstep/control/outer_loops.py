@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from quadstep.control.projection import project
+from quadstep.control.vectoring import push_against
 from quadstep.control.wanted_attitude import tilted_within, wanted_attitude, within
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
@@ -44,6 +45,11 @@ class OuterMemory(NamedTuple):
 def begun(measured: Measured, gains: OuterGains) -> OuterMemory:
     zero = vector(0.0, 0.0, 0.0)
     return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, zero)
+
+
+def entered(measured: Measured, reference: Reference, gains: OuterGains) -> OuterMemory:
+    """The integral is what the present thrust is for beyond the present motion."""
+    return begun(measured, gains)._replace(integral=project(push_against(measured, reference, gains), gains.integral_bound))
 
 
 def guided(memory: OuterMemory, measured: Measured, reference: Reference, gains: OuterGains, period: Number) -> OuterMemory:

@@ -5,11 +5,21 @@ whose third column is Eq. 7. Body rates are T eta_dot with T of `Kinematics.RIGI
 tau_body. Singular at theta = 90 degrees, as the paper's law is.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains, largest_inertia
+from quadstep.control.backstepping import (
+    FORCE_INPUTS,
+    TORQUE_INPUTS,
+    Backstepping,
+    BacksteppingGains,
+    BacksteppingMemory,
+    largest_inertia,
+)
+from quadstep.control.projection import integral_for
+from quadstep.control.vectoring import push_against
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import from_gains
 from quadstep.interfaces.learning import net
@@ -63,6 +73,14 @@ def body_torque(attitude: Vector, torque: Vector) -> Vector:
     level = where(absolute(level) < STEEPEST, STEEPEST, level)
     along = -(by_phi + by_psi * sin(theta)) / level
     return vector(c * along + s * by_theta, s * along - c * by_theta, -by_psi)
+
+
+def paper_torque(attitude: Vector, torque: Vector) -> Vector:
+    """(tau_psi, tau_theta, tau_phi) [N m] of a torque about the body's axes: T^T tau."""
+    psi, theta, _ = attitude
+    x, y, z = torque
+    s, c = sin(psi), cos(psi)
+    return vector(-z, s * x - c * y, z * sin(theta) - (c * x + s * y) * cos(theta))
 
 
 def paper_state(measured: Measured) -> State:
@@ -126,6 +144,18 @@ class PaperOnAirframe(Controller):
     def start(self, measured: Measured, gains: object) -> object:
         """The memory before the first sample."""
         return self.law_on_angles.start(paper_state(measured), gains)
+
+    def enter(self, measured: Measured, reference: Reference, gains: object) -> object:
+        """The paper's integrals are what the present command is for beyond the present motion; other laws start."""
+        memory = self.start(measured, gains)
+        if not isinstance(memory, BacksteppingMemory) or not isinstance(gains, BacksteppingGains):
+            return memory
+        state = paper_state(measured)
+        spin = vector(-reference.yaw_rate, *state.rates.entries[1:]) - state.rates
+        turning = paper_torque(state.attitude, measured.torque) - gains.gain_2 * spin
+        force = gains.mass * push_against(measured, reference, gains)
+        integral_1 = integral_for(force, gains.integral_1, math.inf)
+        return memory._replace(integral_1=integral_1, integral_2=integral_for(turning, gains.integral_2, math.inf))
 
     def law(
         self, memory: object, measured: Measured, reference: Reference, gains: object, t: Number, period: Number

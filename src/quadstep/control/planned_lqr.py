@@ -68,6 +68,9 @@ class PlannedLqr(Lqr):
         here = Vector((*measured.position, heading(measured.attitude)))
         return PlannedLqrMemory(super().start(measured, gains), Quintic(here, rest, rest, rest, rest, rest), 0.0)
 
+    def enter(self, measured: Measured, reference: Reference, gains: LqrGains) -> PlannedLqrMemory:  # type: ignore[override]
+        return self.start(measured, gains)._replace(lqr=super().enter(measured, reference, gains))
+
     def plan(
         self,
         memory: PlannedLqrMemory,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self
 
 from quadstep.control.projection import project
-from quadstep.control.vectoring import torque_for
+from quadstep.control.vectoring import angular_of, torque_for
 from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import believed, cached_by_class, gain, usual
 from quadstep.interfaces.model import Model
@@ -67,6 +67,11 @@ class RateFollowing(Controller[RateFollowingMemory, Measured, RateFollowingGains
 
     def start(self, measured: Measured, gains: RateFollowingGains) -> RateFollowingMemory:
         return RateFollowingMemory(self.commander.start(measured, gains.law), vector(0.0, 0.0, 0.0))
+
+    def enter(self, measured: Measured, reference: Reference, gains: RateFollowingGains) -> RateFollowingMemory:
+        loop = gains.rate_loop
+        turning = angular_of(measured.torque, measured, loop) + loop.proportional * measured.rates
+        return RateFollowingMemory(self.commander.enter(measured, reference, gains.law), project(turning, loop.bound))
 
     def slower(
         self, loop: str, memory: RateFollowingMemory, measured: Measured, reference: Reference, gains: RateFollowingGains,

@@ -19,14 +19,15 @@ from typing import NamedTuple
 
 from quadstep.control.command_filter import FilteredAttitude, attitude_filter
 from quadstep.control.networks import basis, output, weight_rate
-from quadstep.control.projection import project, project_weights
+from quadstep.control.projection import integral_for, project, project_weights
+from quadstep.control.vectoring import angular_of, push_against
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import AXES, NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import Net, net, nets_start, weights
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, vector, where
+from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, outer, vector, where
 from quadstep.numbers.rotations import (
     conjugate,
     cross,
@@ -129,6 +130,22 @@ class RotationBackstepping(Controller):
             asked_torque=measured.torque,
         )
 
+    def enter(self, measured: Measured, reference: Reference, gains: RotationGains) -> RotationMemory:
+        """The integrals are what the present command is for beyond the present motion; the net has the rest of the force."""
+        push, axis = push_against(measured, reference, gains), up_axis(rotation_matrix(measured.attitude))
+        integral = integral_for(push, gains.integral_1, gains.integral_bounds[0])
+        turning = angular_of(measured.torque, measured, gains)
+        mu = force_basis(gains, measured, axis, measured.thrust * axis)
+        rest = push - gains.integral_1 * integral - output(gains.weights_1, mu)
+        learnt = gains.weights_1 + outer((1.0 / (mu @ mu)) * mu, rest)
+        return self.start(measured, gains)._replace(
+            integral_1=integral,
+            integral_2=integral_for(turning, gains.integral_2, gains.integral_bounds[1]),
+            weights_1=project_weights(learnt, gains.weight_bounds[0]),
+            flying=1.0,
+            force=measured.thrust * axis,
+        )
+
     def guide(
         self,
         memory: RotationMemory,
@@ -159,8 +176,7 @@ class RotationBackstepping(Controller):
         e1_dot = reference.velocity - measured.velocity
         r1 = e1_dot + gains.slope_1 * e1  # Eq. 12
         axis = up_axis(rotation_matrix(measured.attitude))
-        before = memory.force * (1.0 / (gains.mass * GRAVITY))
-        mu_1 = basis(gains.force_net, (*(measured.velocity * (1.0 / SPEED)), *axis, *before))
+        mu_1 = force_basis(gains, measured, axis, memory.force)
         estimate = on * output(memory.weights_1, mu_1)  # Eq. 23
         feedback = gains.gain_1 * r1 + gains.integral_1 * memory.integral_1
         wanted = reference.acceleration - gains.slope_1 * gains.slope_1 * e1 + feedback + estimate
@@ -248,6 +264,12 @@ class RotationBackstepping(Controller):
         """The condition of Theorem 5.1 that is left when the rigid-body torque is fed forward: K_r1 > m Lambda_1."""
         pairs = zip(AXES, gains.gain_1, gains.slope_1, strict=True)
         return [Condition(f"K_r1 ({axis}) > Lambda1", k, slope, "Theorem 5.1, over mass") for axis, k, slope in pairs]
+
+
+def force_basis(gains: RotationGains, measured: Measured, axis: Vector, force: Vector) -> Vector:
+    """mu_1. force: that was last wanted [N]."""
+    before = force * (1.0 / (gains.mass * GRAVITY))
+    return basis(gains.force_net, (*(measured.velocity * (1.0 / SPEED)), *axis, *before))
 
 
 def share_made(missing: Number, asked: Number) -> Number:

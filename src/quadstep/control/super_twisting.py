@@ -11,7 +11,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.vectoring import ZERO, BelievedBody, attitude_for, boxed, errors_to, force_for, torque_for
+from quadstep.control.vectoring import (
+    ZERO,
+    BelievedBody,
+    angular_of,
+    attitude_for,
+    boxed,
+    errors_to,
+    force_for,
+    push_against,
+    torque_for,
+)
 from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
@@ -70,6 +80,12 @@ class SuperTwisting(Controller):
 
     def start(self, measured: Measured, gains: SuperTwistingGains) -> SuperTwistingMemory:
         return SuperTwistingMemory(ZERO, ZERO)
+
+    def enter(self, measured: Measured, reference: Reference, gains: SuperTwistingGains) -> SuperTwistingMemory:
+        turning = angular_of(measured.torque, measured, gains.body)
+        return SuperTwistingMemory(
+            boxed(push_against(measured, reference, gains.body), gains.bound), boxed(turning, gains.turn_bound)
+        )
 
     def law(
         self, memory: SuperTwistingMemory, measured: Measured, reference: Reference, gains: SuperTwistingGains,

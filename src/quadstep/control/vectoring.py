@@ -7,7 +7,7 @@ Position stiffness and damping ask for an acceleration, mass and gravity make a 
 
 from typing import NamedTuple, Protocol
 
-from quadstep.control.wanted_attitude import WantedAttitude, wanted_attitude, within
+from quadstep.control.wanted_attitude import WantedAttitude, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.reference import Reference
@@ -99,6 +99,28 @@ class Inert(Protocol):
 def torque_for(angular: Vector, measured: Measured, body: Inert) -> Vector:
     """The torque [N m] for an angular acceleration [rad/s^2], about the body's axes."""
     return body.inertia * angular + cross(measured.rates, body.inertia * measured.rates)
+
+
+def angular_of(torque: Vector, measured: Measured, body: Inert) -> Vector:
+    """The angular acceleration [rad/s^2] that a torque [N m] is for, about the body's axes."""
+    left = torque - cross(measured.rates, body.inertia * measured.rates)
+    return Vector(torque / inertia for torque, inertia in zip(left, body.inertia, strict=True))
+
+
+class Heavy(Protocol):
+    """Anything that says which mass [kg] and gravity [m/s^2] a law believes in."""
+
+    @property
+    def mass(self) -> Number: ...
+
+    @property
+    def gravity(self) -> Number: ...
+
+
+def push_against(measured: Measured, reference: Reference, body: Heavy) -> Vector:
+    """What the present thrust is for beyond weight and present motion, over mass [m/s^2], world axes: wind, a wrong mass."""
+    axis = up_axis(rotation_matrix(measured.attitude))
+    return (measured.thrust / body.mass) * axis - vector(0.0, 0.0, body.gravity) - reference.acceleration
 
 
 def followed(rate: Number, period: Number) -> Number:

@@ -152,7 +152,7 @@ def calls(exported: Exported) -> str:
     slower = "".join(f"    {name}_{loop}({given});     /* if due */\n" for loop in loops(exported))
     return (
         f"```c\n{name}_state state;\n{name}_reset(&state);\n"
-        f"{name}_start(&{name}_mission, &state, &measured);  /* when taking over */\n"
+        f"{name}_start(&{name}_mission, &state, &measured);  /* or, to take over in flight, {name}_enter() */\n"
         "for each sample\n{\n"
         f"{slower}"
         f"    status = {name}_law(&{name}_mission, &state, &measured, &reference, &clock, &command);\n"

@@ -1,6 +1,7 @@
 """The targets that are firmware: an adapter of each around the files of `--target c99`."""
 
 import math
+import operator
 from functools import partial
 from pathlib import Path
 from typing import cast
@@ -89,11 +90,20 @@ def crazyflie(exported: Exported) -> dict[str, str]:
         for place, loop in enumerate(loops(exported))
     ]
     most = "mission.vehicle.allocation.most"
+    _, roll, pitch, yaw = mix_of(exported)
+    left, ahead = [[math.copysign(1.0, one) for one in row] for row in (roll, [-one for one in pitch])]
+    levers = (
+        0.5 * sum(map(operator.mul, roll, left)),
+        0.5 * sum(map(operator.mul, pitch, ahead)),
+        -sum(map(math.prod, zip(yaw, left, ahead, strict=True))),
+    )
     return {
         "LAW_TICKS": str(ticks["law"]),
         "LOOPS\n": "".join(calls),
         "CEILING\n": f"    {most} = fminf({most}, THRUST_MAX);\n" if hasattr(exported.code.vehicle, "allocation") else "",
         "HOVER_THRUST": f"{weight(cast(AirframeParameters, exported.subject.parameters))!r}f",
+        "ROTOR_COUNT": str(len(roll)),
+        **{word: f"{lever!r}f" for word, lever in zip(("ROLL_LEVER", "PITCH_LEVER", "YAW_LEVER"), levers, strict=True)},
         **outer(exported, "outer"),
     }
 
@@ -118,6 +128,12 @@ def every_so_many(exported: Exported, indent: str, tick: str, params: str) -> st
     return text
 
 
+def mix_of(exported: Exported) -> list[list[float]]:
+    """Thrust [-] and torques about the body's axes [m] of a newton of each rotor, in the mission's order."""
+    rotor = cast(AirframeParameters, exported.subject.parameters).airframe.rotor
+    return [[float(one) for one in row] for row in mixing(geometry_of(exported), rotor.torque / rotor.thrust)]
+
+
 def weight(parameters: AirframeParameters) -> float:
     """The thrust of hovering [N]."""
     return float(parameters.airframe.mass * parameters.airframe.gravity)
@@ -132,21 +148,22 @@ def px4(exported: Exported) -> dict[str, str]:
         "MOTOR_ORDER": ", ".join(map(str, range(count))),
         "FASTEST_SPEED": f"{float(parameters.airframe.rotor.fastest)!r}f",
         "STEP_SECONDS": f"{exported.clocked.period('law')!r}f",
+        "FULL_THRUST": f"{float(parameters.airframe.rotor.thrust * parameters.airframe.rotor.fastest**2)!r}f",
+        "MIX_ROWS": ", ".join("{" + ", ".join(f"{one!r}f" for one in row) + "}" for row in mix_of(exported)),
         "HOVER_THRUST": f"{weight(parameters)!r}f",
         "LOOPS\n": every_so_many(exported, "\t", "(clock.tick - 1u)", f"{exported.name}_mission"),
         **outer(exported, "_outer"),
     }
 
 
-def mixer_torque(parameters: AirframeParameters, geometry: Geometry) -> list[float]:
+def mixer_torque(exported: Exported) -> list[float]:
     """The torque about roll, pitch and yaw [N m] of ArduPilot's mixer at an input of 1.
 
     Each rotor then makes up to half of its largest thrust more or less, in proportion to its part in the axis
     (`AP_MotorsMatrix`, whose factors are normalised to 0.5).
     """
-    rotor, half = parameters.airframe.rotor, 0.5 * float(parameters.allocation.most)
-    parts = [[float(one) for one in row] for row in mixing(geometry, rotor.torque / rotor.thrust)]
-    return [half * math.fsum(one * one for one in row) / max(map(abs, row)) for row in parts[1:]]
+    half = 0.5 * float(cast(AirframeParameters, exported.subject.parameters).allocation.most)
+    return [half * math.fsum(one * one for one in row) / max(map(abs, row)) for row in mix_of(exported)[1:]]
 
 
 LONGEST_NAME, MOST_GAINS = 12, 60
@@ -185,7 +202,7 @@ def ardupilot(exported: Exported) -> dict[str, str]:
     gains = parameter_names(exported)
     owner = "AC_CustomControl_Quadstep"
     return {
-        "FULL_TORQUE": ", ".join(f"{one!r}f" for one in mixer_torque(parameters, geometry_of(exported))),
+        "FULL_TORQUE": ", ".join(f"{one!r}f" for one in mixer_torque(exported)),
         "HOVER_THRUST": f"{weight(parameters)!r}f",
         "LOOPS\n": every_so_many(exported, "    ", "clock.tick", "_params"),
         "GAIN_COUNT": str(max(1, len(gains))),

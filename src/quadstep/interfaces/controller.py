@@ -162,6 +162,12 @@ class Controller(Generic[M, Y, G, U]):
         """The memory before the first sample."""
         return cast(M, ())
 
+    def enter(self, measured: Y, reference: Reference, gains: G) -> M:
+        """The memory with which it takes over in flight: asked for the present motion, it would command the thrust and torque
+        of `measured`, which another law commands now. reference: the present motion. A law without such a memory starts.
+        """
+        return self.start(measured, gains)
+
     def guide(self, memory: M, measured: Y, reference: Reference, gains: G, t: Number, period: Number) -> M:
         """The position loop, every `period` [s]: returns the memory with the desired thrust and attitude for `law`."""
         return memory

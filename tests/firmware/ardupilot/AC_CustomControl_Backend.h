@@ -35,9 +35,10 @@ struct AC_AttitudeControl {
 struct AP_MotorsMulticopter : AP_Motors {
     SpoolState spool = SpoolState::THROTTLE_UNLIMITED;
     SpoolState get_spool_state() const { return spool; }
-    float get_roll() const { return 0.0f; }
-    float get_pitch() const { return 0.0f; }
-    float get_yaw() const { return 0.0f; }
+    float roll = 0.0f, pitch = 0.0f, yaw = 0.0f;
+    float get_roll() const { return roll; }
+    float get_pitch() const { return pitch; }
+    float get_yaw() const { return yaw; }
 };
 struct AC_CustomControl { int left = 0; void set_custom_controller(bool on) { left += !on; } };
 class AC_CustomControl_Backend

@@ -67,5 +67,8 @@ int main()
     }
     view.gyro.x = 0.0f; control.target = turned(0.1f, 0, 0); law.reset();
     std::printf("halved %d ", found); say("");
+    view.attitude = control.target = turned(0.1f, -0.15f, 0.9f);
+    motor.roll = 0.05f; motor.pitch = -0.04f; motor.yaw = 0.06f; law.reset();
+    say("enters");
     return 0;
 }

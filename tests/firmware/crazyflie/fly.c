@@ -117,5 +117,23 @@ int main(void)
     setpoint.position.z = state.position.z + 1000.0f; setpoint.acceleration.z = 1000.0f;
     for (int i = 0; i < 20; ++i) { controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
     printf("saturated %u %.9g\n", *(const uint32_t *)logged("status"), (double)control.thrustSi);
+    /* taken over where it should be, leaning and turned: from the firmware's own controller, as motors idle, from another law */
+    memset(&setpoint, 0, sizeof setpoint);
+    setpoint.mode.x = setpoint.mode.y = setpoint.mode.z = modeAbs;
+    state.attitudeQuaternion.w = 0.99166533f; state.attitudeQuaternion.x = 0.04f; state.attitudeQuaternion.y = -0.06f; state.attitudeQuaternion.z = 0.107f;
+    for (int what = 0; what < 3; ++what)
+    {
+        controllerOutOfTreeInit();
+        memset(&control, 0, sizeof control);
+        control.controlMode = controlModeLegacy;
+        control.thrust = (what == 0) ? 45000.0f : 5000.0f; control.roll = 700; control.pitch = -500; control.yaw = 300;
+        if (what == 2)
+        {
+            control.controlMode = controlModeForceTorque;
+            control.thrustSi = 0.3f; control.torqueX = 1e-4f; control.torqueY = -2e-4f; control.torqueZ = 3e-5f;
+        }
+        controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
+        printf("enters %.9g %.9g %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX, (double)control.torqueY, (double)control.torqueZ);
+    }
     return 0;
 }

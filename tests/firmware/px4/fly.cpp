@@ -56,11 +56,16 @@ int main()
 	tell(ORB_ID(arming_check_request), check);
 	module->Run();
 	std::printf("checked %d %d\n", heard<arming_check_reply_s>(ORB_ID(arming_check_reply)).request_id, heard<arming_check_reply_s>(ORB_ID(arming_check_reply)).can_arm_and_run);
-	actuator_motors_s last{}; /* of PX4's own mixer */
-	for (int k = 0; k < 4; ++k) { last.control[k] = 0.40f + 0.01f * k; }
+	NAME_state law; NAME_measured measured; NAME_reference reference; NAME_command command{}; NAME_actuators made{};
+	command.thrust = 1e9f;
+	NAME_made(&NAME_mission, &command, &made);
+	const float fastest = made.speeds[0];
+	command.thrust = 25.0f; command.torque[0] = 0.2f; command.torque[1] = -0.3f; command.torque[2] = 0.05f;
+	NAME_made(&NAME_mission, &command, &made);
+	actuator_motors_s last{}; /* of PX4's own mixer, for this command */
+	for (int k = 0; k < 4; ++k) { last.control[k] = made.speeds[k] * made.speeds[k] / (fastest * fastest); }
 	tell(ORB_ID(actuator_motors), last);
 	select_mode(23, 23);
-	NAME_state law; NAME_measured measured; NAME_reference reference; NAME_command command; NAME_actuators made{};
 	for (unsigned i = 0; i < 13; ++i) {
 		std::memcpy(&measured, golden_measured[i], sizeof measured);
 		std::memcpy(&reference, golden_reference[i], sizeof reference);
@@ -81,8 +86,16 @@ int main()
 		if (i > 0) { tell(ORB_ID(trajectory_setpoint), setpoint); }
 		step(true, position, rates, 700);
 		if (i == 0) {
-			NAME_reset(&law); NAME_start(&NAME_mission, &law, &measured);
-			say("entry", heard<actuator_motors_s>(ORB_ID(actuator_motors)).timestamp_sample == stub_time());
+			const float *q = measured.attitude;
+			reference = NAME_reference{}; /* the present motion */
+			std::memcpy(reference.position, measured.position, sizeof reference.position);
+			std::memcpy(reference.velocity, measured.velocity, sizeof reference.velocity);
+			reference.yaw = std::atan2(2.0f * (q[0] * q[3] - q[1] * q[2]), 1.0f - 2.0f * (q[1] * q[1] + q[3] * q[3]));
+			NAME_enter(&NAME_mission, &law, &measured, &reference);
+			const actuator_motors_s motors = heard<actuator_motors_s>(ORB_ID(actuator_motors));
+			std::printf("entry %d", motors.timestamp_sample == stub_time());
+			for (int k = 0; k < 4; ++k) { std::printf(" %.7g", motors.control[k] - last.control[k]); }
+			std::printf("\n");
 			continue;
 		}
 		NAME_clock clock{}; clock.tick = i; clock.step = 0.002f; clock.period = 0.002f;
@@ -122,7 +135,11 @@ int main()
 	const float down[3] = {0.0f, 0.0f, 2.0f};
 	select_mode(4, 4); settle(2);
 	ask(above, still, 0.0f); /* before the entry */
+	command = NAME_command{}; command.thrust = NAME_mission.gains.outer.mass * NAME_mission.gains.outer.gravity;
+	NAME_made(&NAME_mission, &command, &made);
+	for (int k = 0; k < 4; ++k) { last.control[k] = made.speeds[k] * made.speeds[k] / (fastest * fastest); }
 	settle(2);
+	tell(ORB_ID(actuator_motors), last); /* it hovers */
 	select_mode(23, 23); settle(3);
 	say("entered", 0);
 	ask(above, still, 0.0f); settle(6);

@@ -45,10 +45,11 @@ class Sample(NamedTuple):
 
 
 class Golden(NamedTuple):
-    """Samples, and the memory after the last of them."""
+    """Samples, and the memory after the last of them. entered: the memory of a law that takes over at the last."""
 
     samples: list[Sample]
     memory: Structure
+    entered: Structure
 
 
 def golden(exported: Exported, path: Callable[[float], Reference]) -> Golden:
@@ -74,7 +75,8 @@ def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
         wanted, t = in_kind(reference, precise), real(float(tick)) * real(clocked.step)
         command, memory, made = run(memory, measured, wanted, t, *constant)
         samples.append(Sample(tick, measured, wanted, only(command, names), made))
-    return Golden(samples, memory)
+    last = samples[-1].measured, samples[-1].reference, subject.gains
+    return Golden(samples, memory, compiled(subject.controller.enter, last, precise)(*last))
 
 
 def once(
@@ -157,6 +159,7 @@ def golden_header(exported: Exported, vectors: Golden) -> str:
         rows("command", [one.command for one in samples]),
         rows("made", [one.made for one in samples]),
         *([rows("memory", [vectors.memory])] if flatten(vectors.memory) else []),
+        *([rows("entered", [vectors.entered])] if flatten(vectors.memory) else []),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -169,6 +172,7 @@ def test_source(exported: Exported) -> str:
         "NAME": name,
         "UPPER": upper,
         "LOOPS\n": "".join(calls),
+        "ENTERED\n": ENTERED.replace("NAME", name).replace("UPPER", upper) if has_numbers(exported.code.memory) else "",
         "MEMORY\n": MEMORY if has_numbers(exported.code.memory) else "",
         "WORD": "uint64_t" if exported.precise else "uint32_t",
         "READ": str(first_read(exported)),
@@ -189,6 +193,10 @@ def first_read(exported: Exported) -> int:
 
 LOOP = """        clock.period = golden_LOOP_period;
         failures += expect("LOOP", NAME_LOOP(&NAME_mission, &state, &measured, &reference, &clock) == UPPER_OK);
+"""
+
+ENTERED = """    failures += expect("enter", NAME_enter(&NAME_mission, &state, &measured, &reference) == UPPER_OK);
+    failures += compare("memory after enter", last, &state.memory, golden_entered[0], sizeof golden_entered[0]);
 """
 
 MEMORY = """    failures += compare("memory", GOLDEN_SAMPLES - 1, &state.memory, golden_memory[0], sizeof golden_memory[0]);

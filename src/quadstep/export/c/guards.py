@@ -78,6 +78,7 @@ def guards(exported: Exported) -> list[str]:
             f"        start_step(params, {memory}measured);\n        state->ready = 1u;\n    }}\n"
             f"    else\n    {{\n        status = {upper}_NOT_FINITE;\n    }}\n    return status;\n"
         ),
+        "enter": entering(exported, memory),
         **{
             loop: (
                 f"    uint32_t status = {upper}_OK;\n{refuse(loop)}"
@@ -95,6 +96,24 @@ def guards(exported: Exported) -> list[str]:
         "made": f"    made_step(params, command, made);\n    return {made};\n",
     }
     return [f"{lines[what]}\n{{\n{texts[what]}}}" for what in lines]
+
+
+def entering(exported: Exported, memory: str) -> str:
+    """The body of enter(): of the law's own, or that of start(); the present command is held."""
+    name, upper, own = exported.name, exported.name.upper(), "enter" in exported.code.functions
+    step = f"enter_step(params, {memory}measured, reference)" if own else f"start_step(params, {memory}measured)"
+    told, given = fields_of(measured_part(exported.subject.measured)), fields_of(exported.code.command)
+    held = [
+        f"        (void)memcpy(&state->held.{field}, &measured->{field}, sizeof state->held.{field});\n"
+        for field in ("thrust", "torque")
+        if field in told and field in given
+    ]
+    return (
+        f"    uint32_t status = {upper}_OK;\n{'' if own else '    (void)reference;' + chr(10)}    {name}_reset(state);\n"
+        f"    if ({told_finite(exported, 'enter' if own else 'start') or 'true'})\n    {{\n"
+        f"        {step};\n{''.join(held)}        state->ready = 1u;\n    }}\n"
+        f"    else\n    {{\n        status = {upper}_NOT_FINITE;\n    }}\n    return status;\n"
+    )
 
 
 def checked(exported: Exported, what: str) -> list[Run]:

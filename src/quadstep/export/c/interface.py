@@ -152,6 +152,12 @@ def prototypes(exported: Exported) -> list[tuple[str, str, str]]:
             f"uint32_t {name}_start({given})",
             "/** Call before the first sample and after a pause: sets the memory for this motion. */",
         ),
+        (
+            "enter",
+            f"uint32_t {name}_enter({given}, const {name}_reference *reference)",
+            "/** Instead of start() to take over in flight: what measured has as thrust and torque, which another controller\n"
+            " * commands now, goes on where the reference is the present motion, as it is to be here. */",
+        ),
         *(
             (
                 loop,

@@ -118,7 +118,7 @@ class Code(NamedTuple):
 
 
 def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
-    """The functions start, guide, law and made. logged: whether commands include values for the log.
+    """The functions start, enter where it is not start, guide, law and made. logged: whether commands have values for the log.
 
     Raises TypeError for a law that cannot be written in C.
     """
@@ -159,6 +159,10 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         own, measured, _ = told(record)
         return [("memory->", as_struct(controller.start(measured, own), "memory"))]
 
+    def enter(record: NamedRecord) -> list[tuple[str, Structure]]:
+        own, measured, reference = told(record)
+        return [("memory->", as_struct(controller.enter(measured, reference, own), "memory"))]
+
     def slower(loop: str, record: NamedRecord) -> list[tuple[str, Structure]]:
         own, measured, reference = told(record)
         t, period = cast(Number, record.input("t")), cast(Number, record.input("period"))
@@ -180,6 +184,8 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
     inputs = write("made", made)
     wanted = [name for name in fields_of(example) if logged or any(begins(text, f"command->{name}") for text in inputs)]
     write("start", start)
+    if type(controller).enter is not Controller.enter and flatten(memory):
+        write("enter", enter)
     for loop in controller.loops():
         write(loop, partial(slower, loop))
     write("law", law)

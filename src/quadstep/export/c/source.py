@@ -163,6 +163,8 @@ def step_arguments(exported: Exported, what: str) -> list[str]:
         return [*params, f"const {name}_command *command", f"{name}_actuators *made"]
     if what == "start":
         return [*params, *memory, f"const {name}_measured *measured"]
+    if what == "enter":
+        return [*params, *memory, f"const {name}_measured *measured", f"const {name}_reference *reference"]
     command = [f"{name}_command *command"] if what == "law" else []
     sample = [f"const {name}_measured *measured", f"const {name}_reference *reference", "real t", "real period"]
     return [*params, *memory, *sample, *command]

@@ -156,6 +156,8 @@ class CWriter(Statements):
         origin = self._origin(places[0])
         index = INDICES[self.depth]
         made: list[str] = []
+        inside: set[str] = set()
+        sums_of = {place: self._sums(place, len(self.record.loops[place].added)) for place in places}  # not a name of a turn
         for place in places:
             body = self.record.loops[place]
             self.indices[body.counter] = index
@@ -169,10 +171,13 @@ class CWriter(Statements):
                 before.append(CStatement([f"real {storage[place]}[{body.rows}]{width};"], frozenset(), origin))
             if body.stored:
                 self.names[place] = self.scoped(storage[place])
-            sums = self._sums(place, len(body.added))
+            sums = sums_of[place]
             before += [CStatement([f"real {name} = {literal(0.0, self.precise)};"], frozenset(), origin) for name in sums]
             made += sums
+            outside = set(self.given)
             inner += self._turn(body, self.names.get(place), sums, self._wide(place))
+            inside |= self.given - outside
+        self.given -= inside
         if not inner:
             return before
         rows = self.record.loops[places[0]].rows
@@ -233,7 +238,6 @@ class CWriter(Statements):
             if place in inside and body.counter in self.record.turning[place]:
                 uses.update(self.nodes[place].operands)
                 inside.update(self.nodes[place].operands)
-        outside = set(self.given)
         lines = []
         for place in sorted(inside):
             once = uses[place] == 1 and place not in self.naming.names
@@ -249,7 +253,6 @@ class CWriter(Statements):
             lines.append(f"{target}{at} = {bare(self.text(place))};")
         for name, terms in zip(sums, body.added, strict=True):
             lines += [f"{name} = {name} + {self.text(place)};" for place in terms]
-        self.given = outside
         return lines
 
     def _with_stores(self, lines: list[CStatement], outputs: list[StructOutput]) -> list[str]:

@@ -70,9 +70,9 @@ LOOPS
         failures += compare("made", i, &made, golden_made[i], sizeof golden_made[i]);
     }
 MEMORY
+    const int last = GOLDEN_SAMPLES - 1;
     {
         const NAME_state before = state;
-        const int last = GOLDEN_SAMPLES - 1;
         NAME_command after = command;
         real *const entry = &((real *)(void *)&measured)[READ];
         const real kept = *entry;
@@ -85,6 +85,7 @@ MEMORY
         failures += compare("command after an old sample", last, &after, golden_command[last], sizeof golden_command[last]);
         failures += expect("memory is kept", memcmp(&before, &state, sizeof state) == 0);
     }
+ENTERED
     printf(failures == 0 ? "%d samples: the same bits\n" : "%d samples: differences\n", GOLDEN_SAMPLES);
     return failures == 0 ? 0 : 1;
 }

@@ -117,7 +117,15 @@ Vector3f AC_CustomControl_Quadstep::update(void)
     clock.age = 1e-6f * static_cast<float>(AP_HAL::micros() - sampled);
     take_gains();
     if (!_started) {
-        _started = NAME_start(&_params, &_state, &measured) == UPPER_OK;
+        /* the attitude that it has is the one that this torque keeps */
+        NAME_reference present;
+        memset(&present, 0, sizeof(present));
+        const float a = attitude.q1, b = attitude.q2, c = -attitude.q3, d = -attitude.q4;
+        present.acceleration[0] = GRAVITY * 2.0f * (b * d + a * c);
+        present.acceleration[1] = GRAVITY * 2.0f * (c * d - a * b);
+        present.acceleration[2] = -GRAVITY * 2.0f * (b * b + c * c);
+        present.yaw = atan2f(2.0f * (a * d - b * c), 1.0f - 2.0f * (b * b + d * d));
+        _started = NAME_enter(&_params, &_state, &measured, &present) == UPPER_OK;
     }
 LOOPS
     _status = NAME_law(&_params, &_state, &measured, &reference, &clock, &command);

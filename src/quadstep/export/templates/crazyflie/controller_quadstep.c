@@ -23,11 +23,14 @@
 #define STEP 0.001f
 #define LAW_EVERY LAW_TICKSu
 #define HOLD 50u
+#define GRAVITY 9.81f /* m/s^2 */
 #define RADIANS 0.017453292519943295f
 
 #define PI 3.14159265358979f
 #define YAW_AHEAD 0.5f /* rad, most that a yaw turned by rates may be ahead of the vehicle */
-#define WEIGHT HOVER_THRUST /* N, the thrust before the first command */
+#define WEIGHT HOVER_THRUST /* N */
+#define FULL 65535.0f /* counts of a motor at THRUST_MAX */
+#define SETTLING 0.1f /* s, time constant of the measured acceleration */
 
 static NAME_params mission; /* of the export, with the firmware's thrust ceiling */
 static NAME_state state_of_law;
@@ -39,6 +42,7 @@ static uint32_t outer[OUTER_COUNT]; /* what the slower loops returned last */
 static float yaw; /* rad, asked for */
 static float height; /* m, of a hover in place */
 static bool started;
+static float acceleration[3]; /* measured while the firmware's own controller flies [m/s^2] */
 static control_t stock; /* what controllerPid commands */
 static uint8_t stock_flies;
 
@@ -59,6 +63,7 @@ CEILING
     controllerPidInit();
     stock = (control_t){0};
     stock_flies = 0u;
+    memset(acceleration, 0, sizeof acceleration);
     stop_law();
 }
 
@@ -79,6 +84,13 @@ static void fly_stock(control_t *control, const setpoint_t *setpoint, const sens
         step = 0; /* all its loops are due */
     }
     stock_flies = 1u;
+    const acc_t *felt = &state->acc; /* in units of gravity, without it */
+    const float now[3] = {felt->x, felt->y, felt->z};
+    for (int i = 0; i < 3; ++i)
+    {
+        const float here = isfinite(now[i]) ? (GRAVITY * now[i]) : 0.0f;
+        acceleration[i] += (STEP / SETTLING) * (here - acceleration[i]);
+    }
     controllerPid(&stock, setpoint, sensors, state, step);
     *control = stock;
 }
@@ -105,6 +117,45 @@ static void measure(NAME_measured *measured, const sensorData_t *sensors, const 
     measured->torque[2] = made.torque[2];
 }
 
+/* What was commanded last, by whichever controller, as thrust and torque; false where that does not carry the vehicle. */
+static bool commanded(NAME_measured *measured, const control_t *control)
+{
+    measured->thrust = 0.0f;
+    if (control->controlMode == controlModeForceTorque)
+    {
+        measured->thrust = control->thrustSi;
+        measured->torque[0] = control->torqueX;
+        measured->torque[1] = control->torqueY;
+        measured->torque[2] = control->torqueZ;
+    }
+    else if (control->controlMode == controlModeLegacy)
+    {
+        const float newtons = THRUST_MAX / FULL;
+        measured->thrust = ROTOR_COUNT.0f * newtons * control->thrust;
+        measured->torque[0] = ROLL_LEVER * newtons * (float)control->roll; /* half a count for each motor of a side */
+        measured->torque[1] = PITCH_LEVER * newtons * (float)control->pitch;
+        measured->torque[2] = YAW_LEVER * newtons * (float)control->yaw;
+    }
+    return measured->thrust > (0.5f * WEIGHT);
+}
+
+/* The law takes over what is commanded now, integrals and all; on the ground it begins with nothing. */
+static bool begin(NAME_measured *measured, const control_t *control)
+{
+    if (!commanded(measured, control))
+    {
+        measured->thrust = WEIGHT;
+        memset(measured->torque, 0, sizeof measured->torque);
+        return NAME_start(&mission, &state_of_law, measured) == UPPER_OK;
+    }
+    NAME_reference present = {0};
+    memcpy(present.position, measured->position, sizeof present.position);
+    memcpy(present.velocity, measured->velocity, sizeof present.velocity);
+    memcpy(present.acceleration, acceleration, sizeof present.acceleration);
+    present.yaw = yaw;
+    return NAME_enter(&mission, &state_of_law, measured, &present) == UPPER_OK;
+}
+
 /* of the gyro's sample [s]; a driver that leaves no time does not tell */
 static float age(const sensorData_t *sensors)
 {
@@ -121,9 +172,10 @@ static bool sound(const NAME_measured *measured)
     return isfinite(sum + measured->attitude[3]);
 }
 
+/* the yaw that laws mean: of the level direction at right angles to the vehicle's left, whatever its tilt */
 static float heading(float w, float x, float y, float z)
 {
-    return atan2f(2.0f * ((w * z) + (x * y)), 1.0f - (2.0f * ((y * y) + (z * z))));
+    return atan2f(2.0f * ((w * z) - (x * y)), 1.0f - (2.0f * ((x * x) + (z * z))));
 }
 
 /* an angle less whole turns, from -pi to pi */
@@ -197,8 +249,8 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const s
             stop_law();
             refused = before;
             yaw = heading(q[0], q[1], q[2], q[3]);
-            measured.thrust = WEIGHT;
-            started = NAME_start(&mission, &state_of_law, &measured) == UPPER_OK;
+            started = begin(&measured, control);
+            memset(acceleration, 0, sizeof acceleration);
         }
         NAME_clock clock = {.tick = ticks, .step = STEP, .period = STEP * (float)LAW_EVERY, .age = age(sensors)};
         want_yaw(setpoint, &measured, clock.period);

@@ -25,10 +25,17 @@ constexpr int ROTORS = ROTOR_COUNT;
 /* PX4's motor for each rotor of the mission, in its order: check it against docs/vehicles.md before the first flight */
 constexpr int MOTOR[ROTORS] = {MOTOR_ORDER};
 constexpr float FASTEST = FASTEST_SPEED; /* rad/s at full output */
-constexpr float WEIGHT = HOVER_THRUST; /* N, the thrust before the first command */
+constexpr float STRONGEST = FULL_THRUST; /* N of a rotor, at full output */
+constexpr float WEIGHT = HOVER_THRUST; /* N */
+/* thrust [1] and torques about the law's axes [m] of a newton of each rotor */
+constexpr float MIX[4][ROTORS] = {MIX_ROWS};
+constexpr float SETTLING = 0.1f; /* s, time constant of the measured acceleration */
 constexpr char MODE[] = "Quadstep";
 
 float known(float value, float otherwise) { return std::isfinite(value) ? value : otherwise; }
+
+/* The yaw that laws mean: of the level direction at right angles to the vehicle's left, whatever its tilt. */
+float heading(const float *q) { return std::atan2(2.0f * (q[0] * q[3] - q[1] * q[2]), 1.0f - 2.0f * (q[1] * q[1] + q[3] * q[3])); }
 
 /* Seconds since a sample; none if it is from the future: drivers and estimators stamp some samples when they publish them. */
 float age(hrt_abstime sampled, hrt_abstime present)
@@ -117,7 +124,13 @@ void QuadstepControl::say_what_is_controlled()
 bool QuadstepControl::measure(NAME_measured &measured)
 {
 	_attitude_sub.update(&_attitude);
-	_position_sub.update(&_position);
+	if (_position_sub.update(&_position)) {
+		const hrt_abstime last = _moved;
+		_moved = sampled(_position);
+		const float share = 1.0f - std::exp(-age(last, _moved) / SETTLING);
+		const float now[3] = {_position.ax, -_position.ay, -_position.az};
+		for (int i = 0; i < 3; ++i) { _acceleration[i] += share * (known(now[i], 0.0f) - _acceleration[i]); }
+	}
 	measured = NAME_measured{};
 	measured.position[0] = _position.x;
 	measured.position[1] = -_position.y;
@@ -137,13 +150,43 @@ bool QuadstepControl::measure(NAME_measured &measured)
 	return _position.xy_valid && _position.z_valid && _position.v_xy_valid && _position.v_z_valid;
 }
 
+/* What the motors are told now, by whoever commands them, as thrust and torque; false where that does not carry the vehicle. */
+bool QuadstepControl::commanded(NAME_measured &measured)
+{
+	actuator_motors_s motors;
+	if (!_last_motors_sub.copy(&motors)) { return false; }
+	const float newtons = STRONGEST / battery();
+	float sum[4] {};
+	for (int i = 0; i < ROTORS; ++i) {
+		for (int k = 0; k < 4; ++k) { sum[k] += MIX[k][i] * newtons * known(motors.control[MOTOR[i]], 0.0f); }
+	}
+	if (!(sum[0] > 0.5f * WEIGHT)) { return false; }
+	_made.thrust = measured.thrust = sum[0];
+	std::memcpy(_made.torque, &sum[1], sizeof(_made.torque));
+	std::memcpy(measured.torque, &sum[1], sizeof(measured.torque));
+	return true;
+}
+
+/* The law takes over what is commanded now, integrals and all; on the ground it begins with nothing. */
+bool QuadstepControl::begin(NAME_measured &measured)
+{
+	if (!commanded(measured)) {
+		_made = NAME_actuators{};
+		_made.thrust = measured.thrust = WEIGHT;
+		return NAME_start(&NAME_mission, &_state, &measured) == UPPER_OK;
+	}
+	NAME_reference present = _hold;
+	std::memcpy(present.velocity, measured.velocity, sizeof(present.velocity));
+	std::memcpy(present.acceleration, _acceleration, sizeof(present.acceleration));
+	return NAME_enter(&NAME_mission, &_state, &measured, &present) == UPPER_OK;
+}
+
 /* The measured position and heading become the setpoint. */
 void QuadstepControl::hold_here(const NAME_measured &measured)
 {
-	const float *q = measured.attitude;
 	_hold = NAME_reference{};
 	std::memcpy(_hold.position, measured.position, sizeof(_hold.position));
-	_hold.yaw = std::atan2(2.0f * (q[0] * q[3] + q[1] * q[2]), 1.0f - 2.0f * (q[2] * q[2] + q[3] * q[3]));
+	_hold.yaw = heading(measured.attitude);
 	_resets[0] = _position.xy_reset_counter;
 	_resets[1] = _position.z_reset_counter;
 	_resets[2] = _position.heading_reset_counter;
@@ -190,9 +233,7 @@ void QuadstepControl::want(NAME_reference &reference, const NAME_measured &measu
 		reference.acceleration[i] = known(sign[i] * _setpoint.acceleration[i], 0.0f);
 		reference.jerk[i] = known(sign[i] * _setpoint.jerk[i], 0.0f); /* setpoints have no snap: it stays zero */
 	}
-	const float *q = measured.attitude;
-	const float heading = std::atan2(2.0f * (q[0] * q[3] + q[1] * q[2]), 1.0f - 2.0f * (q[2] * q[2] + q[3] * q[3]));
-	reference.yaw = known(-_setpoint.yaw, heading);
+	reference.yaw = known(-_setpoint.yaw, heading(measured.attitude));
 	reference.yaw_rate = known(-_setpoint.yawspeed, 0.0f);
 }
 
@@ -265,6 +306,8 @@ void QuadstepControl::Run()
 	answer_arming_check();
 	if (!_angular_velocity_sub.update(&_angular_velocity)) { return; }
 	const hrt_abstime now = _angular_velocity.timestamp_sample;
+	NAME_measured measured;
+	const bool valid = measure(measured);
 	if (status.nav_state != _mode_id || !_armed) {
 		NAME_reset(&_state);
 		_started = false;
@@ -274,18 +317,15 @@ void QuadstepControl::Run()
 		if (status.nav_state == _mode_id) { repeat(now); }
 		return;
 	}
-	NAME_measured measured;
 	NAME_reference reference;
 	NAME_command command;
-	if (!_started) { _made = NAME_actuators{}; _made.thrust = WEIGHT; }
-	const bool valid = measure(measured);
 	if (!_started) {
-		_started = valid && NAME_start(&NAME_mission, &_state, &measured) == UPPER_OK;
+		hold_here(measured);
+		_started = valid && begin(measured);
 		_entered = present;
 		_follows = false;
 		_ticks = 0;
 		_last = now;
-		hold_here(measured);
 		note(!_started);
 		repeat(now);
 		return;

@@ -44,6 +44,8 @@ private:
 	void answer_arming_check();
 	void say_what_is_controlled();
 	bool measure(NAME_measured &measured);
+	bool commanded(NAME_measured &measured);
+	bool begin(NAME_measured &measured);
 	void hold_here(const NAME_measured &measured);
 	void follow_resets();
 	void want(NAME_reference &reference, const NAME_measured &measured, hrt_abstime present);
@@ -75,6 +77,8 @@ private:
 
 	NAME_state _state{};
 	NAME_actuators _made{};
+	float _acceleration[3] {}; /* measured, the law's axes */
+	hrt_abstime _moved{0};
 	uint32_t _result{0};
 	uint32_t _refused{0};
 	uint32_t _outer[OUTER_COUNT] {};
