@@ -35,7 +35,7 @@ def test_the_example_is_disproved(tmp_path):
         "4 of the 82 eigenvalues",
         "2.14987 to 2.14988 1/s",
         "printed conditions hold",
-        "mm flown",
+        "94.7\N{NO-BREAK SPACE}m flown",
     ):
         assert needed in run.out.replace("\n", " ")
 

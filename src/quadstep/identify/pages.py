@@ -31,7 +31,7 @@ from quadstep.report.canvas import LINES, drawing, margins, new_figure
 from quadstep.report.canvas import write as write_figure
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Section
-from quadstep.report.panel import Panel
+from quadstep.report.panel import SETPOINT, Panel
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import handy, quantity
@@ -115,7 +115,7 @@ def sizes(one: Deviation) -> tuple[Floats, ...]:
 
 
 def flight_picture(one: Beside, place: int) -> FigureJob:
-    lines = {"setpoint": one.setpoint, "real": one.real_position, "simulated": one.flown_position}
+    lines = {SETPOINT: one.setpoint, "real": one.real_position, "simulated": one.flown_position}
     reach = max(float(np.abs(values).max(initial=0.0)) for values in lines.values())
     panels = [
         Panel(name, "m", {key: values[:, i] for key, values in lines.items()}, reach=reach) for i, name in enumerate("xyz")
@@ -198,12 +198,12 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                              label=f"residual, {horizon} ahead", **style)  # fmt: skip
             plain_decades(panel.xaxis)
             panel.yaxis.set_major_formatter(powers())
-            panel.set_title(f"{turn} rate", fontsize=9, loc="left")
+            panel.set_title(f"{turn} rate")
             panel.set_xlabel("frequency [Hz]")
             if first is None:
                 first = panel
                 panel.set_ylabel("rad/s per √Hz")
-                panel.legend(loc="upper right", fontsize="x-small")
+                panel.legend(loc="upper right")
             else:
                 panel.tick_params(labelleft=False)
         write_figure(sheet, out / name, SVG)

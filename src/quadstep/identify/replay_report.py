@@ -201,7 +201,7 @@ def error_table(title: str, found: ErrorTable, period: float) -> Table:
             to_zero = number(found.ratio(horizon, group, "zero").value)
             rows.append((f"{group}, {horizon} [{unit}]", *texts, said(found.ratio(horizon, group)), to_zero))
     header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")
-    return Table("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", shown=title)
+    return Table("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", escape, shown=title)
 
 
 def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:

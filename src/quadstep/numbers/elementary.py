@@ -310,7 +310,7 @@ def atan2_enclosed(y: Operand, x: Operand) -> Enclosure:
     away = np.sqrt(y.centre * y.centre + x.centre * x.centre) * (1.0 - 1e-12) - move
     clear = (x.low > 0.0) | (y.low > 0.0) | (y.high < 0.0)
     if not (np.all(away > 1e-6 * move + TINY) and np.all(clear)):
-        raise UndefinedError(f"an angle across its jump from -pi to pi, or of a point that may be the origin ({place()})")
+        raise UndefinedError(f"an angle across its jump from -π to π, or of a point that may be the origin ({place()})")
     square = y.centre * y.centre + x.centre * x.centre
     slope_y, slope_x = x.centre / square, -y.centre / square
     value = ARRAYS.atan2(y.centre, x.centre)

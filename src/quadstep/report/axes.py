@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
 from quadstep.report.symbols import power_of_ten
@@ -115,7 +116,7 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     axis.set_minor_locator(NullLocator())
     axes.text(
         0.995, 0.97, f"linear within ±{power(edge)}, logarithmic beyond", transform=axes.transAxes, ha="right", va="top",
-        fontsize="x-small", color="0.35",
+        fontsize=rcParams["legend.fontsize"], color="0.35",
     )  # fmt: skip
 
 
@@ -128,6 +129,15 @@ def logarithmic_time(axes: Axes, t: Numbers) -> None:
     axis.set_major_locator(LogLocator(10.0, (1.0,)))
     axis.set_major_formatter(powers())
     axis.set_minor_locator(NullLocator())
+
+
+def typeset_decades(axes: Axes) -> None:
+    """Powers of ten as such where nobody chose how ticks are written: Matplotlib's own are TeX, which is not read here."""
+    for axis in (axes.xaxis, axes.yaxis):
+        if isinstance(axis.get_major_formatter(), LogFormatter):
+            axis.set_major_formatter(powers())
+        if isinstance(axis.get_minor_formatter(), LogFormatter):
+            axis.set_minor_formatter(NullFormatter())
 
 
 def plain_decades(axis: Axis) -> None:

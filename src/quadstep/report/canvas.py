@@ -13,6 +13,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 
+from quadstep.report.axes import typeset_decades
 from quadstep.report.fitting import fit
 from quadstep.report.readable import mark, told
 from quadstep.report.sheet import Sheet
@@ -35,7 +36,9 @@ STYLE: dict[str, object] = {
     "axes.formatter.useoffset": False,
     "axes.unicode_minus": True,
     "legend.frameon": False,
-    "legend.fontsize": 8,
+    "axes.titlesize": "medium",
+    "axes.titlelocation": "left",
+    "legend.fontsize": 8.5,  # 11 pixels on a screen; nothing in a figure is smaller
     "text.parse_math": False,
     "svg.fonttype": "none",
     "svg.hashsalt": "quadstep",
@@ -97,6 +100,8 @@ def margins(figure: Figure, sheet: Sheet, *sides: float) -> None:
 
 def write(figure: Figure, path: Path, sheet: Sheet) -> None:
     """`path` with each of the sheet's endings; the same figure gives the same bytes, whenever it is drawn."""
+    for axes in figure.axes:
+        typeset_decades(axes)
     if sheet.width is not None:
         fit(figure)
     for ending in sheet.formats:

@@ -14,11 +14,11 @@ from quadstep.report import flown
 from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
 from quadstep.report.canvas import BAND, LINES, Typeset, drawing, write
 from quadstep.report.fitting import beside, thin
-from quadstep.report.panel import COMMANDED, LOG, SIGNED_LOG, Panel, Track
+from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, Panel, Track
 from quadstep.report.readable import GRID
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label, prose
-from quadstep.report.units import handy, of_angle, prefixed
+from quadstep.report.units import ANGLES, handy, of_angle, prefixed
 
 Numbers = NDArray[np.float64]
 
@@ -51,10 +51,10 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
     largest = max((float(np.abs(values).max()) for values in lines.values() if len(values)), default=0.0)
     largest = max(largest, panel.reach)
-    suited = prefixed if panel.unit == "-" else of_angle if panel.unit in ("rad", "rad/s") else handy
+    suited = prefixed if panel.unit == "-" else of_angle if panel.unit in ANGLES else handy
     unit, factor = suited(panel.unit, largest)
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
-        look = BAND if len(lines) > 1 and (key.endswith("_d") or key == COMMANDED) else style
+        look = BAND if len(lines) > 1 and (key.endswith("_d") or key in ASKED_FOR) else style
         axes.plot(*thin(t, factor * values, log_time), label=label(key), **look)
     drawn = [factor * values for values in lines.values() if len(values)]
     if scale == LOG:

@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 LOG, SIGNED_LOG = "log", "symlog"
-COMMANDED = "commanded"
+COMMANDED, SETPOINT = "commanded", "setpoint"
+ASKED_FOR = (COMMANDED, SETPOINT)
+"""Names of lines that are drawn as a band below what comes of them."""
 
 
 class Panel(NamedTuple):

@@ -35,6 +35,10 @@ def handy(unit: str, largest: float) -> tuple[str, float]:
     return prefixed(unit, largest)
 
 
+ANGLES = ("rad", "rad/s")
+"""Units of which a person reads degrees."""
+
+
 def of_angle(unit: str, largest: float) -> tuple[str, float]:
     """Degrees for angles and their rates that one can see, fractions of a radian for those that one cannot."""
     return (unit.replace("rad", "°"), math.degrees(1.0)) if largest > SEEN else handy(unit, largest)
@@ -81,8 +85,8 @@ def digits_of(value: float, low: float, high: float) -> int:
 def interval(value: float, low: float, high: float, unit: str = "-") -> str:
     """A number with its interval, all in one unit and to digits that the interval's width warrants.
 
-    >>> interval(0.01234, 0.0119, 0.0128, "m")
-    '12.3 [11.9, 12.8] mm'
+    >>> interval(0.01234, 0.0119, 0.0128, "m"), interval(0.524, 0.51, 0.54, "rad")
+    ('12.3 [11.9, 12.8] mm', '30 [29, 31]°')
     """
     text, below, above, unit = alike(value, low, high, unit)
     if not (math.isnan(low) or math.isnan(high)):
@@ -103,7 +107,7 @@ def estimate(value: float, low: float, high: float, unit: str = "-") -> str:
 def alike(value: float, low: float, high: float, unit: str) -> tuple[str, str, str, str]:
     """A number and the ends of its interval with as many decimals, and the unit that follows them, if there is one."""
     ends = [abs(one) for one in (value, low, high) if math.isfinite(one)]
-    unit, factor = handy(unit, max(ends, default=0.0))
+    unit, factor = (of_angle if unit in ANGLES else handy)(unit, max(ends, default=0.0))
     digits = digits_of(value, low, high)
     largest = factor * max(ends, default=0.0)
     plain = 1e-3 <= largest < 1e6 and value

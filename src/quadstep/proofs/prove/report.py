@@ -21,6 +21,9 @@ KIND = "Proof"
 MARK = f"quadstep · {KIND}"
 """By which a report of this kind is known before it is replaced."""
 
+UNITS = {"position": "m", "velocity": "m/s"}
+"""Of states that are vectors along the axes of the world."""
+
 LARGEST = 8
 """Most quantities whose boxes are drawn."""
 
@@ -53,14 +56,23 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
     with tempfile.TemporaryDirectory() as folder:
         out, traced = Path(folder), verdict.traced
         if traced is not None and len(traced.time) > 1:
-            drawn = [Figure("tube", "Distance from the path: the flight (line), and where every flight is (band)")]
+            caption = (
+                "Left, how far the mission's own flight is from its path, in a band that holds every flight; right, half the "
+                "width of that band."
+            )
+            drawn = [Figure("tube", caption)]
             draw(out / "tube", tube, traced)
             if len(traced.boxes):
                 draw(out / "boxes", widths, traced)
-                caption = "Half widths of the boxes about the flight, the widest of each quantity, in SI units"
+                caption = (
+                    "Half widths of the boxes that hold every state about the flight's own, the widest of each quantity: "
+                    "where they grow, the proof loses more than the law takes back."
+                )
                 sections += [page.heading("Boxes over time", "boxes"), Figure("boxes", caption)]
-                sections.append(Table(header=("state", "widest box, half width [SI]"), rows=widest(traced)))
-        found = Evidence(verdict.name, KIND, sentence(answer), verdict.says, {}, facts(verdict), drawn, [*sections, CLOSING])
+                sections.append(Table(header=("state", "widest box, half width"), rows=widest(traced)))
+        if verdict.kind is not VerdictKind.DISPROVED:
+            sections.append(CLOSING)
+        found = Evidence(verdict.name, KIND, sentence(answer), verdict.says, {}, facts(verdict), drawn, sections)
         write_beside(path, found.html(out), parents=True)
 
 
@@ -82,14 +94,18 @@ def facts(verdict: ProofVerdict) -> list[page.Fact]:
 
 
 def tube(traced: TubeRecord) -> Drawing:
-    """A panel for each axis, in millimetres."""
-    figure = Drawing(figsize=(7.2, 1.5 * len(traced.axes) + 0.4), layout="constrained")
-    panels = figure.subplots(len(traced.axes), 1, sharex=True, squeeze=False)[:, 0]
-    for panel, axis, error, bound in zip(panels, traced.axes, 1e3 * traced.error.T, 1e3 * traced.bound.T, strict=True):
-        panel.fill_between(traced.time, error - bound, error + bound, color="#2166ac", alpha=0.3, linewidth=0.0)
-        panel.plot(traced.time, error, **canvas.LINES[0])
-        panel.set_ylabel(f"{axis} [mm]")
-    panels[-1].set_xlabel("time [s]")
+    """Two panels for each axis, in millimetres: the flight off its path in its band, and half the width of the band."""
+    figure = Drawing(figsize=(8.6, 1.5 * len(traced.axes) + 0.4), layout="constrained")
+    panels = figure.subplots(len(traced.axes), 2, sharex=True, squeeze=False)
+    for (path, band), axis, error, bound in zip(panels, traced.axes, 1e3 * traced.error.T, 1e3 * traced.bound.T, strict=True):
+        path.fill_between(traced.time, error - bound, error + bound, color="#2166ac", alpha=0.3, linewidth=0.0)
+        path.plot(traced.time, error, label="off the path", **canvas.LINES[0])
+        band.plot(traced.time, bound, label="at most off the flight", **canvas.LINES[2])
+        path.set_ylabel(f"{axis}, off the path [mm]")
+        band.set_ylabel("off the flight [mm]")
+        band.set_ylim(bottom=0.0)
+    for panel in panels[-1]:
+        panel.set_xlabel("time [s]")
     return figure
 
 
@@ -118,6 +134,12 @@ def quantities(traced: TubeRecord) -> tuple[list[str], Array]:
 
 
 def widest(traced: TubeRecord) -> list[tuple[str, str]]:
-    """The widest box of each state that has one."""
-    most = traced.boxes.max(axis=0)
-    return [(name, units.number(float(one))) for name, one in zip(traced.states, most, strict=True) if one > 0.0]
+    """The widest box of each state that has one; of positions and velocities the axis has its name, and the number a unit."""
+    most, shown = traced.boxes.max(axis=0), []
+    for name, one in zip(traced.states, most, strict=True):
+        what, _, place = name.rpartition(".")
+        if what in UNITS:
+            shown.append((f"{what} {traced.axes[int(place)]}", units.quantity(float(one), UNITS[what])))
+        else:
+            shown.append((name, f"{units.number(float(one))} (SI)"))
+    return [row for row, one in zip(shown, most, strict=True) if one > 0.0]

@@ -32,6 +32,7 @@ from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.proofs.prove.verdict import ProofVerdict, TubeRecord, VerdictKind, down, millimetres, under, up
 from quadstep.report.terminal.bars import bar
+from quadstep.report.units import quantity
 from quadstep.vehicle.paper import Disturbance
 from quadstep.vehicle.plants.lagrange import Parameters
 
@@ -251,4 +252,4 @@ def flown_rows(plan: FlightPlan, log: FlightLog) -> list[list[str]]:
     """A row for each axis: how far the flight was off its path."""
     axes = plan.loop.plant.axes
     off = np.abs(log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes))).max(axis=0)
-    return [[axis, "disproved", "-", f"{1e3 * one:.6g} mm flown"] for axis, one in zip(axes, off, strict=True)]
+    return [[axis, "disproved", "-", f"{quantity(float(one), 'm')} flown"] for axis, one in zip(axes, off, strict=True)]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
@@ -162,7 +163,7 @@ def draw_map(folder: Path, cells: list[GridFlight]) -> None:
                 block = [[found[(*inner, t, scale, nets, law)].rmse for t in TIMES] for inner in INNER_LOOPS]
                 axes = grid[row][column]
                 draw_block(axes, block)
-                axes.set_title(f"{law}, nets {'on' if nets else 'off'}, scale {scale:g}", fontsize=9)
+                axes.set_title(f"{law}, nets {'on' if nets else 'off'}, scale {scale:g}")
                 axes.set_yticks(range(len(INNER_LOOPS)), [f"{k:g}, {s:g}" for k, s in INNER_LOOPS] if column == 0 else [])
                 axes.set_xticks(range(len(TIMES)), [f"{t:g}" for t in TIMES])
             grid[row][0].set_ylabel(f"{label('K_r2')} [N m s], {label('Lambda2')} [1/s]", parse_math=True)
@@ -181,7 +182,8 @@ def draw_block(axes: Axes, block: list[list[float | None]]) -> None:
         for j, value in enumerate(row):
             text = "x" if value is None else f"{1e3 * value:.2g}" if value < 0.1 else f"{1e3 * value:.0f}"
             dark = value is not None and levels[i, j] > 2.2
-            axes.text(j, i, text, ha="center", va="center", fontsize=8, color="white" if dark else "black")
+            colour, size = "white" if dark else "black", rcParams["legend.fontsize"]
+            axes.text(j, i, text, ha="center", va="center", fontsize=size, color=colour)
 
 
 NAME = "The completed controller"

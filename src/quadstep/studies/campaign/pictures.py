@@ -100,7 +100,7 @@ def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -
             axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
     if limit is not None and limit <= 3.0 * high:
         above.text(limit, 0.97, " failed", color=LIMIT, transform=above.get_xaxis_transform(), va="top")
-    above.set_title(f"{count} completed", fontsize=9, loc="left")
+    above.set_title(f"{count} completed")
     if not log:
         below.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
     below.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
@@ -170,7 +170,9 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
             )
             for row, one in known:
                 axes.plot([100.0 * one.low, 100.0 * one.high], [row, row], color=LIMIT, linewidth=1.4, solid_capstyle="butt")
-                axes.text(100.0 * one.high + 0.6, row, units.percent(one.value), va="center", fontsize=8)
+                axes.text(
+                    100.0 * one.high + 0.6, row, units.percent(one.value), va="center", fontsize=rcParams["legend.fontsize"]
+                )
         axes.set_yticks([i * step + 0.5 * (len(explained) - 1) for i in range(len(ranking))], list(ranking))
         axes.set_ylim(len(ranking) * step - 1.0, -0.8)
         axes.set_xlim(0.0, min(112.0, 8.0 + 108.0 * max(one.high for found in ranking.values() for one in found.values())))
@@ -251,7 +253,7 @@ def draw_success(axes: Axes, found: Bins, good: Mapping[int, Estimate]) -> None:
         axes.vlines(at, low, high, color="0.4", linewidth=1.0)
     axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=LINE)
     axes.set_ylim(bottom if bottom < 100.0 else 99.0, 100.0 + 0.04 * (100.0 - bottom or 1.0))
-    axes.set_title("succeed [%], with exact 95 % intervals", fontsize=9, loc="left")
+    axes.set_title("succeed [%], with exact 95 % intervals")
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
 
@@ -259,7 +261,7 @@ def draw_success(axes: Axes, found: Bins, good: Mapping[int, Estimate]) -> None:
 def draw_errors(axes: Axes, found: Bins, errors: Mapping[int, Numbers]) -> None:
     """Median and the middle 80 % of the position RMSE in each bin."""
     unit, factor = units.handy("m", max((float(some[-1]) for some in errors.values()), default=0.0))
-    axes.set_title(f"position RMSE [{unit}]: median and middle 80 %", fontsize=9, loc="left")
+    axes.set_title(f"position RMSE [{unit}]: median and middle 80 %")
     if not errors:
         axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
         return

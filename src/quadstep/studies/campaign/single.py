@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
@@ -113,7 +114,12 @@ def draw_points(
             if known[flight]:
                 axes.scatter(x[flight], y[flight], 130.0, color=[(1.0, 1.0, 1.0, 0.01)], edgecolor=LINE, zorder=3, urls=[link])
                 axes.annotate(
-                    str(flight), (x[flight], y[flight]), (6.0, 4.0), textcoords="offset points", fontsize=8, url=link
+                    str(flight),
+                    (x[flight], y[flight]),
+                    (6.0, 4.0),
+                    textcoords="offset points",
+                    fontsize=rcParams["legend.fontsize"],
+                    url=link,
                 )
         axes.legend(loc="upper left")
         write(figure, path, sheet)

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -59,15 +60,16 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
         axes.grid(visible=False, axis="y")
         scaled(axes)
         axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the 95 % quantile")
-        figure.legend(loc="outside upper left", ncols=beside(figure.get_figwidth(), list(names), 4), fontsize=8)
+        figure.legend(loc="outside upper left", ncols=beside(figure.get_figwidth(), list(names), 4))
         write(figure, path, sheet)
 
 
 def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
     """One controller in one situation; an arrow where its 95 % quantile is lost."""
+    size = rcParams["legend.fontsize"]
     median, high = one.spreads[metric].median, one.spreads[metric].high.value
     if not math.isfinite(median.value):
-        axes.annotate("lost", (0.995, height), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=6)
+        axes.annotate("lost", (0.995, height), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=size)
         return
     value, low, top = (factor * part for part in median)
     if math.isfinite(high):
@@ -75,7 +77,7 @@ def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, fa
     else:
         axes.annotate(
             share_lost(one), (value, height), (12, 0), textcoords="offset points", va="center",
-            fontsize=6, arrowprops={"arrowstyle": "<-", "linewidth": 0.6},
+            fontsize=size, arrowprops={"arrowstyle": "<-", "linewidth": 0.6},
         )  # fmt: skip
     if math.isfinite(low) and math.isfinite(top):
         axes.plot([low, top], [height, height], color="black", linewidth=1.6, zorder=2)
@@ -96,7 +98,7 @@ WORST = 20.0
 DARK = 0.55
 """Of the colours, from which on text is white."""
 
-A_COLUMN, A_ROW = 0.62, 0.27
+A_COLUMN, A_ROW = 0.66, 0.32
 """Of squares [in]."""
 
 
@@ -113,6 +115,7 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
             if (name, where) in cells and math.isfinite(value := median(cells[name, where], found.metric)):
                 shades[row, column] = min(1.0, math.log(value / best[column]) / math.log(WORST))
     with drawing(sheet):
+        small = rcParams["legend.fontsize"]
         size = (sheet.inches(2.6 + A_COLUMN * len(situations)), 2.6 + A_ROW * len(names))
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.add_subplot()
@@ -122,7 +125,7 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
                 if (name, where) in cells:
                     text = square_text(cells[name, where], found.metric, unit.factor)
                     colour = "white" if shades[row, column] > DARK else "black"
-                    axes.text(column, row, text, ha="center", va="center", fontsize=6.5, color=colour, linespacing=0.9)
+                    axes.text(column, row, text, ha="center", va="center", fontsize=small, color=colour, linespacing=0.9)
         axes.set_yticks(range(len(names)), names)
         labels = [below(one) for one in situations]
         axes.set_xticks(range(len(labels)), labels, rotation=40.0, ha="left", rotation_mode="anchor")

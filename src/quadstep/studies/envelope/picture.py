@@ -64,7 +64,7 @@ def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
                 continue
             draw_panel(axes, asked, cells, place, norm)
             if asked.by:
-                axes.set_title(f"{label(mission, asked.by.key)} = {as_typed(asked.by.values[place])}", fontsize=9)
+                axes.set_title(f"{label(mission, asked.by.key)} = {as_typed(asked.by.values[place])}")
         for axes in grid.flat[max(0, count - columns) : count]:
             axes.set_xlabel(label(mission, asked.x.key))
             axes.tick_params(labelbottom=True)

@@ -144,7 +144,7 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
                 continue
             draw_event(axes, names[place], pieces)
             logarithmic(axes, "y")
-            axes.set_title(f"failure: {names[place]}", loc="left", fontsize=9)
+            axes.set_title(f"failure: {names[place]}")
             axes.set_ylabel("" if place % columns else "probability")
         write(figure, path, sheet)
 
