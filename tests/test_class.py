@@ -15,7 +15,16 @@ from quadstep.page import build
 from quadstep.page.sharing import Access
 from quadstep.studies import classroom
 from quadstep.studies.class_server import MOST_AT_ONCE, class_server
-from quadstep.studies.classroom import MANIFEST, SUBMISSION, Room, SubmissionResult, flown_apart, fly_submission, submitted
+from quadstep.studies.classroom import (
+    MANIFEST,
+    SUBMISSION,
+    Room,
+    SubmissionResult,
+    first_text,
+    flown_apart,
+    fly_submission,
+    submitted,
+)
 from tests.commands import quadstep
 from tests.pages import STAND_IN, serving
 from tests.patience import PATIENCE
@@ -72,6 +81,14 @@ def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):
     said = flown(room, "[controller]\nK_r1 = 6.0\n").said
     assert said.startswith("This machine could not fly it:")
     assert not member.waits
+
+
+def test_a_student_begins_with_the_gains_of_the_class(room):
+    text = first_text(room.mission, ("controller",))
+    assert "# K_r1 = 3.0                # N s/m; the theorem requires K_r1 > m Lambda1" in text
+    assert submitted(text.replace("\n# ", "\n"), room.ground).controller.K_r1 == (3.0, 3.0, 3.0)
+    assert first_text(room.mission, ("controller.K_r1", "path")).splitlines()[2:] == [text.splitlines()[4]]
+    assert first_text(room.mission, ("path",)) == ""
 
 
 def test_a_whole_mission_is_taken_where_only_free_keys_differ(room):
@@ -188,6 +205,9 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
     text = ask(port, "/", ada)[2]
     assert re.search(r"<td>1</td><td>Group 2</td><td[^>]*>12.3.mm</td>", text)
     assert "Waiting to be flown" in text
+    assert "the smallest position RMSE wins. Only controller may differ." in text
+    room.members[other].waits = False
+    assert "[controller]\nK_r1 = 3.0\n</textarea>" in ask(port, "/", other)[2]
     assert ask(port, "/mission.toml", ada)[2] == MISSION
 
 

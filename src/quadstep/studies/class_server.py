@@ -15,12 +15,11 @@ from pathlib import Path
 from urllib.parse import parse_qs
 
 from quadstep.io import files
-from quadstep.metrics.judging.metrics import bare, unit
 from quadstep.page.serve import KINDS, POLICY, Answer, Handler, Server, bound
 from quadstep.page.sharing import Access
 from quadstep.report import units
 from quadstep.report.page import page_text, paragraph, subheading, table
-from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room
+from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room, first_text
 
 MOST_AT_ONCE = 8
 """Requests of one address that are answered at the same time."""
@@ -109,20 +108,20 @@ class ClassHandler(Handler):
 
 def board(room: Room, member: Member) -> str:
     """The page of a student as HTML, every text escaped."""
-    metric, free = room.ground.metric, ", ".join(room.ground.free)
-    rows = [
-        [f"{place}", one.name, units.quantity(one.value or 0.0, unit(metric))] for place, one in enumerate(room.board(), 1)
-    ]
-    value = "" if member.value is None else f" Your best: {units.quantity(member.value, unit(metric))}."
-    mine = '<p><a href="/mine">Your latest flight</a></p>' if member.latest else ""
-    law = f"[controller]\n# only {free} may differ from the class's mission\n"
+    words, symbol = units.metric(room.ground.metric)
+    rows = [[f"{place}", one.name, units.quantity(one.value or 0.0, symbol)] for place, one in enumerate(room.board(), 1)]
+    best = "" if member.value is None else f"Your best: {units.quantity(member.value, symbol)}. "
+    mine = f'<p>{best}<a href="/mine">Your latest flight</a>, in which you can move the gains.</p>' if member.latest else ""
+    free = ", ".join(room.ground.free)
     waits = '<meta http-equiv="refresh" content="3">' if member.waits else ""
     body = [
-        paragraph(f"{member.name}: {member.said}{value}", escape), mine,
-        table(("", "student", bare(metric)), rows, escape) if rows else paragraph("Nobody has flown it yet."),
+        paragraph(f"{member.name}: {member.said}", escape), mine,
+        table(("", "student", words), rows, escape) if rows else paragraph("Nobody has flown it yet."),
         subheading("Submit"),
-        '<p>Send gains, or a whole mission like <a href="/mission.toml">that of the class</a>; never code.</p>',
-        "" if member.waits else FORM.replace("{}", escape(law)),
+        paragraph(f"All fly the same mission; the smallest {words} wins. Only {free} may differ.", escape),
+        '<p>Remove the # before a gain and change it, or send a whole mission like <a href="/mission.toml">that of the '
+        "class</a>; what you leave out stays as it is there. Code is never run.</p>",
+        "" if member.waits else FORM.replace("{}", escape(member.text or first_text(room.mission, room.ground.free))),
     ]  # fmt: skip
     return page_text(room.mission.name, body, "Class", waits)
 

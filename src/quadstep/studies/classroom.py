@@ -35,6 +35,7 @@ from quadstep.io.user_code.loading import refuse
 from quadstep.metrics.judging.metrics import Requirement, with_full_names
 from quadstep.metrics.judging.verdict import graded, scalars
 from quadstep.mission.check import check
+from quadstep.mission.controller_lines import commented, learning_numbers, net_lines, rounded, written
 from quadstep.mission.fields import Positive, Section, as_tuple, plain
 from quadstep.mission.keys import dotted, parts, with_value
 from quadstep.mission.own_controller import PilotedSection
@@ -48,6 +49,7 @@ from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.tables import write_log
 from quadstep.studies.flights.fly import metric_names
 from quadstep.studies.lessons import within
+from quadstep.studies.tuning.gains import filled_in
 
 SUBMISSION = files.FileKind("a submission", 64_000)
 SECRET = files.FileKind("the secret of a class", 64)
@@ -108,10 +110,13 @@ class Refusal(Exception):  # noqa: N818 (an answer, not an error)
 
 @dataclass
 class Member:
-    """A student. best, latest: numbers of flights that are kept, 0 for none. last: when the last submission came [s]."""
+    """A student. best, latest: numbers of flights that are kept, 0 for none. last: when the last submission came [s]. text: of
+    that submission.
+    """
 
     name: str
     folder: Path
+    text: str = ""
     said: str = "Nothing submitted yet."
     value: float | None = None
     best: int = 0
@@ -177,7 +182,7 @@ class Room:
         text = sent()
         with self.lock:
             self.check_turn(member)  # two may come at once
-            member.waits, member.last, member.said = True, time.monotonic(), "Waiting to be flown."
+            member.waits, member.last, member.said, member.text = True, time.monotonic(), "Waiting to be flown.", text
             self.waiting.put((member, text))
 
     def check_turn(self, member: Member) -> None:
@@ -213,6 +218,26 @@ class Room:
         return sorted((one for one in self.members.values() if one.best), key=lambda one: (one.value, one.name))
 
 
+def first_text(mission: Mission, free: tuple[str, ...]) -> str:
+    """What a student begins with: the class's free gains, commented out, with values, units and meanings; "" without any."""
+    values, law = filled_in(mission), mission.controller.controller
+    lines = [
+        commented(f"# {key} = {written(rounded(values[key]), gain.stands_for_three)}", gain.unit, gain.meaning)
+        for key, (_, gain) in law.by_key().items()
+        if is_free(f"controller.{key}", free)
+    ]
+    nets = mission.controller.table
+    if nets and is_free("controller.nets", free):
+        derived = learning_numbers(law, mission.controller.gains(mission.modelled.model()))
+        lines += ["", "[controller.nets]", *(one for one in net_lines(nets, derived) if not one.startswith("# weights"))]
+    return "\n".join(("[controller]", f'type = "{mission.controller.type}"', *lines, "")) if lines else ""
+
+
+def is_free(key: str, free: tuple[str, ...]) -> bool:
+    """Whether a submission may differ in a key."""
+    return any(f"{key}.".startswith(f"{one}.") for one in free)
+
+
 def secret(root: Path) -> bytes:
     """What the tokens of a class are made from; it stays in the folder, so that links stay valid. Raises UserError."""
     place = root / SECRET_NAME
@@ -240,7 +265,7 @@ def submitted(text: str, ground: Ground) -> Mission:
     for key, value in leaves.items():
         if wanted.get(key) == value or key == "name":
             continue
-        if not any(f"{key}.".startswith(f"{one}.") for one in ground.free):
+        if not is_free(key, ground.free):
             raise UserError(f"{cut(key, 60)}: only {', '.join(ground.free)} may differ from the class's mission")
         if names_files({key.rpartition(".")[2]: value}):
             raise UserError(f"{cut(key, 60)}: names a file, which a class does not read")
