@@ -222,7 +222,10 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     (tmp_path / "out" / "page.html").write_text("page")
     flown = with_flights("<!-- page: out/page.html | Live -->", tmp_path, tmp_path / "static", "lessons/a.md")
     assert 'src="../flown/' in flown
+    flown = with_flights("<!-- page: out/page.html#nested | Live -->", tmp_path, tmp_path / "static", "lessons/a.md")
+    assert 'page.html#nested" title="Live"' in flown and 'page.html">Live' in flown
     assert "Further" in with_further("a\n\n<!-- further -->", ["a.md", "new.md"])
+    assert "lessons" not in with_further("<!-- further -->\nlessons/index\n", ["new.md", "lessons/a.md"]).split("```")[1]
 
 
 def test_the_reference_has_every_command_and_option():

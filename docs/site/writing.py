@@ -71,11 +71,11 @@ def with_links(text: str, place: str, there: Mapping[str, str]) -> str:
 
 
 def embedded(name: str, caption: str) -> str:
-    """A page that flies, inside a page of the site."""
-    said = caption or "The page of this flight"
+    """A page that flies, inside a page of the site. name: may end in the #place that it shows first."""
+    said, whole = caption or "The page of this flight", name.partition("#")[0]
     return (
         f'```{{raw}} html\n<iframe class="flying" src="{name}" title="{said}" loading="lazy"></iframe>\n'
-        f'<p class="caption"><a href="{name}">{said}, in a window of its own</a></p>\n```'
+        f'<p class="caption"><a href="{whole}">{said}, in a window of its own</a></p>\n```'
     )
 
 
@@ -86,7 +86,8 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         kind, said = found[1], found[2]
         if kind not in ("figure", "page"):
             return ""
-        file, _, caption = (part.strip() for part in said.partition("|"))
+        shown_first, _, caption = (part.strip() for part in said.partition("|"))
+        file, *anchor = shown_first.split("#")
         if folder is None:
             return ""
         if not (folder / file).is_file():
@@ -96,7 +97,7 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         shutil.copyfile(folder / file, static / name)
         shown = os.path.relpath("flown", Path(place).parent)
         if kind == "page":
-            return embedded(f"{shown}/{name}", caption)
+            return embedded("#".join((f"{shown}/{name}", *anchor)), caption)
         return f"```{{figure}} {shown}/{name}\n:alt: {caption}\n\n{caption}\n```"
 
     return MARK.sub(put, text)
@@ -124,9 +125,11 @@ def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]]
 def with_further(text: str, places: Iterable[str]) -> str:
     """The first page, with the pages that its lists do not name in a list of their own."""
     listed = set(re.findall(r"^(?:.*<)?([\w/-]+)>?$", text, flags=re.MULTILINE))
-    further = sorted(
-        name for name in (place.removesuffix(".md") for place in places) if name not in listed and name != "index"
-    )
+    folders = tuple(
+        name.removesuffix("index") for name in listed if name.endswith("/index")
+    )  # whose pages their own index lists
+    names = (place.removesuffix(".md") for place in places)
+    further = sorted(name for name in names if name not in listed and name != "index" and not name.startswith(folders))
     return text.replace(
         "<!-- further -->", "\n".join(["```{toctree}", ":caption: Further", "", *further, "```"]) if further else ""
     )
