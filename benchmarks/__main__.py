@@ -14,16 +14,16 @@ from benchmarks.gpu import gpu
 from benchmarks.million import million_flights
 from benchmarks.page import case_1_page, gusts_page, paper_page
 from benchmarks.peers import crazyflow, rotorpy
-from benchmarks.processes import import_time, installed_size, one_mission, reproduction
+from benchmarks.processes import import_time, installed_size, one_mission, one_question, reproduction
 from benchmarks.vehicles import noisy_in_double, noisy_in_single, quiet_in_double, quiet_in_single
 
 Row = tuple[str, str, str, str, str]
 
 MEASURES = (
-    import_time, one_mission, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle, estimated_vehicle,
-    opaque_controller, single_precision, double_precision, noisy_in_single, noisy_in_double, quiet_in_single,
-    quiet_in_double, ready, cost, million_flights, case_1_page, paper_page, gusts_page, gpu, crazyflow, rotorpy, reproduction,
-    installed_size,
+    import_time, one_mission, one_question, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle,
+    estimated_vehicle, opaque_controller, single_precision, double_precision, noisy_in_single, noisy_in_double,
+    quiet_in_single, quiet_in_double, ready, cost, million_flights, case_1_page, paper_page, gusts_page, gpu, crazyflow,
+    rotorpy, reproduction, installed_size,
 )  # fmt: skip
 
 

@@ -10,7 +10,8 @@ from quadstep.commands.deliver import check_junit, finish
 from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
-from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.report.pool import start_server
+from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
 from quadstep.report.terminal.bars import bar
 
 MOST = 1_000_000
@@ -44,7 +45,7 @@ def what_if(
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
     junit: JunitOption = None,
-    figures: FiguresOption = USUAL,
+    figures: FiguresOption = ON_SCREEN,
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:  # fmt: skip
@@ -62,6 +63,7 @@ def what_if(
         raise UserError(f"--flights: should be from 2 to {MOST}, not {flights}")
     if not 0 <= seed < 2**63:
         raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
+    start_server()
     with needed_by("`quadstep what-if`"):
         from quadstep.studies.what_if.asked import Asked, changes_of
         from quadstep.studies.what_if.run import answer

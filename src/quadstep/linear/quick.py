@@ -5,16 +5,18 @@ compiled code; and margins as metrics of a mission, finite numbers that can be c
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from quadstep.control.opaque import Opaque
-from quadstep.engines.fly import fingerprint
+from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import code_cache
+from quadstep.io.errors import UserError
 from quadstep.io.results.code import code_digest
 from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_near, with_pieces
-from quadstep.linear.grade import Grade, graded, refused
+from quadstep.linear.grade import Grade, Measure, grade, graded, refused
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
@@ -74,15 +76,30 @@ def quick_grade(mission: Mission) -> Mapping[str, str]:
         return {}
     try:
         plans = of_even_rotors(hovering(mission))
-        name = code_cache.key("grade", code_digest(), own_digest(), fingerprint(plans), repr(limits(mission)))
-        cached = code_cache.read(name)
-        if cached is None:
-            cached = json.dumps(at_once(mission, [Loops(plan) for plan in plans])).encode()
-            code_cache.write(name, cached)
-        found: Mapping[str, str] = json.loads(cached)
+        found: Mapping[str, str] = kept("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
     except Exception:
         return {}
     return found
+
+
+def whole_grade(mission: Mission) -> Grade:
+    """The grade of a stock law's loop however long it takes, kept as well; never raises for a loop that has none."""
+    try:
+        plans = of_even_rotors(hovering(mission))
+    except UserError as error:
+        return refused(error)
+    word, why, measures = kept("whole grade", mission, plans, lambda: grade(mission))
+    return Grade(word, why, tuple(Measure(*one) for one in measures))
+
+
+def kept(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> Any:
+    """What is made of a mission's loops, as JSON has it; made once for the same code, laws and numbers."""
+    name = code_cache.key(kind, code_digest(), own_digest(), fingerprint(plans), repr(limits(mission)))
+    found = code_cache.read(name)
+    if found is None:
+        found = json.dumps(made()).encode()
+        code_cache.write(name, found)
+    return json.loads(found)
 
 
 def own_digest() -> str:

@@ -68,6 +68,9 @@ def with_unit(name: str, unit: str) -> str:
 
 
 RMSE, LARGEST = "position_rmse", "largest_error"
+EFFORTS = "energy", "rotor_activity", "saturation"
+"""What is measured beside tracking, where the vehicle has rotors of its own."""
+
 DISTANCE = "root mean square of the distance from the path"
 FARTHEST = "largest distance from the path"
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers.functions import power
-from quadstep.numbers.kinds import FLOATS, Number
+from quadstep.numbers.kinds import FLOATS, REALS, Number
 from quadstep.numbers.operation import Kind, Operation, Rule, place
 
 Slopes: TypeAlias = NDArray[np.float64]
@@ -76,7 +76,7 @@ class Dual:
     def __add__(self, other: Dual | float) -> Dual:
         if isinstance(other, Dual):
             return Dual(self.value + other.value, self.slopes + other.slopes, self.seeds, self.lost or other.lost)
-        if isinstance(other, float | int):
+        if isinstance(other, REALS):
             return Dual(self.value + other, self.slopes, self.seeds, self.lost)
         return NotImplemented
 
@@ -85,12 +85,12 @@ class Dual:
     def __sub__(self, other: Dual | float) -> Dual:
         if isinstance(other, Dual):
             return Dual(self.value - other.value, self.slopes - other.slopes, self.seeds, self.lost or other.lost)
-        if isinstance(other, float | int):
+        if isinstance(other, REALS):
             return Dual(self.value - other, self.slopes, self.seeds, self.lost)
         return NotImplemented
 
     def __rsub__(self, other: float) -> Dual:
-        if not isinstance(other, float | int):
+        if not isinstance(other, REALS):
             return NotImplemented
         return Dual(other - self.value, -self.slopes, self.seeds, self.lost)
 
@@ -102,14 +102,14 @@ class Dual:
                 kept = (self.lost if abs(other.value) > CLOSE else None), (other.lost if abs(self.value) > CLOSE else None)
                 lost = kept[0] or kept[1]
             return Dual(self.value * other.value, slopes, self.seeds, lost)
-        if isinstance(other, float | int):
+        if isinstance(other, REALS):
             return Dual(self.value * other, self.slopes * other, self.seeds, self.lost if other else None)
         return NotImplemented
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Dual | float) -> Dual:
-        if isinstance(other, float | int):
+        if isinstance(other, REALS):
             if other == 0.0:
                 return lost(self, place())
             return Dual(self.value / other, self.slopes / other, self.seeds, self.lost)
@@ -122,7 +122,7 @@ class Dual:
         return Dual(value, slopes, self.seeds, self.lost or (other.lost if abs(self.value) > CLOSE else None))
 
     def __rtruediv__(self, other: float) -> Dual:
-        if not isinstance(other, float | int):
+        if not isinstance(other, REALS):
             return NotImplemented
         if self.value == 0.0:
             return lost(self, place())

@@ -40,6 +40,8 @@ def where(condition: Condition, yes: Number, no: Number) -> Number:
     >>> where(np.array([0.5, 1.5]) > 1.0, 3.0, 4.0)
     array([4., 3.])
     """
+    if type(condition) is bool and type(yes) is float and type(no) is float:  # as `Floats` has it, without asking for it
+        return yes if condition else no
     result: Number = functions_of(condition, yes, no).where(condition, yes, no)
     return result
 

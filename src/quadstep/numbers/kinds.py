@@ -23,6 +23,9 @@ Condition: TypeAlias = bool
 Word: TypeAlias = int
 """Bits of a number: adds, shifts, ands, ors and xors like an integer. At least 32 bits; mask anything that may grow beyond."""
 
+REALS = float, int
+"""Python's own numbers, and its conditions: a tuple, which is asked for three times as fast as `float | int`."""
+
 DOUBLE, WHOLE = struct.Struct("<d"), struct.Struct("<q")
 EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
 MANTISSA = (1 << MANTISSA_BITS) - 1
@@ -113,7 +116,7 @@ ARRAYS = Arrays()
 def functions_of(*values: object) -> Kind:
     """The functions for these values: the first that is neither a float nor an int decides."""
     for value in values:
-        if isinstance(value, float | int):
+        if isinstance(value, REALS):
             continue
         if isinstance(value, np.ndarray | np.generic):
             return ARRAYS

@@ -4,6 +4,7 @@
 JavaScript are generated from its steps, and analyses follow its rules.
 """
 
+import os
 import sys
 from collections.abc import Callable
 from fractions import Fraction
@@ -19,7 +20,7 @@ def place() -> str:
     frame = sys._getframe(1)
     while frame.f_back and frame.f_code.co_filename.startswith(HERE):
         frame = frame.f_back
-    return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}"
+    return f"{frame.f_code.co_filename.rpartition(os.sep)[2]}, line {frame.f_lineno}"
 
 
 Rule: TypeAlias = Callable[..., object]

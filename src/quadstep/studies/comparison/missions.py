@@ -6,6 +6,7 @@ from pathlib import Path
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.results.parts import key, parts_in
+from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.check import check
 from quadstep.mission.kinds import MISSION, refuse_others
 from quadstep.mission.presets import is_airframe
@@ -26,7 +27,7 @@ from quadstep.studies.comparison.run import (
     reported,
     unpaired,
 )
-from quadstep.studies.comparison.schema import EFFORTS, MarginEntry
+from quadstep.studies.comparison.schema import MarginEntry
 from quadstep.studies.comparison.study import Situation, StudyCell
 
 MISSION_METRICS = ("position_rmse", "largest_error")

@@ -20,9 +20,6 @@ MOST_NAMES, MOST_SEEDS, FEWEST_TUNED, USUAL_TUNED = 200, 100_000, 16, 64
 names none.
 """
 
-EFFORTS = ("energy", "rotor_activity", "saturation")
-"""What is measured beside tracking, where the vehicle has rotors of its own."""
-
 OF_THE_STUDY = {
     "vehicle": "the study's `vehicles` decide it",
     "controller": "the study's `controllers` decide it",

@@ -16,6 +16,7 @@ from quadstep.io.user_code.installed import METRICS, OWN, named, own_place
 from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.user_code.loading import in_one_line
 from quadstep.io.user_code.places import place
+from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.check import check
 from quadstep.mission.declared import PLANTS, is_plant
 from quadstep.mission.kinds import STUDY, kind_of, refuse_others
@@ -26,7 +27,7 @@ from quadstep.mission.schema import Mission
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of
-from quadstep.studies.comparison.schema import EFFORTS, Content, ControllerEntry, StudyFile
+from quadstep.studies.comparison.schema import Content, ControllerEntry, StudyFile
 from quadstep.studies.tuning.gains import filled_in, learning_rates, with_numbers
 from quadstep.studies.tuning.ground import UNSEEN
 

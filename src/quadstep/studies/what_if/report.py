@@ -10,13 +10,13 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import Gain
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.version import __version__
+from quadstep.metrics.registry import EFFORTS
 from quadstep.metrics.statistics import Estimate, share, share_difference
 from quadstep.mission.schema import Mission
 from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import Panel
-from quadstep.studies.comparison.schema import EFFORTS
 from quadstep.studies.tuning.unseen import Row, row
 from quadstep.studies.what_if.asked import STEP, Asked, Side
 

@@ -10,18 +10,18 @@ from quadstep.engines.fly import fly_all
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
-from quadstep.linear.grade import grade
+from quadstep.linear.quick import whole_grade
+from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.presets import preset_names
 from quadstep.mission.read import check_mission
 from quadstep.report.evidence import Evidence
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
-from quadstep.studies.comparison.schema import EFFORTS
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
 from quadstep.studies.what_if.asked import STEP, Asked, Side, law_of
-from quadstep.studies.what_if.page import what_if_page
 from quadstep.studies.what_if.report import evidence, picture
 
 HEIGHT, BEGIN, DURATION = 3.0, 1.0, 8.0
@@ -86,16 +86,19 @@ def answer(
     missions = (mission, check_mission(with_numbers(content, mission, after), asked.file, here))
     saved = {} if asked.file == law.name else read_parameters(here / asked.file, law.parameter_file).values
     identity = hashlib.sha256(json.dumps([asked, dict(saved), mission.model_dump(mode="json")]).encode()).hexdigest()[:16]
-    with publishing(out, identity, overwrite) as draft:
+    with publishing(out, identity, overwrite) as draft, drawing_pool(1) as pool:
+        steps = fly_all([one.plan(warn=False) for one in missions])
+        drawn = pool.submit(picture(*steps).draw, draft, (sheet or Sheet()).shown())  # while all else is computed
         gusts = asked_of(here / asked.file, "", in_gusts(content, asked, before), here, apart=False)
         ground = CandidateFlyer(gusts, asked.seed)
         flown = ground.fly([before, after], 0, asked.flights, Count(progress, 2 * asked.flights).add)
-        steps = fly_all([one.plan(warn=False) for one in missions])
-        sides = tuple(Side(step, grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))
-        picture(*steps).draw(draft, (sheet or Sheet()).shown())
+        sides = tuple(Side(step, whole_grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))
         found = evidence(asked, law, mission, before, (sides[0], sides[1]))
+        drawn.result()
         found.write(draft)
         if paged:
+            from quadstep.studies.what_if.page import what_if_page  # noqa: PLC0415 (a tenth of a second, and seldom)
+
             text = what_if_page(gusts, asked.seed, law, asked.changes, found)
             (draft / "page.html").write_text(text, encoding="utf-8")
     return found
