@@ -27,7 +27,7 @@ def frd(flight: FlightRecord):
     return {**channels, "attitude": flight.channels["attitude"] * np.array([1.0, 1.0, -1.0, -1.0])}
 
 
-def ulog(flight: FlightRecord, motors) -> bytes:
+def ulog(flight: FlightRecord, motors, parameters=()) -> bytes:
     """A ULog; time in microseconds, each topic at a phase of its own."""
     known = frd(flight)
     topics = {
@@ -40,7 +40,7 @@ def ulog(flight: FlightRecord, motors) -> bytes:
         "vehicle_angular_velocity": ("float[3] xyz", known["rates"]),
         "battery_status": ("float voltage_v", flight.channels["voltage"]),
     }
-    return ulog_of(topics, flight.time)
+    return ulog_of(topics, flight.time, parameters)
 
 
 def ulog_of(topics, time, parameters=()) -> bytes:

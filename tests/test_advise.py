@@ -11,11 +11,12 @@ import pytest
 from quadstep.engines.fly import fly_all
 from quadstep.identify.changes import advised
 from quadstep.identify.excited import Excited, excited
-from quadstep.identify.measured import measured
+from quadstep.identify.measured import Measured, measured
 from quadstep.identify.rate_loops import ARDUPILOT
-from quadstep.identify.response import Response, crossovers, margin, response
+from quadstep.identify.response import Crossing, Response, crossovers, margin, response
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import studied
+from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
 from quadstep.report.sheet import sheet
 from quadstep.studies.advise import advise, following, sentence
@@ -151,10 +152,22 @@ def test_a_log_that_carries_no_advice_is_refused_with_the_reason(tmp_path):
     (tmp_path / "noise.bin").write_bytes(random.bytes(20_000))
     with pytest.raises(UserError, match=r"has no setpoint, rate and command of a rate loop \(the file is damaged in 1 place."):
         excited(tmp_path / "noise.bin", None)
+    content = in_ardupilots_log(d, u, period, {"LOG_BITMASK": 176126})
+    (tmp_path / "unlogged.bin").write_bytes(content.replace(b"RATE\0", b"CTUN\0").replace(b"SIDD", b"CTRL"))
+    with pytest.raises(UserError, match=r"rate loop, such as .*: set bit 0 of LOG_BITMASK .fast attitude, 176127 instead of"):
+        excited(tmp_path / "unlogged.bin", None)
     with pytest.raises(UserError, match="--columns"):
         excited(tmp_path / "a.mcap", None)
     with pytest.raises(UserError, match="log of topics"):
         excited(tmp_path / "a.csv", None)
+
+
+def test_a_loop_that_flew_has_no_gain_margin_below_0_db():
+    turn = Crossing(Estimate(100.0, 90.0, 110.0), Estimate(12.0, 0.4, 900.0))
+    now = Measured(None, turn, None, (), 1.0, 200.0)
+    assert now.gain_up.low == 0.0
+    assert now.gain_up.value == pytest.approx(20.0 * math.log10(12.0))
+    assert not now.fragile
 
 
 def test_crossings_of_a_known_loop():

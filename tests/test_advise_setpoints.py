@@ -104,9 +104,22 @@ def test_what_a_setpoint_does_not_tell_is_refused_with_the_reason(tmp_path):
     bare.write_bytes(rate_loop(r, y, u, STEP, {}))
     with pytest.raises(UserError, match="MC_ROLL_P is not among the log's parameters"):
         excited(bare, None)
-    bare.write_bytes(rate_loop(r[::8], y[::8], u[::8], 8 * STEP, parameters(SOUND)))
-    with pytest.raises(UserError, match=r"logged every 32 ms; margins need 20 ms or less .PX4: high rate"):
+    bare.write_bytes(rate_loop(r[::8], y[::8], u[::8], 8 * STEP, {**parameters(SOUND), "SDLOG_PROFILE": 131}))
+    said = r"logged every 32 ms; margins need 20 ms or less: set bit 4 of SDLOG_PROFILE .high rate, 147 instead of 131."
+    with pytest.raises(UserError, match=said):
         excited(bare, None)
+    bare.write_bytes(rate_loop(r[:40:5], y[:40:5], u[:40:5], 5 * STEP, parameters(SOUND)))  # 20 ms, but for rounding
+    with pytest.raises(UserError, match="no 10 s of flight in one mode"):
+        excited(bare, None)
+
+
+def test_a_setpoint_that_is_logged_too_slowly_is_blamed_for_it_and_not_the_sticks(tmp_path):
+    path = tmp_path / "slow.ulg"
+    r, y, u = (column[::5, SOUND] for column in flight())
+    path.write_bytes(rate_loop(r, y, u, 5 * STEP, {**parameters(SOUND), "SDLOG_PROFILE": 1}))
+    said = r"torque_setpoint.xyz\[0\]: .* vehicle_rates_setpoint.roll is logged every 20 ms, .* by \d\d degrees: set bit 4 of"
+    with pytest.raises(UserError, match=said):
+        advise(path, None, None, tmp_path / "out", False, sheet("svg"))
 
 
 def test_a_hover_in_gusts_is_no_excitation(tmp_path):

@@ -8,9 +8,9 @@ import pytest
 from quadstep import Mission
 from quadstep.linear import quick
 from quadstep.linear.analysis import limits, studied
-from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, grade, graded
+from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded
 from quadstep.linear.margins import MarginLimits
-from quadstep.linear.quick import quick_grade
+from quadstep.linear.quick import quick_grade, whole_grade
 from quadstep.linear.run import flown_from_rest, record
 from quadstep.linear.tables import sentences
 from quadstep.mission.read import read_mission
@@ -41,6 +41,16 @@ def test_the_limits_are_the_textbooks_and_twice_the_latency():
     assert limits(late).delay == pytest.approx(0.02)
     assert limits(hover(margins={"gain": 3.0, "phase": 0.7, "delay": 0.05})) == (3.0, 0.7, 0.05)
     assert limits(Mission(path=HOLD)).delay == 0.0
+
+
+def test_a_whole_grade_is_computed_once_for_the_same_numbers(monkeypatch, tmp_path):
+    monkeypatch.setenv("QUADSTEP_CACHE", str(tmp_path))
+    found = [whole_grade(hover({"type": "lqr", **QUICK["lqr"]}))]
+    assert found[0] == grade(hover({"type": "lqr", **QUICK["lqr"]}))
+    assert found[0].measures
+    monkeypatch.setattr(quick, "grade", lambda _: Grade("anew", ""))
+    assert whole_grade(hover({"type": "lqr", **QUICK["lqr"]})) == found[0]
+    assert whole_grade(hover("lqr")).word == "anew"  # other gains
 
 
 def test_a_flight_says_that_its_law_finds_no_rest(recwarn):

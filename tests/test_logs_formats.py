@@ -46,6 +46,10 @@ def test_ulog(tmp_path, flight, motors):
     content = made_logs.ulog(flight, motors)
     (tmp_path / "a.ulg").write_bytes(content)
     same(read_log(tmp_path / "a.ulg"), flight, motors, 5e-3)
+    for factor in (0.3, 1.0):  # thrusts are logged; its model of the motors makes signals of them after that
+        thrusts = factor * motors**2 + (1.0 - factor) * motors
+        (tmp_path / "c.ulg").write_bytes(made_logs.ulog(flight, thrusts, {"THR_MDL_FAC": factor}))
+        same(read_log(tmp_path / "c.ulg"), flight, motors, 5e-3)
     for bad, said in ((b"", "is empty"), (b"no log at all", "as a ULog: damaged"), (bytes(5000), "as a ULog: damaged")):
         (tmp_path / "b.ulg").write_bytes(bad)
         with pytest.raises(UserError, match=said):
@@ -59,6 +63,9 @@ def test_ardupilot(tmp_path, flight, motors):
         (tmp_path / "b.bin").write_bytes(bad)
         with pytest.raises(UserError, match=said):
             read_log(tmp_path / "b.bin")
+    (tmp_path / "b.bin").write_bytes(made_logs.ardupilot(flight, motors).replace(b"RCOU", b"RCIN"))
+    with pytest.raises(UserError, match=r"RCOU.C1: the motors' .* it has ATT, BAT, IMU, XKF1: set bit 10 of LOG_BITMASK"):
+        read_log(tmp_path / "b.bin")
 
 
 def test_mcap(tmp_path, flight, motors):

@@ -1,5 +1,6 @@
 """`quadstep serve`: a list, its flights, and nothing else of this machine."""
 
+import base64
 import errno
 import http.client
 import json
@@ -26,8 +27,12 @@ from quadstep.page.opened import names_files, open_result, plan_again
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from quadstep.report.page import summary, write_page
+from quadstep.report.sheet import sheet
+from quadstep.studies.advise import advise, advise_dropped
 from quadstep.studies.flights.fly import fly_mission
 from tests.commands import heeding_interrupts
+from tests.made_logs import excited as in_ardupilots_log
+from tests.made_logs import looped
 from tests.pages import STAND_IN, data_of, serving
 from tests.patience import PATIENCE
 
@@ -198,6 +203,84 @@ def test_localhost_is_this_host_and_two_hosts_are_none(port):
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS", "CONNECT"])
 def test_other_methods_are_refused(port, method):
     assert get(port, "/", method=method)[0] in (405, 501)
+
+
+def send(port, name, content, **headers):
+    """Status and answer to a log that is sent as the list sends it."""
+    host = f"127.0.0.1:{port}"
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+    connection.request(
+        "POST", f"/advise/{quote(name, safe='')}", content, {"Host": host, "Origin": f"http://{host}", **headers}
+    )
+    response = connection.getresponse()
+    said = response.read().decode()
+    connection.close()
+    return response.status, said
+
+
+def test_a_log_that_is_dropped_on_the_list_gives_the_advice_of_the_command(tmp_path):
+    content = in_ardupilots_log(*looped(), {"ATC_RAT_RLL_P": 0.2, "ATC_RAT_RLL_I": 0.3, "ATC_RAT_RLL_D": 0.01})
+    log = tmp_path / "my flight.bin"
+    log.write_bytes(content)
+    root = tmp_path / "results"
+    root.mkdir()
+    with serving(server(root, 0, advise=advise_dropped)) as port:
+        status, address = send(port, log.name, content)
+        assert (status, address) == (201, "/files/my_flight-advise/report.html")
+        assert get(port, address)[0] == 200
+        told, asked = (
+            advise(log, None, None, tmp_path / "out", True, sheet("svg")).record,
+            manifest(root / "my_flight-advise"),
+        )
+        assert {name: asked[name] for name in ("crossover[rad/s]", "phase_margin[rad]", "changes")} == {
+            name: told[name] for name in ("crossover[rad/s]", "phase_margin[rad]", "changes")
+        }
+        assert asked["log"] == "my_flight.bin"
+        for name, sent, said in (
+            ("empty.ulg", b"", "empty.ulg: is empty"), ("../../x.bin", bytes(5000), "has no setpoint, rate and command"),
+            ("a.csv", b"1", "should be a log of topics"), (".." * 40, b"1", "should be a log of topics"),
+        ):  # fmt: skip
+            status, answered = send(port, name, sent)
+            assert status == 422
+            assert said in answered
+            assert answered.count("\n") == 1
+            assert "/tmp" not in answered
+        assert sorted(one.name for one in root.iterdir()) == ["my_flight-advise"]
+
+
+DROP = """content => {
+  const given = new DataTransfer();
+  given.items.add(new File([Uint8Array.from(atob(content), one => one.charCodeAt(0))], "dropped.bin"));
+  document.dispatchEvent(new DragEvent("drop", { dataTransfer: given, bubbles: true, cancelable: true }));
+}"""
+
+
+def test_the_list_opens_the_advice_of_a_log_or_says_the_line_that_refuses_it(tmp_path, browsers):
+    page = browsers[False].page()
+    with serving(server(tmp_path, 0, advise=advise_dropped)) as port:
+        page.goto(f"http://127.0.0.1:{port}/")
+        page.set_input_files("#log", {"name": "empty.ulg", "mimeType": "", "buffer": b""})
+        page.wait_for_function("document.getElementById('said').textContent === 'empty.ulg: is empty'")
+        content = in_ardupilots_log(*looped(), {"ATC_RAT_RLL_P": 0.2, "ATC_RAT_RLL_I": 0.3, "ATC_RAT_RLL_D": 0.01})
+        page.evaluate(DROP, base64.b64encode(content).decode())
+        page.wait_for_url("**/files/dropped-advise/report.html")
+        assert "phase margin" in page.inner_text("main, body")
+
+
+def test_only_this_machines_list_sends_logs_and_none_without_end(root, port):
+    host = f"127.0.0.1:{port}"
+    assert send(port, "a.bin", b"1") == (405, "Nothing can be sent here.\n")  # of a server that gives no advice
+    with serving(server(root, 0, advise=advise_dropped)) as other:
+        for headers, status in (
+            ({"Origin": "http://evil.example"}, 403), ({"Origin": "null"}, 403), ({"Origin": f"http://{host}"}, 403),
+            ({"Host": "evil.example", "Origin": "http://evil.example"}, 421), ({"Content-Length": "400000001"}, 413),
+        ):  # fmt: skip
+            assert send(other, "a.bin", b"1", **headers)[0] == status
+        own = {"Origin": f"http://127.0.0.1:{other}"}
+        assert get(other, "/advise/a.bin", method="POST", headers=own)[0] == 411
+        assert get(other, "/elsewhere", method="POST", headers=own)[0] == 405
+        assert "connect-src 'self'" in get(other, "/")[1]["Content-Security-Policy"]
+        assert "connect-src" not in get(other, "/files/report/report.html")[1]["Content-Security-Policy"]
 
 
 def test_it_listens_on_this_machine_only(root):

@@ -60,7 +60,9 @@ def serve(
 
     try:
         if of is None:
-            run(folder, port, allowed, ready)
+            from quadstep.studies.advise import advise_dropped
+
+            run(folder, port, allowed, ready, advise_dropped)
         else:
             from quadstep.studies.class_server import serve_class
 

@@ -10,17 +10,18 @@ import numpy as np
 from quadstep.identify.autopilot_logs import COLUMNS, SINKING
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
-from quadstep.identify.logs.series import Columns, Series, Topics
+from quadstep.identify.logs.series import Series, Topics
 from quadstep.identify.rate_loops import ARDUPILOT, BETAFLIGHT, PX4, RateLoop
 from quadstep.identify.response import FREE, Response, response
 from quadstep.identify.setpoints import (
     EXPLAINED,
     SHORTEST,
-    SLOWEST,
     columns_of,
+    faster,
     made,
     refuse_backward,
     refuse_not_finite,
+    refuse_slow,
     refuse_unchanged,
 )
 from quadstep.io.errors import UserError
@@ -119,8 +120,8 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     commands = [one for one in commands if one in found.columns and len(found.columns[one].time) > 1]
     if not commands:
         raise UserError(f"{path}: {given} is in the log, but no command that holds it{broken(found)}")
-    late = loops[0].late(found.parameters) if columns is None else 0.0
-    several = [sampled(path, found.columns, given, one, late) for one in commands]
+    late, form = (loops[0].late(found.parameters), loops[0].form) if columns is None else (0.0, "")
+    several = [sampled(path, found, given, one, late, form) for one in commands]
     measured = [response(*one[:3]) for one in several]
     best = max(range(len(measured)), key=lambda i: float(np.median(measured[i].coherence)))
     loop = next((one for one in loops if columns is None and one.command == commands[best]), None)
@@ -148,7 +149,8 @@ def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excit
     ]  # fmt: skip
     if not logged:
         wanted = ", ".join((loops[0].setpoint, loops[0].rate, loops[0].command))
-        raise UserError(f"{path}: has no setpoint, rate and command of a rate loop{broken(found)}, such as {wanted}")
+        set_it = faster(loops[0].form, found.parameters)
+        raise UserError(f"{path}: has no setpoint, rate and command of a rate loop{broken(found)}, such as {wanted}{set_it}")
     several, refused = [], []
     for place, one in logged:
         try:
@@ -177,10 +179,13 @@ def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
     return flight._replace(begin=one.begin, rate=one.rate, columns=found.columns)
 
 
-def sampled(path: Path, columns: Columns, excitation: str, command: str, late: float) -> tuple[Floats, Floats, float, float]:
+def sampled(
+    path: Path, found: Topics, excitation: str, command: str, late: float, form: str
+) -> tuple[Floats, Floats, float, float]:
     """Both at the command's even times while the excitation was logged, their period and the first time [s]. late: time [s]
-    from a logged excitation to the logged command that holds it. Raises UserError.
+    from a logged excitation to the logged command that holds it. form: of the autopilot's parameters. Raises UserError.
     """
+    columns, parameters = found.columns, found.parameters
     d, u = columns[excitation], columns[command]
     refuse_backward(path, columns, (excitation, command))
     d = d._replace(time=d.time + late)
@@ -188,11 +193,7 @@ def sampled(path: Path, columns: Columns, excitation: str, command: str, late: f
     if len(u.time) < 2 or u.time[-1] - u.time[0] < SHORTEST:
         raise UserError(f"{path}: {command}: less than {SHORTEST:g} s with an excitation; a chirp of a minute tells most")
     period = float(np.median(np.diff(u.time)))
-    if not 0.0 < period <= SLOWEST:
-        raise UserError(
-            f"{path}: {command}: logged every {1e3 * period:.3g} ms; margins need {1e3 * SLOWEST:g} ms or less "
-            "(ArduPilot: bit 0 of LOG_BITMASK, fast attitude)"
-        )
+    refuse_slow(path, command, period, form, parameters)
     time = np.arange(u.time[0], u.time[-1], period)
     signals = {name: np.interp(time, one.time, one.value) for name, one in ((excitation, d), (command, u))}
     refuse_not_finite(path, signals)

@@ -25,8 +25,8 @@ class Measured(NamedTuple):
 
     @property
     def gain_up(self) -> Estimate | None:
-        """How far the gain may grow [dB]."""
-        return self.up and decibels(self.up.value)
+        """How far the gain may grow [dB]: not below 0, as the loop flew."""
+        return self.up and flown(decibels(self.up.value))
 
     @property
     def gain_down(self) -> Estimate | None:
@@ -34,7 +34,7 @@ class Measured(NamedTuple):
         if self.down is None:
             return None
         value, low, high = decibels(self.down.value)
-        return Estimate(-value, -high, -low)
+        return flown(Estimate(-value, -high, -low))
 
     @property
     def shares(self) -> list[Estimate]:
@@ -77,6 +77,11 @@ def measured(found: Response) -> Measured:
 def sized(one: Estimate) -> Estimate:
     """A phase margin either way, lag or lead, as a size."""
     return one if one.value >= 0.0 else Estimate(-one.value, -one.high, -one.low)
+
+
+def flown(margin: Estimate) -> Estimate:
+    """A gain margin [dB] of a loop that flew, and is stable."""
+    return margin._replace(low=max(margin.low, 0.0))
 
 
 def decibels(factor: Estimate) -> Estimate:

@@ -30,6 +30,9 @@ SHORTEST = 10.0
 SLOWEST = 0.02
 """Longest time between two logged commands [s]."""
 
+LOGGING = {"px4": ("SDLOG_PROFILE", 4, "high rate"), "ardupilot": ("LOG_BITMASK", 0, "fast attitude")}
+"""The parameter of an autopilot, and its bit, that logs the rate loops fast."""
+
 FLYING = 0.1
 """Least throttle of a flight."""
 
@@ -87,11 +90,7 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
     r, y, u = (found.columns[name] for name in (loop.setpoint, loop.rate, loop.command))
     refuse_backward(path, found.columns, (loop.setpoint, loop.rate, loop.command))
     period, steps = (float(np.median(np.diff(one.time))) for one in (u, r))
-    if not 0.0 < max(period, steps) <= SLOWEST:
-        raise UserError(
-            f"{path}: {loop.setpoint}, {loop.command}: logged every {1e3 * max(period, steps):.3g} ms; margins need "
-            f"{1e3 * SLOWEST:g} ms or less (PX4: high rate, bit 4 of SDLOG_PROFILE; ArduPilot: bit 0 of LOG_BITMASK)"
-        )
+    refuse_slow(path, f"{loop.setpoint}, {loop.command}", max(period, steps), loop.form, found.parameters)
     if found.parameters.get(ACRO, 1.0) < 0.5:
         raise UserError(f"{path}: flew in another mode than acro: what holds the attitude there is not known; fly acro")
     levelled = latest(found.columns.get(LEVELLED), u.time, 1.0 if loop.attitude else 0.0)
@@ -125,6 +124,25 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
     rest = fed - f * big_r + k * big_y
     explained = 1.0 - float((np.abs(rest[slow]) ** 2).sum() / max(float((np.abs(fed[slow]) ** 2).sum()), 1e-300))
     return Made(excitation, command, period, explained, told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate)
+
+
+def refuse_slow(path: Path, columns: str, period: float, form: str, parameters: Mapping[str, float]) -> None:
+    """Raises UserError for columns that are logged too slowly, every `period` [s], up to the rounding of their stamps."""
+    if not 0.0 < period <= SLOWEST * (1.0 + 1e-6):
+        raise UserError(
+            f"{path}: {columns}: logged every {1e3 * period:.3g} ms; margins need {1e3 * SLOWEST:g} ms or less"
+            f"{faster(form, parameters)}"
+        )
+
+
+def faster(form: str, parameters: Mapping[str, float]) -> str:
+    """What makes an autopilot log its rate loops, and faster: after a colon; nothing where that is not known."""
+    if form not in LOGGING:
+        return ""
+    name, bit, what = LOGGING[form]
+    now = parameters.get(name)
+    more = f", {int(now) | 1 << bit} instead of {int(now)}" if now is not None and 0.0 <= now < 2.0**31 else ""
+    return f": set bit {bit} of {name} ({what}{more})" if not (more and int(now or 0) >> bit & 1) else ""
 
 
 def refuse_backward(path: Path, columns: Columns, names: Iterable[str]) -> None:

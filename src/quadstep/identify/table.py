@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from quadstep.identify.fit import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.judge import FASTER, SLOWEST
 from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.problem import PredictionBatch, as_states
 from quadstep.identify.starts import (
@@ -69,9 +70,14 @@ def why_unusable(flights: Sequence[FlightRecord]) -> str:
     """Why nothing can be predicted in some flights."""
     lost = float(np.mean(np.concatenate([flight.lost for flight in flights])))
     if lost > 0.5:
-        return f"{100.0 * lost:.0f} % of the motor commands are above the full one, `full` in the mapping"
+        above = any((flight.motors > 1.0).any() and not flight.speeds for flight in flights)
+        what = "are above the full one, `full` in the mapping" if above else "are missing: the motors were off, or not logged"
+        return f"{100.0 * lost:.0f} % of the motor commands {what}"
     if not any(flight.turning.any() for flight in flights):
         return "the motors never run"
+    period = min(flight.period for flight in flights)
+    if period > SLOWEST:
+        return f"a motor command every {1e3 * period:.0f} ms, too few for a prediction: {FASTER}"
     return "less than a second of measured flight without a gap"
 
 

@@ -11,6 +11,12 @@ from quadstep.page.folder import ResultFolder
 from quadstep.report import units
 from quadstep.report.page import page_text, paragraph
 
+DROP = (
+    "<p data-scripted><label>Advice from a log of PX4, ArduPilot or Betaflight: drop it here, or choose it "
+    '<input type="file" id="log" accept=".ulg,.ulog,.bin,.bbl,.bfl,.mcap"></label> <span id="said" role="status"></span></p>'
+)
+"""Where this machine's list takes a log."""
+
 
 def part(name: str) -> str:
     """A file beside this one, as markup."""
@@ -26,7 +32,8 @@ def list_page(root: Path, found: list[ResultFolder], share: str = "") -> str:
         cards = "".join(card(result) for result in sorted(found, key=lambda one: -one.changed))
         together = '<a class="together" id="together" hidden>Compare the two</a>'
         body = [bar(found), f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
-    return page_text(f"Results in {root.name or root}", [share, *body], "Results", part("results.css"))
+    drop = [] if share else [DROP, part("dropped.js")]
+    return page_text(f"Results in {root.name or root}", [share, *body, *drop], "Results", part("results.css"))
 
 
 def bar(found: Iterable[ResultFolder]) -> str:

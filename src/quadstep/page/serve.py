@@ -6,12 +6,15 @@ and links are not followed.
 
 import io
 import os
+import re
 import socket
+import tempfile
+import threading
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from quadstep.io import files
@@ -30,6 +33,8 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
     "img-src 'self' data: blob:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+LISTED = f"{POLICY}; connect-src 'self'"
+"""Of the list, which sends logs that are dropped on it."""
 SANDBOXED = f"{POLICY}; sandbox allow-scripts allow-downloads"
 """Of files, which others may have written: their scripts run in an origin of their own, not in that of the list."""
 KINDS = {
@@ -44,7 +49,16 @@ KINDS = {
 }
 OTHER_KIND = "application/octet-stream"
 CHUNK = 1 << 16
+DROPPED, MOST_LETTERS = "/advise/", 60
+"""Where a log is sent to, before its name, and letters of a name that are kept."""
+
 BACK = (Link("All results", "/"),)
+
+
+Advise: TypeAlias = Callable[[Path, str, Path], Path]
+"""Writes what a log advises, from its file, its name for readers, and the folder of results; gives the folder there. Raises
+UserError for a log that carries no advice.
+"""
 
 
 class Answer(NamedTuple):
@@ -129,7 +143,8 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
             "/both": lambda: open_two(two_below(root, asked.query, "flight.csv"), BACK),
         }
         if path in pages:
-            return Answer(HTTPStatus.OK, KINDS[".html"], pages[path]())
+            listed = {"Content-Security-Policy": LISTED} if path == "/" else {}
+            return Answer(HTTPStatus.OK, KINDS[".html"], pages[path](), headers=listed)
         if path == "/favicon.ico":  # what browsers ask for of themselves
             return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
         if path.startswith("/files/"):
@@ -150,6 +165,8 @@ class Handler(BaseHTTPRequestHandler):
 
     root: Path
     access: Access
+    advise: Advise | None = None
+    taking: threading.Lock
     timeout = 60
     server_version = "quadstep"
     sys_version = ""
@@ -159,6 +176,57 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_HEAD(self) -> None:
         self.reply(self.answer(), body=False)
+
+    def do_POST(self) -> None:
+        self.close_connection = True  # whatever was not read of the request is no request
+        self.reply(self.taken())
+
+    def taken(self) -> Answer:
+        """The answer to a log that is dropped on the list: where its report is, or why it carries no advice; one at a time."""
+        refused = self.refused()
+        if refused or self.advise is None:
+            return refused or Answer(HTTPStatus.METHOD_NOT_ALLOWED, KINDS[".txt"], "Nothing can be sent here.\n")
+        if not self.taking.acquire(blocking=False):
+            return Answer(HTTPStatus.SERVICE_UNAVAILABLE, KINDS[".txt"], "Another log is being read; try again after it.\n")
+        name = re.sub(r"[^\w.-]", "_", unquote(self.path.removeprefix(DROPPED)))[-MOST_LETTERS:].lstrip(".") or "log"
+        try:
+            with tempfile.TemporaryDirectory(prefix="quadstep-log-") as place:
+                log = Path(place) / name
+                self.keep(log, int(self.headers["Content-Length"]))
+                found = self.advise(log, name, self.root)
+        except (UserError, OSError) as error:
+            said = f"{error}" if isinstance(error, UserError) else f"{name}: cannot be kept: {error.strerror or error}"
+            return Answer(HTTPStatus.UNPROCESSABLE_ENTITY, KINDS[".txt"], f"{said}\n")
+        finally:
+            self.taking.release()
+        address = f"/files/{quote(found.relative_to(self.root).as_posix())}/report.html"
+        return Answer(HTTPStatus.CREATED, KINDS[".txt"], address, headers={"Location": address})
+
+    def refused(self) -> Answer | None:
+        """The answer to what is no log from this machine's list: pages of others send another origin."""
+        length = self.headers.get("Content-Length", "")
+        known, listed = re.fullmatch("[0-9]{1,12}", length) is not None, f"http://{self.headers.get('Host')}"
+        cases = (
+            (self.access.shared or not self.path.startswith(DROPPED), 405, "Nothing can be sent here."),
+            (
+                self.headers.get("Origin") != listed,
+                403,
+                "Only this server's list may send a log.",
+            ),
+            (not known, 411, "A log says how many bytes it has."),
+            (known and int(length) > files.LOG.most, 413, f"A log has at most {files.LOG.most} bytes."),
+        )
+        first = next((Answer(HTTPStatus(status), KINDS[".txt"], f"{said}\n") for wrong, status, said in cases if wrong), None)
+        return first if self.access.shared else self.misdirected() or first
+
+    def keep(self, log: Path, length: int) -> None:
+        """Write so many bytes of the request into a file. Raises UserError where there are fewer."""
+        with log.open("wb") as file:
+            while length > 0 and (chunk := self.rfile.read(min(CHUNK, length))):
+                file.write(chunk)
+                length -= len(chunk)
+        if length:
+            raise UserError(f"{log.name}: ended early; send it again")
 
     def answer(self) -> Answer:
         """The answer to this request."""
@@ -255,11 +323,12 @@ class Server(ThreadingHTTPServer):
         super().__init__(where, handler)
 
 
-def server(folder: Path, port: int, access: Access = Access()) -> Server:  # noqa: B008 (frozen)
-    """A server of the results under `folder`. Raises UserError where that is impossible."""
+def server(folder: Path, port: int, access: Access = Access(), advise: Advise | None = None) -> Server:  # noqa: B008 (frozen)
+    """A server of the results under `folder`. advise: of dropped logs. Raises UserError where that is impossible."""
     if not os.path.isdir(folder):  # noqa: PTH112 (of a Path, names that no file can have are an error)
         raise UserError(f"{folder}: is not a folder with results; `quadstep fly` and `quadstep reproduce` write to out/")
-    kind = type("FolderHandler", (Handler,), {"root": folder.resolve(), "access": access})
+    given = {"root": folder.resolve(), "access": access, "taking": threading.Lock()}
+    kind = type("FolderHandler", (Handler,), {**given, "advise": advise and staticmethod(advise)})
     return bound(port, access.host, kind)
 
 
@@ -275,8 +344,8 @@ def bound(port: int, host: str, handler: type[Handler]) -> Server:
         raise UserError(f"port {port}: should be from 0 to 65535") from None
 
 
-def serve(folder: Path, port: int, access: Access, ready: Callable[[str], None]) -> None:
-    """Serve until interrupted. ready: told the link. Raises UserError."""
-    with server(folder, port, access) as running:
+def serve(folder: Path, port: int, access: Access, ready: Callable[[str], None], advise: Advise | None = None) -> None:
+    """Serve until interrupted. ready: told the link; advise: as for `server`. Raises UserError."""
+    with server(folder, port, access, advise) as running:
         ready(access.link(running.server_address[1]))
         running.serve_forever(poll_interval=0.2)

@@ -13,6 +13,8 @@ from quadstep.identify.changes import NOISY, Advice, changes, lags, loud
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
 from quadstep.identify.measured import Measured, measured
+from quadstep.identify.response import UNSURE
+from quadstep.identify.setpoints import faster
 from quadstep.identify.symptoms import symptoms
 from quadstep.io import files
 from quadstep.io.errors import UserError
@@ -30,13 +32,22 @@ from quadstep.mission.read import read_mission
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.page import Fact
 from quadstep.report.publish import publishing
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import Sheet, sheet
 
 
 def advise(
-    path: Path, columns: tuple[str, str] | None, mission: Path | None, folder: Path, overwrite: bool, sheet: Sheet
+    path: Path,
+    columns: tuple[str, str] | None,
+    mission: Path | None,
+    folder: Path,
+    overwrite: bool,
+    drawn_on: Sheet,
+    name: str = "",
 ) -> Evidence:
-    """The advice that a log carries, in its folder. mission: whose model stands beside. Raises UserError."""
+    """The advice that a log carries, in its folder. mission: whose model stands beside; name: of the log, if not its path.
+
+    Raises UserError.
+    """
     flight = excited(path, columns)
     now = measured(flight.measured)
     if now.phase is None:
@@ -44,16 +55,34 @@ def advise(
     identity = hashlib.sha256(files.read_bytes(path, files.LOG) + repr((columns, mission)).encode()).hexdigest()
     model = modelled(mission, flight) if mission else None
     with publishing(folder, f"advise-{identity}", overwrite) as out:
-        found = evidence(out, path, flight, now, model, sheet)
+        found = evidence(out, path, flight, now, model, drawn_on, name or str(path))
         found.write(out)
-    name = advised_file(flight) if found.record["changes"] else None
-    return found._replace(commands=[f"Parameters to load: {folder / name}"] if name else [])
+    return found._replace(commands=[f"Parameters to load: {folder / advised_file(flight)}"] if found.record["changes"] else [])
+
+
+def advise_dropped(log: Path, name: str, root: Path) -> Path:
+    """The advice that a log carries in a folder of its own below `root`, which replaces that of the same name; the folder.
+    name: the log's, for its readers. Raises UserError.
+    """
+    folder = root / f"{Path(name).stem}-advise"
+    try:
+        advise(log, None, None, folder, True, sheet("svg"), name)
+    except UserError as error:
+        raise UserError(str(error).replace(str(log), name)) from None
+    return folder
 
 
 def untold(path: Path, flight: Excited, now: Measured) -> str:
     """Why a log tells no phase margin."""
     omega = flight.measured.omega
-    where = f"{path}: {flight.source[1]}: between {omega[0]:.3g} and {omega[-1]:.3g} rad/s, which were excited, "
+    where = f"{path}: {flight.source[-1]}: between {omega[0]:.3g} and {omega[-1]:.3g} rad/s, which were excited, "
+    stamps = flight.columns.get(flight.source[0]) if flight.loop and len(flight.source) == 3 else None
+    if flight.loop and stamps and now.open:  # the time of a setpoint is known to within its logging period
+        every = float(np.median(np.diff(stamps.time)))
+        vague = min(1.96 * one.at.value * every / math.sqrt(12.0) for one in now.open)
+        if vague > UNSURE:
+            said = f"{flight.source[0]} is logged every {1e3 * every:.3g} ms, which leaves the phase margin uncertain by"
+            return f"{where}{said} {math.degrees(vague):.0f} degrees{faster(flight.loop.form, flight.parameters)}"
     if now.open:
         return where + "the phase margin is not known within 10 degrees; excite with a larger magnitude, or for longer"
     return where + "the open loop's gain does not cross 1; excite wider"
@@ -82,7 +111,9 @@ def modelled(path: Path, flight: Excited) -> Model:
     return Model(mission.name, found.margins[place], harmonic(opened(found.loop), flight.measured.omega)[:, place])
 
 
-def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model | None, sheet: Sheet) -> Evidence:
+def evidence(
+    out: Path, path: Path, flight: Excited, now: Measured, model: Model | None, drawn_on: Sheet, name: str
+) -> Evidence:
     """What was measured and what follows, for its readers; draws the response, and writes the parameters to load."""
     assert now.phase
     advice = changes(flight, now)
@@ -94,7 +125,7 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
     loops = [flight.measured.opened, *([model.loop] if model else [])]
     channels = tuple(Channel(name, "") for name in ("measured", "modelled")[: len(loops)])
     shown = Open(channels, flight.measured.omega, np.stack(loops, axis=1))
-    draw_bode(out / FIGURES / "bode", shown, sheet.with_svg())
+    draw_bode(out / FIGURES / "bode", shown, drawn_on.with_svg())
     answer = sentence(flight, now)
     more = [*following(flight, now, advice), *also(flight, now)]
     rows = margin_rows(now, model, advice)
@@ -115,7 +146,7 @@ def evidence(out: Path, path: Path, flight: Excited, now: Measured, model: Model
         answer=answer,
         sentences=[answer, *more],
         record={
-            "name": path.stem, "version": __version__, "log": str(path), "axis": flight.axis, "columns": list(flight.source),
+            "name": path.stem, "version": __version__, "log": name, "axis": flight.axis, "columns": list(flight.source),
             "crossover[rad/s]": now.phase.at.as_json(), "phase_margin[rad]": now.phase.value.as_json(),
             "gain_margin_up[dB]": now.gain_up and now.gain_up.as_json(),
             "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(), "least_gain_margin_down[dB]": now.floor,

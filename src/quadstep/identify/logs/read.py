@@ -62,6 +62,12 @@ def read_topics(path: Path, wanted: list[str]) -> Topics:
 PERIOD = 0.01
 """Period of the rows, if the log is that fast [s]."""
 
+LOGGED = {".bin": ": set bit 10 of LOG_BITMASK (RC output)"}
+"""What makes an autopilot log its motors' commands."""
+
+THRUSTS = "actuator_motors."
+"""What begins the names of PX4's commands before its model of the motors: thrusts, not yet what the motors are told."""
+
 STALE = 0.1
 """Age above which a sample is stale [s], or three of its own periods if these are longer."""
 
@@ -87,7 +93,8 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> LogRows:
         have = ", ".join(sorted({name.partition(".")[0] for name in columns}))
         if not have:
             raise UserError(f"{path}: has none of the columns of its mapping, such as {missing[0]}; damaged, or without data")
-        raise UserError(f"{path}: {missing[0]}: the motors' commands are not in the log; it has {have}")
+        set_it = LOGGED.get(path.suffix.lower(), "")
+        raise UserError(f"{path}: {missing[0]}: the motors' commands are not in the log; it has {have}{set_it}")
     told = columns[mapping.motors.columns[0]].time
     if told[-1] - told[0] > LONGEST:
         raise UserError(f"{path}: longer than six hours; cut the log")
@@ -155,9 +162,23 @@ def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
     if not mappings:
         refuse_empty(path)
         raise UserError(f"{path}: topics have no fixed names; give --mapping FILE that assigns the columns (docs/logs.md)")
-    columns, damaged, _ = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
+    columns, damaged, told = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
     chosen = next((one for one in mappings if all(name in columns for name in one.motors.columns)), mappings[0])
-    return recorded(path, chosen, gridded(path, columns, chosen), damaged)
+    rows = gridded(path, columns, chosen)
+    if chosen.motors.columns[0].startswith(THRUSTS):
+        rows = rows._replace(motors=signals(rows.motors, told.get("THR_MDL_FAC", 0.0)))
+    return recorded(path, chosen, rows, damaged)
+
+
+def signals(thrusts: Floats, factor: float) -> Floats:
+    """What PX4 tells its motors of thrusts, both as shares of the largest: thrust = factor signal^2 + (1 - factor) signal,
+    as its reference of THR_MDL_FAC has it; the thrusts themselves where that is 0.
+    """
+    if not 0.0 < factor <= 1.0:
+        return thrusts
+    rest = 1.0 - factor
+    found: Floats = (np.sqrt(rest**2 + 4.0 * factor * np.maximum(thrusts, 0.0)) - rest) / (2.0 * factor)
+    return found
 
 
 def found_mapping(path: Path) -> Mapping:
