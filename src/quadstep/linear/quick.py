@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan, fingerprint
@@ -76,10 +76,10 @@ def quick_grade(mission: Mission) -> Mapping[str, str]:
         return {}
     try:
         plans = of_even_rotors(hovering(mission))
-        found: Mapping[str, str] = kept("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
+        found = kept("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
     except Exception:
         return {}
-    return found
+    return cast("Mapping[str, str]", found)
 
 
 def whole_grade(mission: Mission) -> Grade:
@@ -88,18 +88,20 @@ def whole_grade(mission: Mission) -> Grade:
         plans = of_even_rotors(hovering(mission))
     except UserError as error:
         return refused(error)
-    word, why, measures = kept("whole grade", mission, plans, lambda: grade(mission))
+    found = kept("whole grade", mission, plans, lambda: grade(mission))
+    word, why, measures = cast("tuple[str, str, list[tuple[str, float, float, str, float, str]]]", found)
     return Grade(word, why, tuple(Measure(*one) for one in measures))
 
 
-def kept(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> Any:
+def kept(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> object:
     """What is made of a mission's loops, as JSON has it; made once for the same code, laws and numbers."""
     name = code_cache.key(kind, code_digest(), own_digest(), fingerprint(plans), repr(limits(mission)))
     found = code_cache.read(name)
     if found is None:
         found = json.dumps(made()).encode()
         code_cache.write(name, found)
-    return json.loads(found)
+    loaded: object = json.loads(found)
+    return loaded
 
 
 def own_digest() -> str:
