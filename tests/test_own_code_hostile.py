@@ -119,6 +119,13 @@ def command(folder, *arguments):
         ),
         ("law: the Command: thrust is inf at t = 0 s", {"law": "return Command(1.0 / (t * gains.mass), torque), memory"}),
         (
+            "law: should depend on its arguments alone; called again with the same, thrust is 2 after 1. What changes",
+            {
+                "start": "type(self).calls = 0.0; return ()",
+                "law": "type(self).calls += 1.0; return Command(self.calls, torque), memory",
+            },
+        ),
+        (
             "law: the Command: torque.1 is nan at t = 0 s",
             {"law": "return Command(1.0, vector(0.0, math.nan, 0.0)), memory"},
         ),

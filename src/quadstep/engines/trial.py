@@ -49,10 +49,10 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     periods = {task.name: every * ticks.step for task, every in zip(loop.tasks, ticks.every, strict=True)}
     given, memory = (loop.told(cycle, parameters), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
     for name in law.loops():
-        memory = sampled(always(partial(law.slower, name)), memory, *given, periods[name])
+        memory = sampled(name, always(partial(law.slower, name)), memory, *given, periods[name])
         check_memory(memory, cycle.memory, name)
     kind = type(cycle.command) if law.commands is Command else law.commands
-    answer: object = sampled(always(law.law), memory, *given, periods["law"])
+    answer: object = sampled("law", always(law.law), memory, *given, periods["law"])
     wanted = kind.__name__
     if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], kind):
         raise UserError(f"law: should return a {wanted} and the memory; it returns {type_name(answer)}")
@@ -95,10 +95,12 @@ def try_metrics(metrics: Sequence[Metric], columns: Iterable[str]) -> None:
     added(metrics, entered(code, [], started(metrics)), sample)
 
 
-def sampled(sample: Callable[..., T], memory: object, *given: object) -> T:
-    """A sample with this memory. Raises UserError where it fails since `start` gives a number for a vector."""
+def sampled(method: str, sample: Callable[..., T], memory: object, *given: object) -> T:
+    """A sample with this memory. Raises UserError where it fails since `start` gives a number for a vector, and where it
+    gives something else when it is taken again.
+    """
     try:
-        return sample(memory, *given)
+        answer, again = sample(memory, *given), sample(memory, *given)
     except MISUSED as error:
         leaves, names = flatten(memory), leaf_names(memory)
         for place, (leaf, name) in enumerate(zip(leaves, names, strict=True)):
@@ -113,6 +115,24 @@ def sampled(sample: Callable[..., T], memory: object, *given: object) -> T:
                 f"start: the memory: {name or 'it'} is a number, {leaf!r:.60}, where {where} takes a vector"
             ) from error
         raise
+    check_again(method, answer, again)
+    return answer
+
+
+def check_again(method: str, answer: object, again: object) -> None:
+    """Refuses a law that does not depend on its arguments alone: engines record it once. Raises UserError."""
+    for name, one, other in zip(leaf_names(answer), flatten(answer), flatten(again), strict=False):
+        if (
+            isinstance(one, NUMBERS)
+            and isinstance(other, NUMBERS)
+            and not (one == other or (math.isnan(one) and math.isnan(other)))
+        ):
+            what = name.removeprefix("0.") or "it"
+            raise UserError(
+                f"{method}: should depend on its arguments alone; called again with the same, {what} is {other:.6g} after "
+                f"{one:.6g}. What changes from sample to sample belongs into the memory; random numbers come from `noise` "
+                "(docs/own.md)"
+            )
 
 
 def check_command(loop: Loop, cycle: Cycle, parameters: object, command: object) -> None:
