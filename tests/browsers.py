@@ -4,7 +4,8 @@ import io
 
 import pytest
 
-from tests.needs import CHROMIUM_PROGRAM
+from tests.frontend import FRONTEND, build_tools
+from tests.needs import BUILD_TOOLS, CHROMIUM_PROGRAM, without
 from tests.patience import PATIENCE
 
 
@@ -127,3 +128,17 @@ def picture(page, selector):
     from matplotlib.image import imread
 
     return imread(io.BytesIO(page.locator(selector).screenshot()))[..., :3]
+
+
+AXE = """async () => {
+  const done = await axe.run({ rules: { "target-size": { enabled: true } } });
+  return done.violations.map((one) => [one.id, one.nodes.map((node) => node.html)]);
+}"""
+
+
+def axe(page):
+    """What axe-core finds on a page as it is shown."""
+    if not build_tools():
+        without(BUILD_TOOLS)
+    page.evaluate((FRONTEND / "node_modules" / "axe-core" / "axe.min.js").read_text(encoding="utf-8") + ";0")
+    return page.evaluate(AXE)

@@ -16,9 +16,9 @@ from quadstep.numbers import Vector
 from quadstep.proofs.article.build import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.vehicle.paper import thrust_direction
-from tests.frontend import FRONTEND
+from tests.browsers import axe
 from tests.golden import FILE as GOLDEN
-from tests.needs import BUILD_TOOLS, CHROMIUM, NODE, needs
+from tests.needs import CHROMIUM, NODE, needs
 from tests.pages import run_node
 from tests.patience import PATIENCE
 
@@ -224,12 +224,7 @@ def test_a_finger_drags_a_handle_down_and_the_page_stays(opened):
     assert page.evaluate("scrollY") == scrolled
 
 
-@needs(CHROMIUM, BUILD_TOOLS._replace(here=(FRONTEND / "node_modules" / "axe-core").is_dir))
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing(opened, scheme):
-    page = opened(1024, scheme)
-    page.evaluate((FRONTEND / "node_modules" / "axe-core" / "axe.min.js").read_text(encoding="utf-8"))
-    found = page.evaluate(
-        "axe.run().then(({violations}) => violations.map(v => [v.id, v.nodes.map(n => n.html.slice(0, 90))]))"
-    )
-    assert found == []
+@needs(CHROMIUM)
+@pytest.mark.parametrize(("width", "scheme"), [(1024, "light"), (360, "dark")])
+def test_axe_finds_nothing(opened, width, scheme):
+    assert axe(opened(width, scheme)) == []

@@ -13,10 +13,9 @@ from quadstep.engines.fly import fly
 from quadstep.mission.paths import CirclePath
 from quadstep.page.missions import fly_missions
 from quadstep.page.serve import server
-from tests.browsers import picture
+from tests.browsers import axe, picture
 from tests.commands import write
-from tests.frontend import FRONTEND, build_tools
-from tests.needs import BUILD_TOOLS, CHROMIUM, needs, package, without
+from tests.needs import CHROMIUM, needs, package
 from tests.pages import fly_page, needs_node, serving
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -544,23 +543,13 @@ def test_without_webgl_there_are_plots_and_a_sentence(open_page):
     assert page.evaluate("quadstep.rows().length") > 500
 
 
-AXE = """async () => {
-  const done = await axe.run({ rules: { "target-size": { enabled: true } } });
-  return done.violations.map((one) => [one.id, one.nodes.map((node) => node.html)]);
-}"""
-
-
 @pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (390, "dark")])
 def test_axe_finds_nothing(open_page, width, scheme):
-    if not build_tools():
-        without(BUILD_TOOLS)
     page = open_page("#set=t_f:4", width=width, height=844, scheme=scheme)
-    page.evaluate((FRONTEND / "node_modules" / "axe-core" / "axe.min.js").read_text() + ";0")
     for tab in ("plots", "controls", "story"):
         if width < 1180:
             page.click(f"#tabs button[value={tab}]")
-        found = page.evaluate(AXE)
-        assert found == []
+        assert axe(page) == []
 
 
 @pytest.mark.parametrize("key", ["K_r1", "backstepping.K_r1"])

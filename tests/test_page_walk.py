@@ -4,6 +4,7 @@ import pytest
 
 from quadstep.page.missions import fly_missions
 from quadstep.page.story import read_story
+from tests.browsers import axe
 from tests.commands import LINE, write
 from tests.needs import CHROMIUM, needs, package
 
@@ -72,6 +73,8 @@ def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, 
     page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
     page.click("#guide-start")
     assert page.locator(".guide-trial").is_hidden()
+    assert page.locator(".guide-trial .guide-text").first.is_hidden()  # it answers the guess
+    assert axe(page) == []
     page.locator(".choice").nth(place).focus()
     page.keyboard.press("Enter")
     assert page.locator(".guide-trial").is_visible()
@@ -80,3 +83,5 @@ def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, 
     assert verdict.evaluate("one => one === document.activeElement")
     assert "K_r1:1.5" in page.evaluate("location.hash")
     assert page.locator(".guide-goal").inner_text().startswith("✓ Done")
+    assert page.locator(".guide-trial .guide-text").first.is_visible()
+    assert axe(page) == []

@@ -80,9 +80,11 @@ export class Guide {
     const again = h("button", { type: "button", class: "plain", id: "guide-again" }, "Reset this step");
     again.addEventListener("click", () => this.open(place));
     const watch = (): void => this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
+    const text = step.text.map((paragraph) => h("p", { class: "guide-text" }, ...rich(paragraph)));
     const trial = h(
       "div",
       { class: "guide-trial", hidden: step.guess !== null },
+      ...(step.guess ? text : []), // which answers the guess
       h("h3", { class: "guide-what" }, "Move"),
       this.slot,
       wanted(step) ? this.goal : null,
@@ -100,7 +102,7 @@ export class Guide {
       h("p", { class: "guide-place" }, `Step ${place + 1} of ${last + 1}`, button("Leave the walk", "guide-leave", undefined)),
       h("progress", { max: last + 1, value: place + 1, "aria-label": "Progress of the walk" }),
       h("h2", { tabindex: -1 }, ...rich(step.title)),
-      ...step.text.map((paragraph) => h("p", { class: "guide-text" }, ...rich(paragraph))),
+      ...(step.guess ? [] : text),
       step.guess ? question(step.guess, guessed) : null,
       trial,
       h("div", { class: "guide-ways" }, button("Back", "guide-back", place - 1), again, place < last ? button("Next", "guide-next", place + 1) : button("Finish", "guide-finish", undefined)),
