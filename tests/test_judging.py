@@ -16,6 +16,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.judging import junit, metrics
 from quadstep.metrics.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.statistics import share as interval
+from quadstep.report.evidence import Evidence
 from tests.commands import LINE, quadstep
 from tests.verdicts import checked, properties
 
@@ -239,3 +240,13 @@ def test_the_command_line_still_starts_without_numpy():
     code = "import sys, quadstep.commands.cli; print([name for name in ('numpy', 'xml', 'pydantic') if name in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "[]\n"
+
+
+def test_what_speaks_against_a_result_reaches_json_and_junit(tmp_path):
+    found = Evidence(
+        "a log", "Prediction", "Off by 3 mm.", ["Off by 3 mm."], {"error": 0.003}, warnings=["it is damaged", "old"]
+    )
+    verdict = found.verdict("replay", tmp_path)
+    assert verdict.as_json()["warnings"] == ["it is damaged", "old"]
+    assert 'name="warnings" value="it is damaged; old"' in junit.junit_xml(verdict, 1.0)
+    assert "warnings" not in found._replace(warnings=()).content

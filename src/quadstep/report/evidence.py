@@ -101,7 +101,8 @@ class Evidence(NamedTuple):
 
     @property
     def content(self) -> dict[str, object]:
-        return {**self.record, **({AT_REST: dict(self.grade)} if self.grade else {})}
+        warned = {"warnings": list(self.warnings)} if self.warnings else {}
+        return {**warned, **self.record, **({AT_REST: dict(self.grade)} if self.grade else {})}
 
     def required(self, share: JudgedShare | None) -> "Evidence":
         """The same, judged by the share of flights that has to succeed; None where nothing is required."""

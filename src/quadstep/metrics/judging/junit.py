@@ -56,6 +56,9 @@ def junit_xml(verdict: Verdict, seconds: float) -> str:
 def texts(verdict: Verdict) -> dict[str, str]:
     """What was measured, and the facts of the run, as text by dotted name."""
     facts = {name: value for name, value in verdict.content.items() if isinstance(value, str)}
+    for name, value in verdict.content.items():  # why a grade is what it is, warnings
+        if isinstance(value, list) and value and all(isinstance(one, str) for one in value):
+            facts[name] = "; ".join(value)
     measured = {name: by_name(value) for name, value in verdict.content.items()}
     return facts | {name: repr(value) for name, value in scalars(measured).items() if value is not None}
 
