@@ -1,10 +1,11 @@
-"""The page in Firefox: it draws, flies like Python, takes a log that is dropped on it, and reports no error."""
+"""The page and the article in Firefox: both draw, fly, take what is dropped and dragged, and report no error."""
 
 import numpy as np
 import pytest
 
 from quadstep.engines.fly import fly
 from quadstep.page.missions import missions_page
+from quadstep.proofs.article.build import article
 from tests.dropped import DROP, carried
 from tests.firefox import Firefox
 from tests.needs import FIREFOX, needs, without
@@ -71,6 +72,46 @@ def test_log_that_is_dropped_lies_beside_the_flight(opened):
     said = opened.evaluate(f"return ({DROP})(...arguments)", *carried("log.csv", b"t,x[m]\n10,1\n10.5,2\n11,4\n"))
     assert said.startswith("Opened log.csv: CSV with 1 signal, 1.0 s long.")
     assert opened.evaluate("return quadstep.signal('x')") == [[0, 0.5, 1], [1, 2, 4]]
+
+
+LATER = """
+const drawing = document.querySelector(`#${arguments[0]} .drawing`), before = arguments[1];
+return new Promise((done) => {
+  const look = (left) => {
+    if (drawing.innerHTML !== before || !left) done(drawing.innerHTML);
+    else setTimeout(look, 50, left - 1);
+  };
+  look(100);
+});
+"""
+"""A figure of the article once it is no longer what it was, or after five seconds."""
+
+
+def test_figures_of_the_article_follow_keyboard_and_finger(firefox, tmp_path):
+    file = tmp_path / "article.html"
+    file.write_text(article(), encoding="utf-8")
+    firefox.open(file)
+    firefox.ask("WebDriver:SetWindowRect", width=600, height=900)
+    drawn = "return document.querySelector(`#${arguments[0]} .drawing`).innerHTML"
+    for name in ("nested", "sliding", "net", "inversion", "lyapunov"):
+        before = firefox.evaluate(drawn, name)
+        firefox.press(f"#{name} input", ("\ue014" if name == "lyapunov" else "\ue012") * 8)  # arrows
+        assert firefox.evaluate(LATER, name, before) != before, name
+    before = firefox.evaluate(drawn, "inversion")
+    where = """
+        const handle = document.querySelector("#inversion .handle");
+        handle.scrollIntoView({ block: "center", behavior: "instant" });
+        const { x, y, width, height } = handle.getBoundingClientRect();
+        return [Math.round(x + width / 2), Math.round(y + height / 2)];
+    """
+    x, y = firefox.evaluate(where)
+    moves = [{"type": "pointerMove", "x": x, "y": y + down} for down in (0, 60, 120, 170)]
+    steps = [moves[0], {"type": "pointerDown", "button": 0}, *moves[1:], {"type": "pointerUp", "button": 0}]
+    finger = {"type": "pointer", "id": "finger", "parameters": {"pointerType": "touch"}, "actions": steps}
+    firefox.ask("WebDriver:PerformActions", actions=[finger])
+    after = firefox.evaluate(LATER, "inversion", before)
+    assert "misses by" in after and after != before
+    assert firefox.errors(file) == []
 
 
 def test_complaint_of_a_page_is_seen(firefox, tmp_path):
