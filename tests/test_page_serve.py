@@ -26,7 +26,7 @@ from quadstep.page.folder import manifest, read_log, results
 from quadstep.page.opened import names_files, open_result, plan_again
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
-from quadstep.report.page import summary, write_page
+from quadstep.report.page import page_text, summary
 from quadstep.report.sheet import sheet
 from quadstep.studies.advise import advise, advise_dropped
 from quadstep.studies.flights.fly import fly_mission
@@ -553,7 +553,8 @@ def test_a_card_says_what_its_report_answers(tmp_path):
 def test_a_card_has_the_title_and_the_kind_of_its_report(tmp_path):
     (tmp_path / "c").mkdir()
     (tmp_path / "c" / "campaign.json").write_text("{}")
-    write_page(tmp_path / "c" / "report.html", "Wind & <rain>", [summary("1 of 10⁶.")], "Rare failures")
+    text = page_text("Wind & <rain>", [summary("1 of 10⁶.")], "Rare failures")
+    (tmp_path / "c" / "report.html").write_text(text, encoding="utf-8")
     (found,) = results(tmp_path)
     assert (found.name, found.kind, found.says) == ("Wind & <rain>", "Rare failures", "1 of 10⁶.")
     (tmp_path / "c" / "report.html").write_text("<p>Somebody else's.</p>")
