@@ -30,6 +30,7 @@ def test_the_crazyflie_flies_the_law_in_its_units(tmp_path, kind):
     assert lines[0] == "idle 0 0 2 0"  # motors off: the firmware's own controller is asked, and has nothing to fly
     samples = numbers(lines, "sample")
     assert len(samples) == 20
+    assert sum(line.startswith("changed") for line in lines) == 1  # a gain, at the tenth
     scale = np.abs(samples[:, 4:]).max(axis=0)
     assert np.abs((samples[:, :4] - samples[:, 4:]) / scale).max() < 1e-4  # degrees and back round differently
     check_crazyflie_guards(lines)
@@ -114,12 +115,16 @@ def test_px4_flies_the_law_in_its_axes(tmp_path):
     assert lines[:2] == ["asked for Quadstep", "checked 7 1"]
     entry = numbers(lines, "entry")[0]  # at entry the mixer's last output, for this sample: PX4's simulators wait for one
     np.testing.assert_array_equal(entry, [1, 0, 0, 0, 0])
-    samples = numbers(lines, "sample")
-    assert len(samples) == 12
-    fastest = float(plan.parameters.airframe.rotor.fastest)
-    np.testing.assert_allclose(samples[:, :4], (samples[:, 4:] / fastest) ** 2, atol=4e-4)  # thrust, which PX4 linearises
+    check_px4_samples(lines, float(plan.parameters.airframe.rotor.fastest))
     check_px4_guards(lines)
     check_px4_setpoints(lines)
+
+
+def check_px4_samples(lines, fastest):
+    """Of samples at uneven times, with a gain that is changed in between: thrust, which PX4 linearises."""
+    samples = numbers(lines, "sample")
+    assert len(samples) == 12
+    np.testing.assert_allclose(samples[:, :4], (samples[:, 4:] / fastest) ** 2, atol=4e-4)
 
 
 def check_px4_guards(lines):

@@ -3,14 +3,17 @@
 import math
 import operator
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
-from typing import cast
+from typing import NamedTuple, cast
 
 from quadstep.export.c.interface import Exported, loops, title
 from quadstep.export.c.literals import filled, literal
 from quadstep.export.c.structs import as_array, fields_of
 from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.gain import gains_in
 from quadstep.io.errors import UserError
+from quadstep.numbers import Structure
 from quadstep.vehicle.airframe.allocation import mixing
 from quadstep.vehicle.airframe.geometry import Geometry
 from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor
@@ -103,6 +106,9 @@ def crazyflie(exported: Exported) -> dict[str, str]:
         "CEILING\n": f"    {most} = fminf({most}, THRUST_MAX);\n" if hasattr(exported.code.vehicle, "allocation") else "",
         "HOVER_THRUST": f"{weight(cast(AirframeParameters, exported.subject.parameters))!r}f",
         "ROTOR_COUNT": str(len(roll)),
+        "GAIN_TABLE\n": "".join(
+            f"PARAM_ADD(PARAM_FLOAT, {name}, &mission.gains.{one.member})\n" for name, one in parameters_of(exported).items()
+        ),
         **{word: f"{lever!r}f" for word, lever in zip(("ROLL_LEVER", "PITCH_LEVER", "YAW_LEVER"), levers, strict=True)},
         **outer(exported, "outer"),
     }
@@ -139,19 +145,82 @@ def weight(parameters: AirframeParameters) -> float:
     return float(parameters.airframe.mass * parameters.airframe.gravity)
 
 
+AXES = "XYZ"
+LONGEST_NAME, MOST_GAINS = 12, 60
+"""Of parameters: letters after `CC3_` or `QS_`, where 16 are allowed; entries of one of ArduPilot's groups."""
+
+
+LEAST = 1e-6
+"""Of a gain that must be above 0."""
+
+
+class Parameter(NamedTuple):
+    """A gain that is changed in flight. member: of `gains` in C. least, most: as declared; infinite where it is not."""
+
+    member: str
+    value: float
+    least: float
+    most: float
+
+
+def parameters_of(exported: Exported) -> dict[str, Parameter]:
+    """The declared gains that become the autopilot's parameters, by name.
+
+    Vectors get a letter for each axis; nets and matrices, and what does not fit a group, stay constants.
+    """
+    found: dict[str, Parameter] = {}
+    for path, one in gains_in(type(exported.subject.gains)).items():
+        value = cast(Structure, attrgetter(path)(exported.subject.gains))
+        array = as_array(value)
+        if (array is not None and (len(array.sizes) != 1 or array.sizes[0] > len(AXES))) or fields_of(value):
+            continue
+        declared = -math.inf if one.signed else 0.0 if one.zero else LEAST
+        least = one.low if one.only and one.low is not None else declared
+        most = one.high if one.only and one.high is not None else math.inf
+        for place, entry in enumerate(array.entries if array else (value,)):
+            words = "_".join(word[:3] for word in path.rpartition(".")[2].split("_")).upper()
+            name = f"{words[: LONGEST_NAME - 2]}_{AXES[place]}" if array else words[:LONGEST_NAME]
+            while name in found:
+                name = f"{name[: LONGEST_NAME - 2]}{len(found):02d}"
+            if len(found) < MOST_GAINS:
+                member = f"{path}[{place}]" if array else path
+                found[name] = Parameter(member, float(cast(float, entry)), least, most)
+    return found
+
+
+def bounds(one: Parameter) -> str:
+    """Those of a parameter in PX4's list of them."""
+    words = zip(("min", "max"), (one.least, one.most), strict=True)
+    return "".join(f"      {word}: {bound!r}\n" for word, bound in words if math.isfinite(bound))
+
+
+def c_bound(bound: float) -> str:
+    return literal(bound, False) if math.isfinite(bound) else "-INFINITY" if bound < 0.0 else "INFINITY"
+
+
 def px4(exported: Exported) -> dict[str, str]:
     """Its motors, and the law at each sample of the gyro."""
     parameters = cast(AirframeParameters, exported.subject.parameters)
-    count = len(geometry_of(exported).mounts)
+    count, gains = len(geometry_of(exported).mounts), parameters_of(exported)
     return {
         "ROTOR_COUNT": str(count),
+        "PARAMETERS\n": "".join(
+            f"    QS_{name}:\n      description: {{short: gains.{one.member}}}\n      type: float\n      decimal: 6\n"
+            f"      default: {one.value!r}\n{bounds(one)}"
+            for name, one in gains.items()
+        ),
+        "GAIN_COUNT": str(len(gains)),
+        "GAIN_TABLE\n": "".join(
+            f'\t{{"QS_{name}", {c_bound(one.least)}, {c_bound(one.most)}}},\n' for name, one in gains.items()
+        ),
+        "GAIN_PLACES\n": "".join(f"\t\t&_params.gains.{one.member},\n" for one in gains.values()),
         "MOTOR_ORDER": ", ".join(map(str, range(count))),
         "FASTEST_SPEED": f"{float(parameters.airframe.rotor.fastest)!r}f",
         "STEP_SECONDS": f"{exported.clocked.period('law')!r}f",
         "FULL_THRUST": f"{float(parameters.airframe.rotor.thrust * parameters.airframe.rotor.fastest**2)!r}f",
         "MIX_ROWS": ", ".join("{" + ", ".join(f"{one!r}f" for one in row) + "}" for row in mix_of(exported)),
         "HOVER_THRUST": f"{weight(parameters)!r}f",
-        "LOOPS\n": every_so_many(exported, "\t", "(clock.tick - 1u)", f"{exported.name}_mission"),
+        "LOOPS\n": every_so_many(exported, "\t", "(clock.tick - 1u)", "_params"),
         **outer(exported, "_outer"),
     }
 
@@ -166,40 +235,10 @@ def mixer_torque(exported: Exported) -> list[float]:
     return [half * math.fsum(one * one for one in row) / max(map(abs, row)) for row in mix_of(exported)[1:]]
 
 
-LONGEST_NAME, MOST_GAINS = 12, 60
-"""Of ArduPilot's parameters: 16 letters with `CC3_`; entries of one group."""
-
-
-def parameter_names(exported: Exported) -> dict[str, tuple[str, float]]:
-    """The declared gains that become parameters of ArduPilot: C member by name, and value.
-
-    Vectors get a letter for each axis; nets and matrices, and what does not fit a group, stay constants.
-    """
-    names: dict[str, tuple[str, float]] = {}
-    for gain, value in fields_of(exported.subject.gains).items():
-        array = as_array(value)
-        if array is not None and (len(array.sizes) != 1 or array.sizes[0] > len(AXES)):
-            continue
-        if array is None and fields_of(value):
-            continue
-        entries = array.entries if array else (value,)
-        for place, entry in enumerate(entries):
-            words = "_".join(word[:3] for word in gain.split("_")).upper()
-            name = f"{words[: LONGEST_NAME - 2]}_{AXES[place]}" if array else words[:LONGEST_NAME]
-            while name in names:
-                name = f"{name[: LONGEST_NAME - 2]}{len(names):02d}"
-            if len(names) < MOST_GAINS:
-                names[name] = (f"{gain}[{place}]" if array else gain, float(cast(float, entry)))
-    return names
-
-
-AXES = "XYZ"
-
-
 def ardupilot(exported: Exported) -> dict[str, str]:
     """The torque of a full mixer input, and the gains as parameters."""
     parameters = cast(AirframeParameters, exported.subject.parameters)
-    gains = parameter_names(exported)
+    gains = parameters_of(exported)
     owner = "AC_CustomControl_Quadstep"
     return {
         "FULL_TORQUE": ", ".join(f"{one!r}f" for one in mixer_torque(exported)),
@@ -208,10 +247,10 @@ def ardupilot(exported: Exported) -> dict[str, str]:
         "GAIN_COUNT": str(max(1, len(gains))),
         "GAIN_TABLE\n": "".join(
             f'    AP_GROUPINFO("{name}", {place + 1}, {owner}, _gain[{place}], {literal(value, False)}),\n'
-            for place, (name, (_, value)) in enumerate(gains.items())
+            for place, (name, (_, value, _, _)) in enumerate(gains.items())
         ),
         "GAIN_COPIES\n": "".join(
-            f"    _params.gains.{member} = _gain[{place}].get();\n" for place, (member, _) in enumerate(gains.values())
+            f"    _params.gains.{one.member} = _gain[{place}].get();\n" for place, one in enumerate(gains.values())
         ),
         **outer(exported, "_outer"),
     }

@@ -4,8 +4,10 @@
 #include "controller.h"
 #include "controller_pid.h"
 #include "log.h"
+#include "param.h"
 #include "usec_time.h"
 extern const struct log_s __logs_quadstep[];
+extern const struct param_s __params_quadstep[];
 #include "NAME.h"
 #include "NAME_golden.h"
 static uint64_t now = 1000000u;
@@ -44,6 +46,16 @@ int main(void)
     setpoint.mode.x = setpoint.mode.y = setpoint.mode.z = setpoint.mode.yaw = modeAbs;
     for (uint32_t i = 0; i < 20; ++i)
     {
+        if (i == 10u)
+        {
+            for (const struct param_s *one = __params_quadstep; one->name; ++one) /* in place of the law's first gain is its first parameter */
+            {
+                if ((strcmp(one->name, "RAT_X") != 0) && (strcmp(one->name, "GAI_2_X") != 0)) { continue; }
+                *one->address *= 1.5f;
+                *(float *)((char *)&capped.gains + ((const char *)one->address - (const char *)__params_quadstep[0].address)) *= 1.5f;
+                printf("changed %s\n", one->name);
+            }
+        }
         memcpy(&measured, golden_measured[i], sizeof measured);
         memcpy(&reference, golden_reference[i], sizeof reference);
         measured.thrust = made.thrust; memcpy(measured.torque, made.torque, sizeof made.torque);

@@ -1,6 +1,7 @@
 /* Registers, switches to the mode, and flies golden samples through the module; prints motor outputs beside the law's speeds. */
 #include <cstdio>
 #include "QuadstepControl.hpp"
+#include <parameters/param.h>
 #include "NAME_golden.h"
 extern "C" int quadstep_control_main(int argc, char *argv[]);
 template<typename T> void tell(topic_t topic, const T &message) { uORB::Publication<T>(topic).publish(message); }
@@ -11,11 +12,12 @@ static vehicle_angular_velocity_s rates{};
 static trajectory_setpoint_s setpoint{};
 static arming_check_request_s check{};
 static px4::WorkItem *module;
+static int since = 2000; /* us, from one sample of the gyro to the next */
 static bool asks = true; /* PX4 asks at every sample whether the mode can run */
 /* One sample of the gyro. fresh: the position is new; ahead: how much later than the gyro's sample it says it is [us]. */
 static void step(bool fresh, vehicle_local_position_s place, vehicle_angular_velocity_s turning, int ahead = 0)
 {
-	stub_time() += 2000;
+	stub_time() += since;
 	if (fresh) { place.timestamp = place.timestamp_sample = stub_time() + ahead; position.timestamp = position.timestamp_sample = place.timestamp; }
 	vehicle_attitude_s level = attitude; level.timestamp = level.timestamp_sample = stub_time();
 	turning.timestamp_sample = stub_time();
@@ -66,7 +68,14 @@ int main()
 	for (int k = 0; k < 4; ++k) { last.control[k] = made.speeds[k] * made.speeds[k] / (fastest * fastest); }
 	tell(ORB_ID(actuator_motors), last);
 	select_mode(23, 23);
+	NAME_params gains = NAME_mission;
 	for (unsigned i = 0; i < 13; ++i) {
+		if (i == 6) { /* a gain is changed, and two to what they may not be */
+			gains.gains.rate[0] *= 1.5f;
+			parameters()["QS_RAT_X"] = gains.gains.rate[0];
+			parameters()["QS_RAT_Y"] = -1.0f; parameters()["QS_POS_X"] = NAN;
+			tell(ORB_ID(parameter_update), parameter_update_s{});
+		}
 		std::memcpy(&measured, golden_measured[i], sizeof measured);
 		std::memcpy(&reference, golden_reference[i], sizeof reference);
 		std::memset(reference.snap, 0, sizeof reference.snap);
@@ -84,23 +93,27 @@ int main()
 		position.xy_valid = position.z_valid = position.v_xy_valid = position.v_z_valid = true;
 		setpoint.yaw = -reference.yaw; setpoint.yawspeed = -reference.yaw_rate; setpoint.timestamp = stub_time() + 1000;
 		if (i > 0) { tell(ORB_ID(trajectory_setpoint), setpoint); }
+		const int late[13] = {2000, 2000, 2000, 4000, 2000, 0, 2000, -500, 2000, 2000, 30000, 2000, 2000};
+		since = late[i];
 		step(true, position, rates, 700);
+		since = 2000;
 		if (i == 0) {
 			const float *q = measured.attitude;
 			reference = NAME_reference{}; /* the present motion */
 			std::memcpy(reference.position, measured.position, sizeof reference.position);
 			std::memcpy(reference.velocity, measured.velocity, sizeof reference.velocity);
 			reference.yaw = std::atan2(2.0f * (q[0] * q[3] - q[1] * q[2]), 1.0f - 2.0f * (q[1] * q[1] + q[3] * q[3]));
-			NAME_enter(&NAME_mission, &law, &measured, &reference);
+			NAME_enter(&gains, &law, &measured, &reference);
 			const actuator_motors_s motors = heard<actuator_motors_s>(ORB_ID(actuator_motors));
 			std::printf("entry %d", motors.timestamp_sample == stub_time());
 			for (int k = 0; k < 4; ++k) { std::printf(" %.7g", motors.control[k] - last.control[k]); }
 			std::printf("\n");
 			continue;
 		}
-		NAME_clock clock{}; clock.tick = i; clock.step = 0.002f; clock.period = 0.002f;
-		if ((i - 1u) % 5u == 0u) { NAME_clock slow = clock; slow.period = 0.010f; NAME_guide(&NAME_mission, &law, &measured, &reference, &slow); }
-		NAME_law(&NAME_mission, &law, &measured, &reference, &clock, &command);
+		NAME_clock clock{}; clock.tick = i; clock.step = 0.002f;
+		clock.period = late[i] <= 0 ? 0.002f : std::fmin(1e-6f * static_cast<float>(late[i]), 0.02f);
+		if ((i - 1u) % 5u == 0u) { NAME_clock slow = clock; slow.period = 5.0f * clock.period; NAME_guide(&gains, &law, &measured, &reference, &slow); }
+		NAME_law(&gains, &law, &measured, &reference, &clock, &command);
 		NAME_made(&NAME_mission, &command, &made);
 		const actuator_motors_s motors = heard<actuator_motors_s>(ORB_ID(actuator_motors));
 		std::printf("sample %.7g %.7g %.7g %.7g", motors.control[0], motors.control[1], motors.control[2], motors.control[3]);

@@ -13,6 +13,7 @@
 #include "controller.h"
 #include "controller_pid.h"
 #include "log.h"
+#include "param.h"
 #include "platform_defaults.h" /* THRUST_MAX */
 #include "usec_time.h"
 
@@ -58,8 +59,13 @@ static void stop_law(void)
 
 void controllerOutOfTreeInit(void)
 {
-    mission = NAME_mission;
+    static bool loaded;
+    if (!loaded)
+    {
+        mission = NAME_mission;
 CEILING
+        loaded = true; /* gains that were changed since stay so */
+    }
     controllerPidInit();
     stock = (control_t){0};
     stock_flies = 0u;
@@ -291,3 +297,8 @@ LOG_ADD(LOG_UINT32, refused, &refused)
 LOG_ADD(LOG_UINT8, stock, &stock_flies)
 LOG_ADD(LOG_FLOAT, thrust, &made.thrust)
 LOG_GROUP_STOP(quadstep)
+
+/* the gains, which may be changed in flight */
+PARAM_GROUP_START(quadstep)
+GAIN_TABLE
+PARAM_GROUP_STOP(quadstep)

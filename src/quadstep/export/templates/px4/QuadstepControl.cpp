@@ -30,6 +30,11 @@ constexpr float WEIGHT = HOVER_THRUST; /* N */
 /* thrust [1] and torques about the law's axes [m] of a newton of each rotor */
 constexpr float MIX[4][ROTORS] = {MIX_ROWS};
 constexpr float SETTLING = 0.1f; /* s, time constant of the measured acceleration */
+/* parameters of module.yaml, and their bounds */
+constexpr struct { const char *name; float least, most; } GAINS[] = {
+GAIN_TABLE
+	{nullptr, 0.0f, 0.0f}
+};
 constexpr char MODE[] = "Quadstep";
 
 float known(float value, float otherwise) { return std::isfinite(value) ? value : otherwise; }
@@ -66,7 +71,23 @@ bool QuadstepControl::init()
 {
 	int32_t enabled = 0;
 	_scales = param_get(param_find("MC_BAT_SCALE_EN"), &enabled) == 0 && enabled != 0;
+	take_gains();
 	return _angular_velocity_sub.registerCallback();
+}
+
+/* The gains are parameters; one that is not within its bounds leaves the gain as it was. */
+void QuadstepControl::take_gains()
+{
+	float *const places[] = {
+GAIN_PLACES
+		nullptr
+	};
+	for (int i = 0; GAINS[i].name != nullptr; ++i) {
+		float value = NAN;
+		if (param_get(param_find(GAINS[i].name), &value) == 0 && value >= GAINS[i].least && value <= GAINS[i].most && std::isfinite(value)) {
+			*places[i] = value;
+		}
+	}
 }
 
 void QuadstepControl::ask_for_a_mode(hrt_abstime present)
@@ -173,12 +194,12 @@ bool QuadstepControl::begin(NAME_measured &measured)
 	if (!commanded(measured)) {
 		_made = NAME_actuators{};
 		_made.thrust = measured.thrust = WEIGHT;
-		return NAME_start(&NAME_mission, &_state, &measured) == UPPER_OK;
+		return NAME_start(&_params, &_state, &measured) == UPPER_OK;
 	}
 	NAME_reference present = _hold;
 	std::memcpy(present.velocity, measured.velocity, sizeof(present.velocity));
 	std::memcpy(present.acceleration, _acceleration, sizeof(present.acceleration));
-	return NAME_enter(&NAME_mission, &_state, &measured, &present) == UPPER_OK;
+	return NAME_enter(&_params, &_state, &measured, &present) == UPPER_OK;
 }
 
 /* The measured position and heading become the setpoint. */
@@ -295,6 +316,8 @@ void QuadstepControl::Run()
 		leave();
 		return;
 	}
+	parameter_update_s changed;
+	if (_changed_sub.update(&changed)) { take_gains(); }
 	const hrt_abstime present = hrt_absolute_time();
 	register_ext_component_reply_s reply;
 	if (_registered_sub.update(&reply) && reply.request_id == 42 && reply.success) {
@@ -331,7 +354,7 @@ void QuadstepControl::Run()
 		return;
 	}
 	want(reference, measured, present);
-	const float since = 1e-6f * static_cast<float>(now - _last);
+	const float since = now > _last ? 1e-6f * static_cast<float>(now - _last) : STEP_SECONDS;
 	_last = now;
 	NAME_clock clock{};
 	clock.tick = ++_ticks;
@@ -340,10 +363,10 @@ void QuadstepControl::Run()
 	clock.age = std::fmax(age(sampled(_position), present), age(sampled(_attitude), present));
 	clock.age = valid ? std::fmax(clock.age, age(now, present)) : 1e3f;
 LOOPS
-	_result = NAME_law(&NAME_mission, &_state, &measured, &reference, &clock, &command);
+	_result = NAME_law(&_params, &_state, &measured, &reference, &clock, &command);
 	_result |= OUTER_SUM;
 	note(_result != UPPER_OK);
-	_result |= NAME_made(&NAME_mission, &command, &_made); /* where the law rejects its input, of the last command */
+	_result |= NAME_made(&_params, &command, &_made); /* where the law rejects its input, of the last command */
 	publish(now);
 }
 

@@ -11,6 +11,7 @@
 #include <uORB/topics/arming_check_reply.h>
 #include <uORB/topics/arming_check_request.h>
 #include <uORB/topics/battery_status.h>
+#include <uORB/topics/parameter_update.h>
 #include <uORB/topics/register_ext_component_reply.h>
 #include <uORB/topics/register_ext_component_request.h>
 #include <uORB/topics/trajectory_setpoint.h>
@@ -40,6 +41,7 @@ public:
 
 private:
 	void Run() override;
+	void take_gains();
 	void ask_for_a_mode(hrt_abstime present);
 	void answer_arming_check();
 	void say_what_is_controlled();
@@ -56,6 +58,7 @@ private:
 	void note(bool refused);
 
 	uORB::SubscriptionCallbackWorkItem _angular_velocity_sub{this, ORB_ID(vehicle_angular_velocity)};
+	uORB::Subscription _changed_sub{ORB_ID(parameter_update)};
 	uORB::Subscription _attitude_sub{ORB_ID(vehicle_attitude)};
 	uORB::Subscription _position_sub{ORB_ID(vehicle_local_position)};
 	uORB::Subscription _setpoint_sub{ORB_ID(trajectory_setpoint)};
@@ -75,6 +78,7 @@ private:
 	vehicle_local_position_s _position{};
 	trajectory_setpoint_s _setpoint{};
 
+	NAME_params _params{NAME_mission}; /* of the export, with the gains of the parameters */
 	NAME_state _state{};
 	NAME_actuators _made{};
 	float _acceleration[3] {}; /* measured, the law's axes */
