@@ -14,9 +14,9 @@ from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 
 LIGHTEST, HEAVIEST = 0.05, 12.0
-UNGRADED = ("mpc", "mppi", "raptor", "planned-lqr")
-"""Laws without slopes (`mppi`), without gains (`raptor`, trained), whose loop takes minutes to grade (`planned-lqr`), or whose
-default gains are known to lack margin (`mpc`): docs/controllers.md.
+UNGRADED = ("mppi", "raptor", "planned-lqr")
+"""Laws without slopes (`mppi`), without gains (`raptor`, trained), or whose loop takes minutes to grade (`planned-lqr`):
+docs/controllers.md.
 """
 
 HOVER = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "time": 0.0, "duration": 5.0}

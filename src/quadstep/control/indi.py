@@ -141,7 +141,7 @@ class IndiVelocity(Indi):
         "pull.stiffness": usual(13.5, 2),
         "pull.damping": usual(7.9, 1),
         "turn.stiffness": usual((118.0, 118.0, 67.0), 2, "body"),
-        "turn.damping": usual((31.5, 31.5, 13.4), 1, "rate"),
+        "turn.damping": usual((29.5, 29.5, 13.4), 1, "rate"),
         "force_filter": usual(13.0, 1),
         "torque_filter": usual((9.0, 9.0, 15.1), 1, "body"),
     }

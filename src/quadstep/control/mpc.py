@@ -52,22 +52,24 @@ class MpcWeights(NamedTuple):
     most_thrust: Number = given(lambda model: model.most_thrust)
     lag: Number = given(lambda model: model.lag)
     level: Vector = gain(
-        (300.0, 20.0, 4.0, 0.2, 0.0, 0.002), "-", "weights of position, velocity, tilt, its two derivatives and the input",
-        parts=LEVEL, zero=True,
+        usual((220.0, 20.0, 4.0, 0.3, 0.0, 0.002), (8, 6, 4, 2, 0, 0)), "-",
+        "weights of position, velocity, tilt, its two derivatives and the input", parts=LEVEL, zero=True,
     )  # fmt: skip
     climb: Vector = gain(
-        (300.0, 10.0, 0.0, 0.3), "-", "weights of position, velocity, lift and the input", parts=CLIMB, zero=True
-    )
+        usual((300.0, 10.0, 0.0, 0.3), (4, 2, 0, 0)), "-", "weights of position, velocity, lift and the input",
+        parts=CLIMB, zero=True,
+    )  # fmt: skip
     turn: Vector = gain(
-        (4.0, 0.2, 0.0, 0.01), "-", "weights of heading, its two derivatives and the input", parts=TURN, zero=True
-    )
+        usual((4.0, 0.2, 0.0, 0.01), (4, 2, 0, 0), "yaw"), "-", "weights of heading, its two derivatives and the input",
+        parts=TURN, zero=True,
+    )  # fmt: skip
     penalty: Number = gain(0.1, "-", "rho of ADMM over the weight of the bounded quantity", symbol="rho", tunable=False)
     most_lean: Number = gain(1.0, "-", "largest horizontal acceleration, as a fraction of gravity")
     most_angular: Vector = gain(usual((80.0, 80.0, 12.0), 2, "body"), "rad/s^2", "largest commanded angular acceleration")
     position_reach: Number = gain(0.5, "m", "deviations of position are clipped at this")
     velocity_reach: Number = gain(2.0, "m/s", "deviations of velocity are clipped at this")
     observer: Number = gain(usual(8.0, 1), "1/s", "bandwidth of the acceleration observer", zero=True)
-    turn_observer: Number = gain(usual(15.0, 1), "1/s", "bandwidth of the angular acceleration observer", zero=True)
+    turn_observer: Number = gain(usual(13.0, 1), "1/s", "bandwidth of the angular acceleration observer", zero=True)
     most_disturbance: Number = gain(8.0, "m/s^2", "largest estimated acceleration")
     most_turn_disturbance: Number = gain(60.0, "rad/s^2", "largest estimated angular acceleration")
 
