@@ -1,6 +1,6 @@
 """Random vehicles whose sticks snap, without an excitation: what `advise` measures and advises, against the flown loop.
 
-`python -m tests.challenge.setpoints [COUNT] [ardupilot]` flies so many vehicles and counts.
+`python -m tests.challenge.setpoints [COUNT] [ardupilot] [loud]` flies so many vehicles and counts.
 """
 
 import itertools
@@ -24,13 +24,20 @@ from tests.challenge.advice import CLOSE
 from tests.challenge.search import Attempt, Search
 from tests.rate_flights import Axis, flown, random_axes, stepped
 
+USUAL, LOUD = (-3.5, -2.0), (-1.5, -0.5)
+"""Powers of ten between which a gyro's noise lies [rad/s a sample]; of one whose command asks for a lower cut-off."""
+
+NOISY_SAMPLES = 10_000
+"""Of a flight that tells how loud a command is."""
+
 EVERY, DURATION, BATCH = {"px4": 2, "ardupilot": 1}, 90.0, 50
 OMEGA = np.geomspace(0.3, 1000.0, 8_000)
 
 
 class Flown(NamedTuple):
     """A vehicle: what is off, crossover as a share and phase margin [rad], and whether its interval held; least margins before
-    and after what was advised, as shares of a sound loop's, None where nothing was. refusal: why there is no measurement.
+    and after what was advised, as shares of a sound loop's, None where nothing was. louder: the command's noise with another
+    cut-off over that without, as flown. refusal: why there is no measurement.
     """
 
     crossover: float = 0.0
@@ -40,6 +47,7 @@ class Flown(NamedTuple):
     after: float | None = None
     grade: str = ""
     filters: tuple[str, ...] = ()
+    louder: float = 1.0
     refusal: str = ""
 
 
@@ -76,13 +84,17 @@ def changed(axes: Axis, advice: Advice, loop: RateLoop) -> Axis:
     return found
 
 
-def vehicles(random: np.random.Generator, count: int, loop: RateLoop = PX4[0]) -> Iterator[Flown]:
-    """Stable ones, as PX4 logs them every 2 ms or ArduPilot every sample, with noisy gyros in gusts."""
+def vehicles(
+    random: np.random.Generator, count: int, loop: RateLoop = PX4[0], powers: tuple[float, float] = USUAL
+) -> Iterator[Flown]:
+    """Stable ones, as PX4 logs them every 2 ms or ArduPilot every sample, with noisy gyros in gusts. powers: of ten, between
+    which the gyros' noise lies [rad/s a sample].
+    """
     axes, every = random_axes(random, count, loop.form == "ardupilot"), EVERY[loop.form]
     period = float(axes.period[0])
     angle = stepped(random, DURATION, period=period)
     with np.errstate(all="ignore"):
-        noise, number = 10.0 ** random.uniform(-3.5, -2.0), int(random.integers(1 << 30))
+        noise, number = 10.0 ** random.uniform(*powers), int(random.integers(1 << 30))
         columns = flown(axes, angle[:, None] * axes.attitude, noise, 0.3, number, every)
     time = every * period * np.arange(len(columns[0]))
     opened = axes.opened(OMEGA)
@@ -109,8 +121,19 @@ def vehicles(random: np.random.Generator, count: int, loop: RateLoop = PX4[0]) -
         advice = changes(flight, now)
         after = least(changed(axes, advice, loop).opened(OMEGA)[place])[2] if advice else None
         held = now.phase.value.low <= phase <= now.phase.value.high
-        names = (*advice.filters,) if advice else ()
-        yield Flown(now.phase.at.value / at - 1.0, now.phase.value.value - phase, held, before, after, now.grade, names)
+        names, louder = (*advice.filters,) if advice else (), 1.0
+        if advice and advice.filters:
+            both = (Axis(*(field[[place]] for field in one)) for one in (axes, changed(axes, advice, loop)))
+            louder = noisier(Axis(*map(np.concatenate, zip(*both, strict=True))), angle[:NOISY_SAMPLES], noise, number)
+        off = now.phase.at.value / at - 1.0, now.phase.value.value - phase
+        yield Flown(*off, held, before, after, now.grade, names, louder)
+
+
+def noisier(pair: Axis, angle: np.ndarray, noise: float, number: int) -> float:
+    """The noise in the command of the second vehicle over that of the first, from sample to sample, as flown."""
+    command = flown(pair, angle[:, None] * pair.attitude, noise, 0.3, number, 1)[2]
+    first, second = np.diff(command, axis=0).std(axis=0)
+    return float(second / first)
 
 
 def searched(seed: int) -> Iterable[Attempt]:
@@ -123,7 +146,20 @@ def searched(seed: int) -> Iterable[Attempt]:
                 yield Attempt(0.0 if right else 2.0, said)
 
 
-SEARCHES = [Search("advice from setpoints", "no loop is called sound, as flown or as advised, that is not", searched)]
+def quietened(seed: int) -> Iterable[Attempt]:
+    """Loops whose gyro's noise dominates their command: a lower cut-off leaves them sound, and is quieter."""
+    random = np.random.default_rng(seed)
+    for loop in itertools.cycle((PX4[0], ARDUPILOT[0])):
+        for one in vehicles(random, BATCH, loop, LOUD):
+            if one.filters and one.grade == SOUND and one.after is not None:
+                said = f"{one.filters} lowered: {one.after:.3g} of a sound loop's margins, {one.louder:.3g} of the noise"
+                yield Attempt(0.0 if one.after > CLOSE and one.louder < 1.0 else 2.0, said)
+
+
+SEARCHES = [
+    Search("advice from setpoints", "no loop is called sound, as flown or as advised, that is not", searched),
+    Search("advice for noisy commands", "with a lower cut-off a loop is sound, and its command quieter", quietened),
+]
 
 
 def main() -> None:
@@ -131,7 +167,7 @@ def main() -> None:
     wanted, random = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(20261126)
     loop, every = ARDUPILOT[0] if "ardupilot" in sys.argv else PX4[0], list[Flown]()
     while len(every) < wanted:
-        every += vehicles(random, BATCH, loop)
+        every += vehicles(random, BATCH, loop, LOUD if "loud" in sys.argv else USUAL)
     told = [one for one in every[:wanted] if not one.refusal]
     close = [one for one in told if abs(one.crossover) < 0.05 and abs(one.phase) < math.radians(3.0)]
     after = [one.after for one in told if one.after is not None]
@@ -144,8 +180,13 @@ def main() -> None:
     weak = f"{sum(one.before < 1.0 for one in told)} lack margin; {len(after)} advised, {better} better, "
     weak += f"at least {min(after, default=0.0):.3g} of a sound loop's margins"
     weak += "; cut-offs: " + ", ".join(f"{name} {n}" for name, n in Counter(n for o in told for n in o.filters).items())
+    quiet = [one for one in told if one.filters and one.grade == SOUND]
+    less = (
+        f"{len(quiet)} sound ones quietened to {', '.join(f'{one.louder:.2f}' for one in quiet)} of their noise, and at least "
+    )
+    less += f"{min((one.after or 0.0 for one in quiet), default=0.0):.3g} of a sound loop's margins"
     good = f"{len(sound)} called sound, at least {min(sound, default=0.0):.3g}"
-    sys.stdout.write("\n".join([counts, errors, weak, good, ""]))
+    sys.stdout.write("\n".join([counts, errors, weak, good, less, ""]))
 
 
 if __name__ == "__main__":
