@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from quadstep.export.c.flight import exported
 from quadstep.export.firmware import firmware_files
@@ -116,6 +117,13 @@ def test_px4_flies_the_law_in_its_axes(tmp_path):
     entry = numbers(lines, "entry")[0]  # at entry the mixer's last output, for this sample: PX4's simulators wait for one
     np.testing.assert_array_equal(entry, [1, 0, 0, 0, 0])
     check_px4_samples(lines, float(plan.parameters.airframe.rotor.fastest))
+    listed = yaml.safe_load((tmp_path / "module.yaml").read_text(encoding="utf-8"))["parameters"][0]["definitions"]
+    rate = listed["QS_RAT_X"]
+    assert rate["description"]["short"] == "gains.rate[0]"
+    assert rate["default"] == pytest.approx(float(plan.parameters.gains.rate[0]))
+    assert 0.0 < rate["min"] < 1e-3  # 0 is not allowed
+    assert listed["QS_RAT_INT_X"]["min"] == 0.0
+    assert all(len(name) <= 16 for name in listed)
     check_px4_guards(lines)
     check_px4_setpoints(lines)
 

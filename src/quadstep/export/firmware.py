@@ -205,7 +205,7 @@ def px4(exported: Exported) -> dict[str, str]:
     return {
         "ROTOR_COUNT": str(count),
         "PARAMETERS\n": "".join(
-            f"    QS_{name}:\n      description: {{short: gains.{one.member}}}\n      type: float\n      decimal: 6\n"
+            f"    QS_{name}:\n      description: {{short: 'gains.{one.member}'}}\n      type: float\n      decimal: 6\n"
             f"      default: {one.value!r}\n{bounds(one)}"
             for name, one in gains.items()
         ),
