@@ -21,7 +21,7 @@ from docs.site.reference.files import page as files_page
 from docs.site.reference.python import page as python_page
 from docs.site.running import Ran, prepare
 from docs.site.runs import run_one
-from docs.site.writing import with_flights, with_further, with_links, with_listings
+from docs.site.writing import accessible, with_flights, with_further, with_links, with_listings
 from tests.needs import SITE, needs
 
 PAGES = run_pages()
@@ -226,6 +226,12 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     assert 'page.html#nested" title="Live"' in flown and 'page.html">Live' in flown
     assert "Further" in with_further("a\n\n<!-- further -->", ["a.md", "new.md"])
     assert "lessons" not in with_further("<!-- further -->\nlessons/index\n", ["new.md", "lessons/a.md"]).split("```")[1]
+
+
+def test_the_site_is_made_for_readers_by_ear_and_keyboard():
+    assert accessible('<p class="caption" role="heading">') == '<p class="caption" role="heading" aria-level="2">'
+    assert accessible('<aside class="toc-drawer no-toc">') == '<aside aria-label="On this page" class="toc-drawer no-toc">'
+    assert accessible('<div class="highlight"><pre>x') == '<div class="highlight"><pre tabindex="0">x'
 
 
 def test_the_reference_has_every_command_and_option():
