@@ -13,6 +13,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.files import JSON
 from quadstep.io.results.folder import RUNNING, names_in, opened, parts_of
 from quadstep.io.results.parts import parts_in, sealed
+from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing, write_json
 from tests import campaigns
 from tests.commands import LINE, quadstep, without_figures, write
@@ -181,12 +182,12 @@ def test_a_folder_that_somebody_gave_away_deletes_no_file_of_whoever_flies_into_
 def quickly(patch):
     """Reports of one figure each, without what they draw."""
 
-    def drawn(out, *_):
-        (out / "figures").mkdir(exist_ok=True)
-        (out / "figures" / "a.svg").write_text("a")
-        return []
+    def drawn(of):
+        of.folder.mkdir(exist_ok=True)
+        (of.folder / "a.svg").write_text("a")
+        return Evidence("", "Campaign", "", (), {})
 
-    patch.setattr("quadstep.studies.campaign.report.sections", lambda *given: drawn(given[4].parent))
+    patch.setattr("quadstep.studies.campaign.report.evidence", drawn)
     patch.setattr(
         "quadstep.studies.rare.report.draw_levels", lambda path, *_: path.with_suffix(".svg").write_text("<svg></svg>")
     )
