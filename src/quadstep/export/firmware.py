@@ -191,7 +191,13 @@ def parameters_of(exported: Exported) -> dict[str, Parameter]:
 def bounds(one: Parameter) -> str:
     """Those of a parameter in PX4's list of them."""
     words = zip(("min", "max"), (one.least, one.most), strict=True)
-    return "".join(f"      {word}: {bound!r}\n" for word, bound in words if math.isfinite(bound))
+    return "".join(f"      {word}: {as_yaml(bound)}\n" for word, bound in words if math.isfinite(bound))
+
+
+def as_yaml(value: float) -> str:
+    """A number with a point, without which YAML reads 1e-06 as text."""
+    text = repr(value)
+    return text if "." in text else text.replace("e", ".0e")
 
 
 def c_bound(bound: float) -> str:
@@ -206,7 +212,7 @@ def px4(exported: Exported) -> dict[str, str]:
         "ROTOR_COUNT": str(count),
         "PARAMETERS\n": "".join(
             f"    QS_{name}:\n      description: {{short: 'gains.{one.member}'}}\n      type: float\n      decimal: 6\n"
-            f"      default: {one.value!r}\n{bounds(one)}"
+            f"      default: {as_yaml(one.value)}\n{bounds(one)}"
             for name, one in gains.items()
         ),
         "GAIN_COUNT": str(len(gains)),
