@@ -130,3 +130,14 @@ def test_a_histogram_and_bars_are_read_and_a_part_is_shown_with_its_limit(tmp_pa
     opened.locator("button.whole").click()
     assert sum(edges_of(opened, limit)) / 2.0 == pytest.approx(place(told[1], 1.5, 0.0)[0], abs=0.6)
     browsers[False].blank()
+
+
+def test_powers_of_ten_are_written_out_where_nobody_chose_how(tmp_path):
+    with drawing(Sheet()):
+        figure = new_figure(Sheet(), 4.0, 3.0)
+        axes = figure.add_subplot()
+        axes.loglog([1e-6, 1.0], [1e-5, 1e5])
+        write(figure, tmp_path / "a", Sheet(formats=("svg",)))
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert "10⁻⁴" in text
+    assert "math" not in text
