@@ -61,7 +61,7 @@ REVIEWED = (
     (COMPLETED, "gains.integral_bounds[0]", "gains.integral_bounds[1]"),
     (COMPLETED, "estimate_2 = on * output", "estimate_2 = output"),
 )
-"""Mistakes that a review found the checks of its time to let pass."""
+"""Mistakes that a review found the checks of simulated time to let pass."""
 
 
 class Mutant(NamedTuple):

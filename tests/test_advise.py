@@ -141,7 +141,7 @@ def test_a_log_that_carries_no_advice_is_refused_with_the_reason(tmp_path):
         "without an excitation": (0.0 * d, u, "never changes"),
         "drowned": (d, u + random.normal(0.0, 30.0 * u.std(), len(u)), "coherence"),
         "clipped": (d, np.clip(u, -0.3 * np.abs(u).max(), 0.3 * np.abs(u).max()), "saturated"),
-        "elsewhere": (d, 3.0 * u, "added elsewhere"),
+        "elsewhere": (d, 3.0 * u, "added somewhere else"),
         "short": (d[:2000], u[:2000], "less than 10 s"),
     }
     for name, (excitation, command, said) in cases.items():

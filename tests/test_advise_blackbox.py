@@ -147,14 +147,14 @@ def test_advice_for_betaflight_is_whole_numbers_to_paste(tmp_path):
 
 
 def test_logs_of_betaflight_that_tell_nothing_are_refused(tmp_path):
-    with pytest.raises(UserError, match="flew in another mode than acro"):
+    with pytest.raises(UserError, match="flew in a mode other than acro"):
         excited(logged(tmp_path, 1.0, flags=3), None)
-    with pytest.raises(UserError, match=r"should be of Betaflight, not of INAV 7\.1\.0"):
+    with pytest.raises(UserError, match=r"should be from Betaflight, not INAV 7\.1\.0"):
         excited(logged(tmp_path, 1.0, {**HEADERS, "Firmware revision": "INAV 7.1.0 (abc)"}), None)
     for interval in ("0/1", "1/2000000000"):  # the decoder would count for ever
         with pytest.raises(UserError, match="interval between frames"):
             excited(logged(tmp_path, 1.0, {**HEADERS, "P interval": interval}), None)
     path = tmp_path / "noise.bbl"
     path.write_bytes(np.random.default_rng(0).bytes(5_000))
-    with pytest.raises(UserError, match="has no flight of Betaflight's blackbox"):
+    with pytest.raises(UserError, match="contains no Betaflight blackbox flight"):
         excited(path, None)

@@ -97,7 +97,7 @@ def test_what_a_setpoint_does_not_tell_is_refused_with_the_reason(tmp_path):
         UserError, match=r"vehicle_torque_setpoint.xyz\[0\]: \d+ % of it are what MC_ROLLRATE_\* of the log make"
     ):
         excited(logged(tmp_path, SOUND, {"MC_ROLLRATE_K": 1.0}), None)
-    with pytest.raises(UserError, match="no 10 s of flight in one mode"):
+    with pytest.raises(UserError, match="no 10 s of uninterrupted flight in one mode"):
         excited(logged(tmp_path, SOUND, vehicle_land_detected=("float landed", np.ones((len(flight()[0]), 1)))), None)
     bare = tmp_path / "bare.ulg"
     r, y, u = (column[:, SOUND] for column in flight())
@@ -109,7 +109,7 @@ def test_what_a_setpoint_does_not_tell_is_refused_with_the_reason(tmp_path):
     with pytest.raises(UserError, match=said):
         excited(bare, None)
     bare.write_bytes(rate_loop(r[:40:5], y[:40:5], u[:40:5], 5 * STEP, parameters(SOUND)))  # 20 ms, but for rounding
-    with pytest.raises(UserError, match="no 10 s of flight in one mode"):
+    with pytest.raises(UserError, match="no 10 s of uninterrupted flight in one mode"):
         excited(bare, None)
 
 
@@ -178,7 +178,7 @@ def test_what_the_motors_did_a_tone_and_descents_are_told_with_their_thresholds(
     found = advise(path, None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
     share = 100.0 * np.mean(control[:, :4].max(axis=1) >= 0.999)
     text = " ".join(found.more)
-    told = re.search("A motor was at its upper limit for (.*) % of the time; of what took it there roll made", text)
+    told = re.search("A motor was at its upper limit for (.*) % of the time; of what drove it there roll made", text)
     assert float(told[1]) == pytest.approx(share, rel=0.05)
     assert "a peak at 80 Hz, " in text
     assert "dB above its surroundings" in text

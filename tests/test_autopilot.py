@@ -213,7 +213,7 @@ def test_a_vehicle_stands_until_the_rotors_carry_it():
         assert one.force == (0.0, 0.0, -9.80665)
         assert np.hypot(one.attitude[0], one.attitude[3]) == pytest.approx(1.0)
         assert one.attitude[3] / one.attitude[0] == pytest.approx(0.8)  # the heading stays
-    assert stages[:2] == ["waiting for the autopilot", "standing until the autopilot takes off: 0 s of its time"]
+    assert stages[:2] == ["waiting for the autopilot", "standing until the autopilot takes off: 0 s of simulated time"]
     assert len(stages) == 5
     assert pilot(np.array([0.5] + [0.0] * 16)) == [0.5] * 4
     assert link.told[-1].time == pytest.approx(3.51)  # the autopilot's clock goes on
@@ -222,7 +222,7 @@ def test_a_vehicle_stands_until_the_rotors_carry_it():
 def test_an_autopilot_that_never_takes_off_is_told_of(monkeypatch):
     monkeypatch.setattr("quadstep.bridges.autopilot.link.STANDING", 1.0)
     pilot, link = piloted(lambda _: [0.4] * 4)
-    with pytest.raises(UserError, match="did not take off within 1 s of its time"):
+    with pytest.raises(UserError, match="did not take off within 1 s of simulated time"):
         pilot.begin(MOVING, 4, 0.99)
     assert link.closed
 
@@ -297,8 +297,10 @@ def test_a_path_is_sent_and_nothing_else(tmp_path, kind):
     run = quadstep("serve-setpoints", mission, "--connect", where, "--kind", kind, "--rate", "40", "--hold", "0.25")
     stop.set()
     assert run.code == 0, run.err
-    assert "arming and the change to offboard or guided mode are yours" in run.err
-    assert "Sent 31 setpoints over 0.5 s, and its last point for 0.25 s. No more will come" in " ".join(run.out.split())
+    assert "arming and switching to offboard or guided mode are up to you" in run.err
+    assert "Sent 31 setpoints over 0.5 s, and the path's last point for 0.25 s. No more setpoints follow" in " ".join(
+        run.out.split()
+    )
     heard = []
     while (message := vehicle.recv_match(blocking=True, timeout=0.3)) is not None:
         heard.append(message)

@@ -75,7 +75,7 @@ def test_what_is_not_modelled_is_listed(tmp_path):
     read = mission(tmp_path, DIFF.replace("{profile}", "1"))
     said = read.controller.warnings(read.modelled)
     left = "motor_pwm_protocol, acc_calibration, roll_rc_rate, simplified_master_multiplier"
-    assert said == [f"diff.txt: betaflight-rates does without {left}"]
+    assert said == [f"diff.txt: betaflight-rates does not use {left}"]
 
 
 def test_what_is_written_is_read_again():
@@ -95,10 +95,10 @@ def test_what_is_no_number_is_none():
 
 
 WRONG = {
-    "another version": (DIFF.replace("4.5.1", "4.3.2"), "is of Betaflight 4.3; only 4.5 is known"),
+    "another version": (DIFF.replace("4.5.1", "4.3.2"), "is from Betaflight 4.3; only 4.5 is supported"),
     "no such choice": (DIFF.replace("PT3", "PT4"), "dterm_lpf1_type is 'PT4'; allowed: PT1, BIQUAD, PT2, PT3"),
-    "another file": ("params:\n", "line 1 is not what Betaflight answers to `diff all`: 'params:'"),
-    "empty": ("", "is not what Betaflight answers to `diff all`"),
+    "another file": ("params:\n", "line 1 is not output of Betaflight's `diff all`: 'params:'"),
+    "empty": ("", "is not output of Betaflight's `diff all`"),
     "no number": (DIFF.replace("= 60", "= much"), "controller.p_roll"),
     "out of reach": (DIFF.replace("= 60", "= -6"), "controller.p_roll: should be greater than or equal to 0"),
 }

@@ -299,7 +299,7 @@ TRIALS = {
     "import os; os.abort()": "cannot be joined: Ray gave up without a message$",
     "import sys; sys.exit('Unauthenticated: InvalidAuthToken')": "cannot be joined: it requires its token; set RAY_AUTH_MODE=",
     "import sys; sys.exit('Could not find any running Ray instance')": "cannot be joined: no Ray was started",
-    "import time; time.sleep(30)": "cannot be joined: no Ray has answered in 0.5 s$",
+    "import time; time.sleep(30)": "cannot be joined: Ray did not answer within 0.5 s$",
 }
 
 

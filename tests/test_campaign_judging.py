@@ -72,7 +72,7 @@ def test_copies_of_one_flight_show_nothing_of_others(tmp_path, options):
     path, out = written(tmp_path, "", head="flights = 8\n"), tmp_path / "out"
     run = fly(path, out, *options)
     assert run.refused
-    assert f"{options[-2]}: its flights do not differ and show nothing of others" in run.err
+    assert f"{options[-2]}: its flights do not differ and say nothing about others" in run.err
     assert not out.exists()
     assert fly(path, out).code == 0
 
@@ -118,7 +118,7 @@ def test_points_of_a_grid_flown_often_have_no_intervals(tmp_path):
     path.write_text(f'flights = 60\n{CALM}[vary]\nwind.mean.0 = {{ type = "grid", values = [1.0, 2.0] }}\n')
     run = fly(path, out, "--require", "0.5")
     assert run.refused
-    assert "--require: its flights are points of a grid, without noise, and show nothing of others" in run.err
+    assert "--require: its flights are points of a grid, without noise, and say nothing about others" in run.err
     run = fly(path, out)
     assert "Its 60 flights are 2 points of a grid, without noise, so nothing is statistical." in run.out
     assert "95 %" not in run.out
@@ -130,7 +130,7 @@ def test_points_of_a_grid_flown_often_have_no_intervals(tmp_path):
     ("flights", "said", "more"),
     [
         (20, "20 flights are only the first of a grid of 30 points", 30),
-        (70, "no whole number of rounds of its grid of 30", 90),
+        (70, "do not cover its grid of 30", 90),
     ],
 )
 def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tmp_path, flights, said, more):
@@ -139,7 +139,7 @@ def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tm
     path.write_text(f"flights = {flights}\n{CALM}{noisy}\n[vary]\nwind.mean.0 = {winds}\n")
     run = fly(path, out, "--require", "0.5")
     assert run.refused
-    assert f"{flights} flights do not fly all 30 points of its grid equally often; --flights {more} do" in run.err
+    assert f"{flights} flights cannot cover the 30 points of its grid equally often; --flights {more} can" in run.err
     assert not out.exists()
     run = fly(path, out)
     assert said in run.out
@@ -151,10 +151,10 @@ def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tm
 def test_one_flight_of_which_nothing_is_drawn_is_no_grid(tmp_path):
     path, out = tmp_path / "camp.toml", tmp_path / "out"
     path.write_text(f"flights = 1\n{CALM}")
-    assert "It is one flight, of which nothing is drawn at random, so nothing is statistical." in fly(path, out).out
+    assert "It is one flight and nothing in it is random, so nothing is statistical." in fly(path, out).out
     required = fly(path, tmp_path / "other", "--require", "0.5")
     assert required.refused
-    assert "--require: its flights do not differ and show nothing of others" in required.err
+    assert "--require: its flights do not differ and say nothing about others" in required.err
 
 
 def test_what_a_plant_of_ones_own_draws_shows_only_in_flight(tmp_path):
@@ -165,7 +165,7 @@ def test_what_a_plant_of_ones_own_draws_shows_only_in_flight(tmp_path):
     path.write_text(f"flights = 3\n{content}")
     run = fly(path, out, "--require", "0.5")
     assert run.refused
-    assert "--require: its flights do not differ and show nothing of others" in run.err
+    assert "--require: its flights do not differ and say nothing about others" in run.err
     assert manifest(out)["flights"] == 3
 
 

@@ -82,7 +82,7 @@ TWICE = {
 
 @pytest.mark.parametrize("name", TWICE)
 def test_what_varies_twice_is_refused(name):
-    with pytest.raises(UserError, match="varies twice"):
+    with pytest.raises(UserError, match="is varied twice"):
         of(TWICE[name])
 
 

@@ -311,7 +311,7 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
     text, cells = told_by(tmp_path / "out")
     assert "shares overlap" in text
     assert "Of position RMSE (its logarithm), vehicle.mass explains most" in text
-    assert "Together the keys" not in text
+    assert "Taken one by one, the keys" not in text
     about = dict(row for row in cells if len(row) == 2)
     assert about["vehicle.mass [kg]"] == "normal, mean 1, deviation 0.1, correlated with disturbance.scale"
     assert about["start.position.0 [m]"] == "each of 0, 0.01 in turn"

@@ -88,7 +88,7 @@ def test_no_probability_that_can_be_shown(text):
     [
         (
             '"grid", values = [1.0, 1.1]',
-            "--until: its flights are points of a grid, without noise, and show nothing of others",
+            "--until: its flights are points of a grid, without noise, and say nothing about others",
         ),
         ('"sobol", low = 0.9, high = 1.1', "vary.vehicle.mass: --until counts independent flights"),
     ],

@@ -346,7 +346,7 @@ def test_the_shipped_paths_are_smooth_enough(name):
 
 def test_a_circle_at_full_speed_started_at_rest_is_a_jump_of_velocity():
     path = PATHS["circle at once"]
-    with pytest.raises(UserError, match=r"at t = 0 it moves at 1\.396 m/s and the start is at rest"):
+    with pytest.raises(UserError, match=r"at t = 0 it moves at 1\.396 m/s but the vehicle starts at rest"):
         certify_plan(plan(path=path, start={"velocity": [0.0, 0.0, 0.0]}))
 
 

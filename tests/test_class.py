@@ -101,7 +101,7 @@ REFUSED = [
     ("[path]\nduration = 9.0\n", "path.duration: only controller may differ"),
     ("[vehicle]\nmass = 0.1\n", "vehicle.mass: only controller may differ"),
     ("[simulation]\nduration = 1e9\n", "simulation.duration: only controller may differ"),
-    ('"controller.x" = 1\n[controller]\nx = 2\n', "varies twice"),
+    ('"controller.x" = 1\n[controller]\nx = 2\n', "is varied twice"),
     ('[controller]\ntype = "evil.py:Law"\n', "user code is not run"),
     ('[controller]\ntype = "os:system"\n', "user code is not run"),
     ('metrics = ["evil.py:Law"]\n', "metrics: only controller may differ"),
@@ -141,7 +141,7 @@ AIRFRAME = MISSION.replace("mass = 1.2", 'preset = "x500"') + '[controller]\ntyp
 def test_no_submission_opens_a_connection(tmp_path, text):
     (tmp_path / "mission.toml").write_text(AIRFRAME)
     (tmp_path / "class.toml").write_text(CLASS.replace("<2>", "2"))
-    with pytest.raises(UserError, match="not flown by an autopilot"):
+    with pytest.raises(UserError, match="cannot be flown by an autopilot"):
         submitted(text, Room(tmp_path / "class.toml", tmp_path).ground)
 
 
@@ -252,7 +252,7 @@ def test_a_flood_of_one_student_is_one_submission(room, port):
     room.waiting.get()
     room.members[ada].waits = False
     status, _, text = ask(port, "/submit", ada, "[controller]\n")
-    assert (status, text[:35]) == (429, "Your next submission is taken in 20")
+    assert (status, text[:26]) == (429, "You can submit again in 20")
     room.members[ada].last = time.monotonic() - room.section.pause
     assert ask(port, "/submit", ada, "[controller]\n")[0] == 303
     assert ask(port, "/submit", other, "[controller]\n")[0] == 303, "others are not kept waiting"

@@ -53,7 +53,7 @@ def test_a_square_says_the_median_and_what_is_lost(median, lost, words):
         ((SOUND, FRAGILE), "on second at rest its loop is fragile: why 1"),
         ((UNSTABLE, FRAGILE), "on first at rest its loop is unstable: why 0"),
         ((SOUND, UNKNOWN), "on second at rest its loop is not linearised: why 1"),
-        ((SOUND, NO_REST), "on second no rest of its loop is found: why 1"),
+        ((SOUND, NO_REST), "on second no rest was found for its loop: why 1"),
         ((SOUND, SOUND), "on first at rest its loop is sound: why 0"),
     ],
 )
@@ -73,7 +73,7 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
         "crazyflie, hover, calm: law 0, though it loses 4.4 % of its flights, has the smallest median"
     )
     filtered = twice._replace(linear={key: one._replace(estimator=True) for key, one in twice.linear.items()})
-    assert "its loop without the estimator is" in of_all(filtered)
+    assert "its loop without the estimator" in of_all(filtered)
     assert "at rest" not in of_situation(found, situation, ranked)  # on another vehicle
     assert [row[2] for row in rows(found.linear)] == list(grades)
     assert len(unlinearised(found.linear)) == (not all(one.metrics for one in loops))
@@ -83,7 +83,7 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     ("violation", "unconstrained", "said"),
     [
         (0.0, "", []),
-        (0.1, "", ["law on crazyflie: no gains that keep every limit were found (tuning.constraints)."]),
+        (0.1, "", ["law on crazyflie: no gains were found that meet every limit (tuning.constraints)."]),
         (0.0, "no rest", ["law on crazyflie: tuned without limits on its margins: no rest."]),
     ],
 )

@@ -64,7 +64,7 @@ STAND = "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [1.0, 4.0, 9.0]\n"
         (SHEET.replace("kv = 1950\n", ""), "kv: missing"),
         (SHEET.replace("kv = 1950\n", "kv = 1e9\n"), "kv: "),
         (SHEET.replace("wheelbase = 0.22", "wheelbase = 1e6"), "sheet.toml: wheelbase: "),
-        (SHEET.replace("wheelbase = 0.22", "wheelbase = 220"), "wheelbase: 220 m does not go with propellers of 0.1"),
+        (SHEET.replace("wheelbase = 0.22", "wheelbase = 220"), "wheelbase: 220 m does not fit propellers of 0.1"),
         (SHEET.replace("wheelbase = 0.22", "wheelbase = 1e-9"), "sheet.toml: wheelbase: "),
         (SHEET.replace("kv = 1950\n", "kv = 1e-6\n"), "sheet.toml: kv: "),
         (SHEET.replace("[5.1, 4.3]", "[1e-3, 4.3]"), "sheet.toml: propeller: inches: the diameter should be from 0.4"),

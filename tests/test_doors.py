@@ -212,7 +212,7 @@ def test_an_autopilot_but_not_by_a_name_that_is_taken():
     real = {"vehicle": {"preset": "x500"}, "path": {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 1.0}}
     assert type(Mission(**real, controller={"type": "mine"}).controller).__module__ == "tiny"
     assert AUTOPILOTS.load("px4").__module__.startswith("quadstep.")
-    with pytest.raises(UserError, match=r"wrong: what is registered for quadstep.autopilots should be a subclass"):
+    with pytest.raises(UserError, match=r"wrong: the object registered for quadstep.autopilots should be a subclass"):
         Mission(**real, controller={"type": "wrong"})
 
 

@@ -153,7 +153,7 @@ def test_a_large_and_honest_grid_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("flights", "chunk", "said"),
     [
-        (MOST_FLIGHTS, 16, f"make {MOST_FLIGHTS // 16} files; allowed are at most {MOST_CHUNKS}: choose a chunk of 50000"),
+        (MOST_FLIGHTS, 16, f"make {MOST_FLIGHTS // 16} files; allowed: at most {MOST_CHUNKS}: choose a chunk of 50000"),
         (10**7, 10**7, f"chunk: should be less than or equal to {LARGEST_CHUNK}"),
         (10**30, 65_536, "flights: is too large"),
         (MOST_FLIGHTS + 1, 65_536, f"flights: should be less than or equal to {MOST_FLIGHTS}"),

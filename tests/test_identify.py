@@ -231,7 +231,7 @@ def test_the_first_seconds_tell_a_flights_own_level_of_thrust(tmp_path, flights,
 
 def test_a_fit_that_leaves_what_vehicles_may_have_is_one_line(truth):
     far = with_values(truth, {"airframe.rotor.inertia": 1e-18})
-    with pytest.raises(UserError, match=r"^the fit leaves what a vehicle may have: rotor\.inertia: .*suit the vehicle"):
+    with pytest.raises(UserError, match=r"^the fit is outside the range of .*: rotor\.inertia: .*suit the vehicle"):
         identified_vehicle(start(), with_fitted(Identified(far, None, {}, {})), "made", "given")
     with pytest.raises(UserError, match=r"^the fit breaks down: .*suit the vehicle"):
         solved(np.zeros((2, 2)), np.ones(2))

@@ -47,7 +47,7 @@ def test_commands_that_answer_to_noise_do_not_determine_their_exponent():
     still = np.zeros(200)
     free, why = exponents(flight, command, still, random.normal(0.0, 0.02, 200), False)
     assert free == []
-    assert "of how the thrust changes" in why["command.exponent"]
+    assert "of the changes in thrust" in why["command.exponent"]
     assert why["command.voltage_exponent"] == "the voltage never changes, or was not logged"
     assert exponents(flight, command, still, 2.0 * command + random.normal(0.0, 0.01, 200), False)[0] == ["exponent"]
 
@@ -69,7 +69,7 @@ def test_a_steady_wind_is_not_taken_for_a_tilt():
     block = blocks([flight], 0.001, 0.045, 9.81)
     known, why = forces(block, p, start("x500").geometry(), speeds=False)
     assert "imu.tilt[0]" not in known
-    assert why["imu.tilt[0]"] == why["centre_of_gravity[1]"] == "it cannot be told from the wind that blew"
+    assert why["imu.tilt[0]"] == why["centre_of_gravity[1]"] == "it cannot be separated from the wind"
     # the wind is an airspeed: what it does changes with the lean and with the speed of the rotors
     assert known["drag.rotor[0]"].value == pytest.approx(true_values("x500")["drag.rotor[0]"], rel=3e-3)
     assert known["command.speed"].value == pytest.approx(1191.0, rel=1e-3)

@@ -180,7 +180,7 @@ def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_pat
 
 def test_what_of_a_lesson_is_not_checked_is_named(tmp_path):
     run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]))
-    assert run.out.startswith("Not checked, as this is another mission than theirs: 6.5.\n6.4 solved")
+    assert run.out.startswith("Not checked, since they are about other missions: 6.5.\n6.4 solved")
 
 
 def test_a_flight_that_is_lost_solves_nothing(tmp_path):

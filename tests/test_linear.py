@@ -367,7 +367,7 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
         if channel.name != "thrust":
             assert (one.phase, one.delay, one.gain_up) == pytest.approx((other.phase, other.delay, other.gain_up), rel=1e-3)
     said = sentences(around._replace(near=near.near, tried=near.tried))[-1]
-    assert said.startswith("The loop bends near its rest")
+    assert said.startswith("The loop has a kink near its rest")
     assert said.endswith("4 states within 0.1 mm of it.")
 
 

@@ -110,7 +110,7 @@ def test_commands_that_are_missing_or_slow_are_told_from_large_ones(flight):
     assert any(one.text == "20 rows without a command; left out" for one in found)
     assert any(one.wrong and "a command every 100 ms" in one.text and "LOG_BITMASK" in one.text for one in found)
     lost = dataclasses.replace(flight, motors=1.2 * flight.motors / flight.motors.max(), lost=np.arange(flight.rows) % 3 == 0)
-    assert any("times the full one; is `full` right?" in one.text for one in judge(lost) if one.wrong)
+    assert any("times full; is `full` correct?" in one.text for one in judge(lost) if one.wrong)
 
 
 def refused(folder, header, rows, text=MAPPING):

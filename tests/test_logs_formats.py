@@ -64,7 +64,9 @@ def test_ardupilot(tmp_path, flight, motors):
         with pytest.raises(UserError, match=said):
             read_log(tmp_path / "b.bin")
     (tmp_path / "b.bin").write_bytes(made_logs.ardupilot(flight, motors).replace(b"RCOU", b"RCIN"))
-    with pytest.raises(UserError, match=r"RCOU.C1: the motors' .* it has ATT, BAT, IMU, XKF1: set bit 10 of LOG_BITMASK"):
+    with pytest.raises(
+        UserError, match=r"RCOU.C1: this motor command .* it has ATT, BAT, IMU, XKF1: set bit 10 of LOG_BITMASK"
+    ):
         read_log(tmp_path / "b.bin")
 
 
@@ -81,7 +83,7 @@ def test_mcap(tmp_path, flight, motors):
             with pytest.raises(UserError, match=said):
                 read_log(path, mapping)
     (tmp_path / "map.toml").write_text(made_logs.MCAP_MAPPING.replace("/motors", "/engines"))
-    with pytest.raises(UserError, match="motors' commands are not in the log"):
+    with pytest.raises(UserError, match="this motor command is not in the log"):
         read_log(tmp_path / "a.mcap", str(tmp_path / "map.toml"))
     (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:5000])
     with pytest.raises(UserError, match="cannot be read as an MCAP file"):

@@ -329,7 +329,7 @@ def test_negative_noise_and_latency_are_refused(key):
     [
         ({"latency": 0.005}, r"sensors\.latency = 0\.005 s must be a whole multiple of sensors\.imu_period = 0\.002"),
         ({"latency": 0.001}, "whole multiple"),
-        ({"latency": 1.0}, "500 samples of the IMU; allowed are at most 250"),
+        ({"latency": 1.0}, "500 samples of the IMU; allowed: at most 250"),
         ({"imu_period": 0.003}, r"sensors\.imu_period = 0\.003 s must be a whole multiple of simulation\.step"),
         ({"fix_period": 0.001}, r"sensors\.fix_period = 0\.001 s must be a whole multiple of sensors\.imu_period"),
     ],

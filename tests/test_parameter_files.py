@@ -69,18 +69,18 @@ def test_what_is_written_is_read_again_and_is_yaml():
 
 
 WRONG = {
-    "another kind": (SAVED.replace("persistent_param_state", "x"), "is not one of cfclient's files of stored parameters"),
-    "another version": (SAVED.replace("'1'", "'2'"), "has version '2'; only version 1 is known"),
+    "another kind": (SAVED.replace("persistent_param_state", "x"), "is not a parameter file of cfclient"),
+    "another version": (SAVED.replace("'1'", "'2'"), "has version '2'; only version 1 is supported"),
     "no version": (SAVED.replace("version: '1'\n", ""), "has version 'none'"),
     "twice": (SAVED.replace("sound.effect", "pid_rate.roll_kp"), "line 14: pid_rate.roll_kp is given twice"),
     "no number": (SAVED.replace("200.0", "much"), "pid_rate.roll_kp: stored_value should be a number, not 'much'"),
     "no value": (SAVED.replace("    stored_value: 200.0\n", ""), "pid_rate.roll_kp: stored_value should be a number, not ''"),
     "neither": (SAVED.replace("is_stored: false", "is_stored: maybe"), "thrustBase: is_stored should be true or false"),
-    "a list": ("- 1\n", "line 1 is not one of cfclient's files of stored parameters: '- 1'"),
-    "empty": ("", "is not one of cfclient's"),
+    "a list": ("- 1\n", "line 1 is not from a parameter file of cfclient: '- 1'"),
+    "empty": ("", "is not a parameter file of cfclient"),
     "unknown": (
         SAVED.replace("roll_kp", "rol_kp"),
-        "no parameter of Crazyflie firmware 2026.08; did you mean pid_rate.roll_kp?",
+        "not a parameter of Crazyflie firmware 2026.08; did you mean pid_rate.roll_kp?",
     ),
     "out of range": (SAVED.replace("200.0", "-1.0"), "controller.pid_rate.roll_kp: should be greater than or equal to 0"),
 }
@@ -114,9 +114,9 @@ def test_a_mission_flies_with_what_the_file_says_and_its_own_keys_go_before_it(t
 def test_what_is_not_modelled_is_listed_and_other_defaults_are_told(tmp_path):
     vehicle = mission(tmp_path, SAVED).modelled
     said = mission(tmp_path, SAVED).controller.warnings(vehicle)
-    assert said == ["saved.yaml: crazyflie-pid does without pid_attitude.yawMaxDelta, sound.effect"]
+    assert said == ["saved.yaml: crazyflie-pid does not use pid_attitude.yawMaxDelta, sound.effect"]
     other = mission(tmp_path, SAVED.replace("default_value: 250.0", "default_value: 70.0")).controller.warnings(vehicle)
-    assert other[1].endswith("firmware 2026.08: other defaults of pid_rate.roll_kp")
+    assert other[1].endswith("firmware 2026.08: it has other defaults for pid_rate.roll_kp")
 
 
 def test_dotted_keys_are_tables_of_toml():
@@ -160,7 +160,7 @@ def test_a_mission_flies_with_what_qgroundcontrol_saved(tmp_path):
     assert (rates.airmode, rates.pitch_p) == (1.0, 0.15)
     assert rates.roll_p == pytest.approx(0.14)
     assert px4(tmp_path, QGC, MC_ROLLRATE_P=0.2).plan(warn=False).parameters.gains.rates.roll_p == 0.2
-    assert read.controller.warnings(read.modelled) == ["saved.params: px4-cascade does without MPC_LAND_SPEED"]
+    assert read.controller.warnings(read.modelled) == ["saved.params: px4-cascade does not use MPC_LAND_SPEED"]
 
 
 def test_a_whole_file_is_a_short_warning_and_a_list_in_the_report(tmp_path):
@@ -168,29 +168,29 @@ def test_a_whole_file_is_a_short_warning_and_a_list_in_the_report(tmp_path):
     others = "".join(f"1\t1\tNAV_{i:03}\t1\t9\n" for i in range(1000)) + "1\t154\tMNT_RC\t1\t2\n"  # the last: a gimbal's
     read = px4(tmp_path, header + QGC + others)
     assert read.controller.warnings(read.modelled) == [
-        "saved.params: is of version 1.14, and px4-cascade is PX4 v1.15's",
-        "saved.params: px4-cascade does without 1001 of 1004 parameters: MPC_LAND_SPEED, NAV_000, NAV_001, NAV_002, NAV_003 "
+        "saved.params: is from version 1.14; px4-cascade is PX4 v1.15's",
+        "saved.params: px4-cascade does not use 1001 of 1004 parameters: MPC_LAND_SPEED, NAV_000, NAV_001, NAV_002, NAV_003 "
         "and 996 more",
     ]
     assert len(read.controller.left) == 1001
     file = tmp_path / "report.html"
     write_report(file, read, fly(read), {}, (), {})
-    assert "1001 parameters of its file that px4-cascade does without" in file.read_text()
+    assert "1001 parameters of its file that px4-cascade does not use" in file.read_text()
     assert "NAV_999" in file.read_text()
 
 
 WRONG_QGC = {
-    "of ArduPilot": ("ATC_RAT_RLL_P 0.1\n", "line 1 is not one of QGroundControl's files of parameters: 'ATC_RAT_RLL_P 0.1'"),
-    "another type": (QGC.replace("\t9\n", "\tfloat\n"), "line 6 is not one of QGroundControl's"),
+    "of ArduPilot": ("ATC_RAT_RLL_P 0.1\n", "line 1 is not from a parameter file of QGroundControl: 'ATC_RAT_RLL_P 0.1'"),
+    "another type": (QGC.replace("\t9\n", "\tfloat\n"), "line 6 is not from a parameter file of QGroundControl"),
     "twice": (QGC + "1\t1\tMC_AIRMODE\t0\t6\n", "line 8: MC_AIRMODE is given twice"),
     "no number": (QGC.replace("0.140000000596046448", "nan"), "line 6: MC_ROLLRATE_P should be a number, not 'nan'"),
     "by its name": (QGC.replace("Onboard", "Stack: ArduPilot\n# Onboard"), "has parameters of ArduPilot, not of PX4"),
-    "of another release": (
+    "from another release": (
         QGC + "1\t1\tIMU_GYRO_NF_FREQ\t80\t9\n",
-        "IMU_GYRO_NF_FREQ is of another release than PX4 v1.15, where it is IMU_GYRO_NF0_FRQ",
+        "IMU_GYRO_NF_FREQ is from another release; PX4 v1.15 calls it IMU_GYRO_NF0_FRQ",
     ),
     "a choice": (QGC.replace("MC_AIRMODE\t1", "MC_AIRMODE\t3"), "controller.MC_AIRMODE: should be less than or equal to 2"),
-    "empty": ("# Stack: PX4 Pro\n", "is not one of QGroundControl's files of parameters: it has none"),
+    "empty": ("# Stack: PX4 Pro\n", "is not a parameter file of QGroundControl: it has no parameters"),
     "a frame": (QGC.replace("CA_AIRFRAME\t0", "CA_AIRFRAME\t2"), "CA_AIRFRAME is 2, and px4-cascade flies only 0"),
     "out of range": (QGC.replace("MC_ROLLRATE_P\t0", "MC_ROLLRATE_P\t-0"), "controller.MC_ROLLRATE_P: should be greater"),
 }
@@ -226,10 +226,10 @@ def test_a_mission_flies_with_what_a_ground_station_saved_of_ardupilot(tmp_path)
     found = read("ATC_RAT_RLL_P,0.15\nANGLE_MAX 4500\nATC_RAT_RLL_SMAX 0\nFRAME_CLASS 1\n")
     gains = found.plan(warn=False).parameters.gains
     assert (gains.roll.p, gains.pitch.p, gains.position.copter_lean) == (0.15, 0.135, 4500.0)
-    assert found.controller.warnings(found.modelled) == ["saved.param: ardupilot-cascade does without ATC_RAT_RLL_SMAX"]
+    assert found.controller.warnings(found.modelled) == ["saved.param: ardupilot-cascade does not use ATC_RAT_RLL_SMAX"]
     with pytest.raises(UserError, match="FRAME_CLASS is 6, and ardupilot-cascade flies only 1 or 2 or 3"):
         read("FRAME_CLASS 6\n")
-    with pytest.raises(UserError, match=r"PSC_D_ACC_FLTE is of another release .* Copter 4.6, where it is PSC_ACCZ_FLTE"):
+    with pytest.raises(UserError, match=r"PSC_D_ACC_FLTE is from another release; .* Copter 4.6 calls it PSC_ACCZ_FLTE"):
         read("PSC_D_ACC_FLTE 20\n")
 
 
@@ -271,6 +271,7 @@ def test_parameters_that_contradict_each_other_are_refused_by_their_names(name):
 
 def test_what_px4_takes_but_does_not_advise_is_flown_and_said(tmp_path):
     read = px4(tmp_path, QGC, MC_ROLLRATE_P=0.6)
-    assert "controller.MC_ROLLRATE_P = 0.6 is outside what PX4 v1.15 says of it, from 0.01 to 0.5" in read.controller.warnings(
-        read.modelled
+    assert (
+        "controller.MC_ROLLRATE_P = 0.6 is outside the range documented by PX4 v1.15, from 0.01 to 0.5"
+        in read.controller.warnings(read.modelled)
     )

@@ -149,7 +149,7 @@ def test_the_code_that_the_reader_names_is_run_and_no_other(tmp_path, tube):
 def test_a_format_of_no_kind_is_refused_without_the_name_of_one(tmp_path, content):
     path = tmp_path / "proof.json"
     path.write_text(json.dumps(content))
-    with pytest.raises(UserError, match="its format is none that this version writes"):
+    with pytest.raises(UserError, match="this version does not write its format"):
         read_certificate(path)
 
 

@@ -165,7 +165,7 @@ def test_estimates_that_nothing_moves_are_named():
     found = invariant_set(Sampled(mission(type="geometric-adaptive").plan()), Unknown())
     assert isinstance(found, str)
     assert "drag.0" in found
-    assert "do not return by themselves" in found
+    assert "do not return on their own" in found
 
 
 def test_a_law_that_rests_on_an_edge_has_no_slopes_there():

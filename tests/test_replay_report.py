@@ -99,9 +99,11 @@ def test_a_vehicle_on_flights_that_it_was_fitted_to_is_no_test(tmp_path, logs):
     flights = [logs / "B0_made.csv", logs / "B1_made.csv"]
     for count, said in ((1, "this flight"), (2, "B0_made")):
         run = quadstep("replay", *flights[:count], "--vehicle", fitted, "--mapping", logs / "map.toml")
-        assert f"Going by names, the vehicle was identified from {said}: no test of it. " in " ".join(run.out.split()), run.err
+        assert f"By their names, the vehicle was identified from {said}, so this does not test it. " in " ".join(
+            run.out.split()
+        ), run.err
     other = quadstep("replay", flights[1], "--vehicle", fitted, "--mapping", logs / "map.toml")
-    assert "no test of it" not in other.out
+    assert "does not test it" not in other.out
 
 
 def test_a_report_of_predictions_says_what_the_terminal_says(tmp_path, logs):
@@ -134,7 +136,7 @@ def test_a_flight_of_which_nothing_is_predicted_is_named_first(tmp_path, logs):
     flights = [logs / "B0_made.csv", tmp_path / "still.csv"]
     (tmp_path / "map.toml").write_text(MAPPING)
     run = quadstep("replay", *flights, "--vehicle", "crazyflie", "--mapping", tmp_path / "map.toml")
-    assert "Nothing is predicted for still: the motors never run." in " ".join(run.out.split()), run.err
+    assert "Nothing is predicted for still: the motors never ran." in " ".join(run.out.split()), run.err
 
 
 @pytest.mark.parametrize("channel", ["position", "velocity", "attitude", "rates"])
@@ -156,7 +158,7 @@ def test_what_was_not_measured_is_left_out_of_the_errors(tmp_path, logs, channel
 
 @pytest.mark.parametrize(
     ("factor", "said"),
-    [(0.0, "the motors never run"), (10.0, "100 % of the motor commands are above the full one, `full` in the mapping")],
+    [(0.0, "the motors never ran"), (10.0, "100 % of the motor commands are above the full one, `full` in the mapping")],
 )
 def test_motors_that_never_run_or_are_beyond_full_are_named(tmp_path, logs, factor, said):
     flight = logged(0)[0]

@@ -89,7 +89,7 @@ def test_a_worker_that_does_not_start_is_no_fault_of_the_folder(mission, tmp_pat
     monkeypatch.setattr(forkserver, "connect_to_new_process", refuse)
     run = quadstep("fly", mission, "--out", tmp_path / "out")
     assert run.refused, run
-    assert "no process to draw figures could be started" in run.err
+    assert "could not start a process to draw figures" in run.err
     assert [path.name for path in tmp_path.iterdir()] == ["mission.toml"]
 
 
@@ -100,7 +100,7 @@ def test_a_pool_that_cannot_be_made_is_no_fault_of_the_folder(mission, tmp_path,
     monkeypatch.setattr(ProcessPoolExecutor, "__init__", refuse)
     run = quadstep("fly", mission, "--out", tmp_path / "out")
     assert run.refused, run
-    assert "no process to draw figures could be started" in run.err
+    assert "could not start a process to draw figures" in run.err
     assert [path.name for path in tmp_path.iterdir()] == ["mission.toml"]
 
 

@@ -220,7 +220,7 @@ def test_setpoints_in_a_terminal(folder, columns):
     vehicle.close()
     assert shown.code == 0, shown.text
     assert good(shown, columns)
-    assert re.search(r"Sent 1\d setpoints over 0.5 s, and its last point for 0.2 s.", " ".join(shown.text.split()))
+    assert re.search(r"Sent 1\d setpoints over 0.5 s, and the path's last point for 0.2 s.", " ".join(shown.text.split()))
 
 
 def test_every_command_is_tried_in_a_terminal():

@@ -96,9 +96,9 @@ def test_an_installed_module_is_found_and_has_a_digest(tmp_path):
     ("change", "said"),
     [
         (("9.81 +", "1 / 0 +"), "law.py:17: ZeroDivisionError: division by zero; the line: up = 1 / 0 + gains.k"),
-        (("-0.5 * measured.rates", "0.0"), "law.py:Hover: law: the Command: should keep the shape that it has at the start"),
+        (("-0.5 * measured.rates", "0.0"), "law.py:Hover: law: the Command: should keep the shape it has at the start"),
         (("), memory", ")"), "law.py:Hover: law: should return a Command and the memory; it returns Command"),
-        (("), memory", "), (1.0,)"), "law.py:Hover: law: the memory: should keep the shape that it has at the start"),
+        (("), memory", "), (1.0,)"), "law.py:Hover: law: the memory: should keep the shape it has at the start"),
         (("import K", "import Q"), "law.py:7: ImportError: cannot import name 'Q'"),
         (("Gains = Gains", "Gains = nothing"), "law.py:14: NameError: name 'nothing' is not defined"),
         (("class Hover(", "class Hover(("), "SyntaxError"),

@@ -171,7 +171,7 @@ def test_whole_document_is_json(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        (["--only", "76"], "allowed are 1 to 75"),
+        (["--only", "76"], "allowed: 1 to 75"),
         (["--only", ""], "--only: is empty"),
         (["--only", "5", "--json", "nowhere/rows.json"], "cannot be written: no folder nowhere"),
         (["--only", "5", "--json", "."], "is a folder"),

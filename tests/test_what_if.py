@@ -52,12 +52,12 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
 
 
 WRONG = {
-    "pid_rate.rol_kp=1": "no parameter of crazyflie-pid, crazyflie-mellinger; did you mean pid_rate.roll_kp?",
+    "pid_rate.rol_kp=1": "is not a parameter of crazyflie-pid, crazyflie-mellinger; did you mean pid_rate.roll_kp?",
     "pid_rate.roll_kp": "pid_rate.roll_kp: file not found",
     "pid_rate.roll_kp=nan": "should be NAME=VALUE, with a number",
-    "pid_rate.roll_kp=250": "pid_rate.roll_kp is 250 already",
+    "pid_rate.roll_kp=250": "pid_rate.roll_kp is already 250",
     "pid_rate.roll_kp=-1": "pid_rate.roll_kp",
-    "ctrlMel.kp_z=1": "crazyflie-pid has no parameter ctrlMel.kp_z; it is one of crazyflie-mellinger",
+    "ctrlMel.kp_z=1": "crazyflie-pid has no parameter ctrlMel.kp_z, which belongs to crazyflie-mellinger",
 }
 
 
@@ -78,11 +78,11 @@ def test_two_files_differ_by_what_changes_between_them(tmp_path):
         (tmp_path / f"{len(names) - 1}.yaml").write_text(CrazyflieYaml.write(values, defaults))
     assert changes_of([names[1]], names[0]) == {"pid_rate.roll_kp": 250.0}
     assert changes_of([names[0]], LAW) == {"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}
-    with pytest.raises(UserError, match=r"no parameter of .* differs from"):
+    with pytest.raises(UserError, match=r"no parameter of .* differs between it and"):
         changes_of([names[0]], names[0])
     found = answer(Asked(names[1], {"pid_rate.roll_kp": 240.0}, "crazyflie", flights=2), tmp_path / "out")
     assert found.record["before"] == {"pid_rate.roll_kp": 250.0}
-    assert found.warnings == [f"{names[1]}: crazyflie-pid does without pid_attitude.yawMaxDelta"]
+    assert found.warnings == [f"{names[1]}: crazyflie-pid does not use pid_attitude.yawMaxDelta"]
 
 
 def test_the_file_says_whose_parameters_they_are(tmp_path):
@@ -95,12 +95,12 @@ def test_the_file_says_whose_parameters_they_are(tmp_path):
     assert (found["law"], found["before"]) == ("px4-cascade", {"MC_ROLLRATE_K": 1.0})
     with pytest.raises(UserError, match=r"mine.csv: should be a file of an autopilot's parameters \(.yaml, .params"):
         answer(Asked("mine.csv", {"MC_ROLL_P": 1.0}, "x500"), None)
-    with pytest.raises(UserError, match=r"MC_ROLP_P is no parameter of px4-cascade; did you mean MC_ROLL_P\?"):
+    with pytest.raises(UserError, match=r"MC_ROLP_P is not a parameter of px4-cascade; did you mean MC_ROLL_P\?"):
         answer(Asked("px4-cascade", {"MC_ROLP_P": 1.0}, "x500"), None)
 
 
 def test_parameters_of_two_laws_and_one_twice_are_refused():
-    with pytest.raises(UserError, match="are not parameters of one law"):
+    with pytest.raises(UserError, match="are not parameters of the same law"):
         answer(asked(pid_rate__roll_kp=1.0, ctrlMel__kp_z=1.0), None)
     with pytest.raises(UserError, match="is given twice"):
         changes_of(["a=1", "a=2"], LAW)

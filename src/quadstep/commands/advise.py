@@ -19,13 +19,15 @@ def advise(
     ],
     mission: Annotated[
         Path | None,
-        typer.Option(metavar="MISSION.toml", help="A mission whose modelled margins stand beside.", show_default=False),
+        typer.Option(
+            metavar="MISSION.toml", help="A mission whose modelled margins are shown for comparison.", show_default=False
+        ),
     ] = None,
     columns: Annotated[
         str | None,
         typer.Option(
             metavar="X,Y",
-            help="Columns of the excitation, and of the command that it was added to, with it; known for ArduPilot and PX4.",
+            help="Columns of the excitation and of the command that contains it; for logs of other autopilots.",
             show_default=False,
         ),
     ] = None,
@@ -39,7 +41,7 @@ def advise(
 ) -> None:
     """Measure a loop's margins in flight, and say which gains would repair them: log in, advice out (docs/advise.md).
 
-    Exit code 2: the log has no excitation, or its excitation does not tell the margins; the reason is said.
+    Exit code 2: the log has no excitation, or one that does not determine the margins; the reason is printed.
     """
     started = time.perf_counter()
     from quadstep.studies.advise import advise as advised

@@ -14,18 +14,18 @@ from quadstep.report.terminal.screen import say
 
 
 def check(
-    lesson: Annotated[str, typer.Argument(help="A lesson, 4, or one exercise, 4.5.", show_default=False)],
+    lesson: Annotated[str, typer.Argument(help="A lesson (4), or one exercise (4.5).", show_default=False)],
     mission: Annotated[Path, typer.Argument(help="Your mission (TOML).", show_default=False)],
     course: Annotated[
         Path | None, typer.Option(help="A file of exercises instead of the package's (docs/lessons).", show_default=False)
     ] = None,
-    hint: Annotated[bool, typer.Option("--hint", help="Give a hint for each exercise that is not solved.")] = False,
+    hint: Annotated[bool, typer.Option("--hint", help="Give a hint for each unsolved exercise.")] = False,
     as_json: JsonOption = False,
     junit: JunitOption = None,
 ) -> None:
     """Check your solution of a lesson's exercise by flying it.
 
-    Of a lesson, the exercises are checked that your mission is one for. Exit code 0: solved. 2: bad input. 4: not solved.
+    For a lesson, checks the exercises that your mission fits. Exit code 0: solved. 2: bad input. 4: not solved.
     """
     started = time.perf_counter()
     if junit:
@@ -38,7 +38,7 @@ def check(
     chosen = found if len(others) == len(found) else [one for one in found if not one.strange]
     if not as_json:
         if len(chosen) < len(found):
-            say(f"Not checked, as this is another mission than theirs: {', '.join(one.task.name for one in others)}.")
+            say(f"Not checked, since they are about other missions: {', '.join(one.task.name for one in others)}.")
         for one in chosen:
             say(f"{one.task.name} {'solved' if one.solved else 'not solved'}: {one.task.asks}")
             for case in one.cases:

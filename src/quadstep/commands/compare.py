@@ -33,7 +33,7 @@ def compare(
     ],
     seeds: Annotated[
         int | None,
-        typer.Option(help="Flights per cell, instead of the study's; of missions instead of 100.", show_default=False),
+        typer.Option(help="Flights per cell, instead of the study's (or, with missions, of 100).", show_default=False),
     ] = None,
     engine: EngineOption = Engine.LANES,
     retune: RetuneOption = False,

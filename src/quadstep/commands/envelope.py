@@ -26,14 +26,14 @@ def envelope(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="MISSION.toml", help="Mission file, or a campaign file that varies further keys.", show_default=False
+            metavar="MISSION.toml", help="Mission file, or a campaign file that varies more keys.", show_default=False
         ),
     ],
     x: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Horizontal axis: n values from a to b; or KEY=v1,v2,...")],
     y: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Vertical axis, in the same form.")],
     by: Annotated[str | None, typer.Option(metavar="KEY=v1,v2", help="One panel per value.", show_default=False)] = None,
     flights: Annotated[
-        int | None, typer.Option(help="Flights per cell; default: 1, or 20 where flights differ.", show_default=False)
+        int | None, typer.Option(help="Flights per cell; default: 1, or 20 if flights differ.", show_default=False)
     ] = None,
     failure: Annotated[
         list[str] | None,
@@ -50,7 +50,7 @@ def envelope(
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:
-    """Map, over two keys of a mission, where it can be flown, and how well.
+    """Map where a mission can be flown, and how well, over two of its keys.
 
     Writes report.html, envelope.png, envelope.svg, envelope.parquet (one row per cell), table.tex and metrics.json.
     """

@@ -15,7 +15,7 @@ def explain(
     out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("out/article.html"),
     show: OpenOption = False,
 ) -> None:
-    """Write the paper as an article: five figures that fly its laws under your fingers.
+    """Write the paper as an article: five figures that fly its laws as you drag.
 
     One HTML file: no network, no installation. Replaces an existing page of quadstep, but never any other file.
     """

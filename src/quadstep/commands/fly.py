@@ -53,7 +53,7 @@ def fly(
     autopilot: Annotated[
         str | None,
         typer.Option(
-            help="Let an autopilot fly it, in lockstep with its own simulator's interface: px4 or ardupilot.",
+            help="Let an autopilot fly it, in lockstep through its simulator interface: px4 or ardupilot.",
             show_default=False,
         ),
     ] = None,
@@ -66,19 +66,17 @@ def fly(
         ),
     ] = None,
     connect_timeout: Annotated[
-        float, typer.Option(metavar="SECONDS", help="With --autopilot: how long to wait for it to connect.")
+        float, typer.Option(metavar="SECONDS", help="With --autopilot: how long to wait for the connection.")
     ] = 60.0,
     pilot: Annotated[
         bool,
-        typer.Option(
-            "--pilot", help="With --autopilot: also arm it, take off and send it the mission's path; else its user does."
-        ),
+        typer.Option("--pilot", help="With --autopilot: also arm, take off and send the mission's path; without it, you do."),
     ] = False,
     pilot_connect: Annotated[
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="With --pilot: where it speaks MAVLink, in pymavlink's form; "
+            help="With --pilot: the autopilot's MAVLink address, in pymavlink's form; "
             "udpin:127.0.0.1:14540 (px4), tcp:127.0.0.1:5760 (ardupilot).",
             show_default=False,
         ),

@@ -33,17 +33,18 @@ def identify(
         typer.Option("--trust-mapping", help="Fit even if a log contradicts its mapping; the contradictions are printed."),
     ] = False,
     still_air: Annotated[
-        bool, typer.Option("--still-air", help="No wind blew, as in a hall: then a lean tells the tilt of the sensor.")
+        bool, typer.Option("--still-air", help="No wind blew, as indoors: a lean then reveals the sensor's tilt.")
     ] = False,
     hold_out: Annotated[
-        bool, typer.Option("--hold-out/--no-hold-out", help="Keep one flight of four from the first fit to test it on.")
+        bool, typer.Option("--hold-out/--no-hold-out", help="Hold out one flight in four and test the first fit on it.")
     ] = True,
     residual: Annotated[
         bool,
-        typer.Option("--residual", help="Train a small network on the residual; the vehicle file has it switched off."),
+        typer.Option("--residual", help="Train a small network on the residual; it is switched off in the vehicle file."),
     ] = False,
     report: Annotated[
-        bool, typer.Option("--report/--no-report", help="Write a page beside the vehicle: fits, residuals, spectra (HTML).")
+        bool,
+        typer.Option("--report/--no-report", help="Write an HTML page next to the vehicle file: fits, residuals, spectra."),
     ] = True,
     overwrite: ReplaceOption = False,
 ) -> None:

@@ -22,9 +22,7 @@ def linear(
     file: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="A mission, or a campaign.", show_default=False)],
     controllers: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAMES", help="Linearise under each of these laws, separated by commas; or all.", show_default=False
-        ),
+        typer.Option(metavar="NAMES", help="Linearise with each of these laws (comma-separated), or all.", show_default=False),
     ] = None,
     along: Annotated[bool, typer.Option("--along", help="Linearise at instants along the flight instead of at rest.")] = False,
     samples: Annotated[

@@ -17,7 +17,7 @@ def new(
             help="A preset listed by `quadstep vehicles`, planar, or your own FILE.py:NAME; default: x500.", show_default=False
         ),
     ] = None,
-    paper: Annotated[bool, typer.Option("--paper", help="The paper's plant and controller instead of a vehicle.")] = False,
+    paper: Annotated[bool, typer.Option("--paper", help="Use the paper's plant and controller instead of a vehicle.")] = False,
     controller: Annotated[
         str | None,
         typer.Option(help="Default: rotation-backstepping, or the paper's with --paper.", show_default=False),

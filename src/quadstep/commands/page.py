@@ -34,7 +34,7 @@ def page(
     ] = None,
     engine: EngineOption = Engine.LANES,
 ) -> None:
-    """Write one HTML file in which missions fly: no network, no installation, every gain a slider.
+    """Write one HTML file that flies missions: no network, no installation, every gain a slider.
 
     Replaces an existing page, but never any other file.
     """

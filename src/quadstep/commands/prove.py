@@ -46,7 +46,7 @@ def prove(
         list[str] | None,
         typer.Option(
             metavar="FILE",
-            help="With --check: code of your own that the mission names and that may run; may be repeated. No other is run.",
+            help="With --check: your own code, named by the mission, that may run; may be repeated. No other code runs.",
             show_default=False,
         ),
     ] = None,

@@ -26,7 +26,7 @@ def replay(
     controller: Annotated[
         str | None,
         typer.Option(
-            help="Fly the logged setpoints with this controller: its type, or a TOML file of its keys.", show_default=False
+            help="Fly the logged setpoints with this controller: a type, or a TOML file with its keys.", show_default=False
         ),
     ] = None,
     estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
@@ -49,7 +49,7 @@ def replay(
 ) -> None:
     """Predict logged flights from their measured states and commands, and report the errors.
 
-    Mean errors 1, 10 and 50 samples ahead stand beside those of two guesses: velocity and rates stay what they are
+    Mean errors 1, 10 and 50 samples ahead are compared with those of two guesses: velocity and rates stay as they are
     ("constant"), or the rates are zero. --out writes report.html, figures/, prediction_errors.csv and, where they were
     asked for, tracking.csv and estimates.csv.
     """

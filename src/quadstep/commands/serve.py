@@ -26,7 +26,7 @@ def serve(
         typer.Option(
             "--class",
             metavar="FILE",
-            help="Fly what students send, and rank it (docs/class.md).",
+            help="Fly the controllers that students submit, and rank them (docs/class.md).",
             show_default=False,
         ),
     ] = None,
@@ -50,7 +50,7 @@ def serve(
     def ready(link: str) -> None:
         say_whole(f"Results in {folder}: {link} (Ctrl-C ends)")
         if allowed.shared:
-            complain("warning: everyone who has this link and reaches this machine can read the folder, unencrypted")
+            complain("warning: anyone who has this link and can reach this machine can read the folder, unencrypted")
             try:
                 say_whole(qr_text(link))
             except UserError as error:

@@ -27,7 +27,7 @@ def tune(
     ],
     budget: Annotated[int, typer.Option(help="Maximum number of flights in total.", show_default=False)],
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the search and of what differs from flight to flight.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the search and of the differences between flights.")] = 1,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
     junit: JunitOption = None,
@@ -35,7 +35,7 @@ def tune(
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:
-    """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights it has not seen.
+    """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights not used for tuning.
 
     Writes tuned.toml, report.html, history.csv, a picture, table.tex and metrics.json. The mission's table
     [tune] says what may change, and what is better (docs/tuning.md).

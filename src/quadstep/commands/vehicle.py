@@ -49,7 +49,7 @@ def fit(
     except UserError as error:
         raise UserError(f"{datasheet}: {error}") from None
     except ValidationError as error:
-        raise explained(AirframeSection, {}, error, f"{datasheet}: the vehicle that follows from it") from None
+        raise explained(AirframeSection, {}, error, f"{datasheet}: the vehicle derived from it") from None
     except ValueError as error:
         raise UserError(f"{datasheet}: does not describe a vehicle that can fly: {error}") from None
     campaign = target.with_name(f"{target.stem}_campaign.toml")
@@ -62,7 +62,7 @@ def fit(
     show_table(sheet.name, ("key", "value", "unit", "source"), rows)
     for warning in vehicle.warnings():
         say(f"warning: {warning}")
-    say_whole(f"Wrote {target} and {campaign}. Fly over its uncertainties: {command('campaign', campaign)}")
+    say_whole(f"Wrote {target} and {campaign}. To fly its uncertainties: {command('campaign', campaign)}")
 
 
 making = typer.Typer(help="Make vehicles.", rich_markup_mode=None)

@@ -20,14 +20,14 @@ ParametersArgument = Annotated[
     str,
     typer.Argument(
         metavar="FILE",
-        help="The autopilot's parameters, as it saves them; or a stock law, as px4-cascade: its defaults.",
+        help="Parameter file saved from the autopilot, or a stock law such as px4-cascade for its defaults.",
         show_default=False,
     ),
 ]
 ChangesArgument = Annotated[
     list[str],
     typer.Argument(
-        metavar="NAME=VALUE...", help="What changes, as MC_ROLLRATE_P=0.2; or another such file.", show_default=False
+        metavar="NAME=VALUE...", help="The change, such as MC_ROLLRATE_P=0.2; or a second parameter file.", show_default=False
     ),
 ]
 
@@ -36,12 +36,12 @@ def what_if(
     parameters: ParametersArgument,
     changes: ChangesArgument,
     vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).", show_default=False)],
-    wind: Annotated[float, typer.Option(metavar="M/S", help="Largest mean wind from each side, and strength of gusts.")] = 3.0,
-    within: Annotated[float, typer.Option(metavar="M", help="A flight that leaves its place by more has failed.")] = 1.0,
+    wind: Annotated[float, typer.Option(metavar="M/S", help="Largest mean wind from each side; gust strength.")] = 3.0,
+    within: Annotated[float, typer.Option(metavar="M", help="A flight that drifts farther has failed.")] = 1.0,
     flights: Annotated[int, typer.Option(help="Flights in gusts, before and after.")] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of wind and noise.")] = 1,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<file's name>-what-if.")] = None,
-    page: Annotated[bool, typer.Option("--page", help="Also page.html, where what changes is a slider.")] = False,
+    page: Annotated[bool, typer.Option("--page", help="Also write page.html, with sliders for the change.")] = False,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
     junit: JunitOption = None,
@@ -49,9 +49,9 @@ def what_if(
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:  # fmt: skip
-    """Say what a change of an autopilot's parameters does to a vehicle: step, margins, noise, power, failures in gusts.
+    """Compare a vehicle before and after a change of autopilot parameters: step, margins, noise, power, failures in gusts.
 
-    Before and after fly the same winds. Writes report.html, a figure of the step and metrics.json (docs/stock.md).
+    Flies the same winds before and after. Writes report.html, a figure of the step and metrics.json (docs/stock.md).
     """
     started = time.perf_counter()
     if junit:

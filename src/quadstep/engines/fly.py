@@ -84,7 +84,7 @@ def on_lanes(plans: Sequence[FlightPlan]) -> Flown:
         if error.name != "llvmlite":
             raise
         raise UserError(
-            "engine 'lanes' needs llvmlite, which this Python does not have; engine 'python' flies without"
+            "engine 'lanes' needs llvmlite, which this Python does not have; engine 'python' works without it"
         ) from None
 
     groups: dict[object, list[int]] = defaultdict(list)

@@ -48,7 +48,6 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     check_numbers(cycle.memory, "start: the memory")
     periods = {task.name: every * ticks.step for task, every in zip(loop.tasks, ticks.every, strict=True)}
     given, memory = (loop.told(cycle, parameters), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
-    check_memory(always(law.enter)(*given[:3]), cycle.memory, "enter")
     for name in law.loops():
         memory = sampled(name, always(partial(law.slower, name)), memory, *given, periods[name])
         check_memory(memory, cycle.memory, name)
@@ -129,11 +128,10 @@ def check_again(method: str, answer: object, again: object) -> None:
             and not (one == other or (math.isnan(one) and math.isnan(other)))
         ):
             what = name.removeprefix("0.") or "it"
-            digits = 6 if f"{one:.6g}" != f"{other:.6g}" else 17
-            values = f"{what} is {other:.{digits}g} after {one:.{digits}g}"
             raise UserError(
-                f"{method}: should depend on its arguments alone; called again with the same, {values}. What changes from "
-                "sample to sample belongs into the memory; random numbers come from `noise` (docs/own.md)"
+                f"{method}: should depend on its arguments alone; called again with them, {what} is {other:.6g} after "
+                f"{one:.6g}. What changes from sample to sample belongs in the memory; random numbers come from `noise` "
+                "(docs/own.md)"
             )
 
 
@@ -179,7 +177,7 @@ def check_same(structure: object, first: object, what: str) -> None:
     now, then = leaf_names(structure), leaf_names(first)
     if now != then:
         changes = "; ".join(filter(None, (set_aside("missing", then, now), set_aside("new", now, then))))
-        raise UserError(f"{what}: should keep the shape that it has at the start; {changes}")
+        raise UserError(f"{what}: should keep the shape it has at the start; {changes}")
 
 
 def check_memory(memory: object, first: object, method: str) -> None:

@@ -67,9 +67,7 @@ def stretch(flight: FlightRecord) -> slice:
     given[1:] &= flight.follows[1:] | ~given[:-1]
     first, past = max(stretches(given), key=lambda one: one[1] - one[0], default=(0, 0))
     if (past - first) * flight.period < 4.0:
-        raise UserError(
-            f"{flight.name}: less than four seconds of flight with setpoints and without a gap; nothing to simulate"
-        )
+        raise UserError(f"{flight.name}: less than four seconds of uninterrupted flight with setpoints; nothing to simulate")
     return slice(first, past)
 
 

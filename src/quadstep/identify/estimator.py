@@ -74,7 +74,7 @@ def estimate(flight: FlightRecord) -> Estimated:
     first, last = max(stretches(sure), key=lambda one: one[1] - one[0], default=(0, 0))
     last = min(last, first + round(LONGEST / flight.period))
     if (last - first) * flight.period < SETTLING + 2.0:
-        raise UserError(f"{flight.name}: the flight without a gap is too short for an estimator")
+        raise UserError(f"{flight.name}: no uninterrupted stretch of flight is long enough for an estimator")
     part = slice(first, last)
     truth = {name: flight.channel(name)[part] for name in ("position", "velocity", "attitude")}
     found = deviation(filtered(flight, part, truth), truth)

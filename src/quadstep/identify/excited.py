@@ -119,7 +119,7 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
         raise UserError(f"{path}: {' and '.join(sorted(missing))}: not in the log{broken(found)}")
     commands = [one for one in commands if one in found.columns and len(found.columns[one].time) > 1]
     if not commands:
-        raise UserError(f"{path}: {given} is in the log, but no command that holds it{broken(found)}")
+        raise UserError(f"{path}: {given} is in the log, but not a command that contains it{broken(found)}")
     late, form = (loops[0].late(found.parameters), loops[0].form) if columns is None else (0.0, "")
     several = [sampled(path, found, given, one, late, form) for one in commands]
     measured = [response(*one[:3]) for one in several]
@@ -191,7 +191,7 @@ def sampled(
     d = d._replace(time=d.time + late)
     u = Series(*(one[(u.time >= d.time[0]) & (u.time <= d.time[-1])] for one in u))
     if len(u.time) < 2 or u.time[-1] - u.time[0] < SHORTEST:
-        raise UserError(f"{path}: {command}: less than {SHORTEST:g} s with an excitation; a chirp of a minute tells most")
+        raise UserError(f"{path}: {command}: less than {SHORTEST:g} s with an excitation; a one-minute chirp is best")
     period = float(np.median(np.diff(u.time)))
     refuse_slow(path, command, period, form, parameters)
     time = np.arange(u.time[0], u.time[-1], period)
@@ -242,6 +242,6 @@ def refuse(path: Path, one: Excited) -> None:
     off = float(np.median(np.abs(one.measured.sensitivity[top] - 1.0)))
     if off > FREE:
         raise UserError(
-            f"{path}: {name}: is not the excitation itself at the highest frequencies (their ratio is {off:.2f} from 1): it "
-            "was added elsewhere than to this command (SID_AXIS 10, 11 or 12 add it there), or should reach higher frequencies"
+            f"{path}: {name}: does not equal the excitation at the highest frequencies (their ratio is {off:.2f} from 1): it "
+            "was added somewhere else (SID_AXIS 10, 11 or 12 add it to this command), or should reach higher frequencies"
         )

@@ -128,7 +128,7 @@ def problem_of(
     starts: Starts = starts_at(flights, laid, chosen_starts(flights, horizons, MOST_STARTS))
     if len(starts.row) < 30:
         names = ", ".join(flight.name for flight in flights)
-        raise UserError(f"{names}: {len(starts.row)} segments of flight without a gap; a fit needs at least 30")
+        raise UserError(f"{names}: {len(starts.row)} segments of uninterrupted flight; a fit needs at least 30")
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
     return PredictionProblem(loop, flights, laid, starts, p, free, by_flight=horizons == LONG)
 
@@ -139,7 +139,7 @@ def from_averages(
     """p with the parameters that averages determine; why the others stay; and the averages."""
     block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
-        return p, {}, dict.fromkeys(FROM_AVERAGES, "not enough flight without a gap"), None
+        return p, {}, dict.fromkeys(FROM_AVERAGES, "not enough uninterrupted flight"), None
     return *averaged(block, p, vehicle.geometry(), flights[0].speeds), block
 
 
@@ -367,7 +367,7 @@ def told_numbers(
             kept[one.key] = WINDY if one.key.startswith(("imu.tilt", "centre_of_gravity")) and lean > 0.0 else UNDETERMINED
             continue
         if one.key in small:
-            kept[one.key] = "it is too small to be told from none"
+            kept[one.key] = "it is too small to be distinguished from zero"
             continue
         low, high = x - half, x + half
         ends = (math.exp(low), math.exp(min(high, 700.0))) if one.logarithmic else (max(low, one.low), min(high, one.high))

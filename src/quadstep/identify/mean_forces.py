@@ -81,7 +81,7 @@ def exponents(
     ):  # fmt: skip
         spread = float(np.sqrt(np.mean(values**2)))
         if spread < least:
-            varies = f"varies by {100 * spread:.2g} % only within a flight" if spread > 1e-9 else NEVER
+            varies = f"varies by {100 * spread:.2g} % within a flight" if spread > 1e-9 else NEVER
             why[f"command.{name}"] = f"the {what} {varies}"
         else:
             free.append(name)
@@ -91,7 +91,7 @@ def exponents(
         explained = float(x @ y) ** 2 / max(float((x @ x) * (y @ y)), 1e-300)
         if explained < LEAST_EXPLAINED:
             free.remove("exponent")
-            why["command.exponent"] = f"the command explains {100 * explained:.0f} % only of how the thrust changes"
+            why["command.exponent"] = f"the command explains only {100 * explained:.0f} % of the changes in thrust"
     return free, why
 
 
@@ -140,7 +140,7 @@ def forces(
     )
     if wind:
         keys = [f"{name}[{place}]" for name in ("imu.tilt", "centre_of_gravity") for place in (0, 1)]
-        why.update(dict.fromkeys(keys, "it cannot be told from the wind that blew"))
+        why.update(dict.fromkeys(keys, "it cannot be separated from the wind"))
     return known, why
 
 

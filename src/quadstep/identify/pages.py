@@ -62,7 +62,7 @@ def illustrated(told: Evidence, found: Replayed, out: Path, sheet: Sheet) -> Evi
     draw_errors(out / ERRORS, found.predictions[0].compared, found.period, sheet)
     flown = [drawn(out, flight_picture(one, place), sheet) for place, one in enumerate(found.flown)]
     estimated = [drawn(out, estimate_picture(one, place), sheet) for place, one in enumerate(found.estimates)]
-    caption = "Mean error of predictions over the time ahead: the vehicle helps where its line is below those of both guesses."
+    caption = "Mean prediction error against the time ahead: the vehicle helps where its line is below both guesses."
     rest = [*flown[1:], *estimated[1:]]
     more = [page.heading("The other flights", "others")] if rest else []
     figures = [Figure(ERRORS, caption), *flown[:1], *estimated[:1]]

@@ -41,7 +41,7 @@ def ready(
             )
         if ("voltage" in flight.channels) != ("voltage" in flights[0].channels):
             raise UserError(
-                f"{flight.name}: the voltage was logged in some flights only; take those with it, or those without"
+                f"{flight.name}: the voltage was logged in some flights only; use either those with it or those without"
             )
         if abs(flight.period - flights[0].period) > 0.02 * flights[0].period:
             raise UserError(

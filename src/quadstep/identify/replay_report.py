@@ -137,7 +137,7 @@ def no_test(known: Sequence[str], flights: int) -> list[str]:
     if not known:
         return []
     these = listed(known) if len(known) < flights else "this flight" if flights == 1 else "these flights"
-    return [f"Going by names, the vehicle was identified from {these}: no test of it."]
+    return [f"By their names, the vehicle was identified from {these}, so this does not test it."]
 
 
 def predicting(compared: ErrorTable, period: float) -> str:

@@ -21,7 +21,7 @@ from quadstep.report.units import percent
 def evidence(run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, mass: str) -> Evidence:
     """What was found. start: the vehicle that it began with; mass: where its mass is from."""
     names, period = ", ".join(run.held_out), flights[0].period
-    kept = [f"{key} stays as in the given vehicle: {reason}." for key, reason in run.found.kept.items()]
+    kept = [f"{key} keeps the value of the given vehicle: {reason}." for key, reason in run.found.kept.items()]
     said = [answer(run), *kept, f"mass = {start.mass:g} kg: {mass}.", *of_residual(run)]
     tables = [
         error_table(f"Held out of the first fit: {names}, predicted from {knows}", found, period)
@@ -34,7 +34,7 @@ def evidence(run: Identification, flights: Sequence[FlightRecord], start: Airfra
         if found
     ]
     if not tables:
-        said.append("No flight was held out: only the intervals say how well this holds for other flights.")
+        said.append("No flight was held out: only the intervals show how well this holds for other flights.")
     return Evidence(
         name="Identified vehicle",
         kind="Identification",

@@ -156,5 +156,5 @@ def check_alike(flights: Sequence[FlightRecord]) -> None:
     for flight, level in zip(flights, levels, strict=True):
         if abs(level / middle - 1.0) > MIXED:
             raise UserError(
-                f"{flight.name}: needs {level / middle:.2f} times the median command to fly; are these logs of one vehicle?"
+                f"{flight.name}: needs {level / middle:.2f} times the median command to fly; are these logs from one vehicle?"
             )

@@ -92,11 +92,11 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
     period, steps = (float(np.median(np.diff(one.time))) for one in (u, r))
     refuse_slow(path, f"{loop.setpoint}, {loop.command}", max(period, steps), loop.form, found.parameters)
     if found.parameters.get(ACRO, 1.0) < 0.5:
-        raise UserError(f"{path}: flew in another mode than acro: what holds the attitude there is not known; fly acro")
+        raise UserError(f"{path}: flew in a mode other than acro; what holds the attitude there is unknown; fly acro")
     levelled = latest(found.columns.get(LEVELLED), u.time, 1.0 if loop.attitude else 0.0)
     first, last = stretch(u.time, flown(found.columns, place, u.time), levelled, LONGEST_GAP * period)
     if last - first < 2 or u.time[last] - u.time[first] < SHORTEST:
-        raise UserError(f"{path}: {loop.command}: no {SHORTEST:g} s of flight in one mode, without a gap in the log")
+        raise UserError(f"{path}: {loop.command}: no {SHORTEST:g} s of uninterrupted flight in one mode")
     time = np.arange(u.time[first], u.time[last], period)
     command = np.interp(time, u.time, u.value)
     setpoint, rate = (loop.unit * value for value in (latest(r, time + 0.25 * period, 0.0), np.interp(time, y.time, y.value)))
@@ -155,7 +155,7 @@ def refuse_backward(path: Path, columns: Columns, names: Iterable[str]) -> None:
 def refuse_not_finite(path: Path, signals: Mapping[str, Floats]) -> None:
     """Raises UserError unless all signals, by column, are finite."""
     if not all(np.isfinite(one).all() for one in signals.values()):
-        raise UserError(f"{path}: {', '.join(signals)}: hold numbers that are not finite")
+        raise UserError(f"{path}: {', '.join(signals)}: contain numbers that are not finite")
 
 
 def refuse_unchanged(path: Path, signals: Mapping[str, Floats]) -> None:

@@ -78,7 +78,7 @@ def saturation(flight: Excited) -> Iterator[Symptom]:
         text = f"{100.0 * share:.2g} % of the time"
         said = f"A motor was at its {name} limit for {text}"
         if shows and (by := demanded(flight, loop, time, shares, at, 1.0 if name == "upper" else -1.0)):
-            said += "; of what took it there " + ", ".join(f"{one} made {100.0 * part:.0f} %" for one, part in by.items())
+            said += "; of what drove it there " + ", ".join(f"{one} made {100.0 * part:.0f} %" for one, part in by.items())
         yield Symptom(f"motors at the {name} limit", f"{said}.", text, f"{100.0 * OFTEN:g} %", shows)
 
 
@@ -151,7 +151,7 @@ def peak(flight: Excited) -> Iterator[Symptom]:
         return
     (tall, at), shows = found, found[0] > STANDS
     text = f"{tall:.0f} dB at {at:.3g} Hz"
-    said = f"Above the excited frequencies no peak of the gyro's spectrum stands {STANDS:g} dB out of its surroundings"
+    said = f"Above the excited frequencies no peak of the gyro's spectrum rises {STANDS:g} dB above its surroundings"
     if shows:
         alias = f"such as {1.0 / flight.period - at:.3g} Hz, since the log has a sample every {1e3 * flight.period:.3g} ms"
         said = (
@@ -200,8 +200,10 @@ def wash(flight: Excited) -> Iterator[Symptom]:
     low, value, high = (math.exp(one) for one in (middle - half, middle, middle + half))
     text = f"{value:.2g} times ({low:.2g} to {high:.2g})"
     shows = low > 1.0
-    said = f"In descents of more than {SINKS:g} m/s what no setpoint explains of the command is {text} that of the rest"
-    more = ": propeller wash, or gusts that were met there" if shows else ": it shows no propeller wash"
+    said = (
+        f"In descents of more than {SINKS:g} m/s the part of the command that no setpoint explains is {text} that of the rest"
+    )
+    more = ": propeller wash, or gusts met there" if shows else ": it shows no propeller wash"
     yield Symptom("oscillation in descents", f"{said}{more}.", text, "1, at the lower end of the interval", shows)
 
 

@@ -74,11 +74,11 @@ def why_unusable(flights: Sequence[FlightRecord]) -> str:
         what = "are above the full one, `full` in the mapping" if above else "are missing: the motors were off, or not logged"
         return f"{100.0 * lost:.0f} % of the motor commands {what}"
     if not any(flight.turning.any() for flight in flights):
-        return "the motors never run"
+        return "the motors never ran"
     period = min(flight.period for flight in flights)
     if period > SLOWEST:
         return f"a motor command every {1e3 * period:.0f} ms, too few for a prediction: {FASTER}"
-    return "less than a second of measured flight without a gap"
+    return "less than a second of uninterrupted, measured flight"
 
 
 def compare(

@@ -71,7 +71,7 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
         return AirframeSection.model_validate(content)
     except ValidationError as error:
         said = describe(AirframeSection, error.errors()[0])
-        raise UserError(f"the fit leaves what a vehicle may have: {said}; {UNLIKE}") from None
+        raise UserError(f"the fit is outside the range of a vehicle file: {said}; {UNLIKE}") from None
 
 
 ABOUT_YAW = ("rotor.torque_coefficient", "rotor.inertia")

@@ -44,7 +44,7 @@ class BetaflightDiff:
         """Of the profiles, those that the text chooses last. A setting that is no number is NaN, unless `CHOICES` has it."""
         about = BetaflightDiff.ABOUT.search(text)
         if about and about[1] != VERSION:
-            raise UserError(f"is of Betaflight {about[1]}; only {VERSION} is known")
+            raise UserError(f"is from Betaflight {about[1]}; only {VERSION} is supported")
         found: dict[tuple[str, str], dict[str, float]] = {("", ""): {}}
         chosen = {"": "", "profile": "", "rateprofile": ""}
         place = ("", "")
@@ -59,10 +59,10 @@ class BetaflightDiff:
             elif match := re.fullmatch(r"feature (-?)AIRMODE", said):
                 found[("", "")]["airmode"] = 0.0 if match[1] else 1.0
             elif said and said != "save" and not (about and BetaflightDiff.OTHER.fullmatch(said)):
-                raise UserError(f"line {number} is not what Betaflight answers to `diff all`: {said!r:.60}")
+                raise UserError(f"line {number} is not output of Betaflight's `diff all`: {said!r:.60}")
         values = {name: one for kind in chosen for name, one in found.get((kind, chosen[kind]), {}).items()}
         if not (about or values):
-            raise UserError("is not what Betaflight answers to `diff all`")
+            raise UserError("is not output of Betaflight's `diff all`")
         return AutopilotParameters(values)
 
     @staticmethod

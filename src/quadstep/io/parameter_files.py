@@ -68,11 +68,11 @@ class CrazyflieYaml:
             elif found and (match := CrazyflieYaml.ENTRY.fullmatch(line)):
                 once(entries, match[1], match[2], number)
             else:
-                raise UserError(f"line {number} is not one of cfclient's files of stored parameters: {line.strip()!r:.60}")
+                raise UserError(f"line {number} is not from a parameter file of cfclient: {line.strip()!r:.60}")
         if top.get("type") != "persistent_param_state":
-            raise UserError("is not one of cfclient's files of stored parameters (type: persistent_param_state)")
+            raise UserError("is not a parameter file of cfclient (type: persistent_param_state)")
         if top.get("version") != "1":
-            raise UserError(f"has version {top.get('version', 'none')!r:.20}; only version 1 is known")
+            raise UserError(f"has version {top.get('version', 'none')!r:.20}; only version 1 is supported")
         values, defaults = {}, {}
         for name, said in found.items():
             stored = said.get("is_stored")
@@ -119,7 +119,7 @@ class QgcParams:
             if len(fields) == 5 and fields[1] != QgcParams.AUTOPILOT:
                 continue
             if len(fields) != 5 or fields[4] not in (QgcParams.WHOLE, QgcParams.REAL):
-                raise UserError(f"line {number} is not one of QGroundControl's files of parameters: {line.strip()!r:.60}")
+                raise UserError(f"line {number} is not from a parameter file of QGroundControl: {line.strip()!r:.60}")
             once(values, fields[2], number_of(fields[3], f"line {number}: {fields[2]:.20}"), number)
         return AutopilotParameters(some(values, "QGroundControl"), version=version[1] if version else "")
 
@@ -146,7 +146,7 @@ class ArduPilotParm:
         for number, line in uncommented(text):
             found = ArduPilotParm.LINE.fullmatch(line.strip())
             if not found:
-                raise UserError(f"line {number} is not one of ArduPilot's files of parameters: {line.strip()!r:.60}")
+                raise UserError(f"line {number} is not from a parameter file of ArduPilot: {line.strip()!r:.60}")
             once(values, found[1], number_of(found[2], f"line {number}: {found[1]:.20}"), number)
         return AutopilotParameters(some(values, "ArduPilot"))
 
@@ -188,7 +188,7 @@ def uncommented(text: str) -> Iterator[tuple[int, str]]:
 def some(values: dict[str, float], whose: str) -> dict[str, float]:
     """What a file says. Raises UserError for nothing."""
     if not values:
-        raise UserError(f"is not one of {whose}'s files of parameters: it has none")
+        raise UserError(f"is not a parameter file of {whose}: it has no parameters")
     return values
 
 

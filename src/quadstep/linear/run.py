@@ -85,18 +85,18 @@ def flown_from_rest(mission: Mission) -> str:
     except UserError as error:  # a law of the user's own that fails there
         return f"It cannot be flown at rest: {error}."
     if log.outcome is not Outcome.COMPLETED:
-        return f"Flown to rest there it is lost after {log.ended:.3g} s."
+        return f"Flown there, it is lost after {log.ended:.3g} s."
     t, half = log.column("t"), len(log.rows) // 2
     axes = {name: log.column(name)[half:] for name in ("x", "y", "z")}
     axis, values = max(axes.items(), key=lambda one: np.ptp(one[1]))
     first, last = np.ptp(values[: len(values) // 2]), np.ptp(values[len(values) // 2 :])
     if np.ptp(values) < 2.0 * LEAST:
-        return f"Flown to rest there it stays within {quantity(LEAST, 'm')} for {LONG:g} s: it grows too slowly to be seen."
+        return f"Flown there, it stays within {quantity(LEAST, 'm')} for {LONG:g} s: it grows too slowly to be seen."
     trend = ", still growing" if last > (1.0 + STEADY) * first else ", decaying" if last < (1.0 - STEADY) * first else ""
     every = period(t[half:], values)
     swing = f"it swings by {quantity(0.5 * float(last), 'm')} along {axis}"
     about = f" every {quantity(every, 's')}" if every else ""
-    return f"Flown to rest there it does not settle: {swing}{about}{trend}."
+    return f"Flown there, it does not settle: {swing}{about}{trend}."
 
 
 def period(t: Array, values: Array) -> float:
@@ -178,16 +178,16 @@ def captions(found: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     near = max(pairs, key=lambda pair: pair[1].sensitivity)
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
     settles = (
-        f"{late.name} is last within 2 %, after {late.settling:.3g} s"
+        f"{late.name} settles last: within 2 % after {late.settling:.3g} s"
         if math.isfinite(late.settling)
-        else (f"{late.name} is not within 2 % in the time shown")
+        else (f"{late.name} does not settle within 2 % in the time shown")
     )
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is least in "
         f"{phase[0].name}: {math.degrees(phase[1].phase):.3g}° at {phase[1].phase_at:.3g} rad/s.",
         "step": f"The path steps by 1 along one axis at a time. {over.name} overshoots most, by {100.0 * over.overshoot:.3g} "
         f"%; {settles}.",
-        "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. Nearest comes "
+        "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. The nearest is "
         f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
         f"{near[1].sensitivity:.3g} times there.",
     }

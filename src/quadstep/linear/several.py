@@ -151,7 +151,7 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> Evidence:
     if done.at and rows:
         (out / FIGURES).mkdir()
         label = "t [s]" if done.kind == "instants" else "flight"
-        lowest = "where a curve is lowest, its channel bears least"
+        lowest = "where a curve is lowest, its channel has the least margin"
         figures.append(Figure(f"{FIGURES}/margins", f"Margins of each channel over {label}: {lowest}."))
         pairs = zip(done.at, done.found, strict=True)
         drawn = [(at, one) for at, (_, one) in pairs if isinstance(one, Analysis) and one.stable]

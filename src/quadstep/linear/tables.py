@@ -20,13 +20,13 @@ METHOD = (
 )
 
 BENT = (
-    "The loop bends at rest: its slopes differ from side to side. The margins are the worst of {}, each as if the loop stayed "
-    "there; it bends at one or more of these places"
+    "The loop has a kink at rest: its slopes differ from side to side. The margins are the worst of {}, each as if the loop "
+    "stayed there; the kink is at one or more of these places"
 )
 
 NEAR = (
-    "The loop bends near its rest, where other slopes hold than at rest ({}). The margins are the worst of those at rest and "
-    "of {}."
+    "The loop has a kink near its rest, beyond which its slopes differ ({}). The margins are the worst of those at rest "
+    "and of {}."
 )
 
 SHOWN = 10
@@ -112,7 +112,7 @@ def sentences(found: Analysis) -> list[str]:
     slowest = f"The slowest mode has a time constant of {number(found.poles[0].time_constant, '.3g')} s."
     still = dict.fromkeys(name for pole in found.poles if not pole.real and not pole.imaginary for name in pole.states)
     if still:
-        slowest = f"A mode neither grows nor decays: {first(still)} keep any value given."
+        slowest = f"A mode neither grows nor decays: {first(still)} keep any value they are given."
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )

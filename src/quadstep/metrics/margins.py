@@ -45,7 +45,7 @@ def at_rest(rest: Mapping[str, str], whose: str = "its loop") -> str:
     if not rest:
         return ""
     if rest["grade"] == NO_REST:
-        return f"no rest of {whose} is found: {rest['why']}"
+        return f"no rest was found for {whose}: {rest['why']}"
     return f"at rest {whose} is {rest['grade']}: {rest['why']}"
 
 

@@ -80,14 +80,14 @@ REPORTED = (
     LogMetric("position.{}.final", "error along an axis at the end", quantities.position_error, Final),
     LogMetric(RMSE, DISTANCE, quantities.position_error, RmsLength),
     LogMetric(LARGEST, FARTHEST, quantities.position_error, LargestLength, (REAL, OTHER)),
-    LogMetric("relative_error", "position RMSE, as a share of that of a vehicle that stays where it, or the path, is at "
-           "first; to a point, RMSE of the second half as a share of ten arms of the "
-           "vehicle", quantities.error_against_path, RmsShare),
-    LogMetric("heading_error", "root mean square of the angle between yaw and the heading asked "
-                               "for", quantities.heading_error, RmsLength),
-    LogMetric("error_growth", "how many times the error grows over the last half, at least, by the least of its successive "
-           "eighths", quantities.error_over_time, LateGrowth),
-    LogMetric("rate_growth", "the same of the angular rates", quantities.rates_over_time, LateGrowth),
+    LogMetric("relative_error", "position RMSE divided by that of a vehicle that stays at its start, or at the path's; for "
+           "a point, RMSE of the second half divided by ten of the vehicle's "
+           "arms", quantities.error_against_path, RmsShare),
+    LogMetric("heading_error", "root mean square of the angle between yaw and the commanded "
+                               "heading", quantities.heading_error, RmsLength),
+    LogMetric("error_growth", "factor by which the error grows at least over the last half, from the least ratio of "
+           "successive eighths", quantities.error_over_time, LateGrowth),
+    LogMetric("rate_growth", "the same for the angular rates", quantities.rates_over_time, LateGrowth),
     LogMetric("measured_rmse", "distance between the measured position and the true "
                                "one", quantities.measuring_error, RmsLength),
     LogMetric("attitude.{}.rmse", "root mean square error of an angle", quantities.attitude_error, Rms),

@@ -332,7 +332,7 @@ class AirframeSection(Section):
         if not self.rotors and not (self.layout and self.arm):
             raise ValueError(f"rotors: missing; give layout ({', '.join(LAYOUTS)}) and arm, or a list of rotors")
         if self.rotors and not FEWEST <= len(self.rotors) <= MOST:
-            raise ValueError(f"rotors: {len(self.rotors)} given; allowed are {FEWEST} to {MOST}")
+            raise ValueError(f"rotors: {len(self.rotors)} given; allowed: {FEWEST} to {MOST}")
 
     def _check_authority(self) -> None:
         geometry, rotor = self.geometry(), self.rotor.build()

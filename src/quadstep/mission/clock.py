@@ -62,7 +62,7 @@ class ClockSection(Section):
         if not (log <= steps <= MOST_STEPS and rows <= MOST_ROWS):
             raise UserError(
                 f"simulation.duration: {duration:g} s make {steps:.6g} steps and {rows:.6g} log rows; "
-                f"allowed are 1 to {MOST_ROWS} rows and at most {MOST_STEPS} steps"
+                f"allowed: 1 to {MOST_ROWS} rows and at most {MOST_STEPS} steps"
             )
         beyond = MOST_STEPS + 1  # due once, at the start
         return Ticks(self.step, tuple(min(round(period / self.step), beyond) for period in periods), log, steps)

@@ -132,7 +132,7 @@ def check_followed(gains: Mapping[str, Iterable[Number]]) -> None:
     for key, values in gains.items():
         for value in values:
             if isinstance(value, float) and not value <= MOST:
-                raise UserError(f"controller.{key}: follows from the vehicle as {value:g}, and may be at most {MOST:.0f}")
+                raise UserError(f"controller.{key}: its default for this vehicle is {value:g}; allowed: at most {MOST:.0f}")
 
 
 def usual_step(law: type[Controller]) -> float:

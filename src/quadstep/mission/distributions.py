@@ -62,7 +62,7 @@ class Normal(Section):
         ordered(self.low, self.high)
         below, above = self.shares
         if above - below < 1e-9:
-            raise ValueError("there is practically nothing between low and high: they are too far from the mean")
+            raise ValueError("almost no value lies between low and high: they are too far from the mean")
         return self
 
     @property

@@ -52,7 +52,7 @@ def dotted(table: Mapping[str, object], whole: Callable[[dict[str, object]], boo
         if isinstance(value, dict) and not whole(value):
             more = dotted(value, whole, f"{prefix}{key}.")
         for name in found.keys() & more.keys():
-            raise ValueError(f"{name}: varies twice")
+            raise ValueError(f"{name}: is varied twice")
         found.update(more)
     return found
 

@@ -64,5 +64,5 @@ def read_weights(path: Path) -> SavedWeights:
     except ValueError:
         saved = None
     if saved is None or not len(saved.W1) == len(saved.W2) == saved.neurons:
-        raise UserError(f"{path}: not a weights.json as `quadstep fly` writes it (neurons, seed, W1 and W2 of neurons x 3)")
+        raise UserError(f"{path}: not a weights.json written by `quadstep fly` (neurons, seed, W1 and W2 of neurons x 3)")
     return saved

@@ -78,7 +78,7 @@ def piloted_section(name: str) -> type[PilotedSection]:
     """The table of an autopilot. Raises UserError."""
     found = AUTOPILOTS.load(name)
     if not (isinstance(found, type) and issubclass(found, PilotedSection)):
-        raise UserError(f"{name}: what is registered for {AUTOPILOTS.group} should be a subclass of PilotedSection")
+        raise UserError(f"{name}: the object registered for {AUTOPILOTS.group} should be a subclass of PilotedSection")
     return found
 
 

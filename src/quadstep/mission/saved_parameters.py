@@ -52,9 +52,9 @@ def refuse_unknown(law: type[Controller], found: AutopilotParameters, name: str)
     groups = {group(key) for key in keys if "." in key}
     for one, value in found.values.items():
         if one not in keys and one not in law.unmodelled and group(one) in groups:
-            raise ValueError(f"{KEY}: {name}: {one} is no parameter of {law.source}{meant(one, list(keys))}")
+            raise ValueError(f"{KEY}: {name}: {one} is not a parameter of {law.source}{meant(one, list(keys))}")
         if one in law.renamed:
-            raise ValueError(f"{KEY}: {name}: {one} is of another release than {law.source}, where it is {law.renamed[one]}")
+            raise ValueError(f"{KEY}: {name}: {one} is from another release; {law.source} calls it {law.renamed[one]}")
         if value not in law.supported.get(one, (value,)):
             flown = " or ".join(f"{number:g}" for number in law.supported[one])
             raise ValueError(f"{KEY}: {name}: {one} is {value:g}, and {law.name} flies only {flown}")
@@ -69,12 +69,14 @@ def notes(law: type[Controller], found: AutopilotParameters, name: str, left: tu
     """Of another release, of what the law does without, and of defaults that are not its own."""
     keys, said = law.by_key(), []
     if found.version and found.version not in law.source:
-        said.append(f"{name}: is of version {found.version}, and {law.name} is {law.source}'s")
+        said.append(f"{name}: is from version {found.version}; {law.name} is {law.source}'s")
     if left:
         many = f"{len(left)} of {len(found.values)} parameters: " if len(left) > FEW else ""
-        said.append(f"{name}: {law.name} does without {many}{briefly(left)}")
+        said.append(f"{name}: {law.name} does not use {many}{briefly(left)}")
     if other := sorted(key for key, one in found.defaults.items() if key in keys and keys[key][1].fixed not in (None, one)):
-        said.append(f"{name}: is of another firmware or vehicle than {law.source}: other defaults of {briefly(other)}")
+        said.append(
+            f"{name}: is from another firmware or vehicle than {law.source}: it has other defaults for {briefly(other)}"
+        )
     return said
 
 
@@ -99,7 +101,7 @@ def beyond(law: type[Controller], section: object) -> Iterator[str]:
         low, high = (one if one is not None else value for one in (gain.low, gain.high))
         if value is not None and not low <= value <= high:
             ends = f"from {low:g} to {high:g}" if None not in (gain.low, gain.high) else f"up to {high:g}"
-            yield f"controller.{key} = {value:g} is outside what {law.source} says of it, {ends}"
+            yield f"controller.{key} = {value:g} is outside the range documented by {law.source}, {ends}"
 
 
 def under(table: dict[str, object], values: Mapping[str, float]) -> dict[str, object]:

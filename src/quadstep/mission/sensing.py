@@ -189,5 +189,5 @@ def samples(latency: float, imu: float, key: str) -> int:
         return 0
     count = multiple(latency, imu, key, "sensors.imu_period")
     if count > MOST_SAMPLES:
-        raise ValueError(f"{key} = {latency:g} s is {count} samples of the IMU; allowed are at most {MOST_SAMPLES}")
+        raise ValueError(f"{key} = {latency:g} s is {count} samples of the IMU; allowed: at most {MOST_SAMPLES}")
     return count

@@ -39,11 +39,11 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
         if different(*contents):
             body.append(page.links([(f"/both?{places}", "Both flights on one page")]))
-            body.append(page.paragraph(f"They fly different {different(*contents)}, so they are not laid over each other."))
+            body.append(page.paragraph(f"They fly different {different(*contents)}, so they are not overlaid."))
         else:
             front, behind = (name_in(content, one.place.name) for one, content in zip(results, contents, strict=True))
             behind = identity(behind, (identity(front, ()),))
-            body.append(page.links([(f"/both?{places}#keep={behind}", "Both flights, laid over each other")]))
+            body.append(page.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid")]))
     body += [page.heading("All numbers", "numbers")]
     body += [
         page.table(("", *names, "second / first"), rows, escape)

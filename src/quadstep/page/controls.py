@@ -104,7 +104,7 @@ def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]
     angles = [
         Component(angle, float(tilt[place]), (Effect("start", f"attitude.{place}"),)) for place, angle in enumerate(ANGLES)
     ]
-    tilted = control("tilt", "attitude at the start", "rad", angles, (-1.0, 1.0), bounds=(-1.5, 1.5))
+    tilted = control("tilt", "initial attitude", "rad", angles, (-1.0, 1.0), bounds=(-1.5, 1.5))
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
         *grouped("Vehicle", *vehicle_controls(mission)),
@@ -162,7 +162,7 @@ def wind_controls(wind: object) -> list[Control]:
 
 def moved_start(axes: Sequence[str] = AXES) -> Control:
     offset = [Component(axis, 0.0, (Effect("start", f"position.{place}", add=True),)) for place, axis in enumerate(axes)]
-    return control("start", "offset of the start", "m", offset, (-5.0, 5.0), "Offset from the start in the file.")
+    return control("start", "start offset", "m", offset, (-5.0, 5.0), "Offset from the file's start.")
 
 
 def path_controls(mission: Mission, ticks: Ticks) -> list[Control]:
@@ -198,7 +198,7 @@ def orbit_controls(path: CirclePath | FigureEightPath, mission: Mission, ticks: 
         effects.append(Effect("duration", "", path.turns, 1, -path.turns * path.period, add=True))
     longest = (LONGEST_TICKS - ticks.last) * ticks.step / path.turns + path.period
     bounds = (0.5, max(longest, path.period))
-    period = control("period", "time of a turn", "s", one(path.period, *effects), (3.0, 60.0), "", "log", bounds)
+    period = control("period", "time per turn", "s", one(path.period, *effects), (3.0, 60.0), "", "log", bounds)
     if isinstance(path, CirclePath):
         sizes = [parameter("path.amplitude.0"), parameter("path.amplitude.1", -1.0 if path.clockwise else 1.0)]
         if cast("MultirotorMission | LagrangeMission", mission).start.position is None:
@@ -236,7 +236,7 @@ def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[
         return number_sliders(disturbance, "disturbance")
     weight = mission.vehicle.mass * mission.vehicle.gravity
     times = one(disturbance.scale, parameter("disturbance.scale"))
-    hint = "1 is the paper's, which hardly acts in its own cases."
+    hint = "1 is the paper's, which has almost no effect in its own cases."
     force, torque = each(disturbance.force, AXES, "disturbance.force"), each(disturbance.torque, ANGLES, "disturbance.torque")
     return [
         control("disturbance", "disturbance (Eq. 67), times", "-", times, (0.0, 10.0), hint),

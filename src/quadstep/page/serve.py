@@ -157,7 +157,7 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
         pass
     except UserError as error:
         return Answer(HTTPStatus.UNPROCESSABLE_ENTITY, KINDS[".txt"], f"{error}\n")
-    return Answer(HTTPStatus.NOT_FOUND, KINDS[".txt"], "There is nothing here. The list is at /\n")
+    return Answer(HTTPStatus.NOT_FOUND, KINDS[".txt"], "Nothing here. The list is at /\n")
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -187,7 +187,9 @@ class Handler(BaseHTTPRequestHandler):
         if refused or self.advise is None:
             return refused or Answer(HTTPStatus.METHOD_NOT_ALLOWED, KINDS[".txt"], "Nothing can be sent here.\n")
         if not self.taking.acquire(blocking=False):
-            return Answer(HTTPStatus.SERVICE_UNAVAILABLE, KINDS[".txt"], "Another log is being read; try again after it.\n")
+            return Answer(
+                HTTPStatus.SERVICE_UNAVAILABLE, KINDS[".txt"], "Another log is being read; try again when it is done.\n"
+            )
         name = re.sub(r"[^\w.-]", "_", unquote(self.path.removeprefix(DROPPED)))[-MOST_LETTERS:].lstrip(".") or "log"
         try:
             with tempfile.TemporaryDirectory(prefix="quadstep-log-") as place:
@@ -211,10 +213,10 @@ class Handler(BaseHTTPRequestHandler):
             (
                 self.headers.get("Origin") != listed,
                 403,
-                "Only this server's list may send a log.",
+                "Logs can be sent only from this server's list.",
             ),
-            (not known, 411, "A log says how many bytes it has."),
-            (known and int(length) > files.LOG.most, 413, f"A log has at most {files.LOG.most} bytes."),
+            (not known, 411, "The request must state the log's length in bytes."),
+            (known and int(length) > files.LOG.most, 413, f"A log may have at most {files.LOG.most} bytes."),
         )
         first = next((Answer(HTTPStatus(status), KINDS[".txt"], f"{said}\n") for wrong, status, said in cases if wrong), None)
         return first if self.access.shared else self.misdirected() or first
@@ -226,7 +228,7 @@ class Handler(BaseHTTPRequestHandler):
                 file.write(chunk)
                 length -= len(chunk)
         if length:
-            raise UserError(f"{log.name}: ended early; send it again")
+            raise UserError(f"{log.name}: the upload ended early; send it again")
 
     def answer(self) -> Answer:
         """The answer to this request."""
@@ -236,7 +238,7 @@ class Handler(BaseHTTPRequestHandler):
         if isinstance(token, Answer):
             return token
         drawing = qr_drawing(self.access.link(self.port))
-        said = "Everyone who has the link, and can reach this machine, sees these results."
+        said = "Anyone who has the link and can reach this machine can see these results."
         return answer(self.root, self.path, f'<div class="qr">{drawing}<p>{said}</p></div>' if drawing else f"<p>{said}</p>")
 
     @property

@@ -48,7 +48,7 @@ def as_window(given: list[float]) -> list[float]:
 def as_range(given: list[float]) -> list[float]:
     """The lowest and the highest value that count. Raises ValueError."""
     if len(given) != 2 or not 0.0 <= given[0] < given[1] < math.inf:
-        raise ValueError(f"should be two numbers from 0 on, the larger one last, not {given!r:.60}")
+        raise ValueError(f"should be two numbers, 0 or more, the larger one last, not {given!r:.60}")
     return given
 
 
@@ -73,7 +73,7 @@ class Guess(Section):
     def answered(self) -> Self:
         """The answer is one of unlike choices. Raises ValueError."""
         if len(set(self.choices)) < len(self.choices):
-            raise ValueError("choices: should differ from each other")
+            raise ValueError("choices: should all be different")
         if self.answer not in self.choices:
             raise ValueError(f"answer: {self.answer!r:.60} is not one of {', '.join(self.choices)}")
         return self

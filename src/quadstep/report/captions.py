@@ -31,7 +31,7 @@ def of_position(log: FlightLog) -> str:
     sizes = [abs(float(errors[place, i])) for i, place in enumerate(worst)]
     i = int(np.argmax(sizes))
     final = ", ".join(f"{axis} {quantity(float(errors[-1, k]), 'm')}" for k, axis in enumerate(axes))
-    return f"Largest error along an axis: {axes[i]}, by {quantity(sizes[i], 'm')} at {at(t, worst[i])}; at the end: {final}."
+    return f"Largest error along an axis: {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}; at the end: {final}."
 
 
 def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
@@ -46,8 +46,8 @@ def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
         return "Attitude and rates."
     largest, place, usual, name = max(found)
     return (
-        f"Farthest from what the law asks for: {name}, by {angle(largest)} at {at(t, place)}; "
-        f"half of the time by less than {angle(usual)}."
+        f"Farthest from the law's command: {name}, by {angle(largest)} at {at(t, place)}; "
+        f"by less than {angle(usual)} half of the time."
     )
 
 
@@ -61,7 +61,7 @@ def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
     if pairs:
         cut = [np.abs(a - b) > SAME * max(float(np.abs(a).max()), 1e-300) for a, b in pairs]
         share = float(np.mean(np.any(cut, axis=0)))
-        said += f" The limits cut what the law commands {percent(share)} of the time." if share else " No limit is reached."
+        said += f" The limits cut the law's command {percent(share)} of the time." if share else " No limit is reached."
     return said
 
 

@@ -70,7 +70,7 @@ def failures_named() -> Iterator[None]:
     try:
         yield
     except (OSError, EOFError) as error:
-        raise UserError(f"no process to draw figures could be started: {error}; nothing was written") from None
+        raise UserError(f"could not start a process to draw figures: {error}; nothing was written") from None
 
 
 @contextmanager

@@ -85,7 +85,7 @@ def untold(path: Path, flight: Excited, now: Measured) -> str:
             return f"{where}{said} {math.degrees(vague):.0f} degrees{faster(flight.loop.form, flight.parameters)}"
     if now.open:
         return where + "the phase margin is not known within 10 degrees; excite with a larger magnitude, or for longer"
-    return where + "the open loop's gain does not cross 1; excite wider"
+    return where + "the open loop's gain does not cross 1; excite a wider range of frequencies"
 
 
 class Model(NamedTuple):
@@ -105,7 +105,7 @@ def modelled(path: Path, flight: Excited) -> Model:
         raise UserError(f"{path}: {error}") from None
     names = [one.name for one in found.channels]
     if not found.stable or flight.axis not in names:
-        what = f"has no command {flight.axis}" if found.stable else "its loop at rest is unstable: it has no margins"
+        what = f"has no command {flight.axis}" if found.stable else "its loop at rest is unstable, so it has no margins"
         raise UserError(f"{path}: {what}")
     place = names.index(flight.axis)
     return Model(mission.name, found.margins[place], harmonic(opened(found.loop), flight.measured.omega)[:, place])
@@ -197,7 +197,7 @@ METHOD = (
 
 
 SYMPTOMS = ("", "measured", "told from")
-ELSE = "What the log shows besides margins in the same stretch of flight. What it does not carry is not named."
+ELSE = "What the log shows besides margins in the same stretch of flight. What it does not show is left out."
 FILTERS = ("parameter", "cut-off [Hz]", "phase at the crossover [°]")
 COST = (
     "The phase that each low-pass takes from the open loop at the measured crossover, by the parameters in the log (negative: "

@@ -191,7 +191,7 @@ class Room:
         if member.waits:
             raise Refusal(HTTPStatus.TOO_MANY_REQUESTS, "Your last submission has not been flown yet.")
         if left > 0.0:
-            raise Refusal(HTTPStatus.TOO_MANY_REQUESTS, f"Your next submission is taken in {math.ceil(left)} s.")
+            raise Refusal(HTTPStatus.TOO_MANY_REQUESTS, f"You can submit again in {math.ceil(left)} s.")
 
     def work(self) -> None:
         """Fly what is submitted, one after another, without end."""
@@ -248,7 +248,7 @@ def secret(root: Path) -> bytes:
         raise UserError(f"{place}: cannot be written: {error.strerror or error}") from None
     found = files.read_bytes(place, SECRET, links=False)
     if len(found) != 32:
-        raise UserError(f"{place}: is not the secret of a class; remove it, and all links change")
+        raise UserError(f"{place}: is not the secret of a class; remove it (all links will change)")
     return found
 
 
@@ -277,7 +277,7 @@ def submitted(text: str, ground: Ground) -> Mission:
         content = with_value(content, key, value, ground.usual)
     mission = check_mission(content, "your mission", ground.folder)
     if isinstance(mission.controller, PilotedSection):
-        raise UserError("controller.type: a class is not flown by an autopilot")
+        raise UserError("controller.type: a class cannot be flown by an autopilot")
     return mission
 
 
@@ -305,14 +305,14 @@ def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Co
     for name, most in limits.items():
         with contextlib.suppress(ValueError, OSError):  # a system that has a lower one, or none
             resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
-    refuse("a class takes gains and missions, never code")
+    refuse("a class accepts gains and missions, never code")
     try:
         result = fly_it()
     except UserError as error:
         result = SubmissionResult(f"It was not flown: {cut(str(error), LONGEST_SENTENCE)}")
     except Exception:  # whatever a stranger's text does ends here
         result = SubmissionResult(
-            "It was not flown: it needs more than a flight of the class may take, or numbers that no flight has."
+            "It was not flown: it exceeds the class's limits for a flight, or has numbers that no flight can have."
         )
     theirs.send(result)
 

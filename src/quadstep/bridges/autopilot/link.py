@@ -175,14 +175,16 @@ class Piloted:
             try:
                 doing = (self.station and self.station.stand(sample.standing(time))) or doing
                 if count % round(1.0 / link.period) == 0:
-                    self.told(f"{doing}: {time:.0f} s of its time")
+                    self.told(f"{doing}: {time:.0f} s of simulated time")
                 shares = self.within(link.exchange(sample.standing(time)))
             except Lost as error:
                 raise UserError(f"{error} after {time:g} s on the ground, before it took off") from None
             self.stood = time + link.period
             if sum(one * one for one in shares) >= lift:
                 return
-        raise UserError(f"the autopilot did not take off within {STANDING:g} s of its time; it should be armed and told to")
+        raise UserError(
+            f"the autopilot did not take off within {STANDING:g} s of simulated time; arm it and command a takeoff"
+        )
 
     def within(self, outputs: list[float]) -> list[float]:
         """The rotors' shares of full speed."""
@@ -192,8 +194,7 @@ class Piloted:
         """From now on `STOPPING` are a flag: an exception at any instruction of a call from compiled code would be lost."""
         self._interrupted = False
         if self.kept and threading.current_thread() is threading.main_thread():
-            heeded = [number for number in STOPPING if signal.getsignal(number) is not signal.SIG_IGN]
-            self._before = {number: signal.signal(number, self._interrupt) for number in heeded}
+            self._before = {number: signal.signal(number, self._interrupt) for number in STOPPING}
 
     def _interrupt(self, _number: int, _frame: object) -> None:
         self._interrupted = True

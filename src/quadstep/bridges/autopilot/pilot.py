@@ -51,10 +51,10 @@ AGAIN = 1.0
 """Seconds of the autopilot's time after which it is asked again."""
 
 READY = 180.0
-"""Seconds of its time that an autopilot may take to be heard and to lift off: ArduPilot's estimator alone takes 42."""
+"""Seconds of simulated time that an autopilot may take to be heard and to lift off: ArduPilot's estimator alone takes 42."""
 
 ANSWER = 10.0
-"""Seconds of its time in which it may answer what its parameters are."""
+"""Seconds of simulated time in which it may answer what its parameters are."""
 
 NEAR = 0.02
 """Relative difference at which a parameter still matches: the hover's thrust is learnt."""
@@ -137,7 +137,7 @@ class Pilot:
         doing = self._prepare(time)
         if doing and time - (0.0 if math.isnan(self.heard_at) else self.heard_at) > READY:
             why = self.reason or self.why()
-            after = f"still {doing} after {READY:g} s of its time"
+            after = f"still {doing} after {READY:g} s of simulated time"
             raise UserError(f"{name} at {self.where}: {after}{': ' if why else ''}{why}")
         return f"{name}: {doing}" + (f" ({self.reason})" if self.reason else "")
 
@@ -204,7 +204,7 @@ class Pilot:
         assert self.start
         if sample.time == 0.0:
             self.next.clear()
-            self.told(f"{self.station.name} lifted off after {self.start.time:.1f} s of its time")
+            self.told(f"{self.station.name} lifted off after {self.start.time:.1f} s of simulated time")
         if not self._due("poll", sample.time, 1.0 / POLL):
             return
         self._hear(sample.time)

@@ -42,5 +42,5 @@ def compile_c(folder: Path, arguments: list[str], command: list[str] | None = No
         why = f"rejected the law: {said}" if said.strip() else f"ended with exit code {run.returncode} and no message"
         raise UserError(f"the C compiler {line[0]} {why}")
     if "-o" in arguments and not (folder / arguments[arguments.index("-o") + 1]).exists():
-        raise UserError(f"the C compiler {line[0]} wrote nothing: is it one?")
+        raise UserError(f"the C compiler {line[0]} wrote nothing: is it a C compiler?")
     return run.stderr

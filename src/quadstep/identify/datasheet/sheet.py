@@ -77,9 +77,9 @@ class StandSection(Section):
                 f"throttle: {max(self.throttle):g} is above 1; it is a fraction of full throttle, not a percentage"
             )
         if max(self.thrust) <= 0.0:
-            raise ValueError("thrust: no point has any")
+            raise ValueError("thrust: every point is zero")
         if max(self.thrust) > 1000.0:
-            raise ValueError(f"thrust: {max(self.thrust):g} N of one motor; is it in grams? 1 g is 0.00981 N")
+            raise ValueError(f"thrust: {max(self.thrust):g} N from one motor; is it in grams? 1 g is 0.00981 N")
         return self
 
 
@@ -105,7 +105,7 @@ class Datasheet(Section):
     def _in_proportion(self) -> "Datasheet":
         size, places = self.propeller.size, self.wheelbase
         if not IN_PROPORTION[0] * places <= size <= IN_PROPORTION[1] * places:
-            raise ValueError(f"wheelbase: {places:g} m does not go with propellers of {size:.3g} m; is each in its unit?")
+            raise ValueError(f"wheelbase: {places:g} m does not fit propellers of {size:.3g} m; is each in metres?")
         return self
 
 

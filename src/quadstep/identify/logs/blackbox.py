@@ -45,10 +45,10 @@ def read(path: Path, wanted: list[str]) -> Topics:
         one.parse_data()
     session = max(sessions, key=lambda one: len(one.main_frames), default=None)
     if session is None or not session.main_frames:
-        raise UserError(f"{path}: has no flight of Betaflight's blackbox")
+        raise UserError(f"{path}: contains no Betaflight blackbox flight")
     if session.sys_config["firmwareType"] != "betaflight":
         raise UserError(
-            f"{path}: should be of Betaflight, not of {session.sys_config.get('Firmware revision', 'another firmware')!s:.40}"
+            f"{path}: should be from Betaflight, not {session.sys_config.get('Firmware revision', 'another firmware')!s:.40}"
         )
     refuse_many(path, {TOPIC: len(session.main_frames)}, {TOPIC: session.main_field_names})
     rows: Floats = np.array(session.main_frames, dtype=np.float64)
@@ -70,7 +70,7 @@ def read(path: Path, wanted: list[str]) -> Topics:
 def refuse_intervals(path: Path, headers: Mapping[str, int]) -> None:
     """Raises UserError for intervals between frames that no log has: the decoder counts from one to the next."""
     if not all(0 < headers[name] <= LONGEST_INTERVAL for name in INTERVALS):
-        raise UserError(f"{path}: its headers have an interval between frames that is not from 1 to {LONGEST_INTERVAL}")
+        raise UserError(f"{path}: its headers give an interval between frames that is outside 1 to {LONGEST_INTERVAL}")
 
 
 def parameters(session: FlightLogParser) -> dict[str, float]:

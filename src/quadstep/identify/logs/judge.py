@@ -113,9 +113,9 @@ def flaws(flight: FlightRecord) -> list[Finding]:
         most = float(flight.motors.max())
         lost = int(flight.lost.sum())
         rows, above = f"{lost} row{'s' * (lost > 1)}", most > 1.0 and not flight.speeds
-        text = f"{rows} with commands of up to {most:.3g} times the full one" if above else f"{rows} without a command"
+        text = f"{rows} with commands of up to {most:.3g} times full" if above else f"{rows} without a command"
         many = bool(lost > 0.2 * flight.turning.sum())
-        right = "; is `full` right?" if above else ""
+        right = "; is `full` correct?" if above else ""
         found.append(Finding(many, f"motors: {text}{right}" if many else f"{text}; left out"))
     if flight.period > SLOWEST:
         text = f"motors: a command every {1e3 * flight.period:.0f} ms; what torques and the rotors' lag do needs one every"
@@ -268,7 +268,7 @@ def volts(flight: FlightRecord, sure: Flags) -> list[Finding]:
         return [Finding(False, "voltage: not logged; thrust is taken to depend on the command alone")]
     middle = float(np.nanmedian(flight.channel("voltage")[sure]))
     if not 2.5 < middle < 70.0:
-        return [Finding(True, f"voltage: {middle:.3g} V in flight; is the unit right?")]
+        return [Finding(True, f"voltage: {middle:.3g} V in flight; is the unit correct?")]
     return []
 
 

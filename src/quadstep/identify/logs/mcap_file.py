@@ -48,7 +48,7 @@ def read(path: Path, wanted: list[str]) -> Topics:
             else:
                 decode = factory.decoder_for(channel.message_encoding, schemas.get(channel.schema_id))
                 if decode is None:
-                    raise UserError(f"{path}: {channel.topic}: messages in {channel.message_encoding} are not known")
+                    raise UserError(f"{path}: {channel.topic}: message encoding {channel.message_encoding} is not supported")
                 message = decode(one.data)
             taken = rows[channel.topic]
             taken.append(one.log_time * 1e-9)

@@ -94,7 +94,7 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> LogRows:
         if not have:
             raise UserError(f"{path}: has none of the columns of its mapping, such as {missing[0]}; damaged, or without data")
         set_it = LOGGED.get(path.suffix.lower(), "")
-        raise UserError(f"{path}: {missing[0]}: the motors' commands are not in the log; it has {have}{set_it}")
+        raise UserError(f"{path}: {missing[0]}: this motor command is not in the log; it has {have}{set_it}")
     told = columns[mapping.motors.columns[0]].time
     if told[-1] - told[0] > LONGEST:
         raise UserError(f"{path}: longer than six hours; cut the log")
@@ -186,7 +186,7 @@ def found_mapping(path: Path) -> Mapping:
     name = fitting(header_of(path))
     if name is None:
         raise UserError(
-            f"{path}: its columns match none of the mappings {', '.join(mapping_names())}; name with --mapping a file that "
+            f"{path}: its columns match none of the mappings {', '.join(mapping_names())}; give --mapping FILE, which "
             "says what each column holds (docs/logs.md)"
         )
     return load_mapping(name)

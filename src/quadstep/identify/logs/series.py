@@ -69,10 +69,10 @@ class Packed(NamedTuple):
 def layout_of(fields: Sequence[tuple[str, str | np.dtype[np.void], int]]) -> np.dtype[np.void]:
     """The layout of name, type and count of each field, without gaps. Raises ValueError for one that no message can have."""
     if not fields or any(count > LARGEST for _, _, count in fields):
-        raise ValueError("no layout of a message")
+        raise ValueError("no message layout")
     found = np.dtype([(name, kind, (count,)) if count else (name, kind) for name, kind, count in fields])
     if found.itemsize > LARGEST:
-        raise ValueError("no layout of a message")
+        raise ValueError("no message layout")
     return found
 
 

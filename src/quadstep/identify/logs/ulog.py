@@ -126,6 +126,6 @@ def add(body: bytes, topics: list[str], formats: Formats, found: dict[bytes, Log
 def layout(fields: list[tuple[str, int, str]], formats: Formats, depth: int) -> np.dtype[np.void]:
     """The layout of some fields. Raises KeyError for one that was not declared, ValueError for one that cannot be."""
     if depth > DEEPEST:
-        raise ValueError("a layout within itself")
+        raise ValueError("a layout that contains itself")
     kinds = [(name, NUMBERS.get(kind) or layout(formats[kind], formats, depth + 1), count) for kind, count, name in fields]
     return layout_of(kinds)

@@ -88,8 +88,8 @@ def check_path(plan: FlightPlan, t: Array) -> None:
     at_start, speed = plan.start.velocity, float(np.linalg.norm(parts[1][0]))
     if speed > 0.0 and not any(at_start):
         raise UserError(
-            f"path: at t = 0 it moves at {speed:.4g} m/s and the start is at rest, a jump in velocity; "
-            "missing is a ramp, or a start with the path's velocity"
+            f"path: at t = 0 it moves at {speed:.4g} m/s but the vehicle starts at rest, a jump in velocity; "
+            "add a ramp, or start with the path's velocity"
         )
 
 

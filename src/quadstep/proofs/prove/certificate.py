@@ -140,7 +140,7 @@ def read_certificate(path: Path) -> Certificate:
     """The content of the file. Raises UserError."""
     content = read_json(path)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise UserError(f"{path}: not a certificate of `quadstep prove`: its format is none that this version writes")
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: this version does not write its format")
     try:
         states = tuple(str(name) for name in content["states"])
         unknown = read_unknown(content["unknown"])
@@ -153,7 +153,7 @@ def read_certificate(path: Path) -> Certificate:
     blocks = -(-(len(flown) - 1) // size) if 0 < size <= MOST_SAMPLES else 0
     shapes = spread.shape == (len(states), len(states)) and boxes.shape == (blocks, len(states)) and position.ndim == 1
     if not shapes or blocks < 1:
-        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not agree")
     return Certificate(mission, unknown, states, flown, size, spread, boxes, position, str(content.get("folder", "")))
 
 
@@ -242,7 +242,7 @@ def read_set(path: Path) -> SetCertificate:
         turn = [f"attitude.{i}" for i in range(4)]
         apart = apart and list(states[found.unit : found.unit + 4]) == turn and found.unit not in {*found.live, *found.twins}
     if not (shapes and sound and apart and moving):
-        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not agree")
     return found
 
 

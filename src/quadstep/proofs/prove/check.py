@@ -161,7 +161,7 @@ def over_its_box(loop: CheckedLoop, found: Certificate, place: int) -> CheckedBl
     linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))
     for i, one in enumerate(after):
         if not isinstance(one, Enclosure) or one.parts is None:
-            raise UserError(f"{found.states[i]} is not returned by the loop as a state is")
+            raise UserError(f"the loop does not return {found.states[i]} as a state")
         linear[:, i] = one.parts.T
         rest[:, i] = one.rest + np.abs(one.centre - found.flown[begin + 1 : end + 1, i]) * UP
     into = 2.0 * np.eye(n) - found.spread  # its inverse, as it is a shear

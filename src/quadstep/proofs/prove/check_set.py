@@ -122,7 +122,7 @@ def mapped(loop: CheckedLoop, found: SetCertificate, numbers: list[Operand], tic
         if isinstance(one, float):  # as the law writes it, whatever it was
             one = number(np.array([one]), np.zeros(1), 1)
         if not isinstance(one, Enclosure):
-            raise UserError(f"{found.states[place]} does not come out of the loop as a state does")
+            raise UserError(f"the loop does not return {found.states[place]} as a state")
         gap[i] = one.centre[0] - found.rest[place]
         left[i] = one.rest[0] + abs(gap[i]) * 2.0**-50
         if one.parts is not None:

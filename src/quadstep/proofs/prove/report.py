@@ -66,7 +66,7 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
                 draw(out / "boxes", widths, traced)
                 caption = (
                     "Half widths of the boxes that hold every state about the flight's own, the widest of each quantity: "
-                    "where they grow, the proof loses more than the law takes back."
+                    "where they grow, the proof loses more than the law regains."
                 )
                 sections += [page.heading("Boxes over time", "boxes"), Figure("boxes", caption)]
                 sections.append(Table(header=("state", "widest box, half width"), rows=widest(traced)))

@@ -141,7 +141,7 @@ def refuse_idle(names: list[str], slopes: Array) -> None:
     """Raises UserError for numbers that keep any value they are given."""
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
-        raise UserError(f"{', '.join(found)}: to first order these keep any value given, and do not return by themselves")
+        raise UserError(f"{', '.join(found)}: to first order these keep any value given and do not return on their own")
 
 
 def refuse_neutral(names: list[str], returns: Array) -> None:

@@ -143,7 +143,7 @@ def check(path: Path, code: Sequence[str] = ()) -> ProofVerdict:
     """The verdict on a certificate. code: the only files and modules of users that are run. Raises UserError."""
     with only(code):
         found = checked(path)
-    ran = f"Of users' code, no more than {', '.join(code)} was run, as you said." if code else "No code of users was run."
+    ran = f"Of users' code, only {', '.join(code)} was run, as you allowed." if code else "No user code was run."
     return found._replace(says=[*found.says, ran])
 
 

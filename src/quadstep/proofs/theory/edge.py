@@ -63,7 +63,7 @@ def setting_of(plan: FlightPlan, force: float = 0.0, torque: float = 0.0, bias: 
     def one(values: Vector, name: str) -> Fraction:
         found = {Fraction(value) for value in values}
         if len(found) != 1:
-            raise UserError(f"{name}: differs between axes; the region is computed where it does not")
+            raise UserError(f"{name}: differs between axes; the region can be computed only where all axes agree")
         return found.pop()
 
     times = np.linspace(0.0, plan.ticks.last * plan.ticks.step, 2001)

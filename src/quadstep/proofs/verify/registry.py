@@ -133,7 +133,7 @@ def chosen(only: str | None) -> list[EquationRow]:
         return rows
     found = [row for row in rows if row.number.lower() == only.strip().lower()]
     if not found:
-        raise UserError(f"--only {only}: no such row; allowed are 1 to {EQUATIONS} and {', '.join(repr(n) for n in FOLLOWS)}")
+        raise UserError(f"--only {only}: no such row; allowed: 1 to {EQUATIONS} and {', '.join(repr(n) for n in FOLLOWS)}")
     return found
 
 

@@ -124,7 +124,7 @@ def cluster_at(address: str) -> str:
             env={**os.environ, "RAY_NUM_REDIS_GET_RETRIES": "5"},
         )
     except subprocess.TimeoutExpired:
-        raise UserError(f"{wrong}: no Ray has answered in {JOINING:g} s") from None
+        raise UserError(f"{wrong}: Ray did not answer within {JOINING:g} s") from None
     if "AuthToken" in trial.stderr or "AuthenticationError" in trial.stderr:
         raise UserError(f"{wrong}: it requires its token; set RAY_AUTH_MODE=token and RAY_AUTH_TOKEN or RAY_AUTH_TOKEN_PATH")
     if "Could not find any running Ray instance" in trial.stderr:

@@ -25,16 +25,16 @@ def refuse_known(file: Path, option: str, flights: int | None) -> None:
     if not is_random(campaign):
         raise nothing_shown(file, option, campaign.varies)
     if count % grid:
-        uneven = f"{count} flights do not fly all {grid} points of its grid equally often"
-        raise UserError(f"{file}: {option}: {uneven}; --flights {grid * -(-count // grid)} do")
+        uneven = f"{count} flights cannot cover the {grid} points of its grid equally often"
+        raise UserError(f"{file}: {option}: {uneven}; --flights {grid * -(-count // grid)} can")
 
 
 def nothing_shown(file: Path, option: str, grid: bool) -> UserError:
     """Why an option cannot be used. grid: whether the flights are points of one, else copies."""
     what = "are points of a grid, without noise," if grid else "do not differ"
-    more = "draw what varies at random (docs/campaigns.md)" if grid else "let something vary"
+    more = "let keys vary at random (docs/campaigns.md)" if grid else "let something vary"
     return UserError(
-        f"{file}: {option}: its flights {what} and show nothing of others; {more}, or judge one with `quadstep fly --require`"
+        f"{file}: {option}: its flights {what} and say nothing about others; {more}, or judge one: `fly --require`"
     )
 
 

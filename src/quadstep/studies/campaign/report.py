@@ -35,9 +35,9 @@ from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import Varied, bins, varied
 
 GLANCE = {
-    "outcomes": "How the flights ended, and when the early ones did.",
-    "distributions": "Above, how many completed flights were how far from their path; below, the share of all flights that "
-    "were worse, lost ones included: where the curve meets a limit (red), it says how often that is exceeded.",
+    "outcomes": "How the flights ended, and when those that ended early did.",
+    "distributions": "Above: how far the completed flights were from their path. Below: the share of all flights that were "
+    "worse, lost ones included; where the curve meets a limit (red), that share exceeds it.",
     "ranking": "What explains the spread: the share of the variance that each key explains on its own, with its interval.",
 }
 """Figures of the summary, if they are drawn."""
@@ -239,7 +239,7 @@ def moving(of: Reported, flown: pa.Table, lost: NDArray[np.bool_], links: Mappin
     body: list[Section] = [Table("Flights to watch", "flights")]
     if len(lost) > 1 and draw_points(of.folder / "points", (across, up), lost, links, of.sheet):
         whose = f"The first {MOST_POINTS} flights, and those with a ring," if len(lost) > MOST_POINTS else "All flights"
-        caption = f"{whose} by how far they were from their path, up to their end. Click a ring to see that flight move."
+        caption = f"{whose} by their distance from the path until they end. Click a ring to see that flight move."
         body.append(figure("points", caption))
     places = [(link, f"flight {flight}") for flight, link in links.items()]
-    return [*body, page.links(places, "See them move, flown as `quadstep fly` flies them:")]
+    return [*body, page.links(places, "See them move, as `quadstep fly` flies them:")]

@@ -187,7 +187,7 @@ def ranking(
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in shares.values()))
-            line += f" Together the keys explain {100.0 * together:.3g} % on their own;"
+            line += f" Taken one by one, the keys explain {100.0 * together:.3g} % together;"
             line += " the rest is due to interactions and noise."
         if pair and pair.share.low > 0.0:
             line += (

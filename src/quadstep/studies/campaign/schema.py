@@ -128,12 +128,12 @@ class CampaignFile(Section):
         except UserError as error:
             raise ValueError(f"vary: {error}") from None
         if self.combinations > MOST_FLIGHTS:
-            raise ValueError(f"vary: the grids make {self.combinations:.3g} flights; allowed are at most {MOST_FLIGHTS}")
+            raise ValueError(f"vary: the grids make {self.combinations:.3g} flights; allowed: at most {MOST_FLIGHTS}")
         if len(keys) > MOST_KEYS:
-            raise ValueError(f"vary: {len(keys)} keys; allowed are at most {MOST_KEYS}")
+            raise ValueError(f"vary: {len(keys)} keys; allowed: at most {MOST_KEYS}")
         twice = [key for key in keys if keys.count(key) > 1]
         if twice:
-            raise ValueError(f"{twice[0]}: varies twice")
+            raise ValueError(f"{twice[0]}: is varied twice")
         for key in keys:
             longer = [other for other in keys if other.startswith(f"{key}.")]
             if longer:
@@ -213,7 +213,7 @@ class Campaign(NamedTuple):
         made = -(-flights // self.file.chunk)
         if made > MOST_CHUNKS:
             raise UserError(
-                f"flights, chunk: {flights} flights, {self.file.chunk} a file, make {made} files; allowed are at most "
+                f"flights, chunk: {flights} flights, {self.file.chunk} a file, make {made} files; allowed: at most "
                 f"{MOST_CHUNKS}: choose a chunk of {-(-flights // MOST_CHUNKS)} or more"
             )
 

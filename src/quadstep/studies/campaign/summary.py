@@ -31,11 +31,11 @@ POINTS = "Its {} flights are {} of a grid, without noise, so nothing is statisti
 """Of a campaign in which nothing is drawn at random."""
 
 FIRST = "Its {} flights are only the first of a grid of {} points, so nothing is statistical."
-ROUNDS = "Its {} flights are no whole number of rounds of its grid of {} points, so nothing is statistical."
+ROUNDS = "Its {} flights do not cover its grid of {} points evenly, so nothing is statistical."
 """Of a campaign that flies some points of its grid more often than others."""
 
 
-SINGLE = "It is one flight, of which nothing is drawn at random, so nothing is statistical."
+SINGLE = "It is one flight and nothing in it is random, so nothing is statistical."
 
 
 class MetricQuantiles(NamedTuple):

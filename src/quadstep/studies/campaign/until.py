@@ -95,7 +95,7 @@ def parsed(text: str) -> float:
         raise UserError(f"--until {text!r:.40}: should be a probability of failure between 0 and 1, like 1e-4")
     if -math.log(0.25 * (1.0 - LEVEL)) / target > MOST_FLIGHTS:
         raise UserError(
-            f"--until {target:g}: needs more than {MOST_FLIGHTS:.3g} flights even if none fails; --rare estimates so small a "
+            f"--until {target:g}: needs more than {MOST_FLIGHTS:.3g} flights even if none fails; use --rare for so small a "
             "probability"
         )
     return target
@@ -136,7 +136,7 @@ def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None
                 f"{path}: vary.{name}: --until counts independent flights; those of a {one.type} are not; use another type"
             )
     if most is not None and most < first.flights:
-        raise UserError(f"--flights {most}: --until needs at least {first.flights} flights, if none of them fails")
+        raise UserError(f"--flights {most}: --until needs at least {first.flights} flights, even if none of them fails")
 
 
 def look_at(store: Store, look: Look) -> Seen:

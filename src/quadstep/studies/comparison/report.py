@@ -99,7 +99,7 @@ def evidence(
         *([page.heading("Limitations", "limits"), page.listing(found.limitations)] if found.limitations else []),
         page.links(links, "See the best two fly the same gust:")
         if links
-        else page.paragraph(f"There is no page of flights: {missing}."),
+        else page.paragraph(f"There is no page with flights: {missing}."),
     ]
     for vehicle, figure in figures.items():
         text = (

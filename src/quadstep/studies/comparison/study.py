@@ -236,7 +236,7 @@ def study_of(text: str, source: str, folder: Path) -> ComparisonStudy:
         raise UserError(f"{source}: vehicles: {empty[0]} has no suitable path and scenario")
     cells = sum(len(study.controllers(one.vehicle)) for one in study.situations())
     if cells > MOST_CELLS:
-        raise UserError(f"{source}: {cells} cells; allowed are at most {MOST_CELLS}")
+        raise UserError(f"{source}: {cells} cells; allowed: at most {MOST_CELLS}")
     check_vehicles(study)
     return study
 

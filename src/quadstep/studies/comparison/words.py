@@ -95,7 +95,7 @@ def missed(found: Comparison) -> list[str]:
     lines = []
     for one in found.entrants:
         if one.trained and one.trained.violation > 0.0:
-            lines.append(f"{one.name} on {one.vehicle}: no gains that keep every limit were found (tuning.constraints).")
+            lines.append(f"{one.name} on {one.vehicle}: no gains were found that meet every limit (tuning.constraints).")
         if one.trained and one.trained.unconstrained:
             lines.append(f"{one.name} on {one.vehicle}: tuned without limits on its margins: {one.trained.unconstrained}.")
     return lines
@@ -163,8 +163,8 @@ def ranked_in(found: Comparison) -> str:
     """The situations that mean ranks are over."""
     there = len(found.tuned_in & found.ranked.keys())
     if 0 < there < len(found.ranked):
-        return f"the {counted(len(found.ranked) - there, 'situation')} that no gain was tuned in"
-    return "all situations, in which gains were tuned" if there else "all situations"
+        return f"the {counted(len(found.ranked) - there, 'situation')} not used for tuning"
+    return "all situations, all of which were used for tuning" if there else "all situations"
 
 
 def searches(found: Comparison) -> str:
@@ -173,12 +173,12 @@ def searches(found: Comparison) -> str:
         return ""
     if found.searches < 2:
         return (
-            "Gains were searched for once for each controller, so decisions are about these gains: another search for the "
-            "same controller may end elsewhere."
+            "Each controller's gains were searched for once, so decisions hold for these gains: another search for the "
+            "same controller may find others."
         )
     return (
-        f"Gains were searched for {found.searches} times for each controller, and each set flew all flights. Intervals are "
-        "about the results of all of them, and a pair is decided only if every set of the one is better than every set of "
+        f"Gains were searched for {found.searches} times for each controller, and each set flew all flights. Intervals cover "
+        "the results of all of them, and a pair is decided only if every set of the one is better than every set of "
         f"the other, which of two equal controllers happens with a chance of {100 * by_chance(found.searches):.2g} %."
     )
 
@@ -238,7 +238,7 @@ def losing(results: dict[str, SituationResult]) -> str:
     lost = {name: one.lost for name, one in results.items() if one.lost.value > 0.0}
     if len(lost) > SEVERAL:
         every = sum(share.value == 1.0 for share in lost.values())
-        return f"{len(lost)} of {len(results)} lose flights{f', {every} of them all' if every else ''}."
+        return f"{len(lost)} of {len(results)} lose flights{f', {every} of them lose all' if every else ''}."
     return f"Lost: {', '.join(f'{several([name])} {percent(share)}' for name, share in lost.items())}." if lost else ""
 
 

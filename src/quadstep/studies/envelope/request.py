@@ -52,7 +52,7 @@ def parse_axis(option: str, text: str, most: int) -> MapAxis:
     where, ranged = f"{option} {key}", ":" in given
     values = spaced(where, given, most) if ranged else listed(where, given)
     if len(values) > most:
-        raise UserError(f"{where}: {len(values)} values; allowed are at most {most}")
+        raise UserError(f"{where}: {len(values)} values; allowed: at most {most}")
     return MapAxis(option, key, values, ranged and len(values) > 1)
 
 
@@ -168,7 +168,7 @@ def request(
         axes.insert(0, parse_axis("--by", by, MOST_PANELS))
     cells = math.prod(len(axis.values) for axis in axes)
     if cells > MOST_CELLS:
-        raise UserError(f"--x, --y{', --by' * (by is not None)}: {cells} cells; allowed are at most {MOST_CELLS}")
+        raise UserError(f"--x, --y{', --by' * (by is not None)}: {cells} cells; allowed: at most {MOST_CELLS}")
     base = read_base(path)
     check_axes(axes, base.file.keys, str(path))
     axes = fitted(base, axes)

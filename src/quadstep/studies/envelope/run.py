@@ -148,7 +148,7 @@ def answer(found: Envelope) -> str:
     over = f"combination{'' if max(one.cells for one in found.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
     if all(one.flyable == one.cells for one in found.panels):
         whole = f"Every one of the {found.panels[0].cells} {over} can be flown{meaning(asked)}"
-        return f"{whole}{most_of(asked)}: the limit lies outside this map, or between its points."
+        return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points."
     parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in found.panels]
     return f"Of the {over}, {', '.join(parts)} can be flown{meaning(asked)}{most_of(asked)}."
 
@@ -170,7 +170,7 @@ def caption(found: Envelope) -> str:
     least, most = (units.quantity(end(each[i] for each in known), "m") if known else "" for i, end in ((0, min), (1, max)))
     colour = f"Colour: median position RMSE, from {least} to {most}; lighter is larger. " if known else ""
     if grey:
-        return f"{colour}Grey: {grey} cells in which fewer than half of the flights succeed, hatched by why."
+        return f"{colour}Grey: {grey} cells in which fewer than half of the flights succeed, hatched by cause."
     return f"{colour}No cell is grey: the limit of flying lies outside this map, or between its points."
 
 

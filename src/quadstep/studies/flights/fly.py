@@ -36,7 +36,7 @@ from quadstep.studies.flights.report import since, write_report
 
 REPORT = "report.html"
 
-UNKNOWN_PATH = "Errors are from the mission's path, which the autopilot flies only if somebody sends it."
+UNKNOWN_PATH = "Errors are measured from the mission's path, which the autopilot flies only if someone sends it."
 
 Told: TypeAlias = Callable[[str, int, int], None]
 """Told a stage of the work, how much of it is done, and how much there is."""

@@ -46,7 +46,7 @@ def write_report(
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2))
     sections += [Table("Mission", "flown"), page.verbatim(content, "all keys of the mission")]
     if left := mission.controller.left:
-        whose = f"{len(left)} parameters of its file that {mission.controller.type} does without"
+        whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(page.verbatim("\n".join(left), whose))
     said = answer(log, metrics, why, since(mission))
     found = Evidence(mission.name, "Flight", said, (), {}, facts(metrics), drawn[:IN_SUMMARY], sections, warnings=warnings)

@@ -256,8 +256,7 @@ class Conditions:
         if not found:
             said = self.broken(self.numbers(start))[0]
             raise UserError(
-                f"tune.gains: none were found in these ranges that keep the conditions: {said}; widen the ranges, or say "
-                "theorem = false"
+                f"tune.gains: no gains in these ranges meet the conditions: {said}; widen the ranges, or set theorem = false"
             )
         return self.moved(start, min(found, key=lambda point: distance(point, start)))
 

@@ -51,8 +51,8 @@ def evidence(
         figures=[
             Figure(
                 figure,
-                f"Above, the objective of each candidate: {units.number(before)} at first, {units.number(after)} at last. "
-                "Below, the gains of the best so far, each from the low to the high end of its range.",
+                f"Above: the objective of each candidate, {units.number(before)} at first, {units.number(after)} at last. "
+                "Below: the best gains so far, each from the low to the high end of its range.",
             )
         ],
         sections=[
@@ -203,7 +203,7 @@ def draw_gains(axes: Axes, asked: TuningRequest, found: SearchResult) -> None:
         axes.step(flights, [*values, values[-1]], where="post", label=one.key, **style)
     axes.set_ylim(-0.03, 1.03)
     axes.set_yticks([0.0, 1.0], ["low", "high"])
-    axes.set_ylabel("gain of the best so far")
+    axes.set_ylabel("best gain so far")
 
 
 def leaders(found: SearchResult) -> list[Candidate]:

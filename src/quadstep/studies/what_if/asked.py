@@ -74,7 +74,7 @@ def differences(file: str, other: str) -> dict[str, float]:
     )
     found = {name: after[name] for name in usual if after[name] != before[name]}
     if not found:
-        raise UserError(f"{other}: no parameter of {', '.join(law.name for law in laws)} differs from {file}")
+        raise UserError(f"{other}: no parameter of {', '.join(law.name for law in laws)} differs between it and {file}")
     return found
 
 
@@ -103,10 +103,10 @@ def law_of(asked: Asked) -> type[Controller]:
     known, named = [key for law in laws for key in law.by_key()], ", ".join(law.name for law in laws)
     for name in asked.changes:
         if name not in known:
-            raise UserError(f"{name} is no parameter of {named}{meant(name, known)}")
+            raise UserError(f"{name} is not a parameter of {named}{meant(name, known)}")
     fitting = [law for law in laws if all(name in law.by_key() for name in asked.changes)]
     if not fitting:
-        raise UserError(f"{units.listed(list(asked.changes))} are not parameters of one law")
+        raise UserError(f"{units.listed(list(asked.changes))} are not parameters of the same law")
     if asked.file in STOCK and asked.file not in (law.name for law in fitting):
-        raise UserError(f"{asked.file} has no parameter {next(iter(asked.changes))}; it is one of {fitting[0].name}")
+        raise UserError(f"{asked.file} has no parameter {next(iter(asked.changes))}, which belongs to {fitting[0].name}")
     return next((law for law in fitting if law.name == asked.file), fitting[0])

@@ -12,8 +12,8 @@ from quadstep.studies.campaign.schema import campaign_of
 from quadstep.studies.tuning.ground import TuningRequest
 
 ENDS = (
-    "The marks on the sliders are the values before. Margins and the step are not computed in the page: they are those of the "
-    "report, of the values before and after."
+    "The marks on the sliders are the values before. The page does not compute margins or the step: the report has them for "
+    "the values before and after."
 )
 
 

@@ -23,7 +23,7 @@ from quadstep.studies.what_if.asked import STEP, Asked, Side
 PICTURE = "step"
 HEADER = ("", "before", "after", "after - before")
 SIDES = HEADER[1:3]
-AT_REST = "Of the loop that hovers in calm air. In wind or in motion it is another one, which is not graded here."
+AT_REST = "For the loop hovering in calm air. In wind or in motion the loop is different, and is not graded here."
 Floats = NDArray[np.float64]
 
 

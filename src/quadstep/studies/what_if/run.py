@@ -82,7 +82,7 @@ def answer(
     after = {key: asked.changes[key.removeprefix("controller.")] for key in before}
     for key, value in before.items():
         if after[key] == value:
-            raise UserError(f"{key.removeprefix('controller.')} is {value:g} already")
+            raise UserError(f"{key.removeprefix('controller.')} is already {value:g}")
     missions = (mission, check_mission(with_numbers(content, mission, after), asked.file, here))
     saved = {} if asked.file == law.name else read_parameters(here / asked.file, law.parameter_file).values
     identity = hashlib.sha256(json.dumps([asked, dict(saved), mission.model_dump(mode="json")]).encode()).hexdigest()[:16]
