@@ -17,7 +17,8 @@ from tests.mutations import source
 from tests.needs import POLICY, needs
 
 FAMILIES = ("tests/test_control_families.py",)
-AIRFRAME = ("tests/test_control_real_vehicles.py", "-k", "not any_attitude and not small_and_large")
+QUICK = "not any_attitude and not small_and_large and not blow_it_off"
+AIRFRAME = ("tests/test_control_enter.py", "tests/test_control_real_vehicles.py", "-k", QUICK)
 CRAZYFLIE = ("tests/test_control_crazyflie.py",)
 CLASSICS = ("tests/test_control_classics.py",)
 LINEARISED = ("tests/test_control_h_infinity.py",)
