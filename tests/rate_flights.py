@@ -6,6 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.control.low_pass import low_pass
+from quadstep.control.px4_loops import notch, notched
+from quadstep.numbers import Vector
 
 PERIOD, LONGER = 0.001, 0.0025
 """Of PX4's loop and of ArduPilot's [s]."""
@@ -39,13 +41,20 @@ class Axis(NamedTuple):
         )
         return -np.expm1(-self.period / self.lag), slope, target, error, low_pass(1.0, self.cut, self.period)
 
-    def opened(self, omega):
-        """L at the command, attitude loop included, at frequencies [rad/s] (m,): shape (n, m)."""
+    def opened(self, omega, ring=None, stops=None):
+        """L at the command, attitude loop included, at frequencies [rad/s] (m,): shape (n, m). ring: of the frame; stops:
+        centre and band of a notch of the gyro [Hz].
+        """
         one = Axis(*(field[:, None] for field in self))
         z = np.exp(1j * omega * one.period)
         rotors, *shares, by = one.shares
-        turn = rotors * z**-one.delay / (1.0 - (1.0 - rotors) / z) * one.period * one.effect / (z - 1.0)
+        shaken = 0.0 if ring is None else Ring(*(field[:, None] for field in ring)).shaken(z, one.period)
+        turn = rotors * z**-one.delay / (1.0 - (1.0 - rotors) / z) * one.effect * (one.period / (z - 1.0) + shaken)
         filtered = by.b * (1.0 + 1.0 / z) ** 2 / (1.0 + by.a1 / z + by.a2 / z**2)
+        if stops is not None:
+            n = notch(*(one[:, None] for one in stops), one.period)
+            by_notch = (n.b0 + n.b1 / z + n.b0 / z**2) / (1.0 + n.b1 / z + n.a2 / z**2)
+            filtered = filtered * np.where(n.on > 0.5, by_notch, 1.0)
         slope, target, error = (share / (1.0 - (1.0 - share) / z) for share in shares)
         sloped = one.d * slope * (1.0 - 1.0 / z) / one.period
         inner = one.p + one.i * one.period * z**one.after / (z - 1.0)
@@ -55,6 +64,23 @@ class Axis(NamedTuple):
     def scaled(self, factor):
         """With the gains of the rate loop times a factor."""
         return self._replace(p=factor * self.p, i=factor * self.i, d=factor * self.d)
+
+
+class Ring(NamedTuple):
+    """A resonance of the frame of n vehicles, each (n,): frequency [Hz], damping, share of the command's torque that shakes
+    it, and what else does [rad/s^2], standard deviation; exponent of the throttle with which it moves, 0 but for rotors.
+    """
+
+    at: np.ndarray
+    damping: np.ndarray
+    by_torque: np.ndarray
+    by_wind: np.ndarray
+    moves: np.ndarray
+
+    def shaken(self, z, period):
+        """From an acceleration to the rate that the gyro has of it."""
+        grows, omega = z - 1.0, 2.0 * math.pi * self.at * period
+        return self.by_torque * period * grows / (grows**2 + 2.0 * self.damping * omega * grows + omega**2 * z)
 
 
 def random_axes(random: np.random.Generator, count: int, after: bool = False) -> Axis:
@@ -78,20 +104,23 @@ def random_axes(random: np.random.Generator, count: int, after: bool = False) ->
     return Axis(effect, lag, delay, cut, slope, p, i, d, attitude, period * same, target, error, after * same)
 
 
-def flown(axis: Axis, wanted: np.ndarray, noise=0.0, gust=0.0, seed=0, every=4):
+def flown(axis: Axis, wanted: np.ndarray, noise=0.0, gust=0.0, seed=0, every=4, ring=None, stops=None, throttle=None):
     """Setpoint, filtered rate [rad/s] and command as logged, each (samples, n), every so many periods. wanted (samples, n):
-    exogenous part of the rate setpoint. noise: of the gyro [rad/s], gust: disturbance [rad/s^2], standard deviations.
+    exogenous part of the rate setpoint. noise: of the gyro [rad/s], gust: disturbance [rad/s^2], standard deviations. ring,
+    stops: as in `Axis.opened`; throttle (samples,): over the usual one.
     """
     random = np.random.default_rng(seed)
     count, period, after = len(axis.p), axis.period, axis.after > 0.5
     rotors, *shares, by = axis.shares
     speed, rate, angle, before, slope, integral, first, second, r, aim, e = (np.zeros(count) for _ in range(11))
-    waiting = np.zeros((8, count))
+    waiting, sway, shake = np.zeros((8, count)), np.zeros(count), np.zeros(count)
+    by_notch, past = None if stops is None else notch(*stops, axis.period), Vector([np.zeros(count)] * 4)
     rows = []
     for k, w in enumerate(wanted):
-        told = rate + noise * random.normal(size=count)
+        told = rate + shake + noise * random.normal(size=count)
         angle = angle + period * told  # as estimators have it, from the gyro
-        new = told - first * by.a1 - second * by.a2
+        quiet, past = (told, past) if by_notch is None else notched(by_notch, past, told)
+        new = quiet - first * by.a1 - second * by.a2
         smooth = by.b * (new + 2.0 * first + second)
         first, second = new, first
         earlier, r = r, w - axis.attitude * angle
@@ -105,6 +134,11 @@ def flown(axis: Axis, wanted: np.ndarray, noise=0.0, gust=0.0, seed=0, every=4):
         waiting[k % 8] = u
         speed += rotors * (waiting[(k - axis.delay) % 8, np.arange(count)] - speed)
         rate = rate + period * (axis.effect * speed + gust * random.normal(size=count))
+        if ring is not None:
+            omega = 2.0 * math.pi * ring.at * (1.0 if throttle is None else throttle[k] ** ring.moves)
+            push = ring.by_torque * axis.effect * speed + ring.by_wind * random.normal(size=count)
+            shake = shake + period * (push - 2.0 * ring.damping * omega * shake - omega**2 * sway)
+            sway = sway + period * shake
         if k % every == 0:
             rows.append((r, smooth, u))
     return tuple(np.array(column) for column in zip(*rows, strict=True))

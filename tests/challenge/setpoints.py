@@ -9,13 +9,14 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.identify.changes import Advice, changes
-from quadstep.identify.excited import explained, refuse_narrow
-from quadstep.identify.logs.series import Series, Topics
+from quadstep.identify.excited import Excited, explained, refuse_narrow
+from quadstep.identify.logs.series import Columns, Series, Topics
 from quadstep.identify.measured import measured
 from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.io.errors import UserError
@@ -73,6 +74,21 @@ def parameters(loop: RateLoop, one: Axis) -> dict[str, float]:
     return {name: float(value) if np.isfinite(value) else 0.0 for name, value in told.items()}
 
 
+def read(
+    loop: RateLoop,
+    time: np.ndarray,
+    signals: Iterable[np.ndarray],
+    told: dict[str, float],
+    more: Columns = MappingProxyType({}),
+) -> Excited:
+    """What `advise` has of setpoint, rate [rad/s] and command, each (n,), where all axes fly alike. Raises UserError."""
+    units = {loop.setpoint: loop.unit, loop.rate: loop.unit, loop.command: 1.0}
+    logged = {name: Series(time, one / unit) for (name, unit), one in zip(units.items(), signals, strict=True)}
+    flight = explained(Path("flight.ulg"), Topics({**logged, **more}, 0, told), loop, 0)
+    refuse_narrow(Path("flight.ulg"), flight)
+    return flight._replace(others=(flight, flight))
+
+
 def changed(axes: Axis, advice: Advice, loop: RateLoop) -> Axis:
     """All with the change that is advised for one."""
     endings = {"GYRO_CUTOFF": "cut", "GYRO_FILTER": "cut", "DGYRO_CUTOFF": "slope", "FLTD": "slope", "FLTE": "error"}
@@ -103,13 +119,8 @@ def vehicles(
         at, phase, before = least(opened[place])
         if not np.isfinite(signals[2]).all() or phase <= 0.0 or np.abs(signals[1]).max() > 50.0:
             continue
-        told = parameters(loop, Axis(*(field[place] for field in axes)))
-        logged = signals[0] / loop.unit, signals[1] / loop.unit, signals[2]
-        names = loop.setpoint, loop.rate, loop.command
-        found = Topics({name: Series(time, values) for name, values in zip(names, logged, strict=True)}, 0, told)
         try:
-            flight = explained(Path("flight.ulg"), found, loop, 0)
-            refuse_narrow(Path("flight.ulg"), flight)
+            flight = read(loop, time, signals, parameters(loop, Axis(*(field[place] for field in axes))))
         except UserError as error:
             yield Flown(refusal=str(error))
             continue
@@ -117,7 +128,6 @@ def vehicles(
         if now.phase is None:
             yield Flown(refusal="no phase margin is told")
             continue
-        flight = flight._replace(others=(flight, flight))  # all axes alike
         advice = changes(flight, now)
         after = least(changed(axes, advice, loop).opened(OMEGA)[place])[2] if advice else None
         held = now.phase.value.low <= phase <= now.phase.value.high

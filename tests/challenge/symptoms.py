@@ -5,17 +5,27 @@ the vehicle more: against what `advise` says of them. `python -m tests.challenge
 import math
 import re
 import sys
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.identify.autopilot_logs import PX4_MOTORS, SINKING
+from quadstep.identify.changes import changes
 from quadstep.identify.excited import Excited
 from quadstep.identify.logs.series import Series
+from quadstep.identify.measured import measured
+from quadstep.identify.peaks import STANDS
 from quadstep.identify.rate_loops import PX4
 from quadstep.identify.response import Response
-from quadstep.identify.symptoms import STANDS, peak, saturation, wash
+from quadstep.identify.symptoms import peak, saturation, wash
+from quadstep.io.errors import UserError
+from tests.challenge.advice import CLOSE
 from tests.challenge.search import Attempt, Search
+from tests.challenge.setpoints import NOISY_SAMPLES, OMEGA, least, parameters, read
+from tests.rate_flights import PERIOD as PX4_PERIOD
+from tests.rate_flights import Axis, Ring, flown, random_axes, stepped
 
 PERIOD, DURATION, HIGHEST = 0.004, 120.0, 150.0
 AXES = [one.axis for one in PX4]
@@ -108,13 +118,101 @@ def stirred(random: np.random.Generator) -> tuple[float, float, float] | None:
     return None
 
 
+class Rung(NamedTuple):
+    """A flight with a tone: what made it, what `advise` says of it, least margins before and after, as shares of a sound
+    loop's, and the command's noise with the notch over that without, as said and as flown; None without a notch.
+    """
+
+    kind: str
+    said: str
+    before: float
+    after: float = math.nan
+    louder: tuple[float, float] | None = None
+
+
+def ringing(random: np.random.Generator, count: int, duration: float = 60.0) -> Iterator[Rung]:
+    """Sound vehicles with PX4's structure, logged whole, whose gyro has a resonance, a rotor's tone, or noise alone; thrice as
+    many as are wanted are drawn.
+    """
+    loop, axes = PX4[0], random_axes(random, 3 * count)
+    kinds = random.choice(["resonance", "rotor", "noise"], 3 * count, p=[0.6, 0.3, 0.1])
+    angle = stepped(random, duration)
+    time = PX4_PERIOD * np.arange(len(angle))
+    throttle = np.exp(0.04 * np.interp(time, PERIOD * np.arange(len(angle)), slow(random, len(angle), 2.0)))
+    ring = rings(random, axes, kinds)
+    noise = np.where(kinds == "noise", 10.0 ** random.uniform(-2.0, -0.5, len(kinds)), 1e-3)
+    number = int(random.integers(1 << 30))
+    with np.errstate(all="ignore"):
+        columns = flown(axes, angle[:, None] * axes.attitude, noise, 0.3, number, 1, ring, None, throttle)
+    for place in range(3 * count):
+        signals, one = [column[:, place] for column in columns], Axis(*(field[[place]] for field in axes))
+        if not np.isfinite(signals[2]).all() or np.abs(signals[1]).max() > 50.0:
+            continue
+        mine = Ring(*(field[[place]] for field in ring))
+        before = least(one.opened(OMEGA, mine)[0])[2]
+        told = parameters(loop, Axis(*(field[place] for field in axes)))
+        told |= {"IMU_GYRO_NF0_FRQ": 0.0, "IMU_GYRO_NF0_BW": 20.0, "IMU_GYRO_RATEMAX": 1.0 / PX4_PERIOD}
+        motors = 0.5 * throttle[:, None] + 0.1 * np.outer(signals[2], [1.0, -1.0, 1.0, -1.0])
+        more = {name: Series(time, np.clip(motors[:, number], 0.0, 1.0)) for number, name in enumerate(PX4_MOTORS[:4])}
+        try:
+            read_flight = read(loop, time, signals, told, more)
+        except UserError:
+            continue
+        now = measured(read_flight.measured)
+        if not now.sound:
+            continue
+        said = next((seen.said for seen in peak(read_flight)), "")
+        advice = changes(read_flight, now)
+        if not advice or "IMU_GYRO_NF0_FRQ" not in advice.filters:
+            yield Rung(str(kinds[place]), said, before)
+            continue
+        stops = [np.array([0.0, advice.filters[f"IMU_GYRO_NF0_{name}"][1]]) for name in ("FRQ", "BW")]
+        after = least(one.opened(OMEGA, mine, [stop[1:] for stop in stops])[0])[2]
+        both, same = Axis(*(field[[0, 0]] for field in one)), Ring(*(field[[0, 0]] for field in mine))
+        part = slice(0, NOISY_SAMPLES)
+        with np.errstate(all="ignore"):
+            again = flown(
+                both, angle[part, None] * both.attitude, noise[place], 0.3, number + 1, 1, same, stops, throttle[part]
+            )
+        command = again[2] - again[2].mean(axis=0)
+        above = 2.0 * math.pi * np.fft.rfftfreq(len(command), PX4_PERIOD) > read_flight.beyond
+        first, second = np.linalg.norm(np.fft.rfft(command * np.hanning(len(command))[:, None], axis=0)[above], axis=0)
+        yield Rung(str(kinds[place]), said, before, after, (advice.louder, float(second / first)))
+
+
+def rings(random: np.random.Generator, axes: Axis, kinds: np.ndarray) -> Ring:
+    """Tones that make commands noisy: a frame's, shaken by its rotors' torques too, or a rotor's."""
+    count, frame = len(kinds), kinds == "resonance"
+    at = np.exp(random.uniform(math.log(50.0), math.log(200.0), count))
+    damping = np.exp(random.uniform(math.log(0.004), math.log(0.03), count))
+    level = np.exp(random.uniform(math.log(0.02), math.log(0.3), count)) * (1.0 + (at / axes.cut) ** 2) / axes.p
+    push = np.where(kinds == "noise", 0.0, level * np.sqrt(8.0 * math.pi * damping * at / axes.period))
+    by_torque = np.where(frame, np.exp(random.uniform(math.log(1e-3), math.log(0.1), count)), 0.0)
+    return Ring(at, damping, by_torque, push, np.where(frame, 0.0, random.uniform(0.5, 1.0, count)))
+
+
+def notching(seed: int) -> Iterable[Attempt]:
+    random = np.random.default_rng(seed)
+    while True:
+        for one in ringing(random, 10):
+            if one.louder:
+                right = one.kind == "resonance" and one.after > min(one.before, CLOSE) and one.louder[1] < 1.0
+                case = (
+                    f"{one.kind}, {one.before:.3g} of a sound loop's margins, {one.after:.3g} with a notch, noise {one.louder}"
+                )
+                yield Attempt(0.0 if right else 2.0, case)
+
+
 def mixing(seed: int) -> Iterable[Attempt]:
     random = np.random.default_rng(seed)
     while True:
         yield mixed(random)
 
 
-SEARCHES = [Search("what takes motors to a limit", "the axis that is named first took them there", mixing)]
+SEARCHES = [
+    Search("what takes motors to a limit", "the axis that is named first took them there", mixing),
+    Search("notches that advise names", "a resonance alone gets one, which keeps the loop sound and is quieter", notching),
+]
 
 
 def main() -> None:
@@ -127,10 +225,20 @@ def main() -> None:
     winds = [one for one in (stirred(random) for _ in range(wanted)) if one]
     held = sum(low <= ratio <= high for ratio, low, high in winds)
     blamed = [low > 1.0 for ratio, low, _ in winds if ratio == 1.0]
+    rung = [one for _ in range(wanted // 20) for one in ringing(random, 16)]
+    advised = [one for one in rung if one.louder]
+    off = [one.louder[1] / one.louder[0] for one in advised]
+    counts = {
+        kind: (sum(o.kind == kind for o in advised), sum(o.kind == kind for o in rung)) for kind in {o.kind for o in rung}
+    }
+    why = Counter(re.sub(r"[\d.]+", "#", one.said.rpartition("advised: ")[2])[:60] for one in rung if not one.louder)
     lines = [
         f"{wanted} logs with motors at a limit: worst {worst.reached:.2f} of what is allowed: {worst.case}",
         f"{false} of {sum(not told for told, *_ in tones)} gyros without a tone have a peak of {STANDS:g} dB; of "
         f"{sum(told for told, *_ in tones)} with one {len(found)}, off by at most {100.0 * max(map(abs, found)):.2g} %",
+        f"sound loops with a notch: {counts}; margins {min((one.after for one in advised), default=math.nan):.3g} or more (of "
+        f"those flown with {min((one.before for one in advised), default=math.nan):.3g} or more); noise flown "
+        f"{[round(o.louder[1], 2) for o in advised]}, over that expected {[round(one, 2) for one in off]}; none: {why}",
         f"{held} of {len(winds)} intervals hold how much descents stir; {sum(blamed)} of {len(blamed)} are blamed for nothing",
     ]
     sys.stdout.write("\n".join([*lines, ""]))

@@ -1,4 +1,5 @@
-"""Which parameters would make a measured loop sound, or a sound one quieter: gains first, then the cut-off of a low-pass.
+"""Which parameters would make a measured loop sound, or a sound one quieter: gains first, then the cut-off of a low-pass, or a
+notch.
 
 The measured open loop times the ratio of the controllers, as the parameters make them, is the loop with other parameters.
 """
@@ -12,6 +13,7 @@ import numpy as np
 
 from quadstep.identify.excited import Excited
 from quadstep.identify.measured import Measured, measured
+from quadstep.identify.peaks import STANDS, Peak, free, highest, unfit
 from quadstep.identify.rate_loops import Filter, RateLoop
 from quadstep.identify.response import Complex, Response, gain_margins
 from quadstep.io.errors import UserError
@@ -37,8 +39,8 @@ MOST = 3
 
 
 class Advice(NamedTuple):
-    """A factor on the gains of a command, cut-offs [Hz], now and then, by name, and what the measured response says of the
-    loop with them. louder: factor on the noise of the command, at most where a cut-off rises.
+    """A factor on the gains of a command, parameters of filters [Hz], now and then, by name, and what the measured response
+    says of the loop with them. louder: factor on the noise of the command, at most where a cut-off rises.
     """
 
     factor: float
@@ -67,8 +69,8 @@ def ends(factor: float, whole: Iterable[float]) -> list[float]:
 
 
 def changes(flight: Excited, now: Measured) -> Advice | None:
-    """What the log advises: gains that make a fragile loop sound, or a higher cut-off where these do not; a lower one for a
-    sound loop whose command is too noisy.
+    """What the log advises: gains that make a fragile loop sound, or a higher cut-off where these do not; a lower one, or a
+    notch, for a sound loop whose command is too noisy.
     """
     gains = (flight.loop and flight.loop.whole_gains and flight.loop.gains(flight.parameters)) or {}
     if advice := advised(flight.measured, now, gains.values()):
@@ -81,28 +83,62 @@ def changes(flight: Excited, now: Measured) -> Advice | None:
 
 def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too."""
-    kept = {one: list(ways(flight, loop, one, STEP)) for one in known(flight, loop)}
+    kept = [list(ways(flight, loop, stepped(flight, one, STEP))) for one in known(flight, loop)]
     for place in range(STEPS):
-        for one, found in kept.items():
+        for found in kept:
             if place < len(found):
-                cut, response = found[place]
+                other, response = found[place]
                 then = measured(response)
                 advice = Advice(1.0, then) if then.sound else advised(response, then)
-                louder = growth(flight, loop, {one.name: cut})
+                louder = growth(flight, loop, other)
                 if advice and louder * loud(flight) <= NOISY:
-                    yield advice._replace(filters={one.name: (flight.parameters[one.name], cut)}, louder=louder)
+                    yield advice._replace(filters=since(flight, other), louder=louder)
 
 
 def lowered(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
-    """Sound loops with a lower cut-off, that with the least noise first."""
+    """Sound loops with a notch that makes the command quiet enough, since it costs less phase than a lower cut-off, then with
+    a notch or a lower cut-off; those with the least noise first.
+    """
+    stopped = quietest(flight, loop, notches(flight, loop))
+    cut = [one for low_pass in known(flight, loop) for one in quietest(flight, loop, stepped(flight, low_pass, 1.0 / STEP))]
+    yield from (one for one in stopped if one.louder * loud(flight) <= NOISY)
+    yield from sorted([*stopped, *cut], key=lambda one: one.louder)
+
+
+def quietest(flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]]) -> list[Advice]:
+    """Sound loops with a tenth less noise in the command or more, that with the least first, up to the first unsound one."""
     found = []
-    for one in known(flight, loop):
-        for cut, response in ways(flight, loop, one, 1.0 / STEP):
-            then = measured(response)
-            if not then.sound:
-                break
-            found.append(Advice(1.0, then, {one.name: (flight.parameters[one.name], cut)}, quieter(flight, {one.name: cut})))
-    yield from sorted((one for one in found if one.louder < 1.0 / STEP), key=lambda one: one.louder)
+    for other, response in ways(flight, loop, tried):
+        then = measured(response)
+        if not then.sound:
+            break
+        found.append(Advice(1.0, then, since(flight, other), quieter(flight, other)))
+    return sorted((one for one in found if one.louder < 1.0 / STEP), key=lambda one: one.louder)
+
+
+def notches(flight: Excited, loop: RateLoop) -> list[dict[str, float]]:
+    """Against the gyro's peak, from its bandwidth on wider and wider; none where it is not significant, or none would fit."""
+    peak, stem = highest(flight), free(loop, flight.parameters)
+    if not stem or not peak or peak.tall <= STANDS or not known(flight, loop) or unfit(flight, peak):
+        return []
+    widths = [float(f"{peak.width * STEP**place:.3g}") for place in range(STEPS + 1)]
+    return [{f"{stem}FRQ": float(f"{peak.middle:.3g}"), f"{stem}BW": one} for one in widths]
+
+
+def unnotched(flight: Excited, peak: Peak) -> str:
+    """Why no notch is advised against a significant peak; empty where one is."""
+    if why := unfit(flight, peak):
+        return why
+    now = measured(flight.measured)
+    if not now.sound:
+        return "it costs phase, and the loop is not known to be sound without it"
+    if (share := loud(flight)) <= NOISY:
+        return f"it costs phase, and noise makes {100.0 * share:.2g} % of the whole command, less than {100.0 * NOISY:g} %"
+    advice = changes(flight, now)
+    if advice is None:
+        return "with none are all three axes known to be sound and the command quieter by a tenth"
+    named = free(flight.loop, flight.parameters) if flight.loop else None
+    return "" if f"{named}FRQ" in advice.filters else "a lower cut-off makes the command quieter"
 
 
 def known(flight: Excited, loop: RateLoop) -> list[Filter]:
@@ -114,15 +150,24 @@ def known(flight: Excited, loop: RateLoop) -> list[Filter]:
     return [one for one in loop.filters if flight.parameters.get(one.name, 0.0) > 0.0]
 
 
-def ways(flight: Excited, loop: RateLoop, one: Filter, step: float) -> Iterator[tuple[float, Response]]:
-    """The measured loop with other cut-offs [Hz], further and further away, as long as it comes no nearer to -1."""
+def stepped(flight: Excited, one: Filter, step: float) -> list[dict[str, float]]:
+    """Cut-offs [Hz] of a low-pass, further and further away."""
+    return [{one.name: float(f"{flight.parameters[one.name] * step**place:.3g}")} for place in range(1, STEPS + 1)]
+
+
+def since(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Parameters as they were in the log, and as they would be."""
+    return {name: (flight.parameters[name], value) for name, value in other.items()}
+
+
+def ways(flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]]) -> Iterator[tuple[dict[str, float], Response]]:
+    """The measured loop with other parameters, as long as it comes no nearer to -1."""
     start = np.abs(1.0 / flight.measured.sensitivity).min()
-    for place in range(1, STEPS + 1):
-        cut = float(f"{flight.parameters[one.name] * step**place:.3g}")
-        found = flight.measured.scaled(ratio(flight, loop, {one.name: cut}, flight.measured.omega))
+    for other in tried:
+        found = flight.measured.scaled(ratio(flight, loop, other, flight.measured.omega))
         if np.abs(1.0 / found.sensitivity).min() < NEARER * start:
             return
-        yield cut, found
+        yield other, found
 
 
 def ratio(flight: Excited, loop: RateLoop, other: dict[str, float], omega: Iterable[float]) -> Complex:
@@ -159,7 +204,7 @@ def told(flight: Excited, advice: Advice) -> bool:
     gains = flight.loop.gains(flight.parameters) if advice.factor != 1.0 else {}
     if gains is None or len(gains) + len(advice.filters) > MOST or (gains and flight.loop.bypassed(flight.parameters)):
         return False
-    shared = {one.name for one in flight.loop.filters if one.shared} & {*advice.filters}
+    shared = {*advice.filters} - {one.name for one in flight.loop.filters if not one.shared}
     return not shared or (len(flight.others) == 2 and all(bears(one, advice) for one in flight.others))
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.autopilot_logs import COLUMNS, SINKING
+from quadstep.identify.autopilot_logs import COLUMNS, SINKING, limits
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Series, Topics
@@ -18,6 +18,7 @@ from quadstep.identify.setpoints import (
     SHORTEST,
     columns_of,
     faster,
+    latest,
     made,
     refuse_backward,
     refuse_not_finite,
@@ -43,6 +44,9 @@ HEARD = 0.6
 Identification", 2nd edition, 2012).
 """
 
+
+FEWEST = 200
+"""Fewest samples of motors that tell a share, and a spectrum."""
 
 FEWEST_POINTS, NARROWEST = 16, 2.0
 """Fewest frequencies at which a setpoint must be heard, and the least ratio of the highest to the lowest."""
@@ -130,6 +134,20 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     one = one._replace(begin=several[best][3], columns=found.columns)
     refuse(path, one)
     return one
+
+
+def motors(one: Excited, loop: RateLoop) -> tuple[Floats, Floats] | None:
+    """Times of samples in the stretch (n,) and motors as shares of their range (n, motors); None where the log has too few."""
+    ends = limits(loop.form, one.parameters)
+    found = [(one.columns[name], ends[name]) for name in ends if name in one.columns]
+    spinning = [(motor, both) for motor, both in found if len(motor.time) and np.isfinite(motor.value).all()]
+    if len(spinning) < 3:
+        return None
+    time: Floats = spinning[0][0].time
+    time = time[(time >= one.begin) & (time <= one.end)]
+    if len(time) < FEWEST:
+        return None
+    return time, np.stack([(latest(motor, time, 0.0) - low) / (high - low) for motor, (low, high) in spinning], axis=1)
 
 
 def beside(form: str) -> list[str]:

@@ -92,7 +92,21 @@ class RateLoop(NamedTuple):
         around = parameters.get(self.attitude) if levelled else 0.0
         if around is None:
             raise UserError(f"{self.attitude} is not among the log's parameters")
-        return back / self.unfiltered(parameters, s) + forward * around / s
+        return back * self.notched(parameters, s) / self.unfiltered(parameters, s) + forward * around / s
+
+    @property
+    def notches(self) -> tuple[str, ...]:
+        """What the names of the fixed notches of its gyro begin with; none where `controller` does not count them."""
+        return ("IMU_GYRO_NF0_", "IMU_GYRO_NF1_") if self.form == "px4" else ()
+
+    def notched(self, parameters: Mapping[str, float], s: Complex) -> Complex:
+        """What its notches make of the rate at s = j omega [rad/s]; 60 dB deep, so that controllers have a ratio."""
+        found: Complex = 1.0 + 0.0 * s
+        for stem in self.notches:
+            centre, band = (2.0 * math.pi * parameters.get(f"{stem}{name}", 0.0) for name in ("FRQ", "BW"))
+            if centre > 0.0 and band > 0.0:
+                found = found * (s**2 + 1e-3 * band * s + centre**2) / (s**2 + band * s + centre**2)
+        return found
 
     @property
     def whole_gains(self) -> bool:

@@ -3,17 +3,18 @@ what covers them, oscillation in descents. Each with a number and its threshold,
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.autopilot_logs import SINKING, limits, notches
-from quadstep.identify.changes import NOISY, loud
-from quadstep.identify.excited import LOOPS_OF, Excited
+from quadstep.identify.autopilot_logs import SINKING
+from quadstep.identify.changes import NOISY, loud, unnotched
+from quadstep.identify.excited import FEWEST, LOOPS_OF, Excited, motors
 from quadstep.identify.logs.flight import Flags, Floats
-from quadstep.identify.logs.signals import spectrum, stretches
+from quadstep.identify.logs.signals import stretches
+from quadstep.identify.peaks import STANDS, covered, highest
 from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.setpoints import latest
 from quadstep.metrics.statistics import student_quantile
@@ -21,16 +22,8 @@ from quadstep.metrics.statistics import student_quantile
 OFTEN = 0.01
 """Share of time from which on motors count as often at a limit. quadstep's own choice: autopilots name none."""
 
-FEWEST = 200
-"""Fewest samples of motors that tell a share, and a spectrum."""
-
 MIXED = 0.8
 """Least share of what motors do apart from one another that the commands of the axes must make, so that an axis is named."""
-
-STANDS, AROUND, BESIDE, FEWEST_LINES = 10.0, 0.3, 0.06, 4
-"""Least height of a peak over its surroundings [dB]; how far these reach, and how wide a peak may be, as shares of its
-frequency; fewest lines on each side. What noise alone reaches is counted in tests/challenge/symptoms.py.
-"""
 
 SINKS, SHORTEST_STRETCH, LEAST_STRETCHES = 1.0, 1.0, 5
 """Sink rate of a descent [m/s]; the shortest stretch that is compared [s], and fewest descents and others."""
@@ -49,20 +42,6 @@ class Symptom(NamedTuple):
 def symptoms(flight: Excited) -> list[Symptom]:
     """All that the log carries."""
     return [*saturation(flight), *noise(flight), *peak(flight), *wash(flight)]
-
-
-def motors(flight: Excited, loop: RateLoop) -> tuple[Floats, Floats] | None:
-    """Times of samples in the stretch (n,) and motors as shares of their range (n, motors); None where the log has too few."""
-    ends = limits(loop.form, flight.parameters)
-    found = [(flight.columns[name], ends[name]) for name in ends if name in flight.columns]
-    spinning = [one for one in found if len(one[0].time) and np.isfinite(one[0].value).all()]
-    if len(spinning) < 3:
-        return None
-    time: Floats = spinning[0][0].time
-    time = time[(time >= flight.begin) & (time <= flight.end)]
-    if len(time) < FEWEST:
-        return None
-    return time, np.stack([(latest(one, time, 0.0) - low) / (high - low) for one, (low, high) in spinning], axis=1)
 
 
 def saturation(flight: Excited) -> Iterator[Symptom]:
@@ -140,45 +119,20 @@ def rms(lines: NDArray[np.complex128], count: int) -> float:
 
 
 def peak(flight: Excited) -> Iterator[Symptom]:
-    """The highest peak in the gyro's spectrum above the excited frequencies, and whether a notch covers it."""
-    if flight.loop is None or flight.rate is None or len(flight.rate) < FEWEST:
+    """The highest peak in the gyro's spectrum above the excited frequencies, and why no notch is advised, if none is."""
+    found = highest(flight)
+    if flight.loop is None or found is None:
         return
-    frequencies, density = spectrum(flight.rate[:, None], flight.period, min(2048, len(flight.rate) // 8))
-    power = density[:, 0] ** 2
-    places = np.flatnonzero(frequencies > flight.beyond / (2.0 * math.pi))
-    found = max(((height(frequencies, power, int(one)), float(frequencies[one])) for one in places), default=(-math.inf, 0.0))
-    if not math.isfinite(found[0]):
-        return
-    (tall, at), shows = found, found[0] > STANDS
-    text = f"{tall:.0f} dB at {at:.3g} Hz"
+    at, shows = found.at, found.tall > STANDS
+    text = f"{found.tall:.0f} dB at {at:.3g} Hz"
     said = f"Above the excited frequencies no peak of the gyro's spectrum rises {STANDS:g} dB above its surroundings"
     if shows:
         alias = f"such as {1.0 / flight.period - at:.3g} Hz, since the log has a sample every {1e3 * flight.period:.3g} ms"
-        said = (
-            f"The gyro's spectrum has a peak at {at:.3g} Hz, {tall:.0f} dB above its surroundings: a resonance or rotors, at "
-            f"that frequency or an alias of it, {alias}; {covered(flight.loop, flight.parameters, at)}"
-        )
+        why = unnotched(flight, found)
+        said = f"The gyro's spectrum has a peak at {at:.3g} Hz, {found.tall:.0f} dB above its surroundings: "
+        said += f"a resonance or rotors, at that frequency or an alias of it, {alias}; " if why else "a resonance; "
+        said += f"{covered(flight.loop, flight.parameters, at)}; {f'none is advised: {why}' if why else 'one is advised'}"
     yield Symptom("peak of the gyro", f"{said}.", text, f"{STANDS:g} dB", shows)
-
-
-def height(frequencies: Floats, power: Floats, place: int) -> float:
-    """How far a line stands over its surroundings, the higher of both sides [dB]; -inf where these are too few, or where it is
-    not the highest nearby.
-    """
-    off = (frequencies - frequencies[place]) / frequencies[place]
-    sides = [power[(sign * off > BESIDE) & (sign * off < AROUND)] for sign in (-1.0, 1.0)]
-    if min(map(len, sides)) < FEWEST_LINES or power[place] < power[np.abs(off) <= BESIDE].max():
-        return -math.inf
-    return 10.0 * math.log10(float(power[place]) / max(*(float(np.median(one)) for one in sides), 1e-300))
-
-
-def covered(loop: RateLoop, parameters: Mapping[str, float], at: float) -> str:
-    """Which notch of the parameters covers a frequency [Hz], in words."""
-    found = notches(loop.form, parameters)
-    covers = next((one for one in found if one.low <= at <= one.high), None)
-    if covers is None:
-        return f"no notch of the log's parameters covers {at:.3g} Hz"
-    return f"{covers.name} {'may follow' if covers.follows else 'covers'} {at:.3g} Hz"
 
 
 def wash(flight: Excited) -> Iterator[Symptom]:

@@ -290,17 +290,14 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
 
 
 def cut_off(flight: Excited, advice: Advice) -> str:
-    """What another cut-off would bring, in a sentence."""
+    """What another cut-off or a notch would bring, in a sentence."""
     assert advice.expected.phase
-    ((name, (before, after)),) = advice.filters.items()
+    filters = ", ".join(f"{name} from {before:.4g} to {after:.4g} Hz" for name, (before, after) in advice.filters.items())
     phase = degrees(advice.expected.phase.value)
     gains = "" if advice.factor == 1.0 else f" and {', '.join(changed_gains(flight, advice))} times {advice.factor:.2f}"
     noise = f"{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise in the command"
     most = "at most " if advice.louder > 1.0 else ""
-    return (
-        f"{name} from {before:.4g} to {after:.4g} Hz{gains}: by the measured response that gives {phase[0]} ({phase[1]}), "
-        f"with {most}{noise}."
-    )
+    return f"{filters}{gains}: by the measured response that gives {phase[0]} ({phase[1]}), with {most}{noise}."
 
 
 def filter_rows(flight: Excited, now: Measured) -> list[tuple[str, str, str]]:
