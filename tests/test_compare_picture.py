@@ -14,6 +14,7 @@ from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
 from quadstep.studies.comparison.ranking import Effort, Ranked, Spread
 from quadstep.studies.comparison.results import Comparison, SituationResult
 from quadstep.studies.comparison.study import Situation
+from quadstep.studies.comparison.tables import best
 from quadstep.studies.comparison.training import Trained
 from quadstep.studies.comparison.words import missed, of_all, of_situation
 
@@ -63,9 +64,12 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     loops = [Linear(word, f"why {i}", [word], {} if word in (UNKNOWN, NO_REST) else margins) for i, word in enumerate(grades)]
     found = comparison(2)._replace(linear=dict(zip([(one, "law 0") for one in vehicles], loops, strict=True)))
     (situation, ranked) = next(iter(found.ranked.items()))
-    twice = found._replace(ranked={situation: ranked, situation._replace(path="circle"): ranked})
+    second = situation._replace(path="circle")
+    everywhere = (*found.results, *(one._replace(situation=second) for one in found.results))
+    twice = found._replace(ranked={situation: ranked, second: ranked}, results=everywhere)
     assert of_all(twice).startswith(f"law 0 has the best mean rank; {words}; rotor activity 0 N/s. 2 controllers")
-    lossy = twice._replace(results=tuple(one._replace(lost=Estimate(0.044, 0.01, 0.1)) for one in twice.results))
+    lost = [one._replace(lost=Estimate(0.044, 0.01, 0.1)) for one in found.results]
+    lossy = twice._replace(results=(*lost, *everywhere[len(lost) :]))
     assert of_all(lossy).startswith(
         f"law 0 has the best mean rank, though it loses flights in 1 of 2 situations, up to 4.4 % of them; {words}"
     )
@@ -77,6 +81,25 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     assert "at rest" not in of_situation(found, situation, ranked)  # on another vehicle
     assert [row[2] for row in rows(found.linear)] == list(grades)
     assert len(unlinearised(found.linear)) == (not all(one.metrics for one in loops))
+
+
+def test_nobody_wins_what_is_shared_and_who_flew_elsewhere_only_is_said_so():
+    found = comparison(3)
+    second = WHERE._replace(path="circle")
+    same = found._replace(results=tuple(result(name, 0.01) for name in found.controllers))
+    ranked = Ranked(dict.fromkeys(found.controllers, 2.0), 1.0, ())
+    everywhere = (*same.results, *(one._replace(situation=second) for one in same.results))
+    twice = same._replace(ranked={WHERE: ranked, second: ranked}, results=everywhere)
+    assert of_all(twice).startswith("law 0, law 1 and law 2 share the best mean rank. 3 controllers")
+    assert of_situation(twice, WHERE, ranked).startswith(
+        "crazyflie, hover, calm: law 0, law 1 and law 2 share the smallest median e, 1 cm"
+    )
+    assert best(same, WHERE) == found.controllers
+    assert best(found, WHERE) == ["law 0"]
+    assert best(found._replace(results=tuple(result(name, math.inf, 1.0) for name in found.controllers)), WHERE) == []
+    once = {WHERE: found.ranked[WHERE], second: Ranked({"law 1": 1.0, "law 2": 2.0}, 1.0, ())}
+    elsewhere = found._replace(ranked=once)
+    assert of_all(elsewhere).startswith("law 0 has the best mean rank over the 1 of 2 situations that it flew. 3 controllers")
 
 
 @pytest.mark.parametrize(

@@ -117,6 +117,15 @@ def test_a_better_objective_is_not_told_without_the_flights_that_fail_with_it():
     assert answer(compare(judge(), flown(rmse), flown(0.5 * rmse))).endswith("The objective falls by 50 %.")
 
 
+def test_gains_that_lose_flights_are_not_better_by_those_that_are_left():
+    rmse, some = np.full(200, 1.0), np.where(np.arange(200) < 3, 5.0, 10.0)
+    found = compare(judge(), flown(rmse), flown(0.5 * rmse, ended=some))
+    assert found.success_difference.low < 0.0 < found.success_difference.high  # three of 200 decide nothing
+    assert found.verdict.startswith("The tuned gains are NOT shown to be better")
+    assert answer(found).endswith("With them 98.5 % of the flights succeed, 100 % with the present gains.")
+    assert compare(judge(), flown(rmse, ended=some), flown(0.5 * rmse)).verdict.startswith("The tuned gains are better")
+
+
 def test_a_quantile_is_compared_as_a_quantile():
     before, after = np.full(200, 1.0), np.full(200, 1.1)
     before[:40] = 9.0

@@ -148,9 +148,9 @@ def facts(found: Comparison) -> list[page.Fact]:
     flown = page.Fact("flights", f"{found.seeds} each", f"{controllers} in {situations}")
     if len(found.controllers) < 2:
         return [flown]
-    (best, rank), *_ = found.overall().items()
+    rank = min(found.overall().values())
     decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
-    first = page.Fact("best mean rank", best, f"{rank:.2f}, from 0 (best) to 1")
+    first = page.Fact("best mean rank", words.several(found.leaders), f"{rank:.2f}, from 0 (best) to 1")
     pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
     return [first, pairs, flown] if found.pairs else [first, flown]
 

@@ -79,6 +79,12 @@ class Comparison(NamedTuple):
         return ranking.overall(counted or list(self.ranked.values()))
 
     @property
+    def leaders(self) -> list[str]:
+        """Who has the best mean rank: several where they share it."""
+        ranks = self.overall()
+        return [name for name, rank in ranks.items() if rank == min(ranks.values())]
+
+    @property
     def searches(self) -> int:
         """The fewest searches for the gains of any controller that was tuned; 0 where none was."""
         return min((1 + len(one.others) for one in self.entrants if one.trained), default=0)

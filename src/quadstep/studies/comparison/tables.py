@@ -212,7 +212,7 @@ def latex_tables(found: Comparison) -> str:
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         header, rows = matrix(found, vehicle)
         there = [one for one in found.situations if one.vehicle == vehicle]
-        bold = [(0, i, header.index(best(found, situation))) for i, situation in enumerate(there)]
+        bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in best(found, situation)]
         text = f"{found.name}: median (95 % quantile) of {metric}, {counted(found.seeds, 'flight')} per cell"
         loops = [[name, *(loop_cell(found, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
         comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
@@ -220,9 +220,11 @@ def latex_tables(found: Comparison) -> str:
     return "\n".join(tables)
 
 
-def best(found: Comparison, situation: Situation) -> str:
-    """The controller with the smallest median."""
-    return min(found.of(situation), key=lambda one: one.spreads[found.metric].median.value).controller
+def best(found: Comparison, situation: Situation) -> list[str]:
+    """The controllers with the smallest median, to the digits shown; nobody where all lose half of their flights."""
+    medians = {one.controller: one.spreads[found.metric].median.value for one in found.of(situation)}
+    least = min(medians.values())
+    return [name for name, one in medians.items() if f"{one:.3g}" == f"{least:.3g}" and math.isfinite(one)]
 
 
 def loop_cell(found: Comparison, vehicle: str, controller: str, value: Callable[[Mapping[str, float]], float]) -> str:

@@ -120,13 +120,17 @@ def of_all(found: Comparison) -> str:
     decided, kept = sum(pair.winner is not None for pair in pairs), sum(pair.keeper is not None for pair in pairs)
     many = len(found.ranked)
     over = f" over {many} situations" if many > 1 else ""
-    first = next(iter(found.overall()))
+    first, *others = found.leaders
     text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
     if many > 1:
         lost = [one.lost.value for one in found.results if one.controller == first and one.lost.value]
-        loses = f", though it loses flights in {len(lost)} of {many} situations" if lost else ""
+        who = first if others else "it"
+        loses = f", though {who} loses flights in {len(lost)} of {many} situations" if lost else ""
         loses += f", up to {end_percent(100.0 * max(lost))} % of them" if lost else ""
-        text = f"{first} has the best mean rank{loses}{with_grade(found, first)}. {text}"
+        flown = sum(one.controller == first for one in found.results)
+        some = f" over the {flown} of {many} situations that {who} flew" if flown < many else ""
+        leads = f"{several(found.leaders)} share" if others else f"{first} has"
+        text = f"{leads} the best mean rank{some}{loses}{'' if others else with_grade(found, first)}. {text}"
     if found.problems:
         out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in found.problems)
         text += f" Missing from some or all situations because they failed: {several(list(out))}."
@@ -186,7 +190,11 @@ def searches(found: Comparison) -> str:
 def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str:
     """Who is best in a situation, against whom that is decided, and who loses flights."""
     results = {one.controller: one for one in found.of(situation)}
-    best = min(results, key=lambda name: (results[name].spreads[found.metric].median.value, ranked.ranks[name]))
+    places = {
+        name: (one.spreads[found.metric].median.value, ranked.ranks[name], one.lost.value) for name, one in results.items()
+    }
+    best = min(results, key=lambda name: places[name])
+    tied = [name for name, place in places.items() if place == places[best]]
     where, full = situation.label or MISSIONS, found.metrics[found.metric]
     where += " (tuned in)" if situation in found.tuned_in else ""
     unit = unit_of(full)
@@ -196,8 +204,9 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         return f"{text}. {losing(results)}".strip()
     words = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE")
     share = results[best].lost.value
-    loses = f", though it loses {end_percent(100.0 * share)} % of its flights" if share else ""
-    text = f"{where}: {several([best])}{loses}{',' * bool(loses)} has the smallest median {words}, "
+    who, has = ("each", "share") if len(tied) > 1 else ("it", "has")
+    loses = f", though {who} loses {end_percent(100.0 * share)} % of its flights," if share else ""
+    text = f"{where}: {several(tied)}{loses} {has} the smallest median {words}, "
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
         text += f"{value}; its {found.seeds} flights do not differ, so nothing is statistical"
@@ -206,13 +215,15 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
     else:
         text += f"{interval_text(median, unit.factor)} {unit.name}"
-    text += with_grade(found, best, situation.vehicle) if len(found.ranked) == 1 else ""
+    text += with_grade(found, best, situation.vehicle) if len(found.ranked) == len(tied) == 1 else ""
     beaten: list[str] = []
     better: list[str] = []
     open_: list[str] = []
     for pair in ranked.pairs:
         if best in (pair.first, pair.second):
             other = pair.second if pair.first == best else pair.first
+            if other in tied:
+                continue
             (open_ if pair.winner is None else beaten if pair.winner == best else better).append(other)
     if beaten:
         text += f"; significantly better than {'all others' if len(beaten) == len(results) - 1 > 1 else several(beaten)}"

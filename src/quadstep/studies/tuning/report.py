@@ -105,6 +105,7 @@ def answer(compared: Compared) -> str:
         said += f" The objective {'falls' if change < 0.0 else 'rises'} by {100.0 * abs(change):.3g} %."
     if tuned.value < 1.0:
         share = f"{units.percent(tuned.value)} of the flights succeed"
+        share += f", {units.percent(present.value)} with the present gains" if present.value != tuned.value else ""
         said += f" With them {share if compared.flights > 1 else 'the flight fails'}."
     return said
 

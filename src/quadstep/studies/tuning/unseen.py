@@ -71,13 +71,13 @@ def row(name: str, present: CandidateFlights, tuned: CandidateFlights, both: NDA
 
 
 def judged(success: Estimate, objective: Row, alone: bool) -> str:
-    """The verdict at 95 % confidence; more successful flights come before a smaller objective. alone: whether there is one
-    flight with each set of gains, as all are alike.
+    """The verdict at 95 % confidence; more successful flights come before a smaller objective, which decides nothing against
+    the flights that succeed. alone: whether there is one flight with each set of gains, as all are alike.
     """
     sign, change = certain(success, alone), objective.difference
     if sign == 0 and change is not None and objective.present is not None:
         sign = -certain(change, alone) if abs(change.value) > NEGLIGIBLE * abs(objective.present.value) else 0
-    return {1: BETTER, 0: SAME, -1: WORSE}[sign]
+    return {1: BETTER, 0: SAME, -1: WORSE}[sign if sign * success.value >= 0.0 else 0]
 
 
 def certain(difference: Estimate, alone: bool) -> int:
