@@ -102,6 +102,50 @@ def test_a_loop_without_rest_or_slopes_is_said_to_be_so():
     assert grade(hover("mppi")).word == UNKNOWN
 
 
+def test_a_loop_that_changes_with_time_has_the_worst_grade_of_its_flight():
+    """Nets that learn too fast from 1 s on, which a sound loop without them does not show at its start."""
+    fast = {"F1": 400.0, "F2": 4000.0}
+    late, after = (Mission(path=HOLD, controller={"type": "backstepping", "nets": fast | {"start": t}}) for t in (1.0, 9.0))
+    assert grade(after).word == SOUND  # they begin when the flight is over
+    found = studied(late).analysis
+    assert graded(found).word == UNSTABLE
+    assert len(found.later) == 1
+    assert 1.0 < found.later[0] < 2.0
+    assert (
+        f"The loop changes with time: this is the worst of what it is at the start and at t = {found.later[0]:.3g} s"
+        in sentences(found)[1]
+    )
+    assert record(found, [])["changes_until[s]"] == list(found.later)
+    assert quick_grade(late) == {"grade": UNSTABLE, "why": graded(found).why}
+
+
+TIRED = """
+from typing import NamedTuple
+from own_airframe_controller import ProportionalDerivative
+from quadstep.own import Number, where
+
+class Memory(NamedTuple):
+    seconds: Number
+
+class Tired(ProportionalDerivative):
+    def start(self, measured, gains):
+        return Memory(0.0)
+
+    def law(self, memory, measured, reference, gains, t, period):
+        felt = where(memory.seconds < 1.0, 1.0, -0.2) * measured.velocity
+        command, _ = super().law((), measured._replace(velocity=felt), reference, gains, t, period)
+        return command, Memory(memory.seconds + period)
+"""
+
+
+def test_a_law_that_counts_seconds_is_graded_later_too(tmp_path):
+    write(tmp_path, TIRED, "tired.py")
+    write(tmp_path, (EXAMPLES / "own_airframe_controller.py").read_text(encoding="utf-8"), "own_airframe_controller.py")
+    found = studied(read_mission(write(tmp_path, MISSION.replace('"lqr"', '"tired.py:Tired"')))).analysis
+    assert graded(found).word == UNSTABLE
+    assert len(found.later) == 1
+
+
 def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp_path):
     run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
     unstable, swings = run.out.splitlines()[-3:-1]

@@ -71,7 +71,8 @@ class Analysis(NamedTuple):
 
     loop: the linearised period. not_held: the parts of the pose in which a deviation stays.
     limits: what a sound loop has. bends: places of the laws where slopes differ on both sides; near: states
-    whose slopes are others near rest; tried: on which sides and where, in words.
+    whose slopes are others near rest; tried: on which sides and where, in words; later: when it was linearised again,
+    as it had become another loop [s].
     """
 
     channels: tuple[Channel, ...]
@@ -83,6 +84,7 @@ class Analysis(NamedTuple):
     bends: tuple[str, ...] = ()
     near: tuple[str, ...] = ()
     tried: str = ""
+    later: tuple[float, ...] = ()
 
     @property
     def stable(self) -> bool:
@@ -107,7 +109,7 @@ def studied(mission: Mission) -> Studied:
     with linearising():
         rests = [at_rest(plan) for plan in plans]
         found = worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
-        return Studied(rests[0], found._replace(near=rests[0].near, tried=rests[0].tried))
+        return Studied(rests[0], found._replace(near=rests[0].near, tried=rests[0].tried, later=rests[0].later))
 
 
 def limits(mission: Mission) -> MarginLimits:

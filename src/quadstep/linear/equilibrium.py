@@ -9,7 +9,7 @@ from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
 from quadstep.linear.modes import Reduced, reduced
-from quadstep.linear.nearby import MOVED, NEAR, bending, nearby
+from quadstep.linear.nearby import MOVED, NEAR, Waiting, bending, keeping, later_ticks, nearby
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
 from quadstep.linear.states import Array, LoopState, commanded, states, with_states
@@ -25,7 +25,7 @@ from quadstep.sensing.sensors import filled
 WARM = BEGUN = 0.1
 """Time flown before the search, so that memories of past samples are filled, and before a step [s]."""
 
-MOST_STEPS, AT_REST = 40, 1e-9
+MOST_STEPS, AT_REST = 40, SAME
 """Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
 
 
@@ -46,7 +46,8 @@ PATIENCE = 3
 
 class Rest(NamedTuple):
     """A loop at rest. flown: its state at tick `first`; period: linearised there. pieces: where it bends, on other sides, and
-    near it; tried: which, in words. near: states whose slopes are others near rest.
+    near it; tried: which, in words. near: states whose slopes are others near rest. later: when it has become another loop
+    [s], whose period is a piece too.
     """
 
     loops: Loops
@@ -56,6 +57,7 @@ class Rest(NamedTuple):
     pieces: tuple[Reduced, ...] = ()
     tried: str = ""
     near: tuple[str, ...] = ()
+    later: tuple[float, ...] = ()
 
 
 def check_equilibrium(mission: Mission) -> None:
@@ -123,16 +125,16 @@ def at_rest(plan: FlightPlan) -> Rest:
                 break
             if found.period.period.bends:
                 found = with_pieces(found)
+            bent = found
             if not found.pieces:
-                return with_near(found)
-            bent = found  # perhaps only on the way: a flight may rest elsewhere
+                break  # else perhaps only on the way: a flight may rest elsewhere
         except (NoRestError, NoSlopeError) as error:
             reasons.append(error)
             if bent:
                 break
     if bent is None:
         raise min(reversed(reasons), key=lambda one: getattr(one, "left", np.inf))
-    return with_near(bent)
+    return with_others(bent)
 
 
 def same(one: Rest, other: Rest) -> bool:
@@ -186,6 +188,27 @@ def with_pieces(rest: Rest) -> Rest:
     return rest._replace(pieces=tuple(found[1:]), tried=f"{2 * len(mixed)} sides, {differ}")
 
 
+def with_others(rest: Rest) -> Rest:
+    """The loop also linearised where it is another one: near its rest, and later. Raises NotLinearError."""
+    return with_later(with_near(rest))
+
+
+def with_later(rest: Rest) -> Rest:
+    """The loop also linearised at rest later in the flight, where it has become another one. Raises NotLinearError."""
+    loops, waiting = rest.loops, Waiting(rest.loops, rest.flown, rest.first)
+    for tick in later_ticks(loops, rest.first):
+        flown = waiting.changed(tick)
+        if flown is not None:
+            try:
+                now = newton(loops, flown, tick)
+            except NoRestError as error:
+                raise NoRestError(f"{error}, at t = {tick * loops.h:.3g} s of the flight") from None
+            now = with_pieces(now) if now.period.period.bends else now
+            rest = rest._replace(pieces=(*rest.pieces, now.period, *now.pieces), later=(*rest.later, tick * loops.h))
+            waiting = Waiting(loops, now.flown, tick)
+    return rest
+
+
 def with_near(rest: Rest) -> Rest:
     """The loop also linearised at states near its rest, if it bends there. Raises NotLinearError."""
     place = rest.loops, rest.flown, rest.first
@@ -227,7 +250,7 @@ def largest(left: Array, values: Array) -> float:
 
 def still(left: Array, length: float) -> Array:
     """Changes over a time [s], without those of states that keep time."""
-    return np.where(np.abs(left - length) < AT_REST, 0.0, left)
+    return np.where(keeping(left, length), 0.0, left)
 
 
 def residual(period: Period) -> Array:

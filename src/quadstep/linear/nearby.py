@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from quadstep.linear.modes import Reduced, reduced, scales
 from quadstep.linear.sampled import Loops, approached
+from quadstep.linear.side import SAME, apart
 from quadstep.linear.states import Array, LoopState, states, with_states
 
 NEAR = 1e-4
@@ -22,6 +23,9 @@ not bend near its rest.
 
 MOVED, SEED = 4, 5
 """States near rest at which a loop that bends is linearised, and what they are drawn from."""
+
+LATER = 4
+"""Instants, evenly up to the end of the flight, at which a loop is compared with what it was before."""
 
 
 def bending(loops: Loops, flown: LoopState, first: int, period: Reduced) -> tuple[str, ...]:
@@ -65,3 +69,42 @@ def nearby(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp])
         moved[places] += share * (1.0 + np.abs(values[places]))
         found.append(approached(loops, loops.step(with_states(before, moved.tolist()), last), last + 1))
     return [reduced(one) for one in found if not one.broken]
+
+
+def keeping(left: Array, length: float) -> NDArray[np.bool_]:
+    """Which states keep time: by their changes over so long [s]."""
+    found: NDArray[np.bool_] = np.abs(left - length) < SAME
+    return found
+
+
+class Waiting:
+    """Whether a loop that rests is the same loop later. flown: at rest at tick `first`."""
+
+    def __init__(self, loops: Loops, flown: LoopState, first: int) -> None:
+        self.loops, self.flown, self.first = loops, flown, first
+        self.values = np.array(states(flown))[:, None]
+        length = loops.count * loops.h
+        self.clocks = keeping(np.array(states(loops.fly(flown, first, first + loops.count)))[:, None] - self.values, length)
+        aside = np.random.default_rng(SEED).uniform(-NEAR, NEAR, (len(self.values), MOVED))
+        self.near = self.values + aside * (1.0 + np.abs(self.values))
+        self.ends = self.after(first)
+
+    def after(self, tick: int) -> Array:
+        """Where a period from this tick on leads from states near rest, less what has passed on clocks."""
+        passed = self.clocks * (tick - self.first) * self.loops.h
+        ends = self.loops.fly(with_states(self.flown, list(self.near + passed)), tick, tick + self.loops.count)
+        found: Array = np.array([np.broadcast_to(end, MOVED) for end in states(ends)]) - passed
+        return found
+
+    def changed(self, tick: int) -> LoopState | None:
+        """The loop at rest at this tick, if it is another one there."""
+        if apart(self.ends, self.after(tick)) <= SAME:
+            return None
+        return with_states(self.flown, (self.values + self.clocks * (tick - self.first) * self.loops.h)[:, 0].tolist())
+
+
+def later_ticks(loops: Loops, first: int) -> list[int]:
+    """`LATER` instants, whole periods after tick `first`; fewer in a flight of fewer periods."""
+    periods = (loops.plan.ticks.last - first) // loops.count
+    counts = dict.fromkeys(i * periods // LATER for i in range(1, LATER + 1))
+    return [first + count * loops.count for count in counts if count > 0]

@@ -15,7 +15,7 @@ from quadstep.io import code_cache
 from quadstep.io.errors import UserError
 from quadstep.io.results.code import code_digest
 from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, worst_of
-from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_near, with_pieces
+from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_others, with_pieces
 from quadstep.linear.grade import Grade, Measure, grade, graded, refused
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import Loops, NoRestError, linearising
@@ -124,7 +124,7 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
                     rest = with_pieces(rest)
                 if rest.pieces:
                     return {}
-                rest = with_near(rest)
+                rest = with_others(rest)
             except NoRestError:
                 try:
                     rest = at_rest(one.plan)

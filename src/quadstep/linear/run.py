@@ -64,6 +64,7 @@ def record(found: Analysis, steps: list[StepResponse]) -> dict[str, object]:
         "bends": list(found.bends),
         "bends_near": list(found.near),
         "sides_tried": found.tried,
+        "changes_until[s]": list(found.later),
         "poles[1/s]": [[pole.real, pole.imaginary] for pole in found.poles],
         "pole_states": [list(pole.states) for pole in found.poles],
         "steps": {step.name: {"overshoot[-]": step.overshoot, "settling[s]": finite(step.settling)} for step in steps},

@@ -9,6 +9,7 @@ from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.modes import Pole
 from quadstep.linear.states import short
+from quadstep.report.units import listed
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
 POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "count", "states")
@@ -28,6 +29,8 @@ NEAR = (
     "The loop has a kink near its rest, beyond which its slopes differ ({}). The margins are the worst of those at rest "
     "and of {}."
 )
+
+LATER = "The loop changes with time: this is the worst of what it is at the start and at t = {} s of the flight."
 
 SHOWN = 10
 """Most poles in a table, the slowest first; the files have all."""
@@ -107,8 +110,9 @@ def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
 def sentences(found: Analysis) -> list[str]:
     """The opening lines, before any number."""
     grade, period = graded(found), found.loop.period
+    later = [LATER.format(listed([f"{t:.3g}" for t in found.later]))] if found.later else []
     if not found.stable:
-        return [grade.sentence]
+        return [grade.sentence, *later]
     slowest = f"The slowest mode has a time constant of {number(found.poles[0].time_constant, '.3g')} s."
     still = dict.fromkeys(name for pole in found.poles if not pole.real and not pole.imaginary for name in pole.states)
     if still:
@@ -119,7 +123,7 @@ def sentences(found: Analysis) -> list[str]:
     bent = [f"{BENT.format(found.tried)} ({', '.join(found.bends)})."] if found.bends else []
     if found.near and not bent:
         bent = [NEAR.format(first(short(found.near)), found.tried)]
-    return [grade.sentence, slowest, sampled, *bent]
+    return [grade.sentence, *later, slowest, sampled, *bent]
 
 
 def first(names: Iterable[str]) -> str:
