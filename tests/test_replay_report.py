@@ -117,6 +117,17 @@ def test_a_report_of_predictions_says_what_the_terminal_says(tmp_path, logs):
     assert "Estimates" not in text_of(tmp_path / "r" / "report.html")
 
 
+def test_a_replay_is_drawn_with_the_signals_that_are_asked_for(tmp_path, logs):
+    run = replayed(logs, tmp_path / "r", "--controller", "pid", "--figures", "svg", "--signals", "position,rates,z", count=1)
+    assert run.code == 0, run.err
+    names = [name for name in files(tmp_path / "r") if name.startswith("figures/")]
+    axes = {name: (tmp_path / "r" / name).read_text().count('<g id="axes') for name in names}
+    assert axes == {"figures/again0.svg": 1, "figures/errors.svg": 2}
+    run = replayed(logs, tmp_path / "s", "--signals", "tilt")
+    assert run.refused
+    assert "--signals: unknown signal 'tilt'; allowed: errors, position, velocity, attitude, rates" in run.err
+
+
 @pytest.mark.parametrize(
     ("ratio", "said"),
     [

@@ -11,8 +11,8 @@ from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing
 from quadstep.report.figures import draw
 from quadstep.report.panel import Panel
-from quadstep.report.panels import flight_jobs
-from quadstep.report.sheet import Sheet
+from quadstep.report.panels import chosen_jobs, flight_jobs, labels_of
+from quadstep.report.sheet import Sheet, sheet
 
 PAPER = {"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.1], "duration": 0.5}}
 REAL = PAPER | {"vehicle": {"preset": "crazyflie"}, "controller": {"type": "geometric"}}
@@ -68,3 +68,37 @@ def test_what_is_asked_for_is_drawn_below_what_comes_of_it():
     flown, wanted = axes.lines
     assert wanted.get_zorder() < flown.get_zorder()
     assert wanted.get_linewidth() > 2.0 * flown.get_linewidth()
+
+
+def chosen(jobs, signals):
+    return {job.name: [panel.label for panel in job.panels] for job in chosen_jobs(jobs, sheet(signals=signals))}
+
+
+def test_signals_are_drawn_in_one_figure_in_the_order_asked_for():
+    log = fly(check_mission(REAL, "mission").plan())
+    jobs = flight_jobs(log, "A flight")
+    assert chosen(jobs, None) == {job.name: [panel.label for panel in job.panels] for job in jobs}
+    assert chosen(jobs, "u, z_d-z,z,rotor thrust") == {"signals": ["u", "z_d - z", "z", "rotor thrust"]}
+    assert chosen(jobs, "pitch,position") == {"signals": ["pitch", "x", "y", "z", "x_d - x", "y_d - y", "z_d - z"]}
+    assert chosen(jobs, "path,u,u") == {"path": [], "signals": ["u"]}  # the one is drawn in space, the other over time
+    assert chosen(jobs, "wind") == {}
+    assert sheet(signals="z,wind").lacking(labels_of(jobs)) == ["wind"]
+    assert chosen([], "z") == {}
+    (one,) = chosen_jobs(jobs, sheet(signals="z"))
+    np.testing.assert_array_equal(one.panels[0].lines["z"], log.column("z"))
+    assert one.caption.startswith("Largest values: z, z")
+
+
+def test_columns_that_share_a_panel_are_signals_each():
+    t = np.linspace(0.0, 1.0, 11)
+    log = FlightLog({"t": "s", "a": "m", "b": "m", "c": "N"}, np.stack([t] * 4, axis=1), Outcome.COMPLETED, 1.0, None)
+    jobs = flight_jobs(log, "A flight")
+    assert labels_of(jobs) == {"signals": ["a, b", "c"]}
+    assert [chosen(jobs, one) for one in ("b", "c")] == [{"signals": ["a, b"]}, {"signals": ["c"]}]
+
+
+def test_a_torque_that_a_plant_calls_roll_is_no_angle():
+    t = np.linspace(0.0, 1.0, 11)
+    log = FlightLog({"t": "s", "roll": "N m", "pitch": "N m"}, np.stack([t] * 3, axis=1), Outcome.COMPLETED, 1.0, None)
+    (job,) = flight_jobs(log, "A flight", {"roll": "N m", "pitch": "N m"})
+    assert (job.name, [panel.label for panel in job.panels]) == ("inputs", ["roll", "pitch"])

@@ -135,6 +135,26 @@ def test_commands_draw_what_is_asked_for(tmp_path):
     assert not (tmp_path / "b").exists()
 
 
+def test_a_flight_is_drawn_with_the_signals_that_are_asked_for(tmp_path, monkeypatch):
+    mission = tmp_path / "m.toml"
+    mission.write_text(
+        '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n[vehicle]\npreset = "crazyflie"\n'
+    )
+    look = ("--figures", "svg", "--width", "88", "--style", "paper")
+    run = quadstep("fly", mission, "--out", tmp_path / "a", *look, "--signals", "x,x_d-x,wind")
+    assert run.code == 0, run.err
+    assert "--signals: wind is zero throughout, and not drawn" in run.err
+    assert [one.name for one in (tmp_path / "a" / "figures").iterdir()] == ["signals.svg"]
+    assert re.findall(r'<g id="axes(\d+)"', (tmp_path / "a" / "figures" / "signals.svg").read_text()) == ["0", "1"]
+    assert (tmp_path / "a" / "report.html").read_text(encoding="utf-8").count("<figure>") == 1
+    monkeypatch.setattr("quadstep.studies.flights.fly.fly_logged", lambda *_: pytest.fail("flown"))
+    for wrong in ("x,height", "x,"):
+        run = quadstep("fly", mission, "--out", tmp_path / "b", "--signals", wrong)
+        assert run.refused
+        assert f"--signals: unknown signal {wrong.rpartition(',')[2]!r}; allowed: path, position, attitude, " in run.err
+    assert not (tmp_path / "b").exists()
+
+
 def test_a_peak_does_not_flatten_what_follows():
     axes = drawn(Panel("tau_phi", "N m", {"tau_phi": DECAY}))
     assert axes.get_yscale() == "symlog"

@@ -16,6 +16,7 @@ from quadstep.commands.options import (
     JsonOption,
     JunitOption,
     OverwriteOption,
+    SignalsOption,
     StyleOption,
     WidthOption,
 )
@@ -86,6 +87,7 @@ def fly(
     figures: FiguresOption = ON_SCREEN,
     width: WidthOption = None,
     style: StyleOption = SCREEN,
+    signals: SignalsOption = None,
 ) -> None:
     """Fly a mission and print a summary.
 
@@ -96,7 +98,7 @@ def fly(
     """
     started = time.perf_counter()
     check_autopilot(autopilot, connect, connect_timeout, pilot, pilot_connect)
-    required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style)
+    required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style, signals)
     if junit:
         check_junit(junit)
     if os.path.isfile(mission):  # noqa: PTH113 (of a Path, names that no file can have are an error)

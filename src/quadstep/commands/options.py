@@ -47,6 +47,15 @@ WidthOption = Annotated[
 StyleOption = Annotated[
     str, typer.Option("--style", help="screen; paper: serif, no titles; or a Matplotlib style file (.mplstyle).")
 ]
+SignalsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--signals",
+        metavar="NAMES",
+        help="Draw only these: figures or panels, such as position or z,z_d-z,u; a wrong name lists them.",
+        show_default=False,
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else; for machines.")]
 JunitOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.", show_default=False)

@@ -8,7 +8,7 @@ import typer
 
 from quadstep.commands.deliver import show
 from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, vehicle_of
-from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.commands.options import FiguresOption, OverwriteOption, SignalsOption, StyleOption, WidthOption
 from quadstep.io.errors import UserError
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.screen import complain, say
@@ -46,6 +46,7 @@ def replay(
     figures: FiguresOption = USUAL,
     width: WidthOption = None,
     style: StyleOption = SCREEN,
+    signals: SignalsOption = None,
 ) -> None:
     """Predict logged flights from their measured states and commands, and report the errors.
 
@@ -55,14 +56,14 @@ def replay(
     """
     from quadstep.identify.logs.judge import judge
     from quadstep.identify.replay import ReplayRequest, replayed
-    from quadstep.identify.replay_report import evidence, identity
+    from quadstep.identify.replay_report import evidence, identity, panels_of
     from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):
         raise UserError("--starts and --predictions must be given together: rows to predict from, and where to write")
     if starts and out:
         raise UserError("--out: cannot be combined with --starts, whose predictions --predictions takes")
-    drawn_on = sheet(figures, width, style)
+    drawn_on = sheet(figures, width, style, signals)
     chosen = controller_of(controller) if controller else None
     section = vehicle_of(vehicle)
     if residual and not section.residual:
@@ -74,6 +75,7 @@ def replay(
         write_predictions(flights, section, starts, predictions, commands_only, warnings)
         return
     asked = ReplayRequest(Path(vehicle).stem, section, chosen, estimator, commands_only, residual, out is not None)
+    drawn_on.check_signals(panels_of(asked))
     if out:
         files_to_replace(out, identity(flights, asked), overwrite)  # before anything is computed
     found = replayed(flights, asked)

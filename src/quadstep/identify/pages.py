@@ -14,7 +14,7 @@ from quadstep.identify.estimator import Deviation, Estimated
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.logs.signals import spectrum
 from quadstep.identify.replay import Replayed, ReplayRequest
-from quadstep.identify.replay_report import FACTOR, UNIT, identity, tracking_table, write_tables
+from quadstep.identify.replay_report import ESTIMATED, FACTOR, UNIT, identity, tracking_table, write_tables
 from quadstep.identify.report import unexplained
 from quadstep.identify.residual import Followed, followed
 from quadstep.identify.run import AHEAD, Identification
@@ -59,31 +59,41 @@ def write_replay(
 
 def illustrated(told: Evidence, found: Replayed, out: Path, sheet: Sheet) -> Evidence:
     """The same with its figures, which are drawn into a folder: one of each kind at the top, the others below."""
-    draw_errors(out / ERRORS, found.predictions[0].compared, found.period, sheet)
-    flown = [drawn(out, flight_picture(one, place), sheet) for place, one in enumerate(found.flown)]
-    estimated = [drawn(out, estimate_picture(one, place), sheet) for place, one in enumerate(found.estimates)]
+    groups = sheet.chosen(("errors", one, one) for one in GROUPS)
+    if groups:
+        draw_errors(out / ERRORS, found.predictions[0].compared, found.period, sheet, groups)
+    again = with_chosen("again", [flight_picture(one, place) for place, one in enumerate(found.flown)], sheet)
+    estimates = with_chosen("estimate", [estimate_picture(one, place) for place, one in enumerate(found.estimates)], sheet)
+    flown, estimated = ([drawn(out, job, sheet) for job in jobs] for jobs in (again, estimates))
     caption = "Mean prediction error against the time ahead: the vehicle helps where its line is below both guesses."
     rest = [*flown[1:], *estimated[1:]]
     more = [page.heading("The other flights", "others")] if rest else []
-    figures = [Figure(ERRORS, caption), *flown[:1], *estimated[:1]]
+    figures = [*([Figure(ERRORS, caption)] if groups else []), *flown[:1], *estimated[:1]]
     return told._replace(figures=figures, sections=[*told.sections, *more, *rest])
 
 
-def draw_errors(path: Path, found: ErrorTable, period: float, sheet: Sheet) -> None:
+def with_chosen(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
+    """Figures of one kind with the sheet's signals; those without any are left out."""
+    chosen = [job._replace(panels=sheet.chosen((kind, panel.label, panel) for panel in job.panels)) for job in jobs]
+    return [job for job in chosen if job.panels]
+
+
+def draw_errors(path: Path, found: ErrorTable, period: float, sheet: Sheet, groups: Sequence[str] = GROUPS) -> None:
     """Mean errors of the predictions and of the two guesses over the time ahead."""
     ahead = period * np.array(found.horizons)
-    columns = sheet.side_by_side(2)
+    columns = 1 if len(groups) % 2 else sheet.side_by_side(2)
+    rows = len(groups) // columns
     with drawing(sheet):
-        figure = new_figure(sheet, 8.0, 4.6, 1.45 * len(GROUPS) / columns)
+        figure = new_figure(sheet, 8.0, 4.6, 1.45 * rows + 0.35 * (rows == 1))
         margins(figure, sheet, 0.09, 0.1, 0.98, 0.92, 0.24, 0.2)
-        panels = figure.subplots(len(GROUPS) // columns, columns, sharex=True, squeeze=False)
-        for group, axes in zip(GROUPS, panels.flat, strict=True):
-            rows = np.array([found.means(horizon, group) for horizon in found.horizons]).T * FACTOR[group]
-            unit, factor = handy(UNIT[group], float(rows.max()))
-            for style, name, row in zip(LINES, ("predicted", "constant", "zero rate"), factor * rows, strict=False):
+        panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
+        for group, axes in zip(groups, panels.flat, strict=True):
+            means = np.array([found.means(horizon, group) for horizon in found.horizons]).T * FACTOR[group]
+            unit, factor = handy(UNIT[group], float(means.max()))
+            for style, name, row in zip(LINES, ("predicted", "constant", "zero rate"), factor * means, strict=False):
                 axes.plot(ahead, row, label=name, marker="o", markersize=3, **style)
             axes.set_xscale("log")
-            logarithmic(axes, list(factor * rows))
+            logarithmic(axes, list(factor * means))
             axes.set_ylabel(f"{group} [{unit}]")
             plain_decades(axes.xaxis)
         for axes in panels[-1]:
@@ -102,7 +112,7 @@ def estimate_picture(one: Estimated, place: int) -> FigureJob:
     known = np.logical_and.reduce([np.isfinite(values) for parts in several.values() for values in parts])
     panels = [
         Panel(name, unit, {who: parts[i][known] for who, parts in several.items()})
-        for i, (name, unit) in enumerate((("position", "m"), ("velocity", "m/s"), ("tilt", "°"), ("yaw", "°")))
+        for i, (name, unit) in enumerate(ESTIMATED.items())
     ]
     caption = f"{one.name}: how far estimates are from the truth."
     return FigureJob(f"{FIGURES}/estimate{place}", caption, one.time[known], panels, 2)

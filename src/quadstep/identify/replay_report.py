@@ -28,6 +28,9 @@ FACTOR = {"position": 1.0, "velocity": 1.0, "attitude": 180.0 / np.pi, "rates": 
 """To these units."""
 
 
+ESTIMATED = {"position": "m", "velocity": "m/s", "tilt": "°", "yaw": "°"}
+"""What an estimate is off by."""
+
 AHEAD = 50
 """Samples ahead, of which the summary speaks."""
 
@@ -45,6 +48,12 @@ def identity(flights: Sequence[FlightRecord], asked: ReplayRequest) -> str:
         for values in (flight.time, flight.motors, *flight.channels.values()):
             digest.update(values.tobytes())
     return f"replay-{digest.hexdigest()[:16]}"
+
+
+def panels_of(asked: ReplayRequest) -> dict[str, tuple[str, ...]]:
+    """The figures of a replay, those of one kind under one name, and their panels."""
+    again = {"again": tuple("xyz")} if asked.controller else {}
+    return {"errors": GROUPS, **again, **({"estimate": tuple(ESTIMATED)} if asked.estimator else {})}
 
 
 def write_tables(out: Path, found: Replayed) -> None:

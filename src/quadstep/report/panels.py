@@ -13,6 +13,7 @@ from quadstep.metrics.quantities import position_axes, position_errors, rotor_co
 from quadstep.report.captions import of_attitude, of_inputs, of_others, of_path, of_position
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import COMMANDED, Panel, Track
+from quadstep.report.sheet import Sheet
 
 SPACE = frozenset("xyz")
 
@@ -51,13 +52,13 @@ def position_panels(log: FlightLog) -> list[Panel]:
 def attitude_panels(log: FlightLog, only: Sequence[str] | None = None) -> list[Panel]:
     """Angles against their commands, as far as the law says these, then errors or rates. only: of these angles."""
     for attitude in ATTITUDES:
-        if attitude.angles[0] not in log.columns:
+        if any(log.columns.get(a) != "rad" for a in attitude.angles):  # a plant of one's own may call a torque roll
             continue
         angles = attitude.angles if only is None else only
         tracks = [against(log, a, f"{a}_d") for a in angles]
         said = [a for a in angles if attitude.errors and f"{a}_d" in log.columns]
         misses = [Panel(f"{a}_d - {a}", "rad", {f"error in {a}": log.column(f"{a}_d") - log.column(a)}) for a in said]
-        return tracks + misses + [against(log, rate) for rate in attitude.rates]
+        return tracks + misses + [against(log, rate) for rate in attitude.rates if rate in log.columns]
     return []
 
 
@@ -128,6 +129,27 @@ FIGURES = Door("quadstep.figures", {"flight": "quadstep.report.panels:panel_jobs
 def flight_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = None) -> list[FigureJob]:
     """All figures of a flight. efforts: columns of the plant's inputs. Raises UserError."""
     return [job for one in FIGURES.names for job in FIGURES.load(one)(log, name, efforts)]
+
+
+def chosen_jobs(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
+    """What is drawn of a flight's figures: all, or one of the sheet's signals, where it has panels of these."""
+    if not sheet.signals or not jobs:
+        return [*jobs]
+    t = jobs[0].t
+    alone = [job for job in jobs if not joins(job, t)]
+    panels = sheet.chosen((job.name, panel.label, panel) for job in jobs if joins(job, t) for panel in job.panels)
+    one = [FigureJob("signals", of_others(panels, t), t, panels, min(2, len(panels)))] if panels else []
+    return [*sheet.chosen((job.name, job.name, job) for job in alone), *one]
+
+
+def joins(job: FigureJob, t: NDArray[np.float64]) -> bool:
+    """Whether its panels can stand below others over the time t [s]; not so a path in space."""
+    return bool(job.panels) and np.array_equal(job.t, t)
+
+
+def labels_of(jobs: Sequence[FigureJob]) -> dict[str, list[str]]:
+    """What can be chosen of a flight's figures: the labels of the panels that can stand with others, by figure."""
+    return {job.name: [panel.label for panel in job.panels] if joins(job, jobs[0].t) else [] for job in jobs}
 
 
 def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = None) -> list[FigureJob]:

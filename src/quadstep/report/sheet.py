@@ -1,9 +1,9 @@
-"""What figures are drawn on: file formats, width and style, as a user asks for them."""
+"""What figures are drawn on: file formats, width, style and signals, as a user asks for them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple, TypeVar, cast
 
 from quadstep.io.errors import UserError, unknown_name
 
@@ -36,12 +36,18 @@ IN_PRINT = {
 """The style `paper`: a Times-like face that comes with Matplotlib."""
 
 
+T = TypeVar("T")
+
+
 class Sheet(NamedTuple):
-    """formats: of `FORMATS`. width [mm]: of each figure, None: as suits it. settings: of Matplotlib, beside the usual ones."""
+    """formats: of `FORMATS`. width [mm]: of each figure, None: as suits it. settings: of Matplotlib, beside the usual ones.
+    signals: names of figures and of their panels, which alone are drawn; none: all.
+    """
 
     formats: tuple[str, ...] = ("png", "svg")
     width: float | None = None
     settings: tuple[tuple[str, object], ...] = ()
+    signals: tuple[str, ...] = ()
 
     def inches(self, usual: float) -> float:
         """The width of a figure that would like to be `usual` wide [in]."""
@@ -64,19 +70,55 @@ class Sheet(NamedTuple):
         """The same with SVG files where there is nothing else that a page can show."""
         return self if "png" in self.formats else self.with_svg()
 
+    def chosen(self, panels: Iterable[tuple[str, str, T]]) -> list[T]:
+        """Those of the panels that are among its signals, in the order of these. panels: name of the figure, label, panel."""
+        if not self.signals:
+            return [panel for _, _, panel in panels]
+        wanted = [squeezed(one) for one in self.signals]
+        places = [
+            (min((wanted.index(one) for one in map(squeezed, (figure, *named(label))) if one in wanted), default=None), panel)
+            for figure, label, panel in panels
+        ]
+        found = [(place, panel) for place, panel in places if place is not None]
+        return [panel for _, panel in sorted(found, key=lambda one: one[0])]
 
-def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN) -> Sheet:
-    """What --figures, --width and --style ask for. Raises UserError."""
+    def lacking(self, figures: Mapping[str, Iterable[str]]) -> list[str]:
+        """Its signals that are in none of the figures. figures: the labels of their panels by name."""
+        known = {squeezed(one) for one in signals_of(figures)}
+        return [one for one in self.signals if squeezed(one) not in known]
+
+    def check_signals(self, figures: Mapping[str, Iterable[str]]) -> None:
+        """The same. Raises UserError for the first."""
+        for one in self.lacking(figures):
+            raise UserError(f"--signals: {unknown_name('signal', one, signals_of(figures))}")
+
+
+def signals_of(figures: Mapping[str, Iterable[str]]) -> list[str]:
+    """What can be chosen: figures, then their panels."""
+    return [*dict.fromkeys([*figures, *(one for labels in figures.values() for label in labels for one in named(label))])]
+
+
+def named(label: str) -> list[str]:
+    """The signals that a panel shows, by its label: one, or columns with commas between them."""
+    return label.split(", ")
+
+
+def squeezed(name: str) -> str:
+    """A name as it may be typed without quotes: z_d-z, for the panel z_d - z."""
+    return "".join(name.split())
+
+
+def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN, signals: str | None = None) -> Sheet:
+    """What --figures, --width, --style and --signals ask for. Raises UserError."""
     formats = tuple(dict.fromkeys(name.strip().lower() for name in figures.split(",")))
     for name in formats:
         if name not in FORMATS:
             raise UserError(f"--figures: {unknown_name('format', name, FORMATS)}, separated by commas")
     if width is not None and not (math.isfinite(width) and NARROWEST <= width <= WIDEST):
         raise UserError(f"--width: should be from {NARROWEST:g} to {WIDEST:g} mm, not {width:g}")
-    if style == SCREEN:
-        return Sheet(formats, width)
-    settings = IN_PRINT if style == PAPER else style_file(Path(style))
-    return Sheet(formats, width, tuple(settings.items()))
+    settings = {} if style == SCREEN else IN_PRINT if style == PAPER else style_file(Path(style))
+    names = () if signals is None else tuple(one.strip() for one in signals.split(","))
+    return Sheet(formats, width, tuple(settings.items()), names)
 
 
 def style_file(path: Path) -> dict[str, object]:

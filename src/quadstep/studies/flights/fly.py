@@ -28,6 +28,7 @@ from quadstep.mission.kinds import REAL
 from quadstep.mission.own_controller import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
+from quadstep.report.panels import chosen_jobs, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
@@ -171,6 +172,8 @@ def fly_planned(
 ) -> FlightSummary:
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
     required = with_full_names(required, metric_names(mission, plan)) if required else []
+    if sheet and sheet.signals:
+        sheet.check_signals(labels_of(mission.figures(unflown(plan, 1.0))))  # before it is flown
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = fly_logged(plan, engine, told)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
@@ -201,10 +204,13 @@ def write_results(
     ended early, if known.
     """
     (out / "figures").mkdir()
-    jobs = mission.figures(log) if len(log.rows) > 1 else []
-    drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
+    sheet = (sheet or Sheet()).shown()
+    figures = mission.figures(log) if len(log.rows) > 1 else []
+    jobs = chosen_jobs(figures, sheet)
+    drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
     measured = mission.flight_metrics(log, grading)  # while processes draw
-    metrics, warnings = measured[0], (*plan.warnings, *measured[1])
+    zero = [f"--signals: {one} is zero throughout, and not drawn" for one in sheet.lacking(labels_of(figures)) if figures]
+    metrics, warnings = measured[0], (*plan.warnings, *measured[1], *zero)
     told("writing tables", 0, 1)
     write_log(out / "flight.csv", log)
     write_weights(out / "weights.json", mission, log)
@@ -238,11 +244,16 @@ def fly_logged(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
 
 def metric_names(mission: Mission, plan: FlightPlan) -> list[str]:
     """The metrics of a flight before it is flown: those of a log of zeros."""
-    columns, ticks = plan.loop.columns, plan.ticks
-    rows = np.zeros((2, len(columns)))
-    rows[1, list(columns).index("t")] = ticks.last * ticks.step
-    metrics, _ = mission.plant_metrics(FlightLog(columns, rows, Outcome.COMPLETED, ticks.last * ticks.step, None))
+    metrics, _ = mission.plant_metrics(unflown(plan, 0.0))
     return [*scalars(metrics), *(one.full_name for one in mission.own_metrics)]
+
+
+def unflown(plan: FlightPlan, value: float) -> FlightLog:
+    """A log with the columns of a flight, before it is flown: its first and its last row, of one value."""
+    columns, ticks = plan.loop.columns, plan.ticks
+    rows = np.full((2, len(columns)), value)
+    rows[:, list(columns).index("t")] = 0.0, ticks.last * ticks.step
+    return FlightLog(columns, rows, Outcome.COMPLETED, ticks.last * ticks.step, None)
 
 
 def planned(path: Path, flight: int | None, results: Path | None = None) -> tuple[Mission, FlightPlan, Path]:
