@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from quadstep.engines.fly import fly_all
-from quadstep.identify.changes import advised
+from quadstep.identify.changes import advised, changes
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.measured import Measured, measured
 from quadstep.identify.rate_loops import ARDUPILOT
@@ -19,7 +19,7 @@ from quadstep.linear.analysis import studied
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
 from quadstep.report.sheet import sheet
-from quadstep.studies.advise import advise, following, sentence
+from quadstep.studies.advise import advise, following, loops, sentence
 from tests.challenge import advice
 from tests.injected import injected, signals
 from tests.made_logs import excited as in_ardupilots_log
@@ -126,6 +126,14 @@ def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     assert {name: float(value) for name, value in written.items()} == pytest.approx({n: factor * v for n, v in GAINS.items()})
     assert found.answer.startswith("The loop of roll has a phase margin of ")
     assert "ATC_RAT_RLL_P, ATC_RAT_RLL_I, ATC_RAT_RLL_D times" in found.more[0]
+    flight = excited(log, None)
+    shown = loops(flight, None, changes(flight, measured(flight.measured)))
+    assert [one.name for one in shown.channels] == ["measured", "with what is advised"]
+    np.testing.assert_allclose(shown.loop[:, 1], factor * shown.loop[:, 0], rtol=1e-9)
+    assert "with what is advised (dashed) it crosses at" in found.figures[0].caption
+    picture = (tmp_path / "out" / "figures" / "bode.svg").read_text()
+    assert picture.count('style="fill: #bfbfbf') == 3  # the interval in both plots, and in the legend
+    assert np.all((shown.unsure > 0.0) & (shown.unsure < 0.5))
     assert "safe" not in (tmp_path / "out" / "report.html").read_text().partition("<body")[2].lower().replace("unsafe", "")
     forward = in_ardupilots_log(*flown(WEAK), {**GAINS, "ATC_RAT_RLL_FF": 0.1})
     log.write_bytes(forward)

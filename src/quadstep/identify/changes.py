@@ -177,6 +177,13 @@ def ratio(flight: Excited, loop: RateLoop, other: dict[str, float], omega: Itera
     return after / before
 
 
+def with_advice(flight: Excited, advice: Advice) -> Response:
+    """The measured loop with what is advised."""
+    other = {name: then for name, (_, then) in advice.filters.items()}
+    by = ratio(flight, flight.loop, other, flight.measured.omega) if flight.loop and other else 1.0
+    return flight.measured.scaled(advice.factor * by)
+
+
 def loud(flight: Excited) -> float:
     """RMS of the command above the excited frequencies, as a share of the whole command."""
     return flight.noise * float(np.std(flight.command)) / (flight.loop.whole if flight.loop else math.inf)

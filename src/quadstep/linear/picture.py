@@ -23,11 +23,14 @@ REACH = 3.0
 
 
 class Open(NamedTuple):
-    """The opened loop as drawn. omega [rad/s]; loop: L, shape (frequencies, channels)."""
+    """The opened loop as drawn. omega [rad/s]; loop: L, shape (frequencies, channels). unsure: half of the 95 % interval of
+    the first channel's L, as a share of it, where that was measured.
+    """
 
     channels: tuple[Channel, ...]
     omega: Array
     loop: Complex
+    unsure: Array | None = None
 
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
@@ -49,6 +52,13 @@ def draw_bode(path: Path, shown: Open, sheet: Sheet) -> None:
             phase = np.degrees(np.unwrap(np.angle(shown.loop[:, i])))
             phase -= 360.0 * round((phase[len(phase) // 2] + 180.0) / 360.0)
             heard = size > FAINTEST
+            if shown.unsure is not None and i == 0:
+                ends = (20.0 * np.log10(np.maximum(1.0 + sign * shown.unsure, 1e-12)) for sign in (-1.0, 1.0))
+                above.fill_between(
+                    shown.omega, *(size + end for end in ends), color="0.75", linewidth=0.0, label="95 % interval"
+                )
+                turn = np.where(shown.unsure < 1.0, np.degrees(np.arcsin(np.minimum(shown.unsure, 1.0))), 180.0)
+                below.fill_between(shown.omega, phase - turn, phase + turn, color="0.75", linewidth=0.0)
             above.plot(shown.omega, size, label=channel.name, **LINES[i % len(LINES)])
             below.plot(shown.omega, np.where(heard, phase, np.nan), **LINES[i % len(LINES)])
         above.axhline(0.0, color="0.5", linewidth=0.8)

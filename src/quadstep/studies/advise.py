@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.changes import NOISY, Advice, changes, lags, loud
+from quadstep.identify.changes import NOISY, Advice, changes, lags, loud, with_advice
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
 from quadstep.identify.measured import Measured, measured
@@ -27,7 +27,7 @@ from quadstep.linear.picture import Open, draw_bode
 from quadstep.linear.states import Channel
 from quadstep.linear.transfer import harmonic, opened
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
-from quadstep.metrics.statistics import Estimate
+from quadstep.metrics.statistics import Estimate, student_quantile
 from quadstep.mission.read import read_mission
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.page import Fact
@@ -122,10 +122,7 @@ def evidence(
         text = format_of(flight).write({name: value for name, (_, value) in new.items()}, {})
         (out / advised_file(flight)).write_text(text, encoding="utf-8")
     (out / FIGURES).mkdir()
-    loops = [flight.measured.opened, *([model.loop] if model else [])]
-    channels = tuple(Channel(name, "") for name in ("measured", "modelled")[: len(loops)])
-    shown = Open(channels, flight.measured.omega, np.stack(loops, axis=1))
-    draw_bode(out / FIGURES / "bode", shown, drawn_on.with_svg())
+    draw_bode(out / FIGURES / "bode", loops(flight, model, advice), drawn_on.with_svg())
     answer = sentence(flight, now)
     more = [*following(flight, now, advice), *also(flight, now)]
     rows = margin_rows(now, model, advice)
@@ -156,11 +153,37 @@ def evidence(
             "factor": advice and advice.factor, "changes": {name: then for name, (_, then) in new.items()},
         },
         facts=[Fact("phase margin", *degrees(now.phase.value)), Fact("crossover", *hertz(now.phase.at))],
-        figures=[Figure(f"{FIGURES}/bode", "The open loop at the controller's command", label="Open loop")],
+        figures=[Figure(f"{FIGURES}/bode", caption(now, advice), label="Open loop")],
         sections=tables,
         more=more,
         warnings=[f"{damage(flight.damaged)}; what could not be read is left out"] if flight.damaged else [],
     )  # fmt: skip
+
+
+def loops(flight: Excited, model: Model | None, advice: Advice | None) -> Open:
+    """The open loop as measured, with its interval, as it would be with what is advised, and as modelled."""
+    found = flight.measured
+    drawn = {"measured": found.opened}
+    if advice:
+        drawn["with what is advised"] = with_advice(flight, advice).opened
+    if model:
+        drawn["modelled"] = model.loop
+    half = np.array([student_quantile(0.975, float(freedom)) for freedom in found.freedom]) * found.opened_error
+    channels = tuple(Channel(name, "") for name in drawn)
+    return Open(channels, found.omega, np.stack([*drawn.values()], axis=1), half / np.abs(found.opened))
+
+
+def caption(now: Measured, advice: Advice | None) -> str:
+    """What to see in the open loop."""
+    assert now.phase
+    said = (
+        "The open loop at the controller's command, measured with its 95 % interval. Where |L| crosses 0 dB, at "
+        f"{hertz(now.phase.at)[0]}, its phase is {degrees(now.phase.value)[0]} from -180°"
+    )
+    if advice is None or advice.expected.phase is None:
+        return f"{said}."
+    then = advice.expected.phase
+    return f"{said}; with what is advised (dashed) it crosses at {hertz(then.at)[0]}, {degrees(then.value)[0]} from -180°."
 
 
 def format_of(flight: Excited) -> Format:
