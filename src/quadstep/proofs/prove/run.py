@@ -249,7 +249,9 @@ def flight_says(log: FlightLog) -> str:
 
 
 def flown_rows(plan: FlightPlan, log: FlightLog) -> list[list[str]]:
-    """A row for each axis: how far the flight was off its path."""
+    """A row for each axis: how far the flight was off its path, to the state that ended it, which the log is without."""
     axes = plan.loop.plant.axes
-    off = np.abs(log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes))).max(axis=0)
+    logged = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes))
+    last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.wanted(log.ended, plan.parameters))))
+    off = np.abs([*logged, *([last] if np.isfinite(last).all() else [])]).max(axis=0)
     return [[axis, "disproved", "-", f"{quantity(float(one), 'm')} flown"] for axis, one in zip(axes, off, strict=True)]
