@@ -66,9 +66,9 @@ class ClassHandler(Handler):
         if isinstance(token, Answer):
             return token
         member = self.room.members[token]
-        return self.taken(member) if self.command == "POST" else self.shown(member)
+        return self.submitted(member) if self.command == "POST" else self.shown(member)
 
-    def taken(self, member: Member) -> Answer:
+    def submitted(self, member: Member) -> Answer:
         try:
             self.room.submit(member, self.sent)
         except Refusal as refusal:
