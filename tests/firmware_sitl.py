@@ -226,8 +226,10 @@ def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
             told.append(raw.decode())
             if autopilot is None:  # its first line: what the parameters must be; they are written by then, or soon
                 parameters = mission.parent / sitl.parameters
-                while not parameters.exists():
+                while not (parameters.exists() or gone(flight.pid)):
                     time.sleep(0.05)
+                if not parameters.exists():  # it is refused
+                    continue
                 autopilot = started(target, program, number, parameters if one.loaded else None, folder)
                 threading.Thread(target=ended, args=(over, out, autopilot.pid), daemon=True).start()
             lifted = re.search(r"lifted off after (\S+) s", told[-1])
@@ -250,6 +252,11 @@ def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
     return judged(
         one, flight.returncode, "".join(told) + extra, out, sitl.settled, stood, seconds + spent.ru_utime + spent.ru_stime
     )
+
+
+def gone(process: int) -> bool:
+    """Whether a process has ended, which is still to be waited for."""
+    return os.waitid(os.P_PID, process, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
 
 def ended(over: threading.Event, out: Path, autopilot: int) -> None:

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
@@ -175,7 +176,9 @@ def test_an_autopilot_that_goes_is_told_of_at_once(mission, monkeypatch, name, h
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_an_interrupted_flight_that_is_led_keeps_its_log(mission, monkeypatch, number):
+def test_an_interrupted_flight_that_is_led_keeps_its_log(mission, monkeypatch, request, number):
+    request.addfinalizer(partial(signal.signal, number, signal.getsignal(number)))
+    signal.signal(number, signal.default_int_handler)  # where the tests run in the background it may be ignored
     pilot, arguments = led("ardupilot", mission)
     poll, sent = pilot.mavlink.poll, []
 

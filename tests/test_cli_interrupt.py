@@ -85,3 +85,21 @@ def test_ctrl_c_while_the_command_line_loads_is_one_line(tmp_path, module):
         capture_output=True, text=True, cwd=tmp_path, check=False, timeout=PATIENCE, preexec_fn=heeding_interrupts,
     )  # fmt: skip
     assert (run.returncode, run.stdout, run.stderr) == (130, "", "quadstep: interrupted; nothing was written\n")
+
+
+HUNG_UP = """
+import os, signal
+from quadstep.commands import cli
+signal.signal(signal.SIGHUP, signal.SIG_IGN)
+run = cli.run
+cli.run = lambda: (os.kill(os.getpid(), signal.SIGHUP), run())[1]
+cli.main()
+"""
+
+
+def test_a_command_under_nohup_goes_on_when_its_terminal_has_gone():
+    done = subprocess.run(
+        [sys.executable, "-c", HUNG_UP, "--version"], capture_output=True, text=True, check=False, timeout=PATIENCE
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("quadstep ")

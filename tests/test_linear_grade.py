@@ -225,6 +225,18 @@ def test_a_quick_grade_is_cached_and_leaves_out_what_takes_long(monkeypatch):
     assert quick_grade(hover("lqr", sensors={"estimator": True, "latency": 0.1})) == {}
 
 
+def test_a_law_of_ones_own_is_graded_anew_once_its_code_has_changed(tmp_path):
+    name = "own_airframe_controller.py"
+    text = (EXAMPLES / name).read_text(encoding="utf-8")
+    write(tmp_path, text, name)
+    path = '[path]\ntype = "step"\nend = [0.0, 0.0, 2.0]\nduration = 5.0\n'
+    law = f'[controller]\ntype = "{name}:ProportionalDerivative"\n'
+    mission = write(tmp_path, f'[vehicle]\npreset = "x500"\n{path}{law}')
+    assert quick_grade(read_mission(mission))["grade"] == SOUND
+    write(tmp_path, text.replace("-120.0", "-1200.0"), name)
+    assert quick_grade(read_mission(mission))["grade"] == UNSTABLE
+
+
 def test_a_loop_that_bends_near_rest_is_graded_beside_other_results_by_its_worst_piece():
     mission = hover({"type": "rotation-backstepping", "nets": {"enabled": False}})
     found = grade(mission)

@@ -126,6 +126,13 @@ def command(folder, *arguments):
             },
         ),
         (
+            "called again with them, thrust is 1.0000000002 after 1.0000000001",
+            {
+                "start": "type(self).calls = 1.0; return ()",
+                "law": "type(self).calls += 1e-10; return Command(self.calls, torque), memory",
+            },
+        ),
+        (
             "law: the Command: torque.1 is nan at t = 0 s",
             {"law": "return Command(1.0, vector(0.0, math.nan, 0.0)), memory"},
         ),

@@ -199,7 +199,8 @@ def main() -> None:
     prepare_streams()
     warn_of_users_only()
     for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, stop)
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
+            signal.signal(number, stop)
     provide_writable()
     if VARIABLE in os.environ:
         answer_shell()

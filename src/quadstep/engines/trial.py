@@ -128,10 +128,11 @@ def check_again(method: str, answer: object, again: object) -> None:
             and not (one == other or (math.isnan(one) and math.isnan(other)))
         ):
             what = name.removeprefix("0.") or "it"
+            digits = 6 if f"{one:.6g}" != f"{other:.6g}" else 17
+            values = f"{what} is {other:.{digits}g} after {one:.{digits}g}"
             raise UserError(
-                f"{method}: should depend on its arguments alone; called again with them, {what} is {other:.6g} after "
-                f"{one:.6g}. What changes from sample to sample belongs in the memory; random numbers come from `noise` "
-                "(docs/own.md)"
+                f"{method}: should depend on its arguments alone; called again with them, {values}. What changes from "
+                "sample to sample belongs in the memory; random numbers come from `noise` (docs/own.md)"
             )
 
 

@@ -10,7 +10,7 @@
       if (answer.status === 201) location.assign(text);
       else said.textContent = text;
     } catch {
-      said.textContent = `${file.name} could not be sent: the server does not answer, or the log is too large.`;
+      said.textContent = `${file.name} could not be sent: the server has ended, the log is too large, or another one is being read.`;
     }
   };
   input.addEventListener("change", () => input.files[0] && send(input.files[0]));

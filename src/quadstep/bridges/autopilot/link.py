@@ -194,7 +194,8 @@ class Piloted:
         """From now on `STOPPING` are a flag: an exception at any instruction of a call from compiled code would be lost."""
         self._interrupted = False
         if self.kept and threading.current_thread() is threading.main_thread():
-            self._before = {number: signal.signal(number, self._interrupt) for number in STOPPING}
+            heeded = [number for number in STOPPING if signal.getsignal(number) is not signal.SIG_IGN]
+            self._before = {number: signal.signal(number, self._interrupt) for number in heeded}
 
     def _interrupt(self, _number: int, _frame: object) -> None:
         self._interrupted = True
