@@ -125,6 +125,8 @@ def command(folder, *arguments):
                 "law": "type(self).calls += 1.0; return Command(self.calls, torque), memory",
             },
         ),
+        ("enter: the memory: should be made of numbers", {"more": "enter = lambda *_: 'none'"}),
+        ("enter: the memory: should keep the shape", {"more": "enter = lambda *_: (1.0,)"}),
         (
             "called again with them, thrust is 1.0000000002 after 1.0000000001",
             {

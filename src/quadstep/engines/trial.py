@@ -48,6 +48,7 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     check_numbers(cycle.memory, "start: the memory")
     periods = {task.name: every * ticks.step for task, every in zip(loop.tasks, ticks.every, strict=True)}
     given, memory = (loop.told(cycle, parameters), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
+    check_memory(always(law.enter)(*given[:3]), cycle.memory, "enter")
     for name in law.loops():
         memory = sampled(name, always(partial(law.slower, name)), memory, *given, periods[name])
         check_memory(memory, cycle.memory, name)

@@ -13,7 +13,7 @@ from quadstep.report.page import page_text, paragraph
 
 DROP = (
     "<p data-scripted><label>Advice from a log of PX4, ArduPilot or Betaflight: drop it here, or choose it "
-    '<input type="file" id="log" accept=".ulg,.ulog,.bin,.bbl,.bfl,.mcap"></label> <span id="said" role="status"></span></p>'
+    '<input type="file" id="log" accept=".ulg,.ulog,.bin,.bbl,.bfl"></label> <span id="said" role="status"></span></p>'
 )
 """Where this machine's list takes a log."""
 
