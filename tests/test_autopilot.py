@@ -4,6 +4,7 @@ import os
 import re
 import signal
 import socket
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -227,10 +228,11 @@ def test_an_autopilot_that_never_takes_off_is_told_of(monkeypatch):
     assert link.closed
 
 
-def test_an_interrupted_flight_keeps_its_log():
+def test_an_interrupted_flight_keeps_its_log(request):
     """Ctrl-C is told of wherever it comes: an exception in a call from compiled code would be lost."""
     pilot, _ = piloted(lambda _: [0.5] * 4)
-    before = signal.getsignal(signal.SIGINT)
+    request.addfinalizer(partial(signal.signal, signal.SIGINT, signal.getsignal(signal.SIGINT)))
+    signal.signal(signal.SIGINT, before := signal.default_int_handler)  # where tests run in the background it may be ignored
     pilot.kept = True
     pilot.begin(MOVING, 4, 0.99)
     assert pilot(np.array([0.5] + [0.0] * 16)) == [0.5] * 4

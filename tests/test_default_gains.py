@@ -27,6 +27,24 @@ def test_a_vehicle_from_a_random_data_sheet_hovers_with_margin(law):
     assert found.word == SOUND, f"{law}: {found.why}"
 
 
+HEAVY = {
+    "name": "Small rotors",
+    "mass": 0.65,
+    "wheelbase": 0.27,
+    "layout": "hexa-plus",
+    "kv": 1440.0,
+    "cells": 7,
+    "motor_mass": 0.05,
+}
+"""Heavy for its propellers, whose torque turns it fifteen times more slowly than their thrust tilts it."""
+
+
+def test_an_observer_that_also_turns_the_heading_is_no_faster_than_that_allows():
+    sheet = Datasheet.model_validate({**HEAVY, "propeller": {"inches": [3.1, 1.55]}})
+    found = hover_grade(vehicle(sheet), "mpc")
+    assert found.word == SOUND, found.why
+
+
 SLOW = {"preset": "research-2.6kg", "rotor": {"rise_time": 0.15, "fall_time": 0.15}}
 """Lag alone, nearly: what a loop of given gains is slowed by the most."""
 

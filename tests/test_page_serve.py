@@ -260,7 +260,7 @@ def test_the_list_opens_the_advice_of_a_log_or_says_the_line_that_refuses_it(tmp
     with serving(server(tmp_path, 0, advise=advise_dropped)) as port:
         page.goto(f"http://127.0.0.1:{port}/")
         page.set_input_files("#log", {"name": "empty.ulg", "mimeType": "", "buffer": b""})
-        page.wait_for_function("document.getElementById('said').textContent === 'empty.ulg: is empty'")
+        page.locator("#said", has_text="empty.ulg: is empty").wait_for()
         content = in_ardupilots_log(*looped(), {"ATC_RAT_RLL_P": 0.2, "ATC_RAT_RLL_I": 0.3, "ATC_RAT_RLL_D": 0.01})
         page.evaluate(DROP, base64.b64encode(content).decode())
         page.wait_for_url("**/files/dropped-advise/report.html")

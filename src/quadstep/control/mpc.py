@@ -20,7 +20,7 @@ from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, clip, cos, exp, matrix, maximum, scan, sin, vector
+from quadstep.numbers import Matrix, Number, Vector, clip, cos, exp, matrix, maximum, minimum, scan, sin, vector
 from quadstep.numbers.rotations import (
     conjugate,
     cross,
@@ -38,6 +38,11 @@ LEVEL = ("position", "velocity", "lean", "lean rate", "lean acceleration", "inpu
 CLIMB, TURN = ("position", "velocity", "lift", "input"), ("heading", "rate", "acceleration", "input")
 FREE = 1e9
 """A bound that is none."""
+
+
+def observing(model: Model) -> Number:
+    """By the agility of roll and pitch, up to six times that of the heading, whose loop the same observer closes."""
+    return 13.0 * minimum(model.agility, 6.0 * model.yaw_agility)
 
 
 class MpcWeights(NamedTuple):
@@ -69,7 +74,7 @@ class MpcWeights(NamedTuple):
     position_reach: Number = gain(0.5, "m", "deviations of position are clipped at this")
     velocity_reach: Number = gain(2.0, "m/s", "deviations of velocity are clipped at this")
     observer: Number = gain(usual(8.0, 1), "1/s", "bandwidth of the acceleration observer", zero=True)
-    turn_observer: Number = gain(usual(13.0, 1), "1/s", "bandwidth of the angular acceleration observer", zero=True)
+    turn_observer: Number = gain(observing, "1/s", "bandwidth of the angular acceleration observer", zero=True)
     most_disturbance: Number = gain(8.0, "m/s^2", "largest estimated acceleration")
     most_turn_disturbance: Number = gain(60.0, "rad/s^2", "largest estimated angular acceleration")
 
