@@ -188,6 +188,9 @@ def test_slider_flies_again(open_page):
 SLOWER = "(() => { const now = performance.now.bind(performance); performance.now = () => 300 * now(); })()"
 """A clock by which no flight is quick."""
 
+PATIENT = "(() => { const later = setTimeout; window.setTimeout = (act, wait) => later(act, 300 * (wait ?? 0)); })()"
+"""Where a control that rests is still being dragged, however late a picture comes."""
+
 
 DRAG = """async () => {
   const slider = document.querySelector("#controls input[type=range][aria-label^='K_r1']");
@@ -209,6 +212,7 @@ def test_dragging_flies_the_beginning_and_letting_go_all_of_it(open_page, tmp_pa
     page = open_page()
     figures = page.locator("#summary-figures").inner_text()
     page.evaluate(SLOWER)
+    page.evaluate(PATIENT)
     seen = page.evaluate(DRAG)
     dragged, (values,) = np.array(seen["rows"]), seen["values"].values()
     ended = dragged[-1, 0]

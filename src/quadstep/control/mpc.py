@@ -40,11 +40,6 @@ FREE = 1e9
 """A bound that is none."""
 
 
-def observing(model: Model) -> Number:
-    """By the agility of roll and pitch, up to six times that of the heading, whose loop the same observer closes."""
-    return 13.0 * minimum(model.agility, 6.0 * model.yaw_agility)
-
-
 class MpcWeights(NamedTuple):
     """The vehicle parameters that the controller assumes, the weights on squared deviations, and the bounds.
 
@@ -74,7 +69,10 @@ class MpcWeights(NamedTuple):
     position_reach: Number = gain(0.5, "m", "deviations of position are clipped at this")
     velocity_reach: Number = gain(2.0, "m/s", "deviations of velocity are clipped at this")
     observer: Number = gain(usual(8.0, 1), "1/s", "bandwidth of the acceleration observer", zero=True)
-    turn_observer: Number = gain(observing, "1/s", "bandwidth of the angular acceleration observer", zero=True)
+    turn_observer: Number = gain(
+        lambda model: 13.0 * minimum(model.agility, 6.0 * model.yaw_agility),  # the heading's loop closes over it, too
+        "1/s", "bandwidth of the angular acceleration observer", zero=True,
+    )  # fmt: skip
     most_disturbance: Number = gain(8.0, "m/s^2", "largest estimated acceleration")
     most_turn_disturbance: Number = gain(60.0, "rad/s^2", "largest estimated angular acceleration")
 
