@@ -77,7 +77,7 @@ def quick_grade(mission: Mission) -> Mapping[str, str]:
         return {}
     try:
         plans = of_even_rotors(hovering(mission))
-        found = kept("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
+        found = cached("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
     except Exception:
         return {}
     return cast("Mapping[str, str]", found)
@@ -89,12 +89,12 @@ def whole_grade(mission: Mission) -> Grade:
         plans = of_even_rotors(hovering(mission))
     except UserError as error:
         return refused(error)
-    found = kept("whole grade", mission, plans, lambda: grade(mission))
+    found = cached("whole grade", mission, plans, lambda: grade(mission))
     word, why, measures = cast("tuple[str, str, list[tuple[str, float, float, str, float, str]]]", found)
     return Grade(word, why, tuple(Measure(*one) for one in measures))
 
 
-def kept(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> object:
+def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> object:
     """What is made of a mission's loops, as JSON has it; made once for the same laws and numbers, and anew each time where a
     loop has code of its user's, which may change while it keeps its name.
     """

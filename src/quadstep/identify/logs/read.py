@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
+from quadstep.control.thrust_curve import command_of_thrust
 from quadstep.identify.logs.flight import Flags, FlightRecord, Floats
 from quadstep.identify.logs.mapping import Mapping, commanded, converted, fitting, load_mapping, mapping_names, read_mapping
 from quadstep.identify.logs.series import Columns, Series, Topics
@@ -165,20 +166,10 @@ def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
     columns, damaged, told = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
     chosen = next((one for one in mappings if all(name in columns for name in one.motors.columns)), mappings[0])
     rows = gridded(path, columns, chosen)
-    if chosen.motors.columns[0].startswith(THRUSTS):
-        rows = rows._replace(motors=signals(rows.motors, told.get("THR_MDL_FAC", 0.0)))
+    factor = told.get("THR_MDL_FAC", 0.0)
+    if chosen.motors.columns[0].startswith(THRUSTS) and 0.0 < factor <= 1.0:
+        rows = rows._replace(motors=np.asarray(command_of_thrust(cast(float, np.maximum(rows.motors, 0.0)), factor)))
     return recorded(path, chosen, rows, damaged)
-
-
-def signals(thrusts: Floats, factor: float) -> Floats:
-    """What PX4 tells its motors of thrusts, both as shares of the largest: thrust = factor signal^2 + (1 - factor) signal,
-    as its reference of THR_MDL_FAC has it; the thrusts themselves where that is 0.
-    """
-    if not 0.0 < factor <= 1.0:
-        return thrusts
-    rest = 1.0 - factor
-    found: Floats = (np.sqrt(rest**2 + 4.0 * factor * np.maximum(thrusts, 0.0)) - rest) / (2.0 * factor)
-    return found
 
 
 def found_mapping(path: Path) -> Mapping:
