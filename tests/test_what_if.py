@@ -9,6 +9,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import CrazyflieYaml
 from quadstep.linear.grade import FRAGILE, UNSTABLE
 from quadstep.metrics.statistics import Estimate
+from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.unseen import Row
 from quadstep.studies.what_if.asked import Asked, changes_of
 from quadstep.studies.what_if.report import tracking
@@ -49,6 +50,19 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
     found = found.record
     assert found["step"]["after"]["rise time [s]"] > 1.2 * found["step"]["before"]["rise time [s]"]
     assert found["metrics"]["position_rmse[m]"]["difference"]["low"] > 0.0
+
+
+def test_flights_before_are_flown_once_for_many_changes(tmp_path, monkeypatch):
+    first = answer(asked(pid_rate__roll_kp=200.0, wind=2.9), tmp_path / "1").record
+    fly, flown = CandidateFlyer.fly, []
+    monkeypatch.setattr(CandidateFlyer, "fly", lambda self, some, *rest: [flown.append(len(some)), fly(self, some, *rest)][1])
+    second = answer(asked(pid_rate__roll_kp=190.0, wind=2.9), tmp_path / "2").record
+    assert flown == [1]
+    for name, one in second["metrics"].items():
+        assert one["before"] == first["metrics"][name]["before"]
+        assert one["before"] != one["after"] or name == "saturation"
+    assert answer(asked(pid_rate__roll_kp=190.0, wind=2.8), tmp_path / "3").record["metrics"] != second["metrics"]
+    assert flown == [1, 2]
 
 
 WRONG = {

@@ -9,7 +9,7 @@ from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.reference import Reference
 from quadstep.linear.modes import Reduced, reduced
-from quadstep.linear.nearby import MOVED, NEAR, Waiting, bending, keeping, later_ticks, nearby
+from quadstep.linear.nearby import MOVED, NEAR, bending, changed, keeping, later_ticks, nearby
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
 from quadstep.linear.states import Array, LoopState, commanded, states, with_states
@@ -195,17 +195,17 @@ def with_others(rest: Rest) -> Rest:
 
 def with_later(rest: Rest) -> Rest:
     """The loop also linearised at rest later in the flight, where it has become another one. Raises NotLinearError."""
-    loops, waiting = rest.loops, Waiting(rest.loops, rest.flown, rest.first)
-    for tick in later_ticks(loops, rest.first):
-        flown = waiting.changed(tick)
-        if flown is not None:
-            try:
-                now = newton(loops, flown, tick)
-            except NoRestError as error:
-                raise NoRestError(f"{error}, at t = {tick * loops.h:.3g} s of the flight") from None
-            now = with_pieces(now) if now.period.period.bends else now
-            rest = rest._replace(pieces=(*rest.pieces, now.period, *now.pieces), later=(*rest.later, tick * loops.h))
-            waiting = Waiting(loops, now.flown, tick)
+    loops, now, tick = rest.loops, rest, rest.first
+    ticks = later_ticks(loops, rest.first)
+    while ticks and (found := changed(loops, now.flown, tick, ticks)):
+        tick, flown = found
+        try:
+            now = newton(loops, flown, tick)
+        except NoRestError as error:
+            raise NoRestError(f"{error}, at t = {tick * loops.h:.3g} s of the flight") from None
+        now = with_pieces(now) if now.period.period.bends else now
+        rest = rest._replace(pieces=(*rest.pieces, now.period, *now.pieces), later=(*rest.later, tick * loops.h))
+        ticks = [one for one in ticks if one > tick]
     return rest
 
 

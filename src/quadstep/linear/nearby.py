@@ -5,6 +5,9 @@ Mathematical Programming 13, 1977), of which Clarke's generalised Jacobian is th
 tell whether the set has more than one element: of a smooth loop they are its slopes, but for the square of the distance.
 """
 
+from copy import copy
+from typing import cast
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +15,7 @@ from quadstep.linear.modes import Reduced, reduced, scales
 from quadstep.linear.sampled import Loops, approached
 from quadstep.linear.side import SAME, apart
 from quadstep.linear.states import Array, LoopState, states, with_states
+from quadstep.numbers import Number
 
 NEAR = 1e-4
 """Distance: 0.1 mm, 0.1 mm/s, 0.1 mrad/s and a quaternion's entry by as much; relative to 1 and to a state's size."""
@@ -77,30 +81,24 @@ def keeping(left: Array, length: float) -> NDArray[np.bool_]:
     return found
 
 
-class Waiting:
-    """Whether a loop that rests is the same loop later. flown: at rest at tick `first`."""
-
-    def __init__(self, loops: Loops, flown: LoopState, first: int) -> None:
-        self.loops, self.flown, self.first = loops, flown, first
-        self.values = np.array(states(flown))[:, None]
-        length = loops.count * loops.h
-        self.clocks = keeping(np.array(states(loops.fly(flown, first, first + loops.count)))[:, None] - self.values, length)
-        aside = np.random.default_rng(SEED).uniform(-NEAR, NEAR, (len(self.values), MOVED))
-        self.near = self.values + aside * (1.0 + np.abs(self.values))
-        self.ends = self.after(first)
-
-    def after(self, tick: int) -> Array:
-        """Where a period from this tick on leads from states near rest, less what has passed on clocks."""
-        passed = self.clocks * (tick - self.first) * self.loops.h
-        ends = self.loops.fly(with_states(self.flown, list(self.near + passed)), tick, tick + self.loops.count)
-        found: Array = np.array([np.broadcast_to(end, MOVED) for end in states(ends)]) - passed
-        return found
-
-    def changed(self, tick: int) -> LoopState | None:
-        """The loop at rest at this tick, if it is another one there."""
-        if apart(self.ends, self.after(tick)) <= SAME:
-            return None
-        return with_states(self.flown, (self.values + self.clocks * (tick - self.first) * self.loops.h)[:, 0].tolist())
+def changed(loops: Loops, flown: LoopState, first: int, ticks: list[int]) -> tuple[int, LoopState] | None:
+    """The first of some later ticks at which a loop at rest at tick `first` is another one, and the loop at rest there; None
+    where it is the same. Periods from all ticks on, from states near rest, are flown as one of arrays.
+    """
+    values, whole = np.array(states(flown))[:, None], loops.count
+    clocks = keeping(np.array(states(loops.fly(flown, first, first + whole)))[:, None] - values, whole * loops.h)
+    near = values + np.random.default_rng(SEED).uniform(-NEAR, NEAR, (len(values), MOVED)) * (1.0 + np.abs(values))
+    ahead = copy(loops)
+    later = np.repeat([0.0, *(tick - first for tick in ticks)], MOVED)
+    ahead.ahead = cast("Number", later)
+    passed = clocks * later * loops.h
+    begun = with_states(flown, list(np.tile(near, 1 + len(ticks)) + passed))
+    ends = [np.broadcast_to(end, passed.shape[1]) for end in states(ahead.fly(begun, first, first + whole))]
+    same, *others = np.hsplit(np.array(ends) - passed, 1 + len(ticks))
+    for tick, other in zip(ticks, others, strict=True):
+        if not apart(same, other) <= SAME:
+            return tick, with_states(flown, (values + clocks * (tick - first) * loops.h)[:, 0].tolist())
+    return None
 
 
 def later_ticks(loops: Loops, first: int) -> list[int]:

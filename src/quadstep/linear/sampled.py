@@ -124,6 +124,9 @@ class MovedPath:
 class Loops:
     """The closed loop of a plan, tick by tick, for any numbers."""
 
+    ahead: Number = 0.0
+    """Ticks that clocks show more than have been flown; of states that are arrays one for each column."""
+
     def __init__(self, plan: FlightPlan) -> None:
         self.plan, self.h = plan, plan.ticks.step
         self.loop = replace(plan.loop, path=MovedPath(plan.loop.path))
@@ -140,6 +143,9 @@ class Loops:
         """Which tasks run at tick k."""
         return tuple(k % every == 0 for every in self.plan.ticks.every)
 
+    def clock(self, k: int, every: int = 1) -> Clock:
+        return Clock((k + self.ahead) * self.h, k + self.ahead, self.h * every)
+
     def begin(self) -> LoopState:
         return LoopState(self.loop.start(self.plan.start, self.p), (), Vector(()))
 
@@ -148,7 +154,7 @@ class Loops:
         cycle, line, asked = flown
         command: Structure = ()
         for task, every, due in zip(self.loop.tasks, self.plan.ticks.every, self.due(k), strict=True):
-            clock = Clock(k * self.h, float(k), self.h * every)
+            clock = self.clock(k, every)
             if due and task.name == "law":
                 command, memory = self.loop.controller.law(
                     cycle.memory, self.loop.told(cycle, p), self.loop.wanted(clock.time, p), p.gains, clock.time, clock.period
@@ -162,8 +168,7 @@ class Loops:
         return LoopState(cycle, line, asked), command
 
     def step(self, flown: LoopState, k: int) -> LoopState:
-        clock = Clock(k * self.h, float(k), self.h)
-        return flown._replace(cycle=self.loop.advance(flown.cycle, self.p, clock))
+        return flown._replace(cycle=self.loop.advance(flown.cycle, self.p, self.clock(k)))
 
     def fly(self, flown: LoopState, first: int, past: int) -> LoopState:
         for k in range(first, past):

@@ -1,15 +1,21 @@
 """A question answered: the missions before and after, flown."""
 
 import hashlib
+import io
 import json
 from collections.abc import Mapping
 from operator import attrgetter
 from pathlib import Path
 
-from quadstep.engines.fly import fly_all
+import numpy as np
+
+from quadstep.engines.fly import fingerprint, fly_all
+from quadstep.interfaces.closed_loop import Advance
 from quadstep.interfaces.controller import Controller
+from quadstep.io import code_cache
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
+from quadstep.io.results.code import code_digest
 from quadstep.linear.quick import whole_grade
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.presets import preset_names
@@ -21,6 +27,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
+from quadstep.studies.tuning.judge import CandidateFlights
 from quadstep.studies.what_if.asked import STEP, Asked, Side, law_of
 from quadstep.studies.what_if.report import evidence, picture
 
@@ -29,6 +36,9 @@ HEIGHT, BEGIN, DURATION = 3.0, 1.0, 8.0
 
 GYRO_NOISE = 2.4e-4
 """Of the flights in gusts [rad/s/sqrt(Hz)]: a small vehicle's gyro (0.014 deg/s/sqrt(Hz))."""
+
+MOST_KEPT = 10_000
+"""Most flights before a change that are kept for the next one, 64 bytes each."""
 
 Content = dict[str, object]
 
@@ -70,6 +80,28 @@ def in_gusts(content: Content, asked: Asked, before: Mapping[str, float]) -> Con
     }
 
 
+def both(
+    ground: CandidateFlyer, before: Mapping[str, float], after: Mapping[str, float], count: int, progress: Advance
+) -> list[CandidateFlights]:
+    """The flights in gusts before and after. Those before are kept, and flown once for many changes: a flight depends on its
+    own numbers only. Raises UserError.
+    """
+    planner, drawn = ground.flyer.planner, ground.drawing.model_dump_json()
+    name = code_cache.key("flights", code_digest(), fingerprint([planner.plan({**ground.draws(0).at(0), **before})]), drawn,
+                          repr(ground.asked.names), str(count))  # fmt: skip
+    kept = code_cache.read(name) if count <= MOST_KEPT else None
+    if kept is not None:
+        progress(count)
+        table = np.load(io.BytesIO(kept))
+        old = CandidateFlights(table[:, 0].astype(np.int8), table[:, 1], table[:, 2:], ground.asked.names)
+        return [old, *ground.fly([after], 0, count, progress)]
+    found = ground.fly([before, after], 0, count, progress)
+    if count <= MOST_KEPT:
+        np.save(file := io.BytesIO(), np.column_stack([found[0].outcome, found[0].ended, found[0].metrics]))
+        code_cache.write(name, file.getvalue())
+    return found
+
+
 def answer(
     asked: Asked, out: Path, overwrite: bool = False, progress: Progress = SILENT, sheet: Sheet | None = None,
     paged: bool = False,
@@ -91,7 +123,7 @@ def answer(
         drawn = pool.submit(picture(*steps).draw, draft, (sheet or Sheet()).shown())  # while all else is computed
         gusts = asked_of(here / asked.file, "", in_gusts(content, asked, before), here, apart=False)
         ground = CandidateFlyer(gusts, asked.seed)
-        flown = ground.fly([before, after], 0, asked.flights, Count(progress, 2 * asked.flights).add)
+        flown = both(ground, before, after, asked.flights, Count(progress, 2 * asked.flights).add)
         sides = tuple(Side(step, whole_grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))
         found = evidence(asked, law, mission, before, (sides[0], sides[1]))
         drawn.result()
