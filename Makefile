@@ -131,7 +131,7 @@ golden: $(READY)
 	$(BIN)/python -m tests.golden
 
 errata: $(READY)
-	$(BIN)/python -m quadstep.proofs.verify.errata
+	$(BIN)/python -m quadstep.proofs.verify.registry
 
 docs: $(DOCS)
 	$(BIN)/python -m docs.site $(PAGES)

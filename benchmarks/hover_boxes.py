@@ -12,9 +12,9 @@ from quadstep.control.registry import names
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.proofs.prove.hold import Left, described, invariant_set
+from quadstep.proofs.prove.report import down, up
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.unknown import Unknown
-from quadstep.proofs.prove.verdict import down, up
 
 PLACE = [0.0, 0.0, 5.0]
 

@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, CDPSession, sync_playwright
 from benchmarks.flights import seconds
 from quadstep.engines.fly import fly
 from quadstep.mission.read import read_mission
-from quadstep.page.missions import fly_missions
+from quadstep.page.build import fly_missions
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.page import campaign_page
 from quadstep.studies.campaign.schema import read_campaign

@@ -8,7 +8,7 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 from quadstep.mission.template import template
-from quadstep.page.missions import fly_missions
+from quadstep.page.build import fly_missions
 
 HERE = Path(__file__).parent
 WIND = "mean = [6.0, 0.0, 0.0]"

@@ -41,7 +41,7 @@ PICTURES = {"path", "position", "attitude", "inputs", "vehicle"}
 def without_airframe_figures(patch):
     without_figures(patch)
     patch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
-    patch.setattr("quadstep.page.missions.write_mission_page", lambda *_: None)
+    patch.setattr("quadstep.page.build.write_mission_page", lambda *_: None)
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def flown(tmp_path_factory):
     """A flight with figures."""
     folder = tmp_path_factory.mktemp("flown")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("quadstep.page.missions.write_mission_page", lambda *_: None)
+        patch.setattr("quadstep.page.build.write_mission_page", lambda *_: None)
         run = quadstep("fly", write(folder, NETS), "--out", folder / "out", "--figures", "png,svg")
         return run, folder / "out"
 

@@ -17,7 +17,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.check import check
 from quadstep.report import units
-from quadstep.report.flown import view
+from quadstep.report.figures import view
 from quadstep.studies.campaign import pictures, report, report_text
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import table

@@ -16,9 +16,8 @@ from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.reductions import rmse
 from quadstep.numbers import Vector, vector, where
 from quadstep.proofs.certify.arrays import dot, lengths
-from quadstep.proofs.certify.certificate import certify_plan, error_radius, printed_error_radius, weight_radius
+from quadstep.proofs.certify.certificate import certify_plan, check_path, error_radius, printed_error_radius, weight_radius
 from quadstep.proofs.certify.history import recall
-from quadstep.proofs.certify.hypotheses import check_path
 from quadstep.proofs.certify.ideal_weights import fit_all, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import conditions, matrices
 from quadstep.proofs.certify.record import kind, record, verdict

@@ -22,7 +22,7 @@ from quadstep.engines.fly import on_floats
 from quadstep.identify.logs.series import Series, Topics
 from quadstep.mission.own_controller import PilotedSection
 from quadstep.report.drawing import FigureJob
-from quadstep.report.panel import Panel
+from quadstep.report.panel import (Panel)
 
 
 def greet(name: str) -> None:

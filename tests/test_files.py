@@ -16,7 +16,7 @@ from quadstep.io.errors import LONGEST, UserError, one_line
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.recording import MOST_ROWS
 from quadstep.mission.vehicle_list import read_vehicle
-from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
+from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import Store
 from tests.patience import PATIENCE

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.commands.logs import read_logs
+from quadstep.commands.options import read_logs
 from quadstep.identify.averages import blocks
 from quadstep.identify.closed_loop import hover_ratio
 from quadstep.identify.fit import UNDETERMINED, WINDY, Fitted, Identified, identify

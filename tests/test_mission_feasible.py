@@ -4,7 +4,7 @@ import pytest
 
 from docs.site import conf
 from quadstep import Engine, Mission, UserError
-from quadstep.page.missions import flown_files
+from quadstep.page.build import flown_files
 from tests.commands import write
 
 CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 4.0], "radius": 3.0, "period": 9.0}

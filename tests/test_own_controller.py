@@ -18,8 +18,8 @@ from quadstep.engines.engine import Engine
 from quadstep.interfaces.controller import Command, Controller
 from quadstep.interfaces.gain import gain, given
 from quadstep.mission.derived import section_of
+from quadstep.page.build import flown_mission, missions_page
 from quadstep.page.controllers import in_common
-from quadstep.page.missions import flown_mission, missions_page
 from quadstep.report.panels import flight_jobs
 from quadstep.vehicle.paper import State
 

@@ -14,7 +14,7 @@ from quadstep.engines.scored import scored
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import loading
 from quadstep.numbers import flatten
-from quadstep.page.missions import flown_mission, missions_page
+from quadstep.page.build import flown_mission, missions_page
 from tests.campaigns import no_report, rows
 from tests.commands import quadstep
 

@@ -11,7 +11,7 @@ import pytest
 from quadstep import read_mission
 from quadstep.engines.fly import fly
 from quadstep.mission.paths import CirclePath
-from quadstep.page.missions import fly_missions
+from quadstep.page.build import fly_missions
 from quadstep.page.serve import server
 from tests.browsers import axe, picture
 from tests.commands import write

@@ -14,10 +14,9 @@ from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
 from quadstep.mission.schema import Mission
 from quadstep.page import build
-from quadstep.page.build import build_page, fill, page_data
+from quadstep.page.build import build_page, fill, fly_missions, identity, missions_page, page_data
 from quadstep.page.flights import ShownFlight, check_length, facts, length
 from quadstep.page.laws import Laws
-from quadstep.page.missions import fly_missions, identity, missions_page
 from quadstep.page.model import ClaimView, json_number
 from quadstep.page.scenes import PANELS, panels, scene
 from quadstep.page.story import OWN

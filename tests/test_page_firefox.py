@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadstep.engines.fly import fly
-from quadstep.page.missions import missions_page
+from quadstep.page.build import missions_page
 from quadstep.proofs.article.build import article
 from tests.dropped import DROP, carried
 from tests.firefox import Firefox

@@ -5,8 +5,8 @@ import pytest
 from quadstep.engines.fly import fly
 from quadstep.metrics.judging.verdict import graded
 from quadstep.mission.schema import Mission
+from quadstep.page.build import missions_page
 from quadstep.page.flights import SUMMED_UP
-from quadstep.page.missions import missions_page
 from tests.graded import CASE_1, FLIGHTS
 from tests.needs import CHROMIUM, needs, package
 from tests.pages import flown

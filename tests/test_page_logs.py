@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadstep.identify.logs.flight import FlightRecord
-from quadstep.page.missions import missions_page
+from quadstep.page.build import missions_page
 from tests import made_logs
 from tests.dropped import DROP, carried
 from tests.needs import CHROMIUM, needs, package

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.page.missions import fly_missions
+from quadstep.page.build import fly_missions
 from tests.browsers import picture
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package

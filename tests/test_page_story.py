@@ -5,9 +5,8 @@ import pytest
 
 from quadstep.io.errors import UserError
 from quadstep.page import build
-from quadstep.page.build import Walk, page_data
+from quadstep.page.build import Walk, fly_missions, page_data
 from quadstep.page.laws import NEURONS, Laws
-from quadstep.page.missions import fly_missions
 from quadstep.page.story import OWN, read_story
 from quadstep.studies.paper.cases import main_cases
 from quadstep.studies.paper.page import stress_id

@@ -2,7 +2,7 @@
 
 import pytest
 
-from quadstep.page.missions import fly_missions
+from quadstep.page.build import fly_missions
 from quadstep.page.story import read_story
 from tests.browsers import axe
 from tests.commands import LINE, write

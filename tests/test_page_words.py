@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from quadstep.page.missions import fly_missions
+from quadstep.page.build import fly_missions
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
 

@@ -5,9 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
-from quadstep.report.canvas import drawing, new_figure
+from quadstep.report.canvas import beside, drawing, fit, new_figure, wrapped
 from quadstep.report.figures import arranged
-from quadstep.report.fitting import beside, fit, wrapped
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
 

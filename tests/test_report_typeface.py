@@ -4,17 +4,17 @@ import pytest
 from fontTools.ttLib import TTFont
 from matplotlib.font_manager import findfont
 
-from quadstep.report import canvas, mathml, page, symbols, typeface
+from quadstep.report import canvas, mathml, page, symbols
 from quadstep.report.sheet import Sheet
 
-HELD = {*TTFont(typeface.FOR_FIGURES).getBestCmap()}
+HELD = {*TTFont(page.FOR_FIGURES).getBestCmap()}
 
 
 def test_figures_have_every_symbol_and_are_set_in_it():
     signs = {*symbols.GREEK.values(), *(mark for _, mark in symbols.ACCENTS.values()), "−≥≤±µ°×⁻⁰¹²³⁴⁵⁶⁷⁸⁹✓✗…–’“”→"}
     assert {ord(sign) for sign in "".join(signs)} <= HELD
     with canvas.drawing(Sheet()):
-        assert findfont("Inter", fallback_to_default=False) == str(typeface.FOR_FIGURES)
+        assert findfont("Inter", fallback_to_default=False) == str(page.FOR_FIGURES)
 
 
 def test_a_page_holds_its_typeface_and_that_of_formulas_where_it_has_one():
@@ -25,6 +25,6 @@ def test_a_page_holds_its_typeface_and_that_of_formulas_where_it_has_one():
 
 @pytest.mark.parametrize("name", ["inter.woff2", "inter.ttf", "math.woff2"])
 def test_every_font_is_small_and_its_licence_lies_beside_it(name):
-    assert (typeface.FONTS / name).stat().st_size < 70_000
-    text = (typeface.FONTS / "LICENSES.txt").read_text(encoding="utf-8")
+    assert (page.FONTS / name).stat().st_size < 70_000
+    text = (page.FONTS / "LICENSES.txt").read_text(encoding="utf-8")
     assert text.count("SIL OPEN FONT LICENSE") == 2

@@ -188,9 +188,7 @@ def quickly(patch):
         return Evidence("", "Campaign", "", (), {})
 
     patch.setattr("quadstep.studies.campaign.report.evidence", drawn)
-    patch.setattr(
-        "quadstep.studies.rare.report.draw_levels", lambda path, *_: path.with_suffix(".svg").write_text("<svg></svg>")
-    )
+    patch.setattr("quadstep.studies.rare.run.draw_levels", lambda path, *_: path.with_suffix(".svg").write_text("<svg></svg>"))
 
 
 @pytest.fixture(scope="module")

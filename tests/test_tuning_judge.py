@@ -7,9 +7,8 @@ from quadstep.engines.scored import bare
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
-from quadstep.studies.tuning.judge import CandidateFlights, Judge
+from quadstep.studies.tuning.judge import CandidateFlights, Judge, compare
 from quadstep.studies.tuning.report import answer
-from quadstep.studies.tuning.unseen import compare
 from tests.flights import METRICS
 
 GAINS = {"controller.K_r1": {"low": 1.0, "high": 2.0}}

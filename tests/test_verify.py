@@ -13,15 +13,17 @@ import pytest
 from quadstep.commands import cli
 from quadstep.io.errors import UserError
 from quadstep.numbers import atan2, clip, sin, where
-from quadstep.proofs.verify.errata import FACTS, facts, page
 from quadstep.proofs.verify.registry import (
     EQUATIONS,
+    FACTS,
     FOLLOWS,
     all_rows,
     cells,
     chosen,
     closing,
     document,
+    facts,
+    page,
     verify,
     write_document,
 )

@@ -10,7 +10,7 @@ from quadstep.io.parameter_files import CrazyflieYaml
 from quadstep.linear.grade import FRAGILE, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.studies.tuning.ground import CandidateFlyer
-from quadstep.studies.tuning.unseen import Row
+from quadstep.studies.tuning.judge import Row
 from quadstep.studies.what_if.asked import Asked, changes_of
 from quadstep.studies.what_if.report import tracking
 from quadstep.studies.what_if.run import answer

@@ -7,7 +7,7 @@ from docutils import nodes
 
 import quadstep
 from quadstep.report.mathml import displayed, mathml
-from quadstep.report.typeface import FONTS
+from quadstep.report.page import FONTS
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx

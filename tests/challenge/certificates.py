@@ -13,9 +13,9 @@ from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.proofs.prove.certificate import read_unknown
+from quadstep.proofs.prove.report import VerdictKind
 from quadstep.proofs.prove.run import check
 from quadstep.proofs.prove.sampled import Sampled
-from quadstep.proofs.prove.verdict import VerdictKind
 from tests.challenge.search import Attempt, Search
 from tests.planar_proofs import SET, TUBE, proved
 from tests.started import begun, flown

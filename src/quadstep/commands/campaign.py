@@ -13,7 +13,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
-from quadstep.studies.campaign.limits import MOST_FLIGHTS
+from quadstep.studies.campaign import MOST_FLIGHTS
 
 
 def campaign(

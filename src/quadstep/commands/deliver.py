@@ -13,8 +13,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.results.interrupts import signals_ignored
 from quadstep.metrics.judging.verdict import Verdict
 from quadstep.report.sheet import FORMATS
-from quadstep.report.terminal.screen import complain, say, say_whole
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import complain, say, say_whole, show_table
 
 if TYPE_CHECKING:
     from quadstep.report.evidence import Evidence

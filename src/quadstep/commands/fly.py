@@ -27,8 +27,7 @@ from quadstep.metrics.judging.metrics import parsed
 from quadstep.report.pool import start_server
 from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
 from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import complain, say, say_whole
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import complain, say, say_whole, show_table
 
 
 def fly(

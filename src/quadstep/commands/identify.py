@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.commands.deliver import show
-from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, vehicle_of
-from quadstep.commands.options import ReplaceOption
+from quadstep.commands.options import LogsArgument, MappingOption, ReplaceOption, read_logs, vehicle_of
 from quadstep.io.errors import UserError
 from quadstep.report.terminal.screen import complain, say, say_whole
 from quadstep.report.units import counted

@@ -1,4 +1,4 @@
-"""`quadstep page`."""
+"""`quadstep page`, and `quadstep explain`: the paper as a page."""
 
 import webbrowser
 from pathlib import Path
@@ -61,7 +61,7 @@ def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
         return campaign_page(missions[0], engine, quick_grade)
     if missions or (walk and not walk.of_others):
         from quadstep.linear.quick import quick_grade
-        from quadstep.page.missions import fly_missions
+        from quadstep.page.build import fly_missions
 
         return fly_missions(missions, engine, walk, quick_grade)
     from quadstep.studies.paper.page import fly_paper
@@ -80,3 +80,21 @@ def open_in_browser(address: str) -> None:
     """Open an address; where no browser can be found, say so."""
     if not webbrowser.open(address):
         complain(f"warning: no browser found; open {address}")
+
+
+def explain(
+    out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("out/article.html"),
+    show: OpenOption = False,
+) -> None:
+    """Write the paper as an article: five figures that fly its laws as you drag.
+
+    One HTML file: no network, no installation. Replaces an existing page of quadstep, but never any other file.
+    """
+    from quadstep.proofs.article.build import article
+
+    check_target(out)
+    text = article()
+    write_beside(out, text, parents=True)
+    say_whole(f"Article: {out} ({len(text.encode()) / 1e6:.2f} MB). Double-click it to open it.")
+    if show:
+        open_in_browser(out.resolve().as_uri())

@@ -6,8 +6,7 @@ from typing import Annotated
 import typer
 
 from quadstep.io.errors import UserError
-from quadstep.report.terminal.screen import say, say_whole
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import say, say_whole, show_table
 
 
 def prove(

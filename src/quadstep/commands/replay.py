@@ -7,8 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.commands.deliver import show
-from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, vehicle_of
-from quadstep.commands.options import FiguresOption, OverwriteOption, SignalsOption, StyleOption, WidthOption
+from quadstep.commands.options import (
+    FiguresOption,
+    LogsArgument,
+    MappingOption,
+    OverwriteOption,
+    SignalsOption,
+    StyleOption,
+    WidthOption,
+    read_logs,
+    vehicle_of,
+)
 from quadstep.io.errors import UserError
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.screen import complain, say

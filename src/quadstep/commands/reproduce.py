@@ -8,8 +8,7 @@ import typer
 from quadstep.commands.options import EngineOption, FiguresOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.engines.engine import Engine
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.report.terminal.screen import say_whole, typeset
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import say_whole, show_table, typeset
 
 
 def reproduce(

@@ -12,8 +12,7 @@ from quadstep.engines.engine import Engine
 from quadstep.io.errors import FAILED
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.report.terminal.screen import say
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import say, show_table
 
 LOOPS = 5_000
 """Closed loops that the lines of Theorem B are tried on."""

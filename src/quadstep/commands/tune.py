@@ -14,8 +14,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import command, say, say_whole
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import command, say, say_whole, show_table
 
 if TYPE_CHECKING:
     from quadstep.studies.tuning.run import Tuned
@@ -58,7 +57,7 @@ def tune(
 
 def show(done: "Tuned", folder: Path) -> None:
     """Print what is to be read first, the gains, the comparison and its verdict."""
-    from quadstep.studies.tuning.unseen import AGGREGATES
+    from quadstep.studies.tuning.judge import AGGREGATES
 
     found, compared = done.found, done.compared
     *first, verdict = done.evidence.sentences

@@ -9,8 +9,7 @@ import typer
 from quadstep.io.errors import FAILED
 from quadstep.io.extras import needed_by
 from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import say, say_whole
-from quadstep.report.terminal.tables import show_table
+from quadstep.report.terminal.screen import say, say_whole, show_table
 
 
 def verify(

@@ -8,7 +8,7 @@ from quadstep.metrics.judging.verdict import scalars
 from quadstep.metrics.registry import Metrics
 from quadstep.page.cards import best, picture
 from quadstep.page.folder import ResultFolder
-from quadstep.page.identity import identity
+from quadstep.page.model import identity
 from quadstep.page.opened import name_in
 from quadstep.report import page, units
 

@@ -1,4 +1,6 @@
-"""The controllers that can fly a mission on the page, each with its sliders and conditions."""
+"""The controllers that can fly a mission on the page, each with its sliders and with what theory asks of the gains: the
+conditions of the law, recorded as terms.
+"""
 
 import contextlib
 from collections.abc import Iterator, Mapping
@@ -11,15 +13,63 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Controller as Law
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.learning import DeclaredNet
+from quadstep.interfaces.model import Model
 from quadstep.io.errors import UserError
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.schema import Mission
-from quadstep.page.conditions import page_conditions
-from quadstep.page.identity import identity
+from quadstep.numbers import Table, flatten, leaf_names, rebuild
 from quadstep.page.laws import Laws, widened
-from quadstep.page.model import Controller
+from quadstep.page.model import Condition, Controller, identity
 from quadstep.page.sliders import sliders
+from quadstep.program.assignments import CONSTANT, INPUT, Record
 from quadstep.vehicle.paper import State
+
+CHOSEN = {(">", False): "max", (">", True): "min", ("<", False): "min", ("<", True): "max"}
+"""What choosing one of two compared numbers comes to; True where they stand the other way round."""
+
+
+OPERATIONS = frozenset(("+", "-", "*", "/", "negative", "magnitude", "sqrt", "<", "<=", ">", ">=", "where"))
+"""What the page can work out; `data/contract.ts` says how."""
+
+
+def page_conditions(controller: Law, plan: FlightPlan, model: Model) -> tuple[Condition, ...]:
+    """The conditions of a controller on the gains of a plan, as far as the page has the operations that they take.
+
+    model: of the vehicle; what the plan holds of it varies.
+    """
+    if not isinstance(plan.parameters.gains, controller.Gains):  # prepared: the page has only what came of the gains
+        return ()
+    record = Record()
+    named = zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True)
+    inputs = [leaf if isinstance(leaf, Table) else record.input(name) for name, leaf in named]
+    parameters = rebuild(plan.parameters, iter(inputs))
+    body = plan.loop.plant.body(parameters)
+    model = model._replace(mass=body.mass, inertia=body.inertia, gravity=body.gravity)
+    found = []
+    for one in controller.conditions(parameters.gains, model):
+        with contextlib.suppress(UserError):
+            left, right = (term(record, record.at(side)) for side in (one.left, one.right))
+            found.append(Condition(one.text, left, right, one.or_equal, one.source))
+    return tuple(found)
+
+
+def term(record: Record, place: int) -> object:
+    """A recorded number as a term. Raises UserError for an operation that the page does not know."""
+    operation, operands, text = record.nodes[place]
+    if operation == INPUT:
+        return {"name": text}
+    if operation == CONSTANT:
+        return float(text.strip("()"))
+    if operation == "where":
+        comparison, *chosen = operands
+        relation, compared, _ = record.nodes[comparison]
+        swapped = list(compared) != chosen
+        if (relation, swapped) in CHOSEN and sorted(compared) == sorted(chosen):
+            return {"op": CHOSEN[relation, swapped], "of": [term(record, one) for one in chosen]}
+    if operation not in OPERATIONS:
+        raise UserError(f"a condition on its gains asks for {operation!r}, which the page cannot work out")
+    return {"op": operation, "of": [term(record, one) for one in operands]}
+
 
 GHOSTS = {
     State: ("backstepping", "completed-backstepping", "nested-saturation"),

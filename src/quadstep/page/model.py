@@ -2,7 +2,8 @@
 
 import base64
 import math
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -303,3 +304,10 @@ def json_number(value: float) -> float | int | str:
         return "NaN" if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"
     negative_zero = value == 0.0 and math.copysign(1.0, value) < 0.0
     return int(value) if value == int(value) and abs(value) < 2**53 and not negative_zero else value
+
+
+def identity(name: str, taken: Sequence[str]) -> str:
+    """An id of letters, digits and hyphens that is not taken."""
+    base = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:40].strip("-") or "flight"
+    candidates = [base, *(f"{base}-{number}" for number in range(2, len(taken) + 3))]
+    return next(candidate for candidate in candidates if candidate not in taken)

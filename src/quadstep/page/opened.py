@@ -9,12 +9,10 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.registry import Metrics
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
-from quadstep.page.build import build_page
+from quadstep.page.build import GROUP, build_page
 from quadstep.page.flights import ShownFlight, facts, filed
 from quadstep.page.folder import manifest, read_log
-from quadstep.page.identity import identity
-from quadstep.page.missions import GROUP
-from quadstep.page.model import Link
+from quadstep.page.model import Link, identity
 
 
 class OpenedMission(NamedTuple):

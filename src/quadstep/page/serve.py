@@ -21,13 +21,12 @@ from quadstep.io import files
 from quadstep.io.errors import UserError
 from quadstep.io.results.folder import opened
 from quadstep.metrics.judging.verdict import FlightGrade
-from quadstep.page.cards import list_page
+from quadstep.page.cards import list_page, thumbnail
 from quadstep.page.compared import compared_page
 from quadstep.page.folder import grade, manifest, result_in, results
 from quadstep.page.model import Link
 from quadstep.page.opened import open_result, open_two
 from quadstep.page.sharing import COOKIE, LOCAL, Access, qr_drawing
-from quadstep.page.thumbnail import thumbnail
 
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "

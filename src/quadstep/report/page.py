@@ -12,6 +12,7 @@ import base64
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -19,7 +20,30 @@ from typing import NamedTuple
 
 from quadstep.io.version import __version__
 from quadstep.report.symbols import rich, unbroken
-from quadstep.report.typeface import faces
+
+FONTS = Path(str(files("quadstep.report").joinpath("fonts")))
+TEXT, FORMULAS = "Inter", "STIX Two Math"
+FOR_FIGURES = FONTS / "inter.ttf"
+"""What Matplotlib measures and draws: regular, of all signs of the others."""
+
+WEIGHTS = {TEXT: "400 700", FORMULAS: "400"}
+FILES = {TEXT: "inter.woff2", FORMULAS: "math.woff2"}
+
+
+@cache
+def face(name: str) -> str:
+    """A typeface as CSS that holds it."""
+    data = base64.b64encode((FONTS / FILES[name]).read_bytes()).decode()
+    return (
+        f'@font-face {{ font-family: "{name}"; font-weight: {WEIGHTS[name]}; '
+        f'src: url("data:font/woff2;base64,{data}") format("woff2"); }}\n'
+    )
+
+
+def faces(text: str) -> str:
+    """What a page of this text needs."""
+    return face(TEXT) + (face(FORMULAS) if "<math" in text else "")
+
 
 LOGO = (
     '<svg class="logo" viewBox="0 0 24 24" aria-hidden="true"><path d="M8.8 8.8l6.4 6.4M15.2 8.8l-6.4 6.4"/><circle cx="6" '

@@ -41,8 +41,8 @@ from quadstep.mission.keys import dotted, parts, with_value
 from quadstep.mission.own_controller import PilotedSection
 from quadstep.mission.read import check_mission, read_mission
 from quadstep.mission.schema import Mission
+from quadstep.page.build import write_mission_page
 from quadstep.page.folder import manifest
-from quadstep.page.missions import write_mission_page
 from quadstep.page.opened import names_files
 from quadstep.report.pool import end_with_parent, starting
 from quadstep.report.publish import MANIFEST, write_json

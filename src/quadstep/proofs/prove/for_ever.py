@@ -8,10 +8,10 @@ from pathlib import Path
 from quadstep.proofs.prove.certificate import SetCertificate, seen_from, write_set
 from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Hold, Left, described, each
+from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, down, millimetres, off, under, up
 from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.unknown import Unknown
-from quadstep.proofs.prove.verdict import ProofVerdict, VerdictKind, down, millimetres, off, under, up
 
 COLUMNS = ("", "verdict", "begins within", "stays within")
 

@@ -26,11 +26,11 @@ from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_h
 from quadstep.proofs.prove.hold import Left, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear import Coordinates, block, coordinates
+from quadstep.proofs.prove.report import ProofVerdict, TubeRecord, VerdictKind, down, millimetres, under, up
 from quadstep.proofs.prove.rest import holds
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
-from quadstep.proofs.prove.verdict import ProofVerdict, TubeRecord, VerdictKind, down, millimetres, under, up
 from quadstep.report.terminal.bars import bar
 from quadstep.report.units import quantity
 from quadstep.vehicle.paper import Disturbance

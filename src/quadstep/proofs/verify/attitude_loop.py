@@ -8,19 +8,6 @@ from quadstep.control.networks import output
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Vector
 from quadstep.proofs.verify import closed_loop as loop
-from quadstep.proofs.verify.algebra import (
-    Expression,
-    along,
-    array,
-    near,
-    number,
-    reduced,
-    same,
-    short,
-    symbol,
-    symbols,
-    unlike,
-)
 from quadstep.proofs.verify.closed_loop import (
     CHI_2,
     DESIRED_DD,
@@ -38,7 +25,23 @@ from quadstep.proofs.verify.closed_loop import (
 )
 from quadstep.proofs.verify.plant import TORQUE, inertia_matrix
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, RATES
-from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import (
+    Checks,
+    EquationRow,
+    EquationVerdict,
+    Expression,
+    along,
+    array,
+    near,
+    number,
+    reduced,
+    row,
+    same,
+    short,
+    symbol,
+    symbols,
+    unlike,
+)
 from quadstep.vehicle.paper import coriolis, effective_inertia
 
 ROWS: list[EquationRow] = []

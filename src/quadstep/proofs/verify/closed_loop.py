@@ -18,9 +18,9 @@ from quadstep.interfaces.learning import Net
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Vector
-from quadstep.proofs.verify.algebra import Expression, array, flow_of, symbol, symbols
 from quadstep.proofs.verify.plant import MASS, THRUST, TORQUE, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
+from quadstep.proofs.verify.rows import Expression, array, flow_of, symbol, symbols
 from quadstep.vehicle.paper import Disturbance, State, derivative
 
 NEURONS = 2

@@ -8,7 +8,6 @@ import sympy
 
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Vector, vector
-from quadstep.proofs.verify.algebra import Expression, array, holds, listed, near, same, short, symbol, symbols, unlike, values
 from quadstep.proofs.verify.plant import GRAVITY, MASS, PLACE, THRUST, TORQUE, UNEQUAL, along_rates, body
 from quadstep.proofs.verify.rigid_body import (
     ATTITUDE,
@@ -23,7 +22,23 @@ from quadstep.proofs.verify.rigid_body import (
     yaw_innermost,
     zyx,
 )
-from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import (
+    Checks,
+    EquationRow,
+    EquationVerdict,
+    Expression,
+    array,
+    holds,
+    listed,
+    near,
+    row,
+    same,
+    short,
+    symbol,
+    symbols,
+    unlike,
+    values,
+)
 from quadstep.vehicle.paper import (
     Disturbance,
     Rotors,

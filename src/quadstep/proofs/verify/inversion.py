@@ -8,9 +8,24 @@ import sympy
 
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import vector
-from quadstep.proofs.verify.algebra import Expression, array, holds, listed, near, number, same, short, symbols, unlike
 from quadstep.proofs.verify.forces import printed_direction
-from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import (
+    Check,
+    Checks,
+    EquationRow,
+    EquationVerdict,
+    Expression,
+    array,
+    holds,
+    listed,
+    near,
+    number,
+    row,
+    same,
+    short,
+    symbols,
+    unlike,
+)
 
 ROWS: list[EquationRow] = []
 PLACE = "control.inversion:invert_force"

@@ -6,8 +6,22 @@ import sympy
 
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
-from quadstep.proofs.verify.algebra import Expression, array, branch, exact, holds, same, short, symbol, symbols
-from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import (
+    Check,
+    Checks,
+    EquationRow,
+    EquationVerdict,
+    Expression,
+    array,
+    branch,
+    exact,
+    holds,
+    row,
+    same,
+    short,
+    symbol,
+    symbols,
+)
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend
 
 ROWS: list[EquationRow] = []

@@ -5,8 +5,7 @@ from numpy.typing import NDArray
 
 from quadstep.numbers import Matrix, Vector
 from quadstep.proofs.certify.arrays import lengths
-from quadstep.proofs.verify.algebra import holds
-from quadstep.proofs.verify.rows import Check
+from quadstep.proofs.verify.rows import Check, holds
 
 Plain = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -4,21 +4,6 @@ import sympy
 
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Vector
-from quadstep.proofs.verify.algebra import (
-    Expression,
-    along,
-    array,
-    flow_of,
-    listed,
-    near,
-    number,
-    same,
-    short,
-    symbol,
-    symbols,
-    unlike,
-    values,
-)
 from quadstep.proofs.verify.rigid_body import (
     ACCELERATIONS,
     ATTITUDE,
@@ -30,7 +15,26 @@ from quadstep.proofs.verify.rigid_body import (
     rate_map,
     zyx,
 )
-from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import (
+    Check,
+    Checks,
+    EquationRow,
+    EquationVerdict,
+    Expression,
+    along,
+    array,
+    flow_of,
+    listed,
+    near,
+    number,
+    row,
+    same,
+    short,
+    symbol,
+    symbols,
+    unlike,
+    values,
+)
 from quadstep.vehicle.paper import (
     Disturbance,
     Rotors,

@@ -8,7 +8,6 @@ from quadstep.control.inversion import invert_force
 from quadstep.control.networks import output
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
-from quadstep.proofs.verify.algebra import Expression, along, array, holds, near, same, short, symbol, symbols, unlike
 from quadstep.proofs.verify.closed_loop import (
     CHI_1,
     E1,
@@ -26,7 +25,22 @@ from quadstep.proofs.verify.closed_loop import (
 from quadstep.proofs.verify.forces import printed_direction
 from quadstep.proofs.verify.plant import MASS, THRUST
 from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
-from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import (
+    Checks,
+    EquationRow,
+    EquationVerdict,
+    Expression,
+    along,
+    array,
+    holds,
+    near,
+    row,
+    same,
+    short,
+    symbol,
+    symbols,
+    unlike,
+)
 from quadstep.vehicle.paper import disturb, thrust_direction
 
 ROWS: list[EquationRow] = []

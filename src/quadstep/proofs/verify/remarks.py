@@ -13,12 +13,26 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
-from quadstep.proofs.verify.algebra import Expression, array, holds, listed, near, number, same, short, symbols, unlike
 from quadstep.proofs.verify.attitude_loop import target
 from quadstep.proofs.verify.closed_loop import GAINS, MEMORY, REFERENCE, STATE
 from quadstep.proofs.verify.plant import MASS, THRUST, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA
-from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import (
+    Checks,
+    EquationRow,
+    EquationVerdict,
+    Expression,
+    array,
+    holds,
+    listed,
+    near,
+    number,
+    row,
+    same,
+    short,
+    symbols,
+    unlike,
+)
 from quadstep.vehicle.paper import Rotors, State, Vehicle, acceleration, angular_acceleration, effective_inertia
 
 ROWS: list[EquationRow] = []

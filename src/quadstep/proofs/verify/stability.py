@@ -10,11 +10,22 @@ from quadstep.engines.loop import Cycle, Loop
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
-from quadstep.proofs.verify.algebra import array, branch, holds, near, same, short, symbols
 from quadstep.proofs.verify.closed_loop import E1, E1_DOT, GAINS, LAMBDA_1, MEMORY, R1, R2, STATE
 from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, batch, moments
 from quadstep.proofs.verify.plant import MASS, body, inertia_matrix
-from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import (
+    Checks,
+    EquationRow,
+    EquationVerdict,
+    array,
+    branch,
+    holds,
+    near,
+    row,
+    same,
+    short,
+    symbols,
+)
 from quadstep.vehicle.paper import effective_inertia
 from quadstep.vehicle.plants.in_space import COLUMNS
 from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Made, Parameters

@@ -10,8 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from quadstep.engines.kernel import host
 from quadstep.io.results.code import code_digest
 from quadstep.io.version import __version__
-from quadstep.studies.campaign import draws
-from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
+from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS, draws
 from quadstep.studies.campaign.schema import Campaign
 
 MANIFEST = "campaign.json"

@@ -15,9 +15,8 @@ from quadstep.io.errors import UserError
 from quadstep.mission.read import plan_mission
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.numbers import Table, flatten
-from quadstep.page.build import build_page
+from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
-from quadstep.page.missions import flown_mission
 from quadstep.page.model import Rate, numbers_text
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import PlannedBatch, planner

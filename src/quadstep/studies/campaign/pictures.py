@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
 from quadstep.report.axes import STEPS, plain, powers
-from quadstep.report.canvas import drawing, margins, new_figure, write
-from quadstep.report.fitting import wrapped
+from quadstep.report.canvas import drawing, margins, new_figure, wrapped, write
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
 

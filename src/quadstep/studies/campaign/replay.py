@@ -13,8 +13,8 @@ from quadstep.io.results.record import read_manifest
 from quadstep.mission.kinds import MISSION, look
 from quadstep.mission.schema import Mission
 from quadstep.report.terminal.screen import command
+from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.limits import MOST_FLIGHTS
 from quadstep.studies.campaign.manifest import MANIFEST, OTHERS, CampaignManifest, identity, other_draws
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign

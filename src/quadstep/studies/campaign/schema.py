@@ -25,7 +25,7 @@ from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.units import after, metric
-from quadstep.studies.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
+from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 
 
 class Method(StrEnum):

@@ -13,9 +13,8 @@ from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.io.results.record import REPORT
-from quadstep.page.build import build_page
+from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
-from quadstep.page.missions import flown_mission
 from quadstep.page.model import Link
 from quadstep.report import units
 from quadstep.report.canvas import drawing, margins, new_figure, write

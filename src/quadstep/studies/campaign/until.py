@@ -18,8 +18,8 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, incomplete_beta
 from quadstep.mission.distributions import Grid, Sobol
 from quadstep.report.terminal.screen import command
+from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.campaign.flyer import SUCCESS, Fly
-from quadstep.studies.campaign.limits import MOST_FLIGHTS
 from quadstep.studies.campaign.run import CampaignRequest, FinishedCampaign, finish, fly_missing
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.store import Chunk, Store, opened

@@ -28,7 +28,7 @@ from quadstep.studies.campaign.cluster_connection import connected, cores
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import Flyer, drawn_column
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.comparison import cost, linear, margins, training
+from quadstep.studies.comparison import cost, margins, training
 from quadstep.studies.comparison.study import FIRST, StudyCell
 
 DRAWN = "drawn"
@@ -123,7 +123,7 @@ def bear(asked: margins.Raise) -> Worked:
 
 def linearise(cell: StudyCell) -> Worked:
     """The margins of the loop, or why there are none."""
-    return as_text(linear.linear_of(cell)._asdict())
+    return as_text(margins.linear_of(cell)._asdict())
 
 
 def measure(cell: StudyCell) -> Worked:

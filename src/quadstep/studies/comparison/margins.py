@@ -4,9 +4,12 @@ Each flight has draws of its own, the same for every controller. Where the distu
 bisected by itself, all flights of a step in one sweep: the 50 % and 5 % points are quantiles of what the flights bore. Where
 it can only be a multiple of something (a latency), all flights share each value, and the two points are bisected by the share
 that fails.
+
+Also how far its loop is from unstable: its margins at rest where the path of its first situation begins.
 """
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple, cast
 
@@ -17,16 +20,22 @@ from quadstep.engines.scored import LARGEST
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
+from quadstep.linear.analysis import studied
+from quadstep.linear.grade import graded, refused
+from quadstep.linear.quick import of_analysis
+from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.metrics.statistics import Estimate, ordered_quantile, share
 from quadstep.mission.check import check
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
 from quadstep.studies.campaign.cluster import OneThread
 from quadstep.studies.campaign.draws import DrawnColumn, draw
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of, digests
 from quadstep.studies.comparison.schema import Content, MarginEntry
-from quadstep.studies.comparison.study import FIRST, ComparisonStudy, Situation
+from quadstep.studies.comparison.study import FIRST, ComparisonStudy, Situation, StudyCell
 
 HALVINGS = 8
 """Of the range: what a flight bears is known to 1/256 of it."""
@@ -221,3 +230,56 @@ def from_json(content: Content) -> Margin:
         return Estimate._make(numbers) if parts else None
 
     return Margin._make([estimate("half"), estimate("few"), estimate("checked"), content["flights"]])
+
+
+HEADER = ("vehicle", "controller", *ROW_HEADER[1:])
+
+
+class Linear(NamedTuple):
+    """What is said of a loop. grade, why: of `linear.grade`. cells: of `HEADER` after the names; metrics: margins by name;
+    neither where it cannot be linearised. estimator: whether one was left out.
+    """
+
+    grade: str
+    why: str
+    cells: list[str]
+    metrics: dict[str, float]
+    estimator: bool = False
+
+
+def linear_of(cell: StudyCell) -> Linear:
+    flown = cell.mission
+    mission = without_estimator(flown)
+    left_out = mission is not flown
+    try:
+        found = studied(mission).analysis
+    except UserError as error:
+        grade = refused(error)
+        return Linear(grade.word, grade.why.removeprefix(f"{cell.campaign.source}: "), [], {}, left_out)
+    grade = graded(found)
+    return Linear(grade.word, grade.why, cells(found), of_analysis(found), left_out)
+
+
+def without_estimator(mission: Mission) -> Mission:
+    """The loop without a Kalman filter and the latency of fixes that it makes up for: its covariance has hundreds of
+    states, the same for every controller.
+    """
+    if not isinstance(mission, MultirotorMission) or not mission.sensors.estimator:
+        return mission
+    sensors = mission.sensors.model_copy(update={"estimator": False, "latency": 0.0})
+    return mission.model_copy(update={"sensors": sensors})
+
+
+def rows(found: Mapping[tuple[str, str], Linear]) -> list[list[str]]:
+    """A row of `HEADER` for each controller: the least margins of all its channels."""
+    none = ["-"] * (len(HEADER) - 3)
+    return [[vehicle or "-", controller, *(one.cells or [one.grade, *none])] for (vehicle, controller), one in found.items()]
+
+
+def unlinearised(found: Mapping[tuple[str, str], Linear]) -> list[str]:
+    """A line for each that cannot be linearised."""
+    return [
+        f"{' on '.join(filter(None, (controller, vehicle)))}: {one.why}"
+        for (vehicle, controller), one in found.items()
+        if not one.metrics
+    ]

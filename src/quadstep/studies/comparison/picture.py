@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import drawing, write
-from quadstep.report.fitting import beside
+from quadstep.report.canvas import beside, drawing, write
 from quadstep.report.sheet import Sheet
 from quadstep.studies.comparison.results import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, below, share_lost, title, unit_of

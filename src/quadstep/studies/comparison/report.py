@@ -12,14 +12,14 @@ from quadstep.io.version import __version__
 from quadstep.mission.derived import ControllerSection
 from quadstep.page.build import build_page
 from quadstep.page.flights import ShownFlight
-from quadstep.page.identity import identity
+from quadstep.page.model import identity
 from quadstep.report import page
 from quadstep.report.evidence import Evidence, Figure, Section, Table
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import Flyer
-from quadstep.studies.comparison import linear, tables, words
+from quadstep.studies.comparison import margins, tables, words
 from quadstep.studies.comparison.jobs import Job
 from quadstep.studies.comparison.picture import MANY, draw_vehicle
 from quadstep.studies.comparison.results import Comparison
@@ -111,8 +111,8 @@ def evidence(
         sections += [] if figure in shown else [figure]
     if found.linear:
         title = "Linear loop at rest, smallest margins over all channels"
-        sections.append(Table("Linear margins", "linear", linear.HEADER, linear.rows(found.linear), LOOPS, shown=title))
-        sections.append(page.listing(linear.unlinearised(found.linear)))
+        sections.append(Table("Linear margins", "linear", margins.HEADER, margins.rows(found.linear), LOOPS, shown=title))
+        sections.append(page.listing(margins.unlinearised(found.linear)))
     if found.margins:
         rows, title = tables.margin_rows(found), "Margins, 95 % intervals"
         sections.append(Table("Margins", "margins", tables.MARGIN_HEADER, rows, RAISED, shown=title))

@@ -7,8 +7,7 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.studies.comparison import ranking
 from quadstep.studies.comparison.cost import Cost
 from quadstep.studies.comparison.entrants import Entrant, Problem
-from quadstep.studies.comparison.linear import Linear
-from quadstep.studies.comparison.margins import Margin
+from quadstep.studies.comparison.margins import Linear, Margin
 from quadstep.studies.comparison.ranking import CellFlights, Effort, Ranked, Spread, effort, losses, spread
 from quadstep.studies.comparison.schema import MarginEntry
 from quadstep.studies.comparison.study import Situation

@@ -22,8 +22,7 @@ from quadstep.report.units import counted, listed
 from quadstep.studies.comparison import cost, margins
 from quadstep.studies.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
 from quadstep.studies.comparison.jobs import Job, Worked, alone, costing, flying, linearising, raising, work
-from quadstep.studies.comparison.linear import Linear
-from quadstep.studies.comparison.margins import Raise
+from quadstep.studies.comparison.margins import Linear, Raise
 from quadstep.studies.comparison.ranking import CellFlights, flown_of
 from quadstep.studies.comparison.report import write_results
 from quadstep.studies.comparison.results import Comparison, ranks, result

@@ -29,7 +29,7 @@ from quadstep.report.terminal.progress import SILENT
 from quadstep.report.units import counted
 from quadstep.studies.campaign.cluster import OneThread
 from quadstep.studies.campaign.schema import digests
-from quadstep.studies.comparison.linear import without_estimator
+from quadstep.studies.comparison.margins import without_estimator
 from quadstep.studies.comparison.schema import Content, ControllerEntry
 from quadstep.studies.comparison.study import ComparisonStudy, Situation
 from quadstep.studies.tuning.gains import with_numbers

@@ -215,7 +215,7 @@ def write_results(
     write_log(out / "flight.csv", log)
     write_weights(out / "weights.json", mission, log)
     told("writing the page", 0, 1)
-    from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
+    from quadstep.page.build import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
 
     write_mission_page(out / "page.html", mission, plan, log, beside, measured)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}

@@ -13,9 +13,8 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import Metrics, metric
 from quadstep.mission.lagrange import LagrangeMission
-from quadstep.page.build import build_page
+from quadstep.page.build import build_page, with_walk
 from quadstep.page.flights import ShownFlight
-from quadstep.page.missions import with_walk
 from quadstep.page.model import Cell, ClaimView, Link
 from quadstep.page.story import OWN, Story, read_story
 from quadstep.studies.paper.cases import (

@@ -1,18 +1,189 @@
-"""`quadstep campaign --rare`: from file to folder."""
+"""`quadstep campaign --rare`: from file to folder, with its report and figure."""
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
+from matplotlib.axes import Axes
+from matplotlib.ticker import AsinhLocator, NullLocator
+
+from quadstep.io.results.record import FIGURES
+from quadstep.io.version import __version__
 from quadstep.metrics.judging.metrics import JudgedShare
+from quadstep.metrics.judging.verdict import Case
 from quadstep.metrics.statistics import Estimate
-from quadstep.report.evidence import Evidence
+from quadstep.report import page, units
+from quadstep.report.axes import powers
+from quadstep.report.canvas import drawing, margins, new_figure, write
+from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.progress import Count
+from quadstep.report.units import metric
+from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest
-from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.flights import PointFlyer, check_space
-from quadstep.studies.rare.pieces import fly_piece, pieces
-from quadstep.studies.rare.record import opened
-from quadstep.studies.rare.report import write_report
-from quadstep.studies.rare.summary import RareSummary, as_json, summarise
+from quadstep.studies.rare.pieces import PieceKind, fly_piece, pieces
+from quadstep.studies.rare.record import FinishedPiece, RareRecord, opened
+from quadstep.studies.rare.summary import RareSummary, as_json, rounded, sentences, summarise
+
+LEVELS = f"{FIGURES}/levels"
+
+REPLICATES = ("", "method", "probability", "by failure and score", "flights")
+
+SHOWN = (
+    "The probability of reaching each score, level by level; at the right, ×, that of failing. Black and red: the replicates; "
+    "blue: other methods and scores."
+)
+
+READING = (
+    "A replicate steers flights towards failure in steps: each keeps the flights with the highest scores and flies more like "
+    "them. Cross-entropy fits a mixture of normal distributions to the failures, draws new flights from it and weights each "
+    "by its likelihood under the campaign; subset simulation multiplies the shares kept at each step. All replicates repeat "
+    "this with different random numbers, and the interval comes from their scatter.",
+    "The interval assumes log-normal replicates (Cox's interval for the mean, Student's quantile). It does not account for a "
+    "failure mode that no replicate found: that is what the plain Monte Carlo flights and second opinions are for. Nor "
+    "does it say whether the keys are distributed as in the campaign, and a small probability depends on the tails.",
+    "Noise is redrawn: in subset simulation half of the candidates get new noise and the others keep their "
+    "predecessor's; with cross-entropy every flight has its own. Unlike the keys, it is not steered towards failure.",
+)
+
+
+def write_report(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: Path, sheet: Sheet) -> Evidence:
+    """Write report.html and its figure; what they say. Raises UserError for a full disk."""
+    found = evidence(kept, campaign, summary, path)
+
+    def write(out: Path) -> None:
+        draw_levels(out / LEVELS, kept.pieces, sheet.with_svg())
+        found.write_report(out)
+
+    kept.report(write)
+    return found
+
+
+def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: Path) -> Evidence:
+    """The estimate for its readers. path: of the campaign."""
+    file = campaign.file
+    flown = [
+        ("campaign", f"{file.name}, {path}"),
+        ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
+        ("a flight fails", campaign.failing),
+        ("method", f"{file.rare.method.words}, {file.rare.flights} flights per level"),
+        ("seed, precision", f"{file.seed}, {file.precision}"),
+        ("quadstep", kept.manifest["version"]),
+    ]
+    said = sentences(summary, file.rare.method, bool(file.failure))
+    value, low, high = (units.number(part) for part in summary.probability)
+    facts = [
+        page.Fact("probability of failure", value, f"95 %: {low} to {high}"),
+        page.Fact("flights", f"{summary.flights:,}", "in all"),
+    ]
+    if summary.one_by_one:
+        facts.append(page.Fact("plain Monte Carlo", rounded(summary.one_by_one), "flights for the same accuracy"))
+    about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
+    return Evidence(
+        name=file.name,
+        kind="Rare failures",
+        answer=said[0],
+        sentences=said,
+        record={**about, **as_json(summary)},
+        facts=facts,
+        figures=[Figure(LEVELS, SHOWN)],
+        sections=[
+            Table("Replicates", "replicates", REPLICATES, replicate_rows(kept.pieces)),
+            nearest(summary),
+            Table("Settings", "flown", ("", ""), flown),
+            Table(header=("what varies", "how"), rows=[(key, variation_text(file, key)) for key in file.keys]),
+            Table("How to read this", "reading", text=READING[0]),
+            *(Table(text=line) for line in READING[1:]),
+        ],
+        cases=(Case("estimated"),),
+        more=said[1:],
+        warnings=summary.warnings,
+        grade=summary.rest,
+    )
+
+
+def replicate_rows(pieces: Sequence[FinishedPiece]) -> list[tuple[str, ...]]:
+    return [
+        (
+            one.kind,
+            one.method.value,
+            f"{one.probability:.3g}",
+            "; ".join(f"{event.failure}: {event.probability:.3g}, {', '.join(event.score)}" for event in one.events),
+            f"{one.flights:,}",
+        )
+        for one in pieces
+    ]
+
+
+def nearest(summary: RareSummary) -> Table:
+    """The values of the keys in the failure nearest to the median, the farthest out first."""
+    title, found = "The most likely failure found", summary.nearest
+    if found is None:
+        return Table(title, "nearest", text="No failure was found.")
+    away, where = found.deviations_by_key, f"{found.deviations:.3g} standard deviations from the median"
+    ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
+    rows = [(name, text_of(value), f"{away[name]:+.2f}") for name, value in ordered]
+    header, text = ("key", "value", "deviations from the median"), f"{where} of the distributions."
+    return Table(title, "nearest", header, rows, text, shown=f"{title}, {where}")
+
+
+OWN, OTHER, END = "black", "#2166ac", "#b2182b"
+
+FAR, LINEAR = 30.0, 3.0
+"""Largest score for an all-linear axis, and the end of its linear part otherwise: scores of unstable loops can be huge."""
+
+
+def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> None:
+    """A panel for each kind of failure: the probability beyond each score, in replicates and second opinions."""
+    names = list(dict.fromkeys(event.failure for one in pieces for event in one.events))
+    with drawing(sheet):
+        columns = sheet.side_by_side(len(names), 2.4)
+        figure = new_figure(sheet, 0.6 + 4.2 * len(names), 3.9, 3.0 * -(-len(names) // columns))
+        figure.subplots(-(-len(names) // columns), columns, squeeze=False, sharey=True)
+        margins(figure, sheet, 0.75 / (0.6 + 4.2 * len(names)), 0.13, 0.97, 0.91, 0.12, 0.3)
+        for place, axes in enumerate(figure.axes):
+            if place >= len(names):
+                axes.set_axis_off()
+                continue
+            draw_event(axes, names[place], pieces)
+            logarithmic(axes, "y")
+            axes.set_title(f"failure: {names[place]}")
+            axes.set_ylabel("" if place % columns else "probability")
+        write(figure, path, sheet)
+
+
+def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
+    """One panel: lines over the score, a cross at the right for failure itself."""
+    scores: dict[str, None] = {}
+    for one in pieces:
+        for event in (event for event in one.events if event.failure == name):
+            own = one.kind == PieceKind.REPLICATE.value
+            colour, line = (OWN, "-") if own else (OTHER, "--")
+            steps = [(threshold, share) for threshold, share in event.levels if threshold is not None and share > 0.0]
+            axes.plot(
+                [x for x, _ in steps],
+                [y for _, y in steps],
+                marker=".",
+                markersize=4,
+                color=colour,
+                linewidth=0.8,
+                linestyle=line,
+            )
+            if event.probability > 0.0:
+                colour, place = END if own else OTHER, axes.get_yaxis_transform()
+                axes.plot([0.985], [event.probability], "x", color=colour, transform=place, clip_on=False)
+            scores |= dict.fromkeys(event.score)
+    if max(map(abs, axes.get_xlim())) > FAR:
+        axes.set_xscale("asinh", linear_width=LINEAR)
+        axes.xaxis.set_major_locator(AsinhLocator(LINEAR, numticks=5))
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.xaxis.set_major_formatter(powers())
+    axes.margins(x=0.15)
+    only = next(iter(scores), "")
+    axes.set_xlabel(f"score: {metric(only)[0]}" if len(scores) == 1 else f"score: largest of {len(scores)} metrics")
 
 
 class RareResult(NamedTuple):

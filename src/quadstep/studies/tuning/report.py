@@ -13,15 +13,14 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.mission.keys import label
 from quadstep.report import page, units
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
+from quadstep.report.canvas import LINES, beside, drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, Table
-from quadstep.report.fitting import beside
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import prose
 from quadstep.report.tables import booktabs
 from quadstep.studies.tuning.ground import TuningRequest
+from quadstep.studies.tuning.judge import AGGREGATES, UNCHANGED, Compared, Row, certain
 from quadstep.studies.tuning.search import Candidate, SearchResult
-from quadstep.studies.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row, certain
 
 HEADER = ("", "present", "tuned", "tuned - present")
 

@@ -29,9 +29,9 @@ from quadstep.report.tables import write_csv
 from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
+from quadstep.studies.tuning.judge import Compared, Row, compare
 from quadstep.studies.tuning.report import caution, draw_search, evidence
 from quadstep.studies.tuning.search import Candidate, Search, SearchResult, check_budget, shown_flights
-from quadstep.studies.tuning.unseen import Compared, Row, compare
 
 TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
 OBJECTIVE = "objective"

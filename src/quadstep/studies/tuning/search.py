@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from quadstep.io.errors import UserError, cut
 from quadstep.report.terminal.progress import Progress
-from quadstep.studies.campaign.limits import MOST_FLIGHTS
+from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.tuning.gains import Conditions, distance
 from quadstep.studies.tuning.ground import CandidateFlyer, TuningRequest
 from quadstep.studies.tuning.judge import CandidateFlights, Judge, Judged, joined

@@ -17,7 +17,7 @@ from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import Panel
-from quadstep.studies.tuning.unseen import Row, row
+from quadstep.studies.tuning.judge import Row, row
 from quadstep.studies.what_if.asked import STEP, Asked, Side
 
 PICTURE = "step"
