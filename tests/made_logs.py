@@ -60,13 +60,19 @@ def ulog_of(topics, time, parameters=()) -> bytes:
     return b"".join(out)
 
 
-def rate_loop(setpoint, rate, command, period, parameters, alike=0.0, **more) -> bytes:
-    """What PX4 logs of its roll's rate loop, each (n,). alike: what other axes do, as a share of it. more: other topics."""
+def rate_loop(setpoint, rate, command, period, parameters, alike=0.0, old=False, **more) -> bytes:
+    """What PX4 logs of its roll's rate loop, each (n,). alike: what other axes do, as a share of it. old: before 1.14.
+    more: other topics.
+    """
     every = np.array([1.0, alike, alike])
     topics = {
         "vehicle_rates_setpoint": ("float roll;float pitch;float yaw", np.outer(setpoint, every)),
         "vehicle_angular_velocity": ("float[3] xyz", np.outer(rate, every)),
-        "vehicle_torque_setpoint": ("float[3] xyz", np.outer(command, every)),
+        **(
+            {"actuator_controls_0": ("float[3] control", np.outer(command, every))}
+            if old
+            else {"vehicle_torque_setpoint": ("float[3] xyz", np.outer(command, every))}
+        ),
     }
     return ulog_of({**topics, **more}, period * np.arange(len(setpoint)), parameters)
 

@@ -72,6 +72,22 @@ def test_a_ulog_of_an_ordinary_flight_tells_crossover_and_phase_margin(tmp_path,
     assert now.phase.value.low < phase < now.phase.value.high
 
 
+def test_a_log_of_a_release_before_1_14_tells_the_same(tmp_path):
+    old = excited(logged(tmp_path, SOUND, old=True), None)
+    assert old.source[2] == "actuator_controls_0.control[0]"
+    new = excited(logged(tmp_path, SOUND), None)
+    assert measured(old.measured).phase.value == measured(new.measured).phase.value
+
+
+def test_a_release_that_cannot_log_fast_is_not_told_to(tmp_path):
+    path = logged(tmp_path, SOUND)
+    path.write_bytes(path.read_bytes().replace(b"vehicle_angular_velocity", b"vehicle_angular_velocitx"))
+    with pytest.raises(
+        UserError, match="; SDLOG_PROFILE, with which later releases log it, is not among the log's parameters"
+    ):
+        excited(path, None)
+
+
 def test_a_fragile_loop_of_px4_gets_a_file_with_nothing_but_its_k(tmp_path):
     found = advise(logged(tmp_path, WEAK), None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
     written = read_parameters(tmp_path / "out" / "advised.params", "px4").values

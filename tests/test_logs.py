@@ -183,3 +183,14 @@ def test_a_slope_and_the_axis_that_explains_best_are_found():
     assert one[0].axis == 1
     assert abs(one[0].best + 2.0) < 1e-12
     assert abs(one[1].slope - 1.0) < 1e-12
+
+
+def test_a_log_that_begins_on_the_ground_flies_once_it_has_left_that_height(flight):
+    t = 0.01 * np.arange(1000)
+    height = np.interp(t, [0.0, 4.0, 5.0, 6.0, 10.0], [0.0, 0.0, -0.5, 1.0, 1.0])  # it dips after the start
+    motors = np.where(t < 2.0, 0.0, 0.5)[:, None] * np.ones(4)
+    position = np.stack([0.0 * t, 0.0 * t, height], axis=1)
+    one = dataclasses.replace(flight, time=t, motors=motors, channels={"position": position}, lost=np.zeros(1000, bool))
+    assert t[one.flying].min() == pytest.approx(4.4, abs=0.3)
+    airborne = dataclasses.replace(one, time=t[200:], motors=motors[200:], channels={"position": position[200:]})
+    assert airborne.flying[0]

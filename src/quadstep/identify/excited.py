@@ -11,7 +11,7 @@ from quadstep.identify.autopilot_logs import COLUMNS, SINKING, limits
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Series, Topics
-from quadstep.identify.rate_loops import ARDUPILOT, BETAFLIGHT, PX4, RateLoop
+from quadstep.identify.rate_loops import ARDUPILOT, AXES, BETAFLIGHT, PX4, RateLoop
 from quadstep.identify.response import FREE, Response, response
 from quadstep.identify.setpoints import (
     EXPLAINED,
@@ -162,7 +162,7 @@ def broken(found: Topics) -> str:
 def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excited:
     """What setpoints excited, of the axis where they tell most. Raises UserError."""
     logged = [
-        (place, one) for place, one in enumerate(loops)
+        (AXES.index(one.axis), one) for one in loops
         if all(len(found.columns.get(name, ((),))[0]) > 1 for name in (one.setpoint, one.rate, one.command))
     ]  # fmt: skip
     if not logged:

@@ -151,8 +151,9 @@ NAMES = ("ROLL", "RLL"), ("PITCH", "PIT"), ("YAW", "YAW")
 PX4 = tuple(
     RateLoop(
         axis, f"vehicle_rates_setpoint.{axis}", f"vehicle_angular_velocity.xyz[{place}]",
-        f"vehicle_torque_setpoint.xyz[{place}]", 1.0, "px4", f"MC_{name}RATE_", ("K",), f"MC_{name}_P",
+        f"{command}[{place}]", 1.0, "px4", f"MC_{name}RATE_", ("K",), f"MC_{name}_P",
     )
+    for command in ("vehicle_torque_setpoint.xyz", "actuator_controls_0.control")  # from 1.14 on, and before
     for place, (axis, (name, _)) in enumerate(zip(AXES, NAMES, strict=True))
 )  # fmt: skip
 ARDUPILOT = tuple(

@@ -9,7 +9,7 @@ import numpy as np
 from quadstep.identify.logs.flight import Flags, Floats
 from quadstep.identify.logs.series import Columns, Series, Topics
 from quadstep.identify.logs.signals import stretches
-from quadstep.identify.rate_loops import RateLoop
+from quadstep.identify.rate_loops import AXES, RateLoop
 from quadstep.identify.response import Complex, amplitudes
 from quadstep.io.errors import UserError
 
@@ -80,7 +80,7 @@ def columns_of(loops: tuple[RateLoop, ...]) -> list[str]:
         LEVELLED,
         THROTTLE,
         STICK,
-        *map(autotune, range(len(loops))),
+        *map(autotune, range(len(AXES))),
         *(n for one in loops for n in one.apart),
     ]
 
@@ -141,6 +141,8 @@ def faster(form: str, parameters: Mapping[str, float]) -> str:
         return ""
     name, bit, what = LOGGING[form]
     now = parameters.get(name)
+    if now is None and parameters:
+        return f"; {name}, with which later releases log it, is not among the log's parameters"
     more = f", {int(now) | 1 << bit} instead of {int(now)}" if now is not None and 0.0 <= now < 2.0**31 else ""
     return f": set bit {bit} of {name} ({what}{more})" if not (more and int(now or 0) >> bit & 1) else ""
 

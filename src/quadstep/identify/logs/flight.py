@@ -33,6 +33,9 @@ UNEVEN = 0.1
 LIFT = 0.2
 """Height above the lowest logged one from which a vehicle counts as off the ground [m]."""
 
+STOOD = 1.0
+"""How long the rotors of a log must be still at first, so that it is taken to begin on the ground [s]."""
+
 TURNING = 0.1
 """Share of the full command, or of the fastest logged speed, above which all rotors turn as in flight."""
 
@@ -91,13 +94,20 @@ class FlightRecord:
 
     @property
     def flying(self) -> Flags:
-        """(n,): whether the vehicle is in the air: rotors turning, off the ground; where the height is unknown, as before."""
+        """(n,): whether the vehicle is in the air: rotors turning, off the ground; where the height is unknown, as before.
+
+        Where the rotors begin to turn in the log it stands until it leaves that height, which need not be the lowest one.
+        """
         height = self.channel("position")[:, 2]
         known = np.isfinite(height)
         if not known.any():
             return self.turning
-        latest = np.maximum.accumulate(np.where(known, np.arange(self.rows), 0))
-        high: Flags = self.turning & (np.nan_to_num(height[latest], nan=-np.inf) > np.nanmin(height) + LIFT)
+        index = np.arange(self.rows)
+        height = height[np.maximum.accumulate(np.where(known, index, 0))]
+        high: Flags = self.turning & (np.nan_to_num(height, nan=-np.inf) > np.nanmin(height) + LIFT)
+        first = int(np.argmax(self.turning))
+        if self.time[first] - self.time[0] >= STOOD:
+            high &= np.maximum.accumulate((np.abs(height - height[first]) > LIFT) & (index >= first))
         return high
 
     def runs(self) -> NDArray[np.int64]:
