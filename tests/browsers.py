@@ -123,6 +123,15 @@ def open_page(browsers, page_file):
     assert errors == []
 
 
+def until(page, condition):
+    """Whether it comes true while a test is patient; the page's own policy forbids to ask it for a condition as text."""
+    for _ in range(round(20 * PATIENCE)):
+        if condition():
+            return True
+        page.wait_for_timeout(50)
+    return False
+
+
 def picture(page, selector):
     """What is drawn there, as an array of colours."""
     from matplotlib.image import imread

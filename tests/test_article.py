@@ -16,11 +16,10 @@ from quadstep.numbers import Vector
 from quadstep.proofs.article.build import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.vehicle.paper import thrust_direction
-from tests.browsers import axe
+from tests.browsers import axe, until
 from tests.golden import FILE as GOLDEN
 from tests.needs import CHROMIUM, NODE, needs
 from tests.pages import run_node
-from tests.patience import PATIENCE
 
 FLY = """
 const [path, changes] = process.argv.slice(1);
@@ -167,15 +166,6 @@ def opened(browsers, article_file):
     yield at
     browsers[False].blank()
     assert said == []
-
-
-def until(page, condition):
-    """Whether it comes true while a test is patient; the page's own policy forbids to ask it for a condition as text."""
-    for _ in range(round(PATIENCE)):
-        if condition():
-            return True
-        page.wait_for_timeout(50)
-    return False
 
 
 @needs(CHROMIUM)

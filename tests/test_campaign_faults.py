@@ -120,14 +120,14 @@ def test_a_campaign_that_is_killed_at_its_start_can_be_flown(whole, tmp_path, wh
 def test_an_interrupted_campaign_says_so_in_one_line_and_goes_on(whole, tmp_path, number, files):
     path, straight = whole
     out = tmp_path / "out"
-    process = started(path, out)
+    process = started(path, out, "--flights", 64 * 500)  # of which 1,024 are flown again: it must not be over too soon
     wait_for(process, lambda: (out / "campaign.json").exists() and len(flights(out)) >= files)
     os.kill(process.pid, number)
     code, said, err = ended(process)
     assert (code, said) == (130, "")
     named = len(manifest(out)["chunks"])
-    assert named <= readable(out) <= named + 1 <= 16  # a file that came just before the interrupt is not named yet
-    one_line(err, "interrupted", f"{named} of 16 files", out, "--resume")
+    assert named <= readable(out) <= named + 1 <= 500  # a file that came just before the interrupt is not named yet
+    one_line(err, "interrupted", f"{named} of 500 files", out, "--resume")
     assert not leftovers(out)
     assert fly(path, out, "--resume").code == 0
     assert flights(out) == flights(straight)
@@ -283,12 +283,15 @@ def test_a_reader_may_look_while_it_flies(whole, tmp_path):
     seen = 0
     try:
         while process.poll() is None:
+            process.send_signal(signal.SIGSTOP)  # or, on a busy machine, it would be over before the second look
             if (out / "campaign.json").exists():
                 named = [one["file"] for one in manifest(out)["chunks"]]
                 assert all((out / name).exists() for name in named)
                 seen = max(seen, readable(out))
-            time.sleep(0.005)
+            process.send_signal(signal.SIGCONT)
+            time.sleep(0.05)
     finally:
+        process.send_signal(signal.SIGCONT)
         code, _, _ = ended(process)
     assert code == 0
     assert seen > 1

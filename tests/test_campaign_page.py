@@ -61,7 +61,7 @@ def page_file(tmp_path_factory, precision):
 
 
 def assert_flown_as_by_the_campaign(page, path):
-    page.wait_for_function("() => quadstep.rate()?.done", timeout=120_000)
+    page.wait_for_function("() => quadstep.rate()?.done")
     ours = page.evaluate("quadstep.rate()")
     table = Flyer(read_campaign(path)).fly(0, FLIGHTS)
     code = [OUTCOMES.index(one) for one in table[OUTCOME].to_pylist()]
@@ -118,7 +118,7 @@ HELD = """async () => {
 def test_flights_are_whole_while_a_control_is_dragged(open_page, precision):
     page = open_page()
     page.evaluate(HELD)
-    page.wait_for_function("() => quadstep.rate()?.done", timeout=120_000)
+    page.wait_for_function("() => quadstep.rate()?.done")
     assert page.evaluate("quadstep.outcome().dragged")
     rate = page.evaluate("quadstep.rate()")
     ended = [tick for tick, code in zip(rate["ended"], rate["outcome"], strict=True) if code == 0]
@@ -132,7 +132,7 @@ def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
     assert page.evaluate("quadstep.rate()") is None
     assert "sets wind.mean.0" in page.locator("#rate-words").inner_text()
     page.evaluate("quadstep.setControl('wind', [6, 0, 0])")
-    page.wait_for_function("() => quadstep.rate()?.done", timeout=120_000)
+    page.wait_for_function("() => quadstep.rate()?.done")
 
 
 @needs(CHROMIUM)

@@ -91,10 +91,18 @@ def test_chunks_in_any_order_make_the_same_files(tmp_path):
     }
 
 
+@pytest.fixture(scope="module")
+def straight(tmp_path_factory):
+    """A campaign of four files, and the folder that it was flown into in one go."""
+    folder = tmp_path_factory.mktemp("straight")
+    path = written(folder, MANY, head="chunk = 16\nflights = 60")
+    fly_campaign(path, folder / "whole")
+    return path, folder / "whole"
+
+
 @pytest.mark.parametrize("stop", [0, 1, 2, 3])
-def test_a_run_that_was_interrupted_anywhere_goes_on_to_the_same_files(tmp_path, monkeypatch, stop):
-    path = written(tmp_path, MANY, head="chunk = 16\nflights = 60")
-    fly_campaign(path, tmp_path / "whole")
+def test_a_run_that_was_interrupted_anywhere_goes_on_to_the_same_files(straight, tmp_path, monkeypatch, stop):
+    path, whole = straight
     real, count = Flyer.fly, []
 
     def broken(self, first, past, progress=None):
@@ -110,8 +118,8 @@ def test_a_run_that_was_interrupted_anywhere_goes_on_to_the_same_files(tmp_path,
     assert len(flights(tmp_path / "out")) == stop
     assert manifest(tmp_path / "out")["complete"] is False
     fly_campaign(path, tmp_path / "out", resume=True)
-    assert flights(tmp_path / "out") == flights(tmp_path / "whole")
-    assert manifest(tmp_path / "out") == manifest(tmp_path / "whole")
+    assert flights(tmp_path / "out") == flights(whole)
+    assert manifest(tmp_path / "out") == manifest(whole)
 
 
 def test_progress_tells_flights_over_and_in_all(tmp_path):

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -221,38 +222,14 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     assert f"finished flights are kept in {tmp_path / 'out'}; run the same command to continue" in result.err
     assert not (tmp_path / "out" / "metrics.json").exists()
     left[0] = 20
-    assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
-    assert 20 - left[0] < 2 + 8 + 3 + 2 * 3
-    for name in ("cells.csv", "pairs.csv", "gains.json"):
-        assert (tmp_path / "out" / name).read_bytes() == (out / name).read_bytes()
-
-
-def test_results_of_another_study_are_not_replaced_unasked(done, tmp_path):
-    _, out, _ = done
-    file = written(tmp_path, SMALL)
-    assert "--overwrite" in quadstep("compare", file, "--out", out).err
-
-
-def test_a_file_of_flights_that_was_changed_is_named(tmp_path):
-    file, out = written(tmp_path, SMALLEST), tmp_path / "out"
-    assert quadstep("compare", file, "--out", out).code == 0
-    damaged = next((out / "flights").iterdir())
-    damaged.write_bytes(damaged.read_bytes()[:-30])
-    result = quadstep("compare", file, "--out", out)
-    assert result.refused
-    assert f"{damaged}: was changed" in result.err
-
-
-def test_an_interrupted_comparison_gives_the_same_bytes_but_for_what_is_measured(tmp_path, monkeypatch):
-    file = written(tmp_path, SMALLEST)
-    assert quadstep("compare", file, "--out", tmp_path / "whole").code == 0
     with monkeypatch.context() as patch:
         patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
         assert quadstep("compare", file, "--out", tmp_path / "out").code == 130
     assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
+    assert 20 - left[0] < 2 + 8 + 3 + 2 * 3
     whole, resumed = (
-        {name: content for name, content in files(tmp_path / name_of).items() if name != "times.csv" and "costs/" not in name}
-        for name_of in ("whole", "out")
+        {name: content for name, content in files(folder).items() if name != "times.csv" and "costs/" not in name}
+        for folder in (out, tmp_path / "out")
     )
     assert len(whole) > 10
     assert resumed == whole
@@ -262,6 +239,22 @@ def test_an_interrupted_comparison_gives_the_same_bytes_but_for_what_is_measured
 def interrupted(*_):
     """Ctrl-C."""
     raise KeyboardInterrupt
+
+
+def test_results_of_another_study_are_not_replaced_unasked(done, tmp_path):
+    _, out, _ = done
+    file = written(tmp_path, SMALL)
+    assert "--overwrite" in quadstep("compare", file, "--out", out).err
+
+
+def test_a_file_of_flights_that_was_changed_is_named(done, tmp_path):
+    _, whole, file = done
+    out = shutil.copytree(whole, tmp_path / "out")
+    damaged = next((out / "flights").iterdir())
+    damaged.write_bytes(damaged.read_bytes()[:-30])
+    result = quadstep("compare", file, "--out", out)
+    assert result.refused
+    assert f"{damaged}: was changed" in result.err
 
 
 def test_processes_of_their_own_give_the_same_bytes(done, tmp_path, monkeypatch):
@@ -291,12 +284,10 @@ def test_missions_that_differ_in_anything_fly_the_same_noise(tmp_path):
 
 
 def test_missions_of_unlike_steps_are_said_to_fly_other_noise(tmp_path):
-    one = write(tmp_path, MISSION + '[controller]\ntype = "pid"\n', "pid.toml")
-    other = write(tmp_path, MISSION + '[controller]\ntype = "px4-cascade"\n', "px4.toml")  # its loops run at 1 kHz
-    result = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out")
-    assert (
-        "Gusts and noise differ between controllers, as their simulation.step does: 2 ms (pid) and 1 ms (px4)." in result.out
-    )
+    one = write(tmp_path, MISSION, "slow.toml")
+    other = write(tmp_path, MISSION + "[simulation]\nstep = 0.001\n", "fast.toml")
+    said = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out").out
+    assert "Gusts and noise differ between controllers, as their simulation.step does: 2 ms (slow) and 1 ms (fast)." in said
 
 
 def test_the_papers_plant_can_be_compared_with_a_real_vehicle(tmp_path):

@@ -13,7 +13,7 @@ from quadstep.engines.fly import fly
 from quadstep.mission.paths import CirclePath
 from quadstep.page.build import fly_missions
 from quadstep.page.serve import server
-from tests.browsers import axe, picture
+from tests.browsers import axe, picture, until
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
 from tests.pages import fly_page, needs_node, serving
@@ -94,15 +94,14 @@ def test_file_opens_offline_small_and_at_once(open_page, page_file):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_scene_shows_something_that_moves(open_page, scheme):
     page = open_page("#t=8", scheme=scheme, webgl=True, width=900, height=640)
+    assert until(page, lambda: picture(page, "#scene").std() > 0.02)
     page.wait_for_timeout(400)
     first = picture(page, "#scene")
     page.evaluate("quadstep.seek(30)")
-    page.wait_for_timeout(400)
-    second = picture(page, "#scene")
+    assert until(page, lambda: (np.abs(first - picture(page, "#scene")).max(axis=2) > 0.1).sum() > 300)
     dark = np.array([0.08, 0.09, 0.1]) if scheme == "dark" else np.array([0.98, 0.98, 0.97])
     assert np.median(np.abs(first - dark)) < 0.12  # the theme is the one asked for
     assert first.std() > 0.02
-    assert (np.abs(first - second).max(axis=2) > 0.1).sum() > 300
     words = page.locator("#labels").inner_text()
     assert "thrust 9." in words
     assert "10 m" in words
@@ -432,11 +431,7 @@ def test_keyboard(open_page, brief_file):
     page = open_page(file=brief_file, webgl=True, width=900, height=700)
     page.keyboard.press("Space")
     assert page.evaluate("quadstep.playing()")
-    for _ in range(100):
-        page.wait_for_timeout(100)
-        if page.evaluate("quadstep.time()") > 0.1:
-            break
-    assert page.evaluate("quadstep.time()") > 0.1
+    assert until(page, lambda: page.evaluate("quadstep.time()") > 0.1)
     page.keyboard.press("Space")
     assert not page.evaluate("quadstep.playing()")
     page.keyboard.press("Home")
@@ -540,8 +535,7 @@ def test_no_width_scrolls_sideways(open_page, brief_file, width, height):
 def test_without_webgl_there_are_plots_and_a_sentence(open_page):
     page = open_page("#t=10", webgl=False)
     assert "WebGL" in page.locator("#no-webgl").inner_text()
-    page.wait_for_timeout(300)
-    assert picture(page, "#plot-position .stage").std() > 0.02
+    assert until(page, lambda: picture(page, "#plot-position .stage").std() > 0.02)
     page.keyboard.press("c")
     page.evaluate("quadstep.setControl('t_f', 10)")
     assert page.evaluate("quadstep.rows().length") > 500
