@@ -20,7 +20,7 @@ from quadstep.control.backstepping import (
 from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.completed_backstepping import CompletedGains, CompletedMemory, counter_rate, coupling_columns, with_yaw
 from quadstep.control.networks import output
-from quadstep.control.projection import shrink
+from quadstep.control.wanted_attitude import shrink
 from quadstep.interfaces.learning import Net
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total

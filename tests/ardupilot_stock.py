@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.control.ardupilot_loops import Held, PidGains, PidMemory, pid, root_within, shaped, shrinking, unrooted
-from quadstep.control.ardupilot_mixer import mixed
+from quadstep.control.mixers import ardupilot_mixed
 from quadstep.numbers import Matrix, Vector
 from tests.firmware_flights import run
 from tests.firmware_trees import STUBS
@@ -184,7 +184,7 @@ def ours(given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         reach = root_within(error, np.float32(4.5), np.float32(9.6), period)
         made["shapes"].append((reach, unrooted(np.abs(rate), np.float32(4.5), np.float32(2.1)), turned))
         roll, pitch, yaw, throttle, average = given["mixer"][:, i].T
-        found = mixed(FACTORS, Vector((roll, pitch, yaw)), throttle, average, np.float32(0.2))
+        found = ardupilot_mixed(FACTORS, Vector((roll, pitch, yaw)), throttle, average, np.float32(0.2))
         made["mixer"].append((*found.thrusts, *found[1:]))
         begun = 1.0
     return {name: np.stack([np.stack(list(row), axis=1) for row in rows], axis=1) for name, rows in made.items()}

@@ -89,7 +89,7 @@ def narrow(of):
     return lambda x: np.asarray(of(x)).astype(np.float32)
 
 
-@mock.patch.multiple("quadstep.control.betaflight_filters", sin=narrow(np.sin), cos=narrow(np.cos))  # ours are in f64 there
+@mock.patch.multiple("quadstep.control.filters", sin=narrow(np.sin), cos=narrow(np.cos))  # ours are in f64 there
 def ours(case: str, given: np.ndarray) -> np.ndarray:
     """What our law makes of it, in f32."""
     own = gains(case)

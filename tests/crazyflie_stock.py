@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.control.crazyflie import COUNTS
 from quadstep.control.crazyflie_mellinger import CrazyflieMellinger
 from quadstep.control.crazyflie_pid import INTEGRALS, CrazyfliePid, began, pid
-from quadstep.control.low_pass import low_pass
+from quadstep.control.filters import low_pass
+from quadstep.control.mixers import COUNTS
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset

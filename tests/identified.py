@@ -22,8 +22,8 @@ from quadstep.identify.closed_loop import Beside, fly_again
 from quadstep.identify.fit import identify
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.read import read_log
+from quadstep.identify.replay import compare
 from quadstep.identify.starts import GROUPS, HORIZONS
-from quadstep.identify.table import compare
 from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.io.documents import read_toml
 from quadstep.metrics.statistics import share

@@ -33,9 +33,8 @@ LAWS = {
     ),
     "control.rotation_backstepping": ("pull", "law", "follow", "share_made"),
     "control.command_filter": ("command_filter",),
-    "control.projection": ("project", "project_weights", "shrink"),
     "control.networks": ("basis", "output", "weight_rate"),
-    "control.inversion": ("invert_force",),
+    "control.wanted_attitude": ("invert_force", "project", "project_weights", "shrink"),
     "vehicle.paper": (
         "effective_inertia", "effective_inertia_partials", "coriolis", "coriolis_torque", "acceleration",
         "angular_acceleration", "thrust_direction",

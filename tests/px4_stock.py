@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from quadstep.control.mixers import px4_mixed, px4_mixer
 from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, position_gains, rate_gains
 from quadstep.control.px4_loops import STILL, Flying, attitude_loop, attitude_of, of_gyro, position_loop, rate_loop
-from quadstep.control.px4_mixer import mixed, mixer_of
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Vector
@@ -162,7 +162,7 @@ def ours(given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         "IMU_GYRO_NF0_FRQ": 100.0,
     }  # fmt: skip
     gains = Px4Cascade.gains(model, values)
-    by = mixer_of(model)
+    by = px4_mixer(model)
     outputs = Matrix([row.map(np.float32) for row in by.outputs])
     made = {name: [] for name in LOOPS}
     wide = {name: one.astype(float) for name, one in given.items()}
@@ -188,6 +188,6 @@ def ours(given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             made[name].append((*thrust, *attitude_of(thrust, yaw[0])))
         for mode, name in enumerate(MIXERS):
             torque, thrust = split(given[name], i, 3)
-            found = mixed(outputs, torque, thrust[0], float(mode))
+            found = px4_mixed(outputs, torque, thrust[0], float(mode))
             made[name].append((*found, *(torque - by.torques @ found)))
     return {name: np.stack([np.stack(list(row), axis=1) for row in rows], axis=1) for name, rows in made.items()}

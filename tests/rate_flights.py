@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.control.low_pass import low_pass
+from quadstep.control.filters import low_pass
 from quadstep.control.px4_loops import notch, notched
 from quadstep.numbers import Vector
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from quadstep.io.betaflight_diff import CHOICES, BetaflightDiff
 from quadstep.io.errors import UserError
+from quadstep.io.parameter_files import CHOICES, BetaflightDiff
 from quadstep.mission.read import check_mission
 from quadstep.studies.what_if.asked import Asked, changes_of
 from quadstep.studies.what_if.run import answer

@@ -14,7 +14,7 @@ import pytest
 
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
-from quadstep.linear.quick import quick_grade
+from quadstep.linear.grade import quick_grade
 from quadstep.report.terminal.progress import Progress
 from quadstep.studies.campaign import cluster, cluster_connection
 from quadstep.studies.campaign.cluster import (

@@ -34,7 +34,7 @@ from quadstep.control.ardupilot_loops import (
     turned,
     within_rates,
 )
-from quadstep.control.ardupilot_mixer import mixed
+from quadstep.control.mixers import ardupilot_mixed
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
@@ -137,7 +137,7 @@ def test_a_hover_is_a_hover_and_each_setpoint_turns_the_rotors_its_way():
     ],
 )
 def test_the_mixer_tells_the_loops_what_it_could_not_give(roll, yaw, throttle, limits):
-    made = mixed(gains().factors, vector(roll, 0.0, yaw), throttle, 0.5, 0.2)
+    made = ardupilot_mixed(gains().factors, vector(roll, 0.0, yaw), throttle, 0.5, 0.2)
     assert (made.tilting, made.turning, made.upper, made.lower) == limits
     assert all(-1e-12 <= one <= 1.0 + 1e-12 for one in made.thrusts)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, fly
-from quadstep.control.betaflight_filters import cut_off, low_pass, notch
 from quadstep.control.betaflight_rates import BetaflightRates, Mixed, filtered, mix, still, throttle_for
+from quadstep.control.filters import cut_off, low_passed, notch
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.mission.vehicle_list import load_preset
@@ -59,11 +59,11 @@ def gain_at(hertz, filter_of, states):
 
 @pytest.mark.parametrize("kind", range(4))
 def test_a_low_pass_damps_by_3_db_at_its_cut_off(kind):
-    assert gain_at(20.0, lambda memory, value: low_pass(float(kind), 20.0, memory, value, PERIOD), 3) == pytest.approx(
+    assert gain_at(20.0, lambda memory, value: low_passed(float(kind), 20.0, memory, value, PERIOD), 3) == pytest.approx(
         np.sqrt(0.5), rel=0.08
     )
-    assert gain_at(1.0, lambda memory, value: low_pass(float(kind), 20.0, memory, value, PERIOD), 3) > 0.99
-    assert low_pass(float(kind), 0.0, Vector([0.1] * 3), 3.0, PERIOD)[0] == 3.0
+    assert gain_at(1.0, lambda memory, value: low_passed(float(kind), 20.0, memory, value, PERIOD), 3) > 0.99
+    assert low_passed(float(kind), 0.0, Vector([0.1] * 3), 3.0, PERIOD)[0] == 3.0
 
 
 def test_a_notch_stops_its_centre_and_damps_by_3_db_at_its_edge():

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, fly
-from quadstep.control.crazyflie import rotor_thrusts
 from quadstep.control.crazyflie_mellinger import CrazyflieMellinger
 from quadstep.control.crazyflie_pid import CrazyfliePid
+from quadstep.control.mixers import crazyflie_thrusts
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.mission.vehicle_list import load_preset
@@ -53,10 +53,10 @@ def test_a_million_samples_are_the_firmwares(tmp_path):
 
 
 def test_thrust_goes_before_turning():
-    asked = rotor_thrusts((60000.0, 20000.0, 0.0, 0.0), (0, 1, 2, 3), False, 65535.0)
+    asked = crazyflie_thrusts((60000.0, 20000.0, 0.0, 0.0), (0, 1, 2, 3), False, 65535.0)
     assert list(asked) == pytest.approx([45535.0, 45535.0, 65535.0, 65535.0])
-    left = rotor_thrusts((30000.0, 0.0, 0.0, 4000.0), (0, 1, 2, 3), False, 65535.0)
-    right = rotor_thrusts((30000.0, 0.0, 0.0, 4000.0), (0, 1, 2, 3), True, 65535.0)
+    left = crazyflie_thrusts((30000.0, 0.0, 0.0, 4000.0), (0, 1, 2, 3), False, 65535.0)
+    right = crazyflie_thrusts((30000.0, 0.0, 0.0, 4000.0), (0, 1, 2, 3), True, 65535.0)
     assert list(left) == [26000.0, 34000.0, 26000.0, 34000.0]
     assert list(right) == [34000.0, 26000.0, 34000.0, 26000.0]
 

@@ -7,10 +7,9 @@ import pytest
 from scipy.linalg import block_diag, expm, solve_discrete_are
 
 from quadstep import fly
-from quadstep.control.admm import StageBounds, idle, iterate
-from quadstep.control.disturbance_observer import observed
+from quadstep.control.admm import StageBounds, discretised, idle, iterate, regulator
+from quadstep.control.filters import observed
 from quadstep.control.mpc import FREE, STAGE, STAGES, chain
-from quadstep.control.sampled_regulator import discretised, regulator
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.multirotor import MultirotorMission

@@ -7,8 +7,7 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.lqr import Lqr
-from quadstep.control.planned_lqr import HORIZON, PlannedLqr
+from quadstep.control.lqr import HORIZON, Lqr, PlannedLqr
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, fly
+from quadstep.control.mixers import command_of_thrust, px4_missed, px4_mixer, thrust_of_command
 from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, hover_of, position_gains
 from quadstep.control.px4_loops import STILL, Flying, attitude_loop, of_gyro, position_loop, thrust_of, within_speed
-from quadstep.control.px4_mixer import missed_torques, mixer_of
-from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
@@ -214,10 +213,10 @@ def test_the_integral_of_the_climb_stands_where_thrust_is_at_the_limit_that_it_p
 
 
 def test_torques_that_the_rotors_miss_are_told_by_their_sign():
-    by = mixer_of(MODEL).torques
+    by = px4_mixer(MODEL).torques
     full = vector(1.0, 1.0, 1.0, 1.0)
-    assert list(missed_torques(by, vector(0.3, -0.2, 0.0), full)) == [1.0, -1.0, 0.0]
-    assert list(missed_torques(by, vector(1e-4, 0.0, 0.0), full)) == [0.0, 0.0, 0.0]
+    assert list(px4_missed(by, vector(0.3, -0.2, 0.0), full)) == [1.0, -1.0, 0.0]
+    assert list(px4_missed(by, vector(1e-4, 0.0, 0.0), full)) == [0.0, 0.0, 0.0]
 
 
 def test_the_tutorials_circle_is_flown_and_the_loop_is_sound():

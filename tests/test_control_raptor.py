@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from quadstep import UserError, fly
-from quadstep.control.quarters import quarters
+from quadstep.control.mixers import quarters
 from quadstep.control.raptor import Raptor, act, published
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured

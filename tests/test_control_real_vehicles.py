@@ -12,10 +12,9 @@ from scipy.linalg import solve_continuous_are
 from quadstep import fly, fly_all
 from quadstep.control.command_filter import FilteredAttitude, attitude_filter
 from quadstep.control.lqr import regulator, spectral_factor
-from quadstep.control.projection import project, project_weights
 from quadstep.control.rotation_backstepping import RotationBackstepping
 from quadstep.control.vectoring import vee_error
-from quadstep.control.wanted_attitude import tilted_within, up_axis, wanted_attitude, within
+from quadstep.control.wanted_attitude import project, project_weights, tilted_within, up_axis, wanted_attitude, within
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference

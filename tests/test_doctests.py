@@ -17,7 +17,7 @@ MODULES = (
     "quadstep.numbers.functions", "quadstep.numbers.vectors", "quadstep.numbers.structure", "quadstep.interfaces.reference",
     "quadstep.world.guidance.minimum_jerk", "quadstep.world.guidance.orbit", "quadstep.world.guidance.setpoints",
     "quadstep.world.guidance.piecewise",
-    "quadstep.world.guidance.spline", "quadstep.world.guidance.declared", "quadstep.world.air",
+    "quadstep.world.guidance.piecewise", "quadstep.world.guidance.declared", "quadstep.world.air",
     "quadstep.numbers.scan", "quadstep.interfaces.metric", "quadstep.own", "quadstep.numbers.elementary", *FRONTS,
 )  # fmt: skip
 

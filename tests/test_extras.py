@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.io import extras
-from quadstep.io.extras import EXTRAS, missing_extra, requirements
+from quadstep.io import doors
+from quadstep.io.doors import EXTRAS, missing_extra, requirements
 from tests.patience import PATIENCE
 
 DECLARED = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]["optional-dependencies"]
@@ -66,7 +66,7 @@ def test_where_quadstep_is_not_installed_the_package_itself_is_named(monkeypatch
     def unknown(name):
         raise metadata.PackageNotFoundError(name)
 
-    monkeypatch.setattr(extras, "requires", unknown)
+    monkeypatch.setattr(doors, "requires", unknown)
     assert str(missing_extra("x", absent("ray"))).endswith("pip install ray")
 
 

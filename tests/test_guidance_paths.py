@@ -6,9 +6,8 @@ import pytest
 from quadstep.numbers import vector
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend_bend
 from quadstep.world.guidance.orbit import Orbit, OrbitParameters, ramp_bend, ramped_time
-from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.guidance.piecewise import Piecewise, near_recording, through_waypoints
 from quadstep.world.guidance.setpoints import Step, StepParameters
-from quadstep.world.guidance.spline import near_recording, through_waypoints
 from tests.flights import array, through_lanes
 
 RNG = np.random.default_rng(21)

@@ -5,8 +5,17 @@ import numpy as np
 import pytest
 
 from quadstep.world.guidance.minimum_jerk import blend
-from quadstep.world.guidance.piecewise import Piecewise, piecewise_parameters, quintic
-from quadstep.world.guidance.spline import LEAST_SPAN, MOST_KNOTS, jerk_cost, near_recording, through_waypoints, values_at
+from quadstep.world.guidance.piecewise import (
+    LEAST_SPAN,
+    MOST_KNOTS,
+    Piecewise,
+    jerk_cost,
+    near_recording,
+    piecewise_parameters,
+    quintic,
+    through_waypoints,
+    values_at,
+)
 from tests.flights import array
 
 RNG = np.random.default_rng(31)

@@ -8,20 +8,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from quadstep.identify import pages, report
+from quadstep.identify import pages
 from quadstep.identify.averages import blocks, rotor_speeds, torques
 from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
-from quadstep.identify.fit import EFFECTS, LONG_WEIGHTS, Fitted, Identified, identify, limits_guess
+from quadstep.identify.fit import LONG_WEIGHTS, Fitted, Identified, identify
+from quadstep.identify.guesses import EFFECTS, limits_guess
 from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with_values
 from quadstep.identify.logs.signals import spectrum
 from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import LIMITS, numbers_of
 from quadstep.identify.predictor import Predictor, leaning
-from quadstep.identify.problem import PredictionBatch, as_states
 from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.residual import trained
-from quadstep.identify.run import Identification
-from quadstep.identify.search import solved
+from quadstep.identify.run import Identification, evidence
+from quadstep.identify.search import PredictionBatch, as_states, solved
 from quadstep.identify.starts import differences, laid_out, starts_at
 from quadstep.identify.starts import logged as measured_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_proportion
@@ -380,7 +380,7 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
         truth, None, {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", "made")}, {"command.exponent": "the reason"}
     )
     run = Identification(vehicle, with_fitted(found), [], None, None, None)
-    told = report.evidence(run, flights[:1], start(), "made")
+    told = evidence(run, flights[:1], start(), "made")
     pages.write_identification(tmp_path / "r.html", told, run, flights[:1], start())
     text = (tmp_path / "r.html").read_text()
     for words in (

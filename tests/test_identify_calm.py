@@ -9,10 +9,8 @@ from quadstep.identify.closed_loop import hover_ratio
 from quadstep.identify.fit import UNDETERMINED, WINDY, Fitted, Identified, identify
 from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, leaned
 from quadstep.identify.parameters import numbers_of
-from quadstep.identify.replay import ready
-from quadstep.identify.report import facts
-from quadstep.identify.run import Identification, answer
-from quadstep.identify.table import ErrorTable
+from quadstep.identify.replay import ErrorTable, ready
+from quadstep.identify.run import Identification, answer, facts
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission

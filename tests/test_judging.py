@@ -13,8 +13,8 @@ import pytest
 
 from quadstep.commands import deliver
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging import junit, metrics
-from quadstep.metrics.judging.verdict import Case, Verdict, scalars
+from quadstep.metrics.judging import metrics
+from quadstep.metrics.judging.verdict import Case, Verdict, junit_xml, scalars
 from quadstep.metrics.statistics import share as interval
 from quadstep.report.evidence import Evidence
 from tests.commands import LINE, quadstep
@@ -191,7 +191,7 @@ def test_a_junit_file_says_what_was_required_and_measured(mission, tmp_path, no_
 def test_no_text_breaks_a_junit_file():
     nasty = "a<b>&\"']]>\x00\x1b[31m\ud800 \N{PILE OF POO} \u202e</testsuite>\n"
     verdict = Verdict("fly", nasty, (Case(nasty), Case("two", nasty)), {nasty: nasty, "n": {"x[m]": 0.1, "y": None}}, 4)
-    suite, cases = checked(junit.junit_xml(verdict, 1.5))
+    suite, cases = checked(junit_xml(verdict, 1.5))
     assert len(cases) == 2
     assert (properties(suite)["n.x[m]"], suite.get("time")) == ("0.1", "1.500")
     assert "</testsuite>" in suite.get("name")
@@ -248,5 +248,5 @@ def test_what_speaks_against_a_result_reaches_json_and_junit(tmp_path):
     )
     verdict = found.verdict("replay", tmp_path)
     assert verdict.as_json()["warnings"] == ["it is damaged", "old"]
-    assert 'name="warnings" value="it is damaged; old"' in junit.junit_xml(verdict, 1.0)
+    assert 'name="warnings" value="it is damaged; old"' in junit_xml(verdict, 1.0)
     assert "warnings" not in found._replace(warnings=()).content

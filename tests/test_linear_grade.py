@@ -6,11 +6,10 @@ import re
 import pytest
 
 from quadstep import Mission
-from quadstep.linear import quick
+from quadstep.linear import grade as grade_module
 from quadstep.linear.analysis import limits, studied
-from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded
+from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded, quick_grade, whole_grade
 from quadstep.linear.margins import MarginLimits
-from quadstep.linear.quick import quick_grade, whole_grade
 from quadstep.linear.run import flown_from_rest, record
 from quadstep.linear.tables import sentences
 from quadstep.mission.read import read_mission
@@ -48,7 +47,7 @@ def test_a_whole_grade_is_computed_once_for_the_same_numbers(monkeypatch, tmp_pa
     found = [whole_grade(hover({"type": "lqr", **QUICK["lqr"]}))]
     assert found[0] == grade(hover({"type": "lqr", **QUICK["lqr"]}))
     assert found[0].measures
-    monkeypatch.setattr(quick, "grade", lambda _: Grade("anew", ""))
+    monkeypatch.setattr(grade_module, "grade", lambda _: Grade("anew", ""))
     assert whole_grade(hover({"type": "lqr", **QUICK["lqr"]})) == found[0]
     assert whole_grade(hover("lqr")).word == "anew"  # other gains
 
@@ -218,7 +217,7 @@ def test_a_quick_grade_is_cached_and_leaves_out_what_takes_long(monkeypatch):
     mission = hover("pid")
     found = quick_grade(mission)
     assert found == {"grade": grade(mission).word, "why": grade(mission).why}
-    monkeypatch.setattr(quick, "at_once", None)
+    monkeypatch.setattr(grade_module, "at_once", None)
     assert quick_grade(mission) == found
     monkeypatch.undo()
     assert quick_grade(hover("mppi")) == {}

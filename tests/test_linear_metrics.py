@@ -9,7 +9,7 @@ import pytest
 
 from quadstep import Mission, UserError, read_mission
 from quadstep.linear.analysis import studied
-from quadstep.linear.quick import margin_metrics, of_analysis
+from quadstep.linear.grade import margin_metrics, of_analysis
 from quadstep.linear.worst import refused
 from quadstep.metrics.margins import MARGINS, is_margin
 from quadstep.mission.tune import Constraint, as_constraints

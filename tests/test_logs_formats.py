@@ -11,8 +11,7 @@ from quadstep.identify.logs import ardupilot, ulog
 from quadstep.identify.logs.judge import judge
 from quadstep.identify.logs.mapping import load_mapping
 from quadstep.identify.logs.read import read_log
-from quadstep.identify.replay import ready
-from quadstep.identify.table import compare
+from quadstep.identify.replay import compare, ready
 from quadstep.io.errors import UserError
 from tests import made_logs
 from tests.made_flights import logged, start

@@ -7,8 +7,8 @@ import pytest
 from quadstep.identify.closed_loop import fly_again
 from quadstep.identify.fit import identify
 from quadstep.identify.logs.read import read_log
+from quadstep.identify.replay import compare
 from quadstep.identify.starts import GROUPS, HORIZONS
-from quadstep.identify.table import compare
 from quadstep.identify.vehicle_file import identified_vehicle
 from tests.made_flights import start
 from tests.needs import FLIGHTS, NANOBENCH, needs

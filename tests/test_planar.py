@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, fly
-from quadstep.control.planar_linearisation import PlanarLinearisation
-from quadstep.control.planar_pd import PlanarPd
+from quadstep.control.planar import PlanarLinearisation, PlanarPd
 from quadstep.engines.engine import Engine
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.model import Kinematics

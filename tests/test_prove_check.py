@@ -132,7 +132,7 @@ def test_the_code_that_the_reader_names_is_run_and_no_other(tmp_path, tube):
     (tmp_path / "stranger.py").write_text(RUNS)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "stranger.py").write_text(
-        "from dataclasses import dataclass\nfrom quadstep.control.planar_pd import PlanarPd\n\n"
+        "from dataclasses import dataclass\nfrom quadstep.control.planar import PlanarPd\n\n"
         "@dataclass(frozen=True)\nclass Law(PlanarPd):\n    name = 'law'\n"
     )
     content = json.loads(json.dumps(tube))

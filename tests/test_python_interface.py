@@ -259,7 +259,7 @@ assert "fly" in dir(quadstep) and "Mission" in dir(quadstep)
 """
     loaded = set(in_a_new_process(code))
     assert not {"numpy", "pydantic", "llvmlite", "matplotlib", "pandas", "typer", "rich"} & loaded
-    assert {name for name in loaded if name.startswith("quadstep.")} <= {"quadstep.io", "quadstep.io.version"}
+    assert {name for name in loaded if name.startswith("quadstep.")} <= {"quadstep.io"}
     flown = in_a_new_process("import sys, quadstep; quadstep.fly, quadstep.Mission; print(*sys.modules)")
     assert not {"matplotlib", "pandas", "llvmlite", "typer", "rich"} & set(flown)
 
@@ -300,7 +300,7 @@ def test_a_flight_that_ends_at_once_is_an_outcome_like_any_other():
 
 CORE = """
 import sys
-from quadstep.io.extras import EXTRAS
+from quadstep.io.doors import EXTRAS
 class Absent:
     def find_spec(self, name, path=None, target=None):
         if name in EXTRAS:

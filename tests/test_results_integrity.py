@@ -9,7 +9,7 @@ import pytest
 
 import quadstep
 from quadstep.io.errors import UserError
-from quadstep.io.results import code, parts
+from quadstep.io.results import parts
 from quadstep.io.results.parts import parts_in, read_sealed, sealed
 from quadstep.studies.campaign import cluster, manifest
 from quadstep.studies.campaign.store import opened
@@ -154,13 +154,13 @@ def test_a_changed_line_of_any_law_or_plant_changes_the_digest_and_a_comment_or_
     tried = 0
     for name in LAWS:
         source = (SOURCE / name).read_text(encoding="utf-8")
-        before = code.meaning(ast.parse(source))
+        before = parts.meaning(ast.parse(source))
         commented = source.replace("\n\n\n", "\n\n# Another comment.\n\n", 1) + "\n# and one at the end\n"
         renamed = re.sub(r'"""([A-Z])', r'"""Otherwise said. \1', commented)
-        assert code.meaning(ast.parse(renamed)) == before, name
+        assert parts.meaning(ast.parse(renamed)) == before, name
         other = changed_line(source)
         if other is not None:
-            assert code.meaning(ast.parse(other)) != before, name
+            assert parts.meaning(ast.parse(other)) != before, name
             tried += 1
     assert tried > 30
 
@@ -173,8 +173,8 @@ def test_all_that_flies_counts_and_what_only_shows_does_not():
         "report/page.py": b"p = 4",
         "other/alone.py": b"q = 5",
     }  # fmt: skip
-    whole = code.digest(files)
-    assert {name: code.digest({**files, name: content + b"5"}) != whole for name, content in files.items() if content} == {
+    whole = parts.digest(files)
+    assert {name: parts.digest({**files, name: content + b"5"}) != whole for name, content in files.items() if content} == {
         "control/law.py": True, "control/weights.toml": True, "studies/campaign/flyer.py": True, "other/thing.py": True,
         "studies/campaign/report.py": False, "report/page.py": False, "other/alone.py": False,
     }  # fmt: skip
@@ -182,9 +182,9 @@ def test_all_that_flies_counts_and_what_only_shows_does_not():
 
 def test_what_decides_is_in_the_package():
     names = package()
-    assert all(f"{name.replace('.', '/')}.py" in names for name in code.ROOTS)
-    assert {name.rpartition("/")[0] for name in names} >= {one.replace(".", "/") for one in (*code.ROOMS, *code.SHOWING)}
-    assert len(code.code_digest()) == 16
+    assert all(f"{name.replace('.', '/')}.py" in names for name in parts.ROOTS)
+    assert {name.rpartition("/")[0] for name in names} >= {one.replace(".", "/") for one in (*parts.ROOMS, *parts.SHOWING)}
+    assert len(parts.code_digest()) == 16
 
 
 @pytest.fixture
@@ -197,7 +197,7 @@ def other_code(monkeypatch):
 def test_a_campaign_is_not_continued_by_other_code(whole, tmp_path, other_code, complete):
     path, out = written(tmp_path, MASS, head=HEAD), tmp_path / "out"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(manifest, "code_digest", code.code_digest)
+        patch.setattr(manifest, "code_digest", parts.code_digest)
         assert fly(path, out).code == 0
     if not complete:
         (out / "flights/00001.parquet").unlink()

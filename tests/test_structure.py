@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
-from quadstep.io.extras import EXTRAS
+from quadstep.io.doors import EXTRAS
 
 SOURCE = Path(__file__).parent.parent / "src"
 

@@ -77,7 +77,7 @@ def test_gains_whose_loop_is_worse_say_so_first(present, tuned, said):
 def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
     text = QUICK.replace("high = 30.0", "high = 1.2")
     grades = iter(({"grade": "unstable", "why": "it grows"}, {"grade": "sound", "why": "so"}))
-    monkeypatch.setattr("quadstep.linear.quick.quick_grade", lambda _: next(grades))
+    monkeypatch.setattr("quadstep.linear.grade.quick_grade", lambda _: next(grades))
     done = tune(written(tmp_path, text), tmp_path / "out")
     assert "controller.Lambda1 is near its upper bound; a wider range may give more." in done.out
     assert "near its upper bound" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
-from quadstep.linear.quick import margin_metrics
+from quadstep.linear.grade import margin_metrics
 from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
 from quadstep.report.terminal.progress import SILENT

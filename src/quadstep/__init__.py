@@ -14,7 +14,7 @@ SI units and radians throughout; positions are in the world frame, z up.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from quadstep.io.version import __version__ as __version__
+from quadstep.io import __version__ as __version__
 
 __all__ = [
     "Engine",

@@ -12,9 +12,8 @@
 
 from quadstep.control.opaque import Known as MeasuredArrays
 from quadstep.control.opaque import Wanted as ReferenceArrays
-from quadstep.control.projection import project
 from quadstep.control.vectoring import vee_error
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude
+from quadstep.control.wanted_attitude import project, up_axis, wanted_attitude
 from quadstep.interfaces.closed_loop import Clock, Outcome, finite
 from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
@@ -59,8 +58,8 @@ from quadstep.numbers.rotations import (
     rotation_vector,
     yaw_pitch_roll,
 )
-from quadstep.sensing.declared import DeclaredEstimator as Estimator
-from quadstep.sensing.declared import DeclaredSensor as Sensor
+from quadstep.sensing.sensors import DeclaredEstimator as Estimator
+from quadstep.sensing.sensors import DeclaredSensor as Sensor
 from quadstep.sensing.sensors import Navigation, Sensors
 from quadstep.vehicle.airframe.motion import Motion
 from quadstep.vehicle.paper import DeclaredDisturbance as Disturbance

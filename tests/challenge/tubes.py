@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep import Mission
-from quadstep.control.planar_pd import PlanarPd
+from quadstep.control.planar import PlanarPd
 from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Vector, atan2, vector
 from quadstep.numbers.enclosure import UndefinedError

@@ -9,8 +9,7 @@ import numpy as np
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.judge import judge
 from quadstep.identify.logs.read import read_log
-from quadstep.identify.replay import ready
-from quadstep.identify.table import compare
+from quadstep.identify.replay import compare, ready
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.presets import preset_table
 from tests import made_flights, made_logs

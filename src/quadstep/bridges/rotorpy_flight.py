@@ -19,8 +19,8 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Loop
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog, finished
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.extras import needed_by
 from quadstep.mission.airframe import BuiltAirframe
 from quadstep.sensing.suite import Suite
 from quadstep.vehicle.airframe.motion import AirframeState

@@ -9,8 +9,8 @@ import typer
 from quadstep.commands.deliver import check_junit, finish
 from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, StyleOption, WidthOption, engine_option
 from quadstep.engines.engine import CAMPAIGNS, Engine
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 from quadstep.studies.campaign import MOST_FLIGHTS
@@ -56,7 +56,7 @@ def campaign(
     """
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
-        from quadstep.linear.quick import quick_grade
+        from quadstep.linear.grade import quick_grade
         from quadstep.metrics.judging.metrics import parsed_share
         from quadstep.studies.campaign import until as limit
         from quadstep.studies.campaign.evidence import evidence, refuse_known

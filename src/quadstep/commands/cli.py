@@ -30,7 +30,7 @@ def version_lines() -> list[str]:
     import numpy as np
 
     from quadstep.engines.kernel import host
-    from quadstep.io.version import __version__
+    from quadstep.io import __version__
 
     processor = host()
     llvm = ".".join(map(str, llvmlite.binding.llvm_version_info))

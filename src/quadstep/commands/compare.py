@@ -8,8 +8,8 @@ import typer
 from quadstep.commands.deliver import show
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
 from quadstep.engines.engine import JOBS, Engine
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import BAD_INPUT, UserError
-from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
 from quadstep.report.terminal.bars import Bar, bar
 from quadstep.report.terminal.screen import complain

@@ -46,7 +46,7 @@ def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float)
     With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.
     """
     if junit:
-        from quadstep.metrics.judging.junit import write_junit
+        from quadstep.metrics.judging.verdict import write_junit
 
         write_junit(junit, verdict, seconds)
     if as_json:

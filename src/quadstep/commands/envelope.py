@@ -17,7 +17,7 @@ from quadstep.commands.options import (
     engine_option,
 )
 from quadstep.engines.engine import CAMPAIGNS, Engine
-from quadstep.io.extras import needed_by
+from quadstep.io.doors import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 
@@ -58,7 +58,7 @@ def envelope(
     if junit:
         check_junit(junit)
     with needed_by("`quadstep envelope`"):
-        from quadstep.linear.quick import quick_grade
+        from quadstep.linear.grade import quick_grade
         from quadstep.studies.envelope.request import request
         from quadstep.studies.envelope.run import Map
         from quadstep.studies.study import run

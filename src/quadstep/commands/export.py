@@ -44,8 +44,7 @@ def export(
     with bar("loading") as shown:
         request = ExportRequest(target, precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
-        from quadstep.linear.grade import FRAGILE, PATHS, UNSTABLE, in_firmware
-        from quadstep.linear.quick import quick_grade
+        from quadstep.linear.grade import FRAGILE, PATHS, UNSTABLE, in_firmware, quick_grade
         from quadstep.metrics.margins import at_rest_sentences
 
         shown.doing("computing margins")

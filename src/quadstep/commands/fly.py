@@ -21,8 +21,8 @@ from quadstep.commands.options import (
     WidthOption,
 )
 from quadstep.engines.engine import Engine
+from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.version import __version__
 from quadstep.metrics.judging.metrics import parsed
 from quadstep.report.pool import start_server
 from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
@@ -104,7 +104,7 @@ def fly(
         start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
-        from quadstep.linear.quick import quick_grade
+        from quadstep.linear.grade import quick_grade
         from quadstep.metrics.margins import AT_REST, at_rest_sentences
         from quadstep.studies.flights.fly import Piloting, fly_mission
 
@@ -154,7 +154,7 @@ def check_autopilot(
         raise UserError(f"--connect-timeout {connect_timeout:g}: should be a time above 0 s")
     if pilot:
         from quadstep.bridges.autopilot.setpoints import check_place
-        from quadstep.io.extras import optional
+        from quadstep.io.doors import optional
 
         optional("`quadstep fly --pilot`", "pymavlink.mavutil")
         if pilot_connect is not None:

@@ -51,8 +51,7 @@ def identify(
 
     Logs cannot reveal the mass; it comes from --vehicle or --mass.
     """
-    from quadstep.identify.report import evidence
-    from quadstep.identify.run import run
+    from quadstep.identify.run import evidence, run
     from quadstep.identify.vehicle_file import as_toml
     from quadstep.io.atomic import refuse_other, write_beside
 

@@ -10,8 +10,8 @@ import typer
 from quadstep.commands.deliver import show
 from quadstep.commands.options import FiguresOption, JsonOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.io.documents import read_toml
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 

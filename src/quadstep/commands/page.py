@@ -12,7 +12,7 @@ from quadstep.io.atomic import check_place, write_beside
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.files import PAGE, read_bytes
-from quadstep.mission.kinds import CAMPAIGN, look
+from quadstep.mission.read import CAMPAIGN, look
 from quadstep.report.terminal.screen import complain, say_whole
 
 OWN_MARK = 'id="quadstep-data"'
@@ -55,12 +55,12 @@ def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
 
     walk = read_story(story) if story else None
     if len(missions) == 1 and not walk and look(read_toml(missions[0])) == CAMPAIGN:
-        from quadstep.linear.quick import quick_grade
+        from quadstep.linear.grade import quick_grade
         from quadstep.studies.campaign.page import campaign_page
 
         return campaign_page(missions[0], engine, quick_grade)
     if missions or (walk and not walk.of_others):
-        from quadstep.linear.quick import quick_grade
+        from quadstep.linear.grade import quick_grade
         from quadstep.page.build import fly_missions
 
         return fly_missions(missions, engine, walk, quick_grade)

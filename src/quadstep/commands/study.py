@@ -9,8 +9,8 @@ from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOptio
 from quadstep.commands.deliver import show
 from quadstep.commands.options import OverwriteOption
 from quadstep.engines.engine import Engine
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import FAILED
-from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.screen import say, show_table
 

@@ -10,8 +10,8 @@ import typer
 
 from quadstep.commands.deliver import check_junit, deliver
 from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 from quadstep.report.terminal.screen import command, say, say_whole, show_table
@@ -46,7 +46,7 @@ def tune(
         raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
     folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", sheet(figures, width, style)
     with bar("tuning", "flights", budget) as progress, needed_by("`quadstep tune`"):
-        from quadstep.linear.quick import quick_grade
+        from quadstep.linear.grade import quick_grade
         from quadstep.studies.tuning.run import tune as run
 
         done = run(mission, budget, folder, seed, overwrite, progress, drawn_on, quick_grade)

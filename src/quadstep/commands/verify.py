@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import FAILED
-from quadstep.io.extras import needed_by
 from quadstep.report.terminal.bars import bar
 from quadstep.report.terminal.screen import say, say_whole, show_table
 

@@ -8,8 +8,8 @@ import typer
 
 from quadstep.commands.deliver import check_junit, finish
 from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.extras import needed_by
 from quadstep.report.pool import start_server
 from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
 from quadstep.report.terminal.bars import bar

@@ -25,8 +25,8 @@ Give a plan another controller and fly it:
 20.0
 """
 
-from quadstep.control.inversion import invert_force
 from quadstep.control.opaque import flying
+from quadstep.control.wanted_attitude import invert_force
 from quadstep.interfaces.controller import Command, Measured
 
 __all__ = ["Command", "Measured", "flying", "invert_force"]

@@ -12,17 +12,21 @@ The law subtracts d^ and drives what is left, a double integrator, with both pol
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.actuators import AchievedCommand, accelerations, at_rest, commanded, lagged
 from quadstep.control.vectoring import (
     ZERO,
+    AchievedCommand,
     BelievedBody,
     Pull,
     Turn,
+    accelerations,
     angular_of,
+    at_rest,
     attitude_for,
     boxed,
+    commanded,
     errors_to,
     force_for,
+    lagged,
     pulled,
     push_against,
     torque_for,

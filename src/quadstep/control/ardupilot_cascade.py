@@ -25,11 +25,26 @@ from quadstep.control.ardupilot_loops import (
     turned,
     unrooted,
 )
-from quadstep.control.ardupilot_mixer import factors_of, mixed
-from quadstep.control.low_pass import low_pass, share_of, smoothed
-from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
+from quadstep.control.ardupilot_parameters import (
+    RENAMED,
+    AttitudeParameters,
+    MotorParameters,
+    PitchParameters,
+    PositionParameters,
+    RollParameters,
+    YawParameters,
+)
+from quadstep.control.filters import low_pass, share_of, smoothed
+from quadstep.control.mixers import (
+    FULL_SPEED,
+    HOVER_SPEED,
+    ardupilot_factors,
+    ardupilot_mixed,
+    command_of_thrust,
+    thrust_of_command,
+)
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
-from quadstep.interfaces.gain import BELIEF, gain, given, parameter, switch
+from quadstep.interfaces.gain import given
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import (
@@ -65,148 +80,6 @@ LEAN_SHARE = 0.8
 
 ZERO = vector(0.0, 0.0, 0.0)
 
-RENAMED = {
-    f"{other}{ending}": f"{here}{ending}"
-    for other, here, endings in (
-        ("PSC_NE_POS_", "PSC_POSXY_", "P"),
-        ("PSC_NE_VEL_", "PSC_VELXY_", "P I D FF IMAX FLTE FLTD"),
-        ("PSC_D_POS_", "PSC_POSZ_", "P"),
-        ("PSC_D_VEL_", "PSC_VELZ_", "P I D FF IMAX FLTE FLTD"),
-        ("PSC_D_ACC_", "PSC_ACCZ_", "P I D FF D_FF IMAX PDMX FLTT FLTE FLTD"),
-        ("POS_XY_", "PSC_POSXY_", "P"),
-        ("VEL_XY_", "PSC_VELXY_", "P I IMAX"),
-        ("POS_Z_", "PSC_POSZ_", "P"),
-        ("VEL_Z_", "PSC_VELZ_", "P"),
-        ("ACCEL_Z_", "PSC_ACCZ_", "P I D IMAX"),
-        ("STB_RLL_", "ATC_ANG_RLL_", "P"),
-        ("STB_PIT_", "ATC_ANG_PIT_", "P"),
-        ("STB_YAW_", "ATC_ANG_YAW_", "P"),
-        ("RATE_RLL_", "ATC_RAT_RLL_", "P I D IMAX"),
-        ("RATE_PIT_", "ATC_RAT_PIT_", "P I D IMAX"),
-        ("RATE_YAW_", "ATC_RAT_YAW_", "P I D IMAX"),
-    )
-    for ending in endings.split()
-}
-"""Names of Copter 4.7, and of 3.5 and before."""
-
-
-class RollParameters(NamedTuple):
-    """ATC_RAT_RLL: from rad/s to shares of torque."""
-
-    p: Number = parameter("ATC_RAT_RLL_P", 0.135, "s/rad", "P gain of the roll rate", low=0.01, high=0.5)
-    i: Number = parameter("ATC_RAT_RLL_I", 0.135, "1/rad", "I gain of the roll rate", low=0.01, high=2.0)
-    d: Number = parameter("ATC_RAT_RLL_D", 0.0036, "s^2/rad", "D gain of the roll rate", high=0.05)
-    ff: Number = parameter("ATC_RAT_RLL_FF", 0.0, "s/rad", "feed-forward gain of the roll rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_RLL_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
-    most: Number = parameter("ATC_RAT_RLL_IMAX", 0.5, "-", "limit of the integral", tunable=False)
-    most_pd: Number = parameter("ATC_RAT_RLL_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_RLL_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", tunable=False)
-    error_cut: Number = parameter("ATC_RAT_RLL_FLTE", 0.0, "Hz", "cut-off of the error; 0: none", tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_RLL_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", tunable=False)
-
-
-class PitchParameters(NamedTuple):
-    """ATC_RAT_PIT: from rad/s to shares of torque."""
-
-    p: Number = parameter("ATC_RAT_PIT_P", 0.135, "s/rad", "P gain of the pitch rate", low=0.01, high=0.5)
-    i: Number = parameter("ATC_RAT_PIT_I", 0.135, "1/rad", "I gain of the pitch rate", low=0.01, high=2.0)
-    d: Number = parameter("ATC_RAT_PIT_D", 0.0036, "s^2/rad", "D gain of the pitch rate", high=0.05)
-    ff: Number = parameter("ATC_RAT_PIT_FF", 0.0, "s/rad", "feed-forward gain of the pitch rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_PIT_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
-    most: Number = parameter("ATC_RAT_PIT_IMAX", 0.5, "-", "limit of the integral", tunable=False)
-    most_pd: Number = parameter("ATC_RAT_PIT_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_PIT_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", tunable=False)
-    error_cut: Number = parameter("ATC_RAT_PIT_FLTE", 0.0, "Hz", "cut-off of the error; 0: none", tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_PIT_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", tunable=False)
-
-
-class YawParameters(NamedTuple):
-    """ATC_RAT_YAW: from rad/s to shares of torque."""
-
-    p: Number = parameter("ATC_RAT_YAW_P", 0.18, "s/rad", "P gain of the yaw rate", low=0.1, high=2.5)
-    i: Number = parameter("ATC_RAT_YAW_I", 0.018, "1/rad", "I gain of the yaw rate", low=0.01, high=1.0)
-    d: Number = parameter("ATC_RAT_YAW_D", 0.0, "s^2/rad", "D gain of the yaw rate", high=0.02)
-    ff: Number = parameter("ATC_RAT_YAW_FF", 0.0, "s/rad", "feed-forward gain of the yaw rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_YAW_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
-    most: Number = parameter("ATC_RAT_YAW_IMAX", 0.5, "-", "limit of the integral", tunable=False)
-    most_pd: Number = parameter("ATC_RAT_YAW_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_YAW_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", tunable=False)
-    error_cut: Number = parameter("ATC_RAT_YAW_FLTE", 2.5, "Hz", "cut-off of the error; 0: none", tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_YAW_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", tunable=False)
-
-
-class AttitudeParameters(NamedTuple):
-    """ATC: from rad to rad/s, and its limits."""
-
-    roll: Number = parameter("ATC_ANG_RLL_P", 4.5, "1/s", "P gain of roll", zero=False, low=3.0, high=12.0)
-    pitch: Number = parameter("ATC_ANG_PIT_P", 4.5, "1/s", "P gain of pitch", zero=False, low=3.0, high=12.0)
-    yaw: Number = parameter("ATC_ANG_YAW_P", 4.5, "1/s", "P gain of yaw", zero=False, low=3.0, high=12.0)
-    roll_acc: Number = parameter("ATC_ACCEL_R_MAX", 110000.0, "cdeg/s^2", "largest acceleration of roll", tunable=False)
-    pitch_acc: Number = parameter("ATC_ACCEL_P_MAX", 110000.0, "cdeg/s^2", "largest acceleration of pitch", tunable=False)
-    yaw_acc: Number = parameter("ATC_ACCEL_Y_MAX", 27000.0, "cdeg/s^2", "largest acceleration of yaw", tunable=False)
-    roll_most: Number = parameter("ATC_RATE_R_MAX", 0.0, "deg/s", "largest roll rate; 0: none", tunable=False)
-    pitch_most: Number = parameter("ATC_RATE_P_MAX", 0.0, "deg/s", "largest pitch rate; 0: none", tunable=False)
-    yaw_most: Number = parameter("ATC_RATE_Y_MAX", 0.0, "deg/s", "largest yaw rate; 0: none", tunable=False)
-    slew: Number = parameter("ATC_SLEW_YAW", 6000.0, "cdeg/s", "largest rate of the heading's target", tunable=False)
-    constant: Number = parameter("ATC_INPUT_TC", 0.15, "s", "time constant of the target", high=1.0, tunable=False)
-    ahead: Number = switch("ATC_RATE_FF_ENAB", 1.0, "1: the target is shaped and its rates fed forward")
-    boost: Number = switch("ATC_ANGLE_BOOST", 1.0, "1: more throttle when leaning")
-    lean_constant: Number = parameter(
-        "ATC_ANG_LIM_TC", 1.0, "s", "time constant of the lean's limit", zero=False, tunable=False
-    )
-    mix: Number = parameter("ATC_THR_MIX_MAX", 0.5, "-", "how far torques go before throttle", tunable=False)
-
-
-class PositionParameters(NamedTuple):
-    """PSC, WPNAV and ANGLE_MAX."""
-
-    xy: Number = parameter("PSC_POSXY_P", 1.0, "1/s", "P gain of the horizontal position", zero=False, low=0.5, high=2.0)
-    xy_p: Number = parameter("PSC_VELXY_P", 2.0, "1/s", "P gain of the horizontal velocity", low=0.1, high=6.0)
-    xy_i: Number = parameter("PSC_VELXY_I", 1.0, "1/s^2", "I gain of the horizontal velocity", low=0.02, high=1.0)
-    xy_d: Number = parameter("PSC_VELXY_D", 0.25, "-", "D gain of the horizontal velocity", high=1.0)
-    xy_ff: Number = parameter("PSC_VELXY_FF", 0.0, "1/s", "feed-forward gain of the horizontal velocity", high=6.0)
-    xy_most: Number = parameter("PSC_VELXY_IMAX", 1000.0, "cm/s^2", "limit of its integral", tunable=False)
-    xy_error: Number = parameter("PSC_VELXY_FLTE", 5.0, "Hz", "cut-off of its error; 0: none", tunable=False)
-    xy_slope: Number = parameter("PSC_VELXY_FLTD", 5.0, "Hz", "cut-off of its D part; 0: none", tunable=False)
-    z: Number = parameter("PSC_POSZ_P", 1.0, "1/s", "P gain of the height", zero=False, low=1.0, high=3.0)
-    z_p: Number = parameter("PSC_VELZ_P", 5.0, "1/s", "P gain of the vertical velocity", low=1.0, high=8.0)
-    z_i: Number = parameter("PSC_VELZ_I", 0.0, "1/s^2", "I gain of the vertical velocity", low=0.0, high=1.0)
-    z_d: Number = parameter("PSC_VELZ_D", 0.0, "-", "D gain of the vertical velocity", high=1.0)
-    z_ff: Number = parameter("PSC_VELZ_FF", 0.0, "1/s", "feed-forward gain of the vertical velocity", high=1.0)
-    z_most: Number = parameter("PSC_VELZ_IMAX", 1000.0, "cm/s^2", "limit of its integral", tunable=False)
-    z_error: Number = parameter("PSC_VELZ_FLTE", 5.0, "Hz", "cut-off of its error; 0: none", tunable=False)
-    z_slope: Number = parameter("PSC_VELZ_FLTD", 5.0, "Hz", "cut-off of its D part; 0: none", tunable=False)
-    acc_p: Number = parameter("PSC_ACCZ_P", 0.5, "0.001 s^2/cm", "P gain of the vertical acceleration", low=0.2, high=1.5)
-    acc_i: Number = parameter("PSC_ACCZ_I", 1.0, "0.001 s/cm", "I gain of the vertical acceleration", high=3.0)
-    acc_d: Number = parameter("PSC_ACCZ_D", 0.0, "0.001 s^3/cm", "D gain of the vertical acceleration", high=0.4)
-    acc_ff: Number = parameter("PSC_ACCZ_FF", 0.0, "0.001 s^2/cm", "feed-forward gain of it", high=0.5)
-    acc_d_ff: Number = parameter("PSC_ACCZ_D_FF", 0.0, "0.001 s^3/cm", "feed-forward gain of its slope", high=0.02)
-    acc_most: Number = parameter("PSC_ACCZ_IMAX", 800.0, "0.001", "limit of its integral", tunable=False)
-    acc_pd: Number = parameter("PSC_ACCZ_PDMX", 0.0, "0.001", "limit of its P and D; 0: none", tunable=False)
-    acc_target: Number = parameter("PSC_ACCZ_FLTT", 0.0, "Hz", "cut-off of its target; 0: none", tunable=False)
-    acc_error: Number = parameter("PSC_ACCZ_FLTE", 20.0, "Hz", "cut-off of its error; 0: none", tunable=False)
-    acc_slope: Number = parameter("PSC_ACCZ_FLTD", 0.0, "Hz", "cut-off of its D part; 0: none", tunable=False)
-    lean: Number = parameter("PSC_ANGLE_MAX", 0.0, "deg", "largest lean; 0: ANGLE_MAX", tunable=False)
-    copter_lean: Number = parameter("ANGLE_MAX", 3000.0, "cdeg", "largest lean", zero=False, tunable=False)
-    speed: Number = parameter("WPNAV_SPEED", 1000.0, "cm/s", "speed of the horizontal correction", zero=False, tunable=False)
-    up: Number = parameter("WPNAV_SPEED_UP", 250.0, "cm/s", "speed of a climbing correction", zero=False, tunable=False)
-    down: Number = parameter("WPNAV_SPEED_DN", 150.0, "cm/s", "speed of a descending correction", zero=False, tunable=False)
-    brake: Number = parameter("WPNAV_ACCEL", 250.0, "cm/s^2", "with which corrections are braked", zero=False, tunable=False)
-    brake_z: Number = parameter("WPNAV_ACCEL_Z", 100.0, "cm/s^2", "the same vertically", zero=False, tunable=False)
-
-
-class MotorParameters(NamedTuple):
-    """MOT and INS."""
-
-    expo: Number = parameter("MOT_THST_EXPO", 0.65, "-", "share of a motor's thrust that goes with the square", tunable=False)
-    spin_min: Number = parameter("MOT_SPIN_MIN", 0.15, "-", "command of no thrust", tunable=False)
-    spin_max: Number = parameter("MOT_SPIN_MAX", 0.95, "-", "command of full thrust", zero=False, tunable=False)
-    hover: Number = parameter("MOT_THST_HOVER", 0.35, "-", "throttle of a hover", zero=False, tunable=False)
-    learn: Number = switch("MOT_HOVER_LEARN", 2.0, "above 0: the throttle of a hover is learnt", most=2)
-    headroom: Number = parameter("MOT_YAW_HEADROOM", 200.0, "0.001", "room that yaw keeps", tunable=False)
-    gyro_cut: Number = parameter("INS_GYRO_FILTER", 20.0, "Hz", "cut-off of the gyro; 0: none", tunable=False)
-    acc_cut: Number = parameter("INS_ACCEL_FILTER", 20.0, "Hz", "cut-off of the accelerometer; 0: none", tunable=False)
-
 
 class ArduPilotCascadeGains(NamedTuple):
     """ArduPilot's parameters, what the law believes of the motors, and the vehicle's own mixer.
@@ -220,15 +93,9 @@ class ArduPilotCascadeGains(NamedTuple):
     attitude: AttitudeParameters
     position: PositionParameters
     motors: MotorParameters
-    full_speed: Number = gain(
-        lambda model: model.fastest,
-        "rad/s",
-        "speed of a rotor at full command; default: the vehicle's",
-        tunable=False,
-        group=BELIEF,
-    )
-    hover_speed: Number = given(lambda model: sqrt(model.mass * model.gravity / (model.rotors * model.per_speed)))
-    factors: Matrix = given(factors_of)
+    full_speed: Number = FULL_SPEED
+    hover_speed: Number = HOVER_SPEED
+    factors: Matrix = given(ardupilot_factors)
 
 
 class ArduPilotCascadeMemory(NamedTuple):
@@ -418,7 +285,7 @@ class ArduPilotCascade(Controller[ArduPilotCascadeMemory, Measured, ArduPilotCas
         ]
         torque = Vector(output + ahead for output, ahead, _ in found)
         throttle = clip(m.throttle + share_of(THROTTLE_CUT, period) * (m.asked - m.throttle), 0.0, 1.0)
-        made = mixed(g.factors, torque, throttle, m.average, 0.001 * g.motors.headroom)
+        made = ardupilot_mixed(g.factors, torque, throttle, m.average, 0.001 * g.motors.headroom)
         speeds = made.thrusts.map(lambda thrust: g.full_speed * command_of(g.motors, thrust))
         roll, pitch, yaw = (left for _, _, left in found)
         after = m._replace(

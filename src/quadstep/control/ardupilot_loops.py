@@ -7,7 +7,7 @@ itself. In this package's axes and SI units; thrust and torques are shares of wh
 import math
 from typing import NamedTuple
 
-from quadstep.control.low_pass import share_of
+from quadstep.control.filters import share_of
 from quadstep.numbers import Number, Vector, absolute, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, normalised, rotation_vector, unrotate
 

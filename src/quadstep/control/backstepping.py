@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.inversion import invert_force
 from quadstep.control.networks import basis, output, weight_rate
+from quadstep.control.wanted_attitude import invert_force
 from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import ANGLES, AXES, believed, gain, given
 from quadstep.interfaces.learning import Net, net, nets_start, weights

@@ -11,18 +11,17 @@ nose down, yaw to the left, which are the body's x, y and z.
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, NamedTuple
 
-from quadstep.control.betaflight import Filters, Pitch, Roll, Shared, Yaw
-from quadstep.control.betaflight_filters import SHARPER, cut_off, low_pass, notch, share, twice
-from quadstep.control.crazyflie import FULL
-from quadstep.control.outer_loops import OuterGains, OuterMemory, asked_rates, begun, guided
-from quadstep.control.quarters import quarters
+from quadstep.control.betaflight_parameters import Filters, Pitch, Roll, Shared, Yaw
+from quadstep.control.cascaded_pid import OuterGains, OuterMemory, asked_rates, begun, guided
+from quadstep.control.filters import SHARPER, cut_off, low_passed, notch, share_in_a_sample, twice
+from quadstep.control.mixers import FULL, OnQuarters
 from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
-from quadstep.io.betaflight_diff import D_SCALE, F_SCALE, I_SCALE, P_SCALE, PER_MOTOR, YAW_I
+from quadstep.io.parameter_files import D_SCALE, F_SCALE, I_SCALE, P_SCALE, PER_MOTOR, YAW_I
 from quadstep.numbers import Number, Vector, absolute, clip, largest, maximum, minimum, smallest, sqrt, vector, where
 from quadstep.numbers.rotations import rotation_matrix, yaw_pitch_roll
 
@@ -102,10 +101,10 @@ def still() -> Axis:
 
 def filtered(f: Filters, m: Axis, rate: Number, throttle: Number, period: Number) -> tuple[Number, Axis]:
     """The gyro's rate [deg/s] behind its filters."""
-    slow, gyro2 = low_pass(f.gyro2_type, f.gyro2, m.gyro2, rate, period)
+    slow, gyro2 = low_passed(f.gyro2_type, f.gyro2, m.gyro2, rate, period)
     slow, notched = notch(f.notch, f.notch_cut, m.notch, slow, period)
     cut = cut_off(f.gyro1, f.gyro_least, f.gyro_most, f.gyro_expo, throttle)
-    slow, gyro1 = low_pass(f.gyro1_type, cut, m.gyro1, slow, period)
+    slow, gyro1 = low_passed(f.gyro1_type, cut, m.gyro1, slow, period)
     return slow, m._replace(gyro2=gyro2, notch=notched, gyro1=gyro1)
 
 
@@ -120,13 +119,13 @@ def pid(
     tpa = 1.0 - (s.tpa_rate / 100.0) / (1.0 - knee) * maximum(throttle - knee, 0.0)
 
     slow, d_notch = notch(f.d_notch, f.d_notch_cut, m.d_notch, gyro, period)
-    slow, d1 = low_pass(f.d1_type, cut_off(f.d1, f.d_least, f.d_most, f.d_expo, throttle), m.d1, slow, period)
-    slow, d2 = low_pass(f.d2_type, f.d2, m.d2, slow, period)
+    slow, d1 = low_passed(f.d1_type, cut_off(f.d1, f.d_least, f.d_most, f.d_expo, throttle), m.d1, slow, period)
+    slow, d2 = low_passed(f.d2_type, f.d2, m.d2, slow, period)
     delta = -(slow - m.before) * rate
     change = (asked - m.asked) * rate
 
     proportional = P_SCALE * own.p * error * where(s.tpa_mode < 0.5, tpa, 1.0)
-    p = m.p + share(f.yaw, period) * (proportional - m.p)
+    p = m.p + share_in_a_sample(f.yaw, period) * (proportional - m.p)
     if turn:
         proportional = where(f.yaw > 0.0, p, proportional)
     else:
@@ -157,7 +156,7 @@ def pid(
 def relaxed(s: Shared, m: Axis, asked: Number, gyro: Number, period: Number, turn: bool) -> tuple[Number, Number]:
     """The error that I integrates, less where the setpoint changes, and the setpoint's low-pass."""
     error = asked - gyro
-    slow = m.relax + share(s.relax_cut, period) * (asked - m.relax)
+    slow = m.relax + share_in_a_sample(s.relax_cut, period) * (asked - m.relax)
     quick = absolute(asked - slow)
     off = slow - gyro
     beyond = where(absolute(off) < quick, 0.0, where(off > 0.0, off - quick, off + quick))
@@ -181,7 +180,7 @@ def mix(
     moves = absolute(throttle - m.throttle) * (1.0 / period) * (above * above)
     moves = where(throttle > m.throttle, moves * (above * 0.5), moves)
     _, gravity = twice(m.gravity, moves, 2.0 * math.pi * (s.gravity_cut * SHARPER[2]), period)
-    slow = m.boost + share(s.boost_cut, period) * (throttle - m.boost)
+    slow = m.boost + share_in_a_sample(s.boost_cut, period) * (throttle - m.boost)
     boosted = where(s.boost > 0.0, clip(throttle + s.boost * 0.1 * (throttle - slow), 0.0, 1.0), throttle)
     bend = s.linear / 100.0
     given = boosted / (1.0 + (bend - 0.5 * (bend * bend)) * ((1.0 - boosted) * (1.0 - boosted)))
@@ -207,11 +206,8 @@ def throttle_for(s: Shared, thrust: Number, full: Number) -> Number:
 
 
 @dataclass(frozen=True)
-class BetaflightRates(Controller[BetaflightRatesMemory, Measured, BetaflightRatesGains, RotorThrusts]):
-    """rotors: of the vehicle, as `quarters` gives them. mirrored: whether the first spins clockwise, `yaw_motors_reversed`."""
-
-    rotors: tuple[int, ...] = (0, 1, 2, 3)
-    mirrored: bool = False
+class BetaflightRates(OnQuarters, Controller[BetaflightRatesMemory, Measured, BetaflightRatesGains, RotorThrusts]):
+    """The autopilot's rates under loops of position and attitude of our own. mirrored: `yaw_motors_reversed`."""
 
     name = "betaflight-rates"
     label = "Betaflight's rates"
@@ -225,11 +221,6 @@ class BetaflightRates(Controller[BetaflightRatesMemory, Measured, BetaflightRate
         "gyro_lpf1_dyn_min_hz <= gyro_lpf1_dyn_max_hz", "dterm_lpf1_dyn_min_hz <= dterm_lpf1_dyn_max_hz",
         "gyro_notch1_cutoff < gyro_notch1_hz", "dterm_notch_cutoff < dterm_notch_hz",
     )  # fmt: skip
-
-    @classmethod
-    def for_vehicle(cls, model: Model) -> Self:
-        """With its rotors in the firmware's order."""
-        return cls(*quarters(model, cls.name))
 
     def prepare(self, gains: BetaflightRatesGains, model: Model) -> BetaflightRatesGains:
         """The same. Raises ValueError for motors without a range."""

@@ -5,14 +5,75 @@ other.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.outer_loops import OuterGains, OuterMemory, asked_rates, begun, entered, guided
-from quadstep.control.projection import project
-from quadstep.control.wanted_attitude import up_axis
+from quadstep.control.vectoring import push_against
+from quadstep.control.wanted_attitude import project, tilted_within, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
-from quadstep.interfaces.gain import believed, gain, usual
+from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Number, Vector, exp, vector
-from quadstep.numbers.rotations import rotation_matrix, yaw_pitch_roll
+from quadstep.numbers import Number, Vector, clip, exp, vector
+from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll
+
+
+class OuterGains(NamedTuple):
+    """Assumed vehicle parameters, and gains in x, y, z; of attitude about body x, y, z."""
+
+    mass: Number = believed("mass")
+    gravity: Number = given(lambda model: model.gravity)
+    most_thrust: Number = given(lambda model: model.most_thrust)
+    position: Vector = gain(usual(2.77, 1), "1/s", "P gain of position")
+    most_speed: Number = gain(3.0, "m/s", "largest commanded speed towards the path")
+    axis_speed: Number = gain(
+        100.0, "m/s", "largest commanded speed towards the path along each axis", low=0.1, high=100.0, tunable=False
+    )
+    most_tilt: Number = gain(1.5, "rad", "largest commanded tilt", low=0.05, high=1.5, tunable=False)
+    velocity: Vector = gain(usual(5.35, 1), "1/s", "P gain of velocity")
+    velocity_integral: Vector = gain(usual(2.0, 2), "1/s^2", "I gain of velocity", zero=True)
+    integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration from the velocity integral")
+    attitude: Vector = gain(usual((6.8, 6.8, 6.2), 1, "body"), "1/s", "P gain of attitude")
+    most_rate: Number = gain(8.0, "rad/s", "largest commanded body rate")
+
+
+class OuterMemory(NamedTuple):
+    """integral [m/s^2]: what the I part of velocity adds. force [N], wanted (unit quaternion), velocity_error [m/s]: from the
+    velocity loop.
+    """
+
+    integral: Vector
+    force: Vector
+    wanted: Vector
+    velocity_error: Vector
+
+
+def begun(measured: Measured, gains: OuterGains) -> OuterMemory:
+    zero = vector(0.0, 0.0, 0.0)
+    return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, zero)
+
+
+def entered(measured: Measured, reference: Reference, gains: OuterGains) -> OuterMemory:
+    """The integral is what the present thrust is for beyond the present motion."""
+    return begun(measured, gains)._replace(integral=project(push_against(measured, reference, gains), gains.integral_bound))
+
+
+def guided(memory: OuterMemory, measured: Measured, reference: Reference, gains: OuterGains, period: Number) -> OuterMemory:
+    """Position P gives a velocity, velocity PI an acceleration, and that a force within the rotors' reach."""
+    back = gains.position * (reference.position - measured.position)
+    back_on_path = project(Vector(clip(one, -gains.axis_speed, gains.axis_speed) for one in back), gains.most_speed)
+    wanted_velocity = reference.velocity + back_on_path
+    error = wanted_velocity - measured.velocity
+    pull = reference.acceleration + gains.velocity * error + memory.integral
+    asked = gains.mass * (pull + vector(0.0, 0.0, gains.gravity))
+    force = tilted_within(within(asked, gains.most_thrust), gains.most_tilt)
+    lost = (force - asked) * (1.0 / gains.mass)  # anti-windup: what cannot be had is not integrated
+    integral = memory.integral + period * (gains.velocity_integral * error + 2.0 * lost)
+    zero = vector(0.0, 0.0, 0.0)
+    attitude = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
+    return OuterMemory(project(integral, gains.integral_bound), force, quaternion_of(attitude), error)
+
+
+def asked_rates(memory: OuterMemory, measured: Measured, gains: OuterGains) -> Vector:
+    """Attitude P gives body rates [rad/s]."""
+    error = rotation_vector(multiply(conjugate(measured.attitude), memory.wanted))
+    return project(gains.attitude * error, gains.most_rate)
 
 
 class CascadedPidGains(NamedTuple):

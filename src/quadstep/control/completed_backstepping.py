@@ -24,7 +24,7 @@ from quadstep.control.backstepping import (
 )
 from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.networks import output
-from quadstep.control.projection import project, project_weights
+from quadstep.control.wanted_attitude import project, project_weights
 from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import ANGLES, NETS, believed, from_gains, gain
 from quadstep.interfaces.model import Kinematics, Model

@@ -10,14 +10,12 @@ own mass; integrals are clipped. All at 500 Hz.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, NamedTuple
 
-from quadstep.control.crazyflie import FULL, rotor_thrusts
-from quadstep.control.quarters import quarters
+from quadstep.control.mixers import FULL, OnQuarters, crazyflie_thrusts
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter
-from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, clip, vector, where
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
@@ -86,11 +84,8 @@ def attitude_error(wanted: Matrix, attitude: Matrix) -> Vector:
 
 
 @dataclass(frozen=True)
-class CrazyflieMellinger(Controller[CrazyflieMellingerMemory, Measured, CrazyflieMellingerGains, RotorThrusts]):
-    """rotors: of the vehicle, as `quarters` gives them. mirrored: whether the first spins clockwise."""
-
-    rotors: tuple[int, ...] = (0, 1, 2, 3)
-    mirrored: bool = False
+class CrazyflieMellinger(OnQuarters, Controller[CrazyflieMellingerMemory, Measured, CrazyflieMellingerGains, RotorThrusts]):
+    """The firmware's law."""
 
     name = "crazyflie-mellinger"
     label = "Crazyflie's Mellinger"
@@ -100,11 +95,6 @@ class CrazyflieMellinger(Controller[CrazyflieMellingerMemory, Measured, Crazyfli
     rates: ClassVar = {"law": 0.002}
     stock = True
     parameter_file = "crazyflie"
-
-    @classmethod
-    def for_vehicle(cls, model: Model) -> Self:
-        """With its rotors in the firmware's order."""
-        return cls(*quarters(model, cls.name))
 
     def start(self, measured: Measured, gains: CrazyflieMellingerGains) -> CrazyflieMellingerMemory:
         return CrazyflieMellingerMemory(ZERO, ZERO, ZERO, ZERO, 0.0)
@@ -133,6 +123,6 @@ class CrazyflieMellinger(Controller[CrazyflieMellingerMemory, Measured, Crazyfli
         thrust = g.mass_thrust * (force @ up_axis(attitude))
         lifts = where(thrust > 0.0, 1.0, 0.0)  # without thrust the motors rest, and integrals begin anew
         roll, pitch, yaw = (lifts * clip(one, -MOST_TURN, MOST_TURN) for one in moment)
-        thrusts = rotor_thrusts((lifts * thrust, roll, -pitch, yaw), self.rotors, self.mirrored, gains.full_thrust)
+        thrusts = crazyflie_thrusts((lifts * thrust, roll, -pitch, yaw), self.rotors, self.mirrored, gains.full_thrust)
         command = RotorThrusts(thrusts, yaw_pitch_roll(quaternion_of(wanted)))
         return command, CrazyflieMellingerMemory(lifts * position, lifts * turned, asked, measured.rates, 1.0)

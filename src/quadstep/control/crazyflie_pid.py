@@ -10,14 +10,12 @@ none: the firmware follows absolute setpoints by their position alone.
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, NamedTuple
 
-from quadstep.control.crazyflie import COUNTS, FULL, rotor_thrusts
-from quadstep.control.low_pass import LowPass, low_pass, smoothed
-from quadstep.control.quarters import quarters
+from quadstep.control.filters import LowPass, low_pass, smoothed
+from quadstep.control.mixers import COUNTS, FULL, OnQuarters, crazyflie_thrusts
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter, switch
-from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, atan2, clip, cos, maximum, sin, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
@@ -203,11 +201,8 @@ def along(heading: Number, x: Number, y: Number) -> tuple[Number, Number]:
 
 
 @dataclass(frozen=True)
-class CrazyfliePid(Controller[CrazyfliePidMemory, Measured, CrazyfliePidGains, RotorThrusts]):
-    """rotors: of the vehicle, as `quarters` gives them. mirrored: whether the first spins clockwise."""
-
-    rotors: tuple[int, ...] = (0, 1, 2, 3)
-    mirrored: bool = False
+class CrazyfliePid(OnQuarters, Controller[CrazyfliePidMemory, Measured, CrazyfliePidGains, RotorThrusts]):
+    """The firmware's cascade."""
 
     name = "crazyflie-pid"
     label = "Crazyflie's PID"
@@ -219,11 +214,6 @@ class CrazyfliePid(Controller[CrazyfliePidMemory, Measured, CrazyfliePidGains, R
     parameter_file = "crazyflie"
     unmodelled = ("pid_attitude.yawMaxDelta",)
     ordered = ("posCtlPid.thrustMin <= posCtlPid.thrustBase",)
-
-    @classmethod
-    def for_vehicle(cls, model: Model) -> Self:
-        """With its rotors in the firmware's order."""
-        return cls(*quarters(model, cls.name))
 
     def start(self, measured: Measured, gains: CrazyfliePidGains) -> CrazyfliePidMemory:
         """As after a change of the setpoint's mode: nothing integrated."""
@@ -274,7 +264,7 @@ class CrazyfliePid(Controller[CrazyfliePidMemory, Measured, CrazyfliePidGains, R
         smooth = low_pass(r.filtered, r.yaw_cut, period)
         u_yaw, yaw_rate = pid(r[8:12], m.yaw_rate, asked_r, turn, INTEGRALS["yaw_rate"], smooth, period)
         turning = (within(u_roll, MOST_TURN), within(u_pitch, MOST_TURN), within(u_yaw, MOST_TURN))
-        thrusts = rotor_thrusts((m.thrust, *turning), self.rotors, self.mirrored, gains.full_thrust)
+        thrusts = crazyflie_thrusts((m.thrust, *turning), self.rotors, self.mirrored, gains.full_thrust)
         command = RotorThrusts(thrusts, vector(reference.yaw, -m.tilt[1] / DEGREES, m.tilt[0] / DEGREES))
         return command, m._replace(
             roll=m_roll, pitch=m_pitch, yaw=m_yaw, roll_rate=roll_rate, pitch_rate=pitch_rate, yaw_rate=yaw_rate

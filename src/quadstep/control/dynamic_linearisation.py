@@ -8,9 +8,9 @@ super-twisting observer (Davila, Fridman, Levant 2005), whose second state is th
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.projection import project
 from quadstep.control.super_twisting import smooth_root, smooth_sign
 from quadstep.control.thrust_extension import Push, driving, motion
+from quadstep.control.wanted_attitude import project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.reference import Reference

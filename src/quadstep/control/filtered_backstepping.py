@@ -30,10 +30,9 @@ from quadstep.control.command_filter import (
     led_filter,
 )
 from quadstep.control.networks import NODES, growth, hats, values
-from quadstep.control.projection import project_weights
 from quadstep.control.rotation_backstepping import AIRBORNE
 from quadstep.control.vectoring import attitude_for
-from quadstep.control.wanted_attitude import up_axis, within
+from quadstep.control.wanted_attitude import project_weights, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import NETS, believed, gain, given, usual
 from quadstep.interfaces.reference import Reference

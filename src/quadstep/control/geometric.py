@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.projection import integral_for, project
 from quadstep.control.vectoring import push_against, turning_errors
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude
+from quadstep.control.wanted_attitude import integral_for, project, up_axis, wanted_attitude
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.reference import Reference

@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.projection import project
 from quadstep.control.vectoring import (
     ZERO,
     BelievedBody,
@@ -29,7 +28,7 @@ from quadstep.control.vectoring import (
     torque_for,
     turned,
 )
-from quadstep.control.wanted_attitude import up_axis
+from quadstep.control.wanted_attitude import project, up_axis
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
 from quadstep.interfaces.reference import Reference

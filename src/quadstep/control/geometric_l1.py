@@ -17,18 +17,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.actuators import AchievedCommand, accelerations, at_rest, commanded, lagged
 from quadstep.control.vectoring import (
     ZERO,
+    AchievedCommand,
     BelievedBody,
     Pull,
     Turn,
+    accelerations,
     angular_of,
+    at_rest,
     attitude_for,
     boxed,
+    commanded,
     errors_to,
     followed,
     force_for,
+    lagged,
     pulled,
     push_against,
     torque_for,

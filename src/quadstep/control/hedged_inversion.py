@@ -20,7 +20,6 @@ from typing import NamedTuple
 
 from quadstep.control.command_filter import FilteredAttitude, LedAttitude, led_acceleration, led_filter
 from quadstep.control.networks import basis, output, weight_rate
-from quadstep.control.projection import project_weights
 from quadstep.control.rotation_backstepping import (
     AIRBORNE,
     FORCE_INPUTS,
@@ -31,7 +30,7 @@ from quadstep.control.rotation_backstepping import (
     TURN,
 )
 from quadstep.control.vectoring import attitude_for
-from quadstep.control.wanted_attitude import up_axis, within
+from quadstep.control.wanted_attitude import project_weights, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import Net, net, nets_start, weights

@@ -15,16 +15,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.actuators import AchievedCommand, at_rest, commanded, lagged, of_speeds
 from quadstep.control.vectoring import (
     ZERO,
+    AchievedCommand,
     BelievedBody,
     Pull,
     Turn,
+    at_rest,
     attitude_for,
+    commanded,
     errors_to,
     followed,
     force_for,
+    lagged,
+    of_speeds,
     pulled,
     turned,
 )

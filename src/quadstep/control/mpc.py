@@ -10,17 +10,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.admm import AdmmIterate, BoundedChain, StageBounds, idle, inputs_of, iterate, joined
+from quadstep.control.admm import (
+    AdmmIterate,
+    BoundedChain,
+    StageBounds,
+    discretised,
+    idle,
+    inputs_of,
+    iterate,
+    joined,
+    regulator,
+)
 from quadstep.control.admm import within as bounded
-from quadstep.control.disturbance_observer import observed
-from quadstep.control.projection import project
-from quadstep.control.sampled_regulator import discretised, regulator
-from quadstep.control.wanted_attitude import WantedAttitude, up_axis, wanted_attitude, within
+from quadstep.control.filters import observed
+from quadstep.control.vectoring import boxed
+from quadstep.control.wanted_attitude import WantedAttitude, project, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, clip, cos, exp, matrix, maximum, minimum, scan, sin, vector
+from quadstep.numbers import Matrix, Number, Vector, cos, exp, matrix, maximum, minimum, scan, sin, vector
 from quadstep.numbers.rotations import (
     conjugate,
     cross,
@@ -118,10 +127,6 @@ def levelled(yaw: Number, v: Vector) -> tuple[Number, Number]:
     """Forward and left parts of a vector [any unit] for a heading [rad]."""
     s, c = sin(yaw), cos(yaw)
     return c * v[0] + s * v[1], c * v[1] - s * v[0]
-
-
-def boxed(v: Vector, most: Number) -> Vector:
-    return Vector(clip(entry, -most, most) for entry in v)
 
 
 def chain(rate: Matrix, weights: Sequence[Number], bounds: Sequence[int], penalty: Number) -> BoundedChain:

@@ -10,10 +10,9 @@ mean.
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.disturbance_observer import observed
-from quadstep.control.projection import project
+from quadstep.control.filters import observed
 from quadstep.control.vectoring import torque_for, turning_errors
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
+from quadstep.control.wanted_attitude import project, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
 from quadstep.interfaces.reference import Reference

@@ -8,7 +8,17 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.low_pass import low_pass, share_of
+from quadstep.control.filters import low_pass, share_of
+from quadstep.control.mixers import (
+    FULL_SPEED,
+    HOVER_SPEED,
+    Px4Mixer,
+    command_of_thrust,
+    px4_missed,
+    px4_mixed,
+    px4_mixer,
+    thrust_of_command,
+)
 from quadstep.control.px4_loops import (
     STILL,
     Flying,
@@ -23,12 +33,10 @@ from quadstep.control.px4_loops import (
     position_loop,
     rate_loop,
 )
-from quadstep.control.px4_mixer import Mixer, missed_torques, mixed, mixer_of
-from quadstep.control.thrust_curve import command_of_thrust, thrust_of_command
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
-from quadstep.interfaces.gain import BELIEF, gain, given, parameter, switch
+from quadstep.interfaces.gain import given, parameter, switch
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Number, Vector, clip, maximum, sqrt, vector, where
+from quadstep.numbers import Number, Vector, clip, maximum, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
 
 RADIANS = math.pi / 180.0
@@ -119,15 +127,9 @@ class Px4CascadeGains(NamedTuple):
     filters: FilterParameters
     attitude: AttitudeParameters
     position: PositionParameters
-    full_speed: Number = gain(
-        lambda model: model.fastest,
-        "rad/s",
-        "speed of a rotor at full command; default: the vehicle's",
-        tunable=False,
-        group=BELIEF,
-    )
-    hover_speed: Number = given(lambda model: sqrt(model.mass * model.gravity / (model.rotors * model.per_speed)))
-    mixer: Mixer = given(mixer_of)
+    full_speed: Number = FULL_SPEED
+    hover_speed: Number = HOVER_SPEED
+    mixer: Px4Mixer = given(px4_mixer)
 
 
 class Px4CascadeMemory(NamedTuple):
@@ -257,10 +259,10 @@ class Px4Cascade(Controller[Px4CascadeMemory, Measured, Px4CascadeGains, RotorSp
         ]
         rates, slopes = Vector(axis.rate for axis in axes), Vector(axis.acceleration for axis in axes)
         torque, turning = rate_loop(rate_gains(gains.rates), m.turning, m.rates, rates, slopes, m.limited, period)
-        outputs = mixed(gains.mixer.outputs, torque, m.thrust, gains.rates.airmode)
+        outputs = px4_mixed(gains.mixer.outputs, torque, m.thrust, gains.rates.airmode)
         speeds = outputs.map(lambda output: gains.full_speed * command_of_thrust(output, gains.rates.factor))
         roll, pitch, yaw = axes
         return RotorSpeeds(speeds, yaw_pitch_roll(m.wanted)), m._replace(
             turning=turning, roll=roll, pitch=pitch, yaw=yaw, sampled=1.0,
-            missed=missed_torques(gains.mixer.torques, torque, outputs),
+            missed=px4_missed(gains.mixer.torques, torque, outputs),
         )  # fmt: skip

@@ -7,7 +7,7 @@ package's axes; thrust and torques are shares of what the rotors have, as in PX4
 import math
 from typing import NamedTuple
 
-from quadstep.control.low_pass import LowPass, smoothed
+from quadstep.control.filters import LowPass, smoothed
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import conjugate, cross, multiply, normalised, quaternion_of, unrotate

@@ -39,7 +39,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "hedged-backstepping": "hedged_backstepping.HedgedBackstepping",
         "hedged-inversion": "hedged_inversion.HedgedInversion",
         "filtered-backstepping": "filtered_backstepping.FilteredBackstepping",
-        "planned-lqr": "planned_lqr.PlannedLqr",
+        "planned-lqr": "lqr.PlannedLqr",
         "crazyflie-pid": "crazyflie_pid.CrazyfliePid",
         "crazyflie-mellinger": "crazyflie_mellinger.CrazyflieMellinger",
         "px4-cascade": "px4_cascade.Px4Cascade",
@@ -47,8 +47,8 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "betaflight-rates": "betaflight_rates.BetaflightRates",
     },
     PlanarState: {
-        "planar-pd": "planar_pd.PlanarPd",
-        "planar-linearisation": "planar_linearisation.PlanarLinearisation",
+        "planar-pd": "planar.PlanarPd",
+        "planar-linearisation": "planar.PlanarLinearisation",
     },
 }
 """Module and class by the name in missions, in the order in which users are told of them."""

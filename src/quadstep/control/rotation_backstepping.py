@@ -19,9 +19,8 @@ from typing import NamedTuple
 
 from quadstep.control.command_filter import FilteredAttitude, attitude_filter
 from quadstep.control.networks import basis, output, weight_rate
-from quadstep.control.projection import integral_for, project, project_weights
 from quadstep.control.vectoring import angular_of, push_against
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
+from quadstep.control.wanted_attitude import integral_for, project, project_weights, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import AXES, NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import Net, net, nets_start, weights

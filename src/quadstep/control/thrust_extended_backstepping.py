@@ -13,8 +13,8 @@ The papers have c = 1: their errors drive each other at 1 rad/s, however slow th
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.projection import project
 from quadstep.control.thrust_extension import Push, driving, motion
+from quadstep.control.wanted_attitude import project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.reference import Reference

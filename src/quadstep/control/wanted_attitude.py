@@ -1,9 +1,8 @@
-"""From a wanted force and heading to the attitude that makes it, and how fast that attitude turns."""
+"""Which thrust and attitude make a wanted force (kinematic inversion, Eq. 40 to Eq. 52), and what keeps it within bounds."""
 
 from typing import NamedTuple
 
-from quadstep.control.projection import shrink
-from quadstep.numbers import Matrix, Number, Vector, clip, cos, sin, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, sin, sqrt, vector, where
 from quadstep.numbers.rotations import cross
 
 
@@ -86,3 +85,39 @@ def tilted_within(force: Vector, most: Number) -> Vector:
     x, y, z = force
     sideways = where(most < 1.5, shrink(sqrt(x * x + y * y), z * sin(most) / cos(most)), 1.0)
     return vector(sideways * x, sideways * y, z)
+
+
+def invert_force(force: Vector) -> tuple[Number, Number, Number]:
+    """(u_d [N], theta_d [rad], phi_d [rad]) with u_d (-sin theta_d, cos theta_d sin phi_d, cos theta_d cos phi_d) = force.
+
+    `force` is F_d_hat [N], inertial. Eq. 52 prints atan(f_y / f_z), the wrong branch for f_z < 0; atan2 flies inverted too.
+    theta_d lies in [-pi/2, pi/2], phi_d in (-pi, pi]. Where the force leaves an angle free it is zero: phi_d for a force
+    along x, both for no force at all.
+    """
+    f_x, f_y, f_z = force
+    b = sqrt(f_y * f_y + f_z * f_z)  # Eq. 45
+    u_d = sqrt(f_x * f_x + b * b)  # Eq. 48
+    theta_d = where(u_d > 0.0, atan2(-f_x, b), 0.0)  # Eq. 43, Eq. 50
+    phi_d = where(b > 0.0, atan2(f_y, f_z), 0.0)  # Eq. 52
+    return u_d, theta_d, phi_d
+
+
+def project(entries: Vector, bound: Number) -> Vector:
+    """The nearest vector of length at most `bound`."""
+    return shrink(entries.norm(), bound) * entries
+
+
+def integral_for(part: Vector, gain: Vector, bound: Number) -> Vector:
+    """The integral, within its bound, that adds `part` to a law with this gain; 0 along axes whose gain is 0."""
+    return project(Vector(where(k > 0.0, one / where(k > 0.0, k, 1.0), 0.0) for one, k in zip(part, gain, strict=True)), bound)
+
+
+def project_weights(weights: Matrix, bound: Number) -> Matrix:
+    """The nearest matrix of Frobenius norm at most `bound`."""
+    return shrink(weights.norm(), bound) * weights
+
+
+def shrink(length: Number, bound: Number) -> Number:
+    """The factor, at most 1, that brings `length` down to `bound`."""
+    long = length > bound
+    return where(long, bound / where(long, length, 1.0), 1.0)

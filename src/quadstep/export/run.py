@@ -16,10 +16,10 @@ from quadstep.export.c.interface import Exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import NOTHING, Facts, Measurements, datasheet
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io import __version__
 from quadstep.io.doors import Door
 from quadstep.io.errors import UserError
 from quadstep.io.files import TOML, read_bytes
-from quadstep.io.version import __version__
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.numbers import Table, flatten
 from quadstep.report.publish import publishing, write_json

@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.averages import HalfSeconds, Told, blocks
+from quadstep.identify.averages import HalfSeconds, Told
+from quadstep.identify.guesses import LONG, SHORT, SURE, first_guess, from_averages, limits_guess, priors, problem_of
 from quadstep.identify.intervals import (
     AVERAGED,
     DYNAMIC,
     FROM_AVERAGES,
     IN_STEP,
     StandardErrors,
-    averaged,
     parts,
     spread,
     with_values,
@@ -31,27 +31,17 @@ from quadstep.identify.parameters import (
     point_of,
     values_at,
 )
-from quadstep.identify.predictor import Predictor, PredictorParameters
-from quadstep.identify.problem import PredictionProblem
-from quadstep.identify.search import ErrorWeights, Prior, cost, curvature, search
-from quadstep.identify.starts import Starts, laid_out, setpoint_of, starts_at, usable
-from quadstep.io.errors import UserError
+from quadstep.identify.predictor import PredictorParameters
+from quadstep.identify.search import ErrorWeights, Prior, curvature, search
+from quadstep.identify.starts import setpoint_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import vector
-from quadstep.vehicle.airframe.geometry import Effects
 from quadstep.vehicle.airframe.observer import Observer
-
-SHORT, LONG = (1, 3), (1, 3, 10, 25, 50)
-"""Horizons [samples] of the vehicle's fit and of the predictor's."""
 
 SHORT_WEIGHTS = ErrorWeights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
 LONG_WEIGHTS = ErrorWeights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))
 """Weights of horizons, and of position, velocity, attitude, rates."""
 
-MOST_STARTS = 800
-EFFECTS = Effects(battery=False, ground=False, gyroscopic=True, drag=True)
-VAGUE = 1.0
-"""Prior standard deviation of a parameter's logarithm if only its start value is known."""
 
 UNSURE = math.log(2.0)
 """Half of a logarithm's interval from which on a parameter counts as undetermined."""
@@ -70,9 +60,6 @@ WINDY = "a light wind would lean the vehicle in the same way, unless it turns or
 
 CHECKED = ("drag.rotor[2]", "drag.flapping")
 """Parameters from predictions that averages determine too, in another way."""
-
-SURE = ("drag.rotor[0]",)
-"""Parameters that averages determine so well that predictions only refine them; lag errors distort axial drag and flapping."""
 
 EXPLAINED = {
     "command.speed": "mean thrust over half a second",
@@ -110,91 +97,6 @@ class Identified(NamedTuple):
     guided: Observer | None
     fitted: dict[str, Fitted]
     kept: dict[str, str]
-
-
-def chosen_starts(flights: Sequence[FlightRecord], horizons: Sequence[int], most: int) -> list[np.ndarray]:
-    """Rows to predict from, evenly over all flights, at most `most` in all."""
-    whole = [usable(flight, horizons) for flight in flights]
-    stride = max(1, math.ceil(sum(len(rows) for rows in whole) / most))
-    return [rows[::stride] for rows in whole]
-
-
-def problem_of(
-    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, horizons: tuple[int, ...],
-    free: Sequence[Free], guided: bool = False,
-) -> PredictionProblem:  # fmt: skip
-    """Predictions of some flights. Raises UserError if none can be made."""
-    laid = laid_out(flights, guided)
-    starts: Starts = starts_at(flights, laid, chosen_starts(flights, horizons, MOST_STARTS))
-    if len(starts.row) < 30:
-        names = ", ".join(flight.name for flight in flights)
-        raise UserError(f"{names}: {len(starts.row)} segments of uninterrupted flight; a fit needs at least 30")
-    loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
-    return PredictionProblem(loop, flights, laid, starts, p, free, by_flight=horizons == LONG)
-
-
-def from_averages(
-    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
-) -> tuple[PredictorParameters, dict[str, Told], dict[str, str], HalfSeconds | None]:
-    """p with the parameters that averages determine; why the others stay; and the averages."""
-    block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
-    if block is None:
-        return p, {}, dict.fromkeys(FROM_AVERAGES, "not enough uninterrupted flight"), None
-    return *averaged(block, p, vehicle.geometry(), flights[0].speeds), block
-
-
-def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Told]) -> Prior:
-    """Priors: from averages for free parameters that they determine, vague ones at the start for the vehicle's others."""
-    places, centres, deviations = [], [], []
-    start = point_of(p, free)
-    for place, one in enumerate(free):
-        if one.key.startswith("prediction.") or not one.logarithmic:
-            continue
-        places.append(place)
-        known = told.get(one.key) if one.key in SURE else None
-        if known and known.value > 0.0 and known.error < known.value:
-            centres.append(math.log(known.value))
-            deviations.append(max(known.error / known.value, 1e-3))
-        else:
-            centres.append(float(start[place]))
-            deviations.append(VAGUE)
-    return Prior(places, np.array(centres), np.array(deviations))
-
-
-def first_guess(problem: PredictionProblem, point: Floats, weights: ErrorWeights) -> Floats:
-    """The best of several lags, delays and inertias, as the start of the search."""
-    keys = [one.key for one in problem.batch.free]
-    tries = []
-    for lag in (0.02, 0.05, 0.12):
-        for delay in (0.0, 0.02):
-            for factor in (0.6, 1.0, 2.0):
-                guess = point.copy()
-                guess[keys.index("rotor.rise_time")] = math.log(lag)
-                guess[keys.index("command.delay")] = delay
-                for axis in (0, 1):
-                    guess[keys.index(f"inertia[{axis}]")] += math.log(factor)
-                tries.append(guess)
-    residuals = problem.residuals([point, *tries])
-    middle = np.median(np.linalg.norm(residuals, axis=-1), axis=-1)
-    costs = (weights.table * np.minimum(middle, 1e2)).sum(axis=(1, 2))
-    return [point, *tries][int(np.argmin(costs))]
-
-
-def limits_guess(problem: PredictionProblem, point: Floats, weights: ErrorWeights) -> Floats:
-    """The point with the best of several limits of acceleration and tilt; with its own where the flights reach none.
-
-    A search alone does not find them: beyond the largest acceleration and tilt their derivatives are zero.
-    """
-    keys = [one.key for one in problem.batch.free]
-    tries = [point]
-    for reach in (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0):
-        for steepest in (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0):
-            guess = point.copy()
-            guess[keys.index("prediction.reach")] = math.log(reach)
-            guess[keys.index("prediction.steepest")] = math.log(steepest)
-            tries.append(guess)
-    costs = [cost(residuals, weights) for residuals in problem.residuals(tries)]
-    return tries[int(np.argmin(costs))]
 
 
 def identify(

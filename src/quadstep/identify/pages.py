@@ -13,13 +13,11 @@ from quadstep.identify.closed_loop import Beside, fly_again
 from quadstep.identify.estimator import Deviation, Estimated
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.logs.signals import spectrum
-from quadstep.identify.replay import Replayed, ReplayRequest
+from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest
 from quadstep.identify.replay_report import ESTIMATED, FACTOR, UNIT, identity, tracking_table, write_tables
-from quadstep.identify.report import unexplained
 from quadstep.identify.residual import Followed, followed
-from quadstep.identify.run import AHEAD, Identification
+from quadstep.identify.run import AHEAD, Identification, unexplained
 from quadstep.identify.starts import GROUPS, HORIZONS
-from quadstep.identify.table import ErrorTable
 from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.io.atomic import write_beside
 from quadstep.io.errors import UserError

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.response import Complex
-from quadstep.io.betaflight_diff import I_SCALE, P_SCALE, PER_MOTOR, YAW_I
 from quadstep.io.errors import UserError
+from quadstep.io.parameter_files import I_SCALE, P_SCALE, PER_MOTOR, YAW_I
 
 USUAL_RATE = 400.0
 """Loops of ArduPilot in a second, where the log does not say how many."""

@@ -10,11 +10,10 @@ import numpy as np
 from quadstep.identify.closed_loop import Beside, Tracking
 from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Estimated
 from quadstep.identify.logs.flight import FlightRecord
-from quadstep.identify.replay import Replayed, ReplayRequest
+from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_unusable
 from quadstep.identify.starts import GROUPS, HORIZONS
-from quadstep.identify.table import ErrorTable, why_unusable
 from quadstep.identify.vehicle_file import fitted_to
-from quadstep.io.version import __version__
+from quadstep.io import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.report import page
 from quadstep.report.evidence import Evidence, Section, Table

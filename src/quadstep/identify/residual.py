@@ -11,10 +11,10 @@ import numpy as np
 
 from quadstep.identify.averages import followed as turned
 from quadstep.identify.averages import matrices, rotor_speeds
-from quadstep.identify.fit import EFFECTS
+from quadstep.identify.guesses import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.predictor import Predictor, PredictorParameters
-from quadstep.identify.problem import PredictionBatch, as_states
+from quadstep.identify.search import PredictionBatch, as_states
 from quadstep.identify.starts import HORIZONS, States, laid_out, logged, starts_at, usable, voltage_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Vector, matrix

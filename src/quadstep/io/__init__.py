@@ -2,3 +2,5 @@
 
 Every room may import it; it imports no other.
 """
+
+__version__ = "0.1.0"

@@ -9,16 +9,16 @@ import numpy as np
 
 from quadstep.engines.fly import fingerprint, fly
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES
-from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, StepResponse, Studied, steps, studied
 from quadstep.linear.equilibrium import held, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
-from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.states import Array
+from quadstep.linear.tables import Open, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission

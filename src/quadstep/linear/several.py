@@ -8,20 +8,20 @@ import numpy as np
 
 from quadstep.control.registry import controllers
 from quadstep.engines.fly import FlightPlan, fingerprint
+from quadstep.io import __version__
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.io.results.record import FIGURES
 from quadstep.io.user_code.installed import CONTROLLERS
-from quadstep.io.version import __version__
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, studied, worst_of
 from quadstep.linear.equilibrium import flown_to, quiet
 from quadstep.linear.margins import MarginLimits
 from quadstep.linear.modes import reduced
-from quadstep.linear.picture import draw_over
 from quadstep.linear.run import MARGIN_COLUMNS, margin_numbers, record
 from quadstep.linear.sampled import Loops, linearised, linearising
 from quadstep.linear.side import NotLinearError
+from quadstep.linear.tables import draw_over
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.own_controller import own_section
 from quadstep.mission.own_thing import unknown_type

@@ -7,29 +7,34 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from quadstep.interfaces.model import MARGIN, Model
+from quadstep.mission.airframe_tables import (
+    MOST_LATE,
+    BatterySection,
+    CommandSection,
+    DragSection,
+    EffectsSection,
+    ImuSection,
+    MountSection,
+    PredictionSection,
+    ResidualSection,
+    RotorSection,
+)
 from quadstep.mission.fields import (
-    Coefficient,
     Finite,
-    NonNegative,
-    NonNegativeTriple,
-    Pair,
     Positive,
-    PositiveCoefficient,
     PositiveTriple,
     Quantity,
     Section,
-    Share,
-    Triple,
     as_tuple,
 )
 from quadstep.mission.presets import completed
-from quadstep.numbers import Number, Vector, cos, matrix, maximum, sin, total
+from quadstep.numbers import Number, cos, maximum, sin, total
 from quadstep.vehicle.airframe.agility import LATE, agility
 from quadstep.vehicle.airframe.allocation import Allocation, allocation, mixing, rank
 from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
 from quadstep.vehicle.airframe.motion import contact
-from quadstep.vehicle.airframe.plant import INPUTS, NO_DRAG, OUTPUTS, Airframe, Residual, hover_drag
-from quadstep.vehicle.airframe.rotor import Battery, Drag, Rotor
+from quadstep.vehicle.airframe.plant import NO_DRAG, Airframe, hover_drag
+from quadstep.vehicle.airframe.rotor import Battery, Drag
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -46,180 +51,6 @@ LAYOUTS = {
     "octo-plus": (8, 0.0),
 }
 """Number of rotors, and how far rotor 1 stands to the left of straight ahead, in steps from one rotor to the next."""
-
-
-class MountSection(Section):
-    """Where a rotor sits, which way it pushes and turns."""
-
-    position: Annotated[Triple, Quantity("m", "position in body axes")]
-    axis: Annotated[Triple, Quantity("", "unit vector of its thrust")] = (0.0, 0.0, 1.0)
-    spin: Annotated[Literal["ccw", "cw"], Quantity("", "direction of spin, seen from above")]
-
-    @model_validator(mode="after")
-    def _unit(self) -> "MountSection":
-        length = Vector(self.axis).norm()
-        if abs(length - 1.0) > 1e-3:
-            raise ValueError(f"axis must have length 1, not {length:g}")
-        return self
-
-    def build(self) -> Mount:
-        """The mount as structure; its axis made exactly one long."""
-        x, y, z = Vector(self.axis) / Vector(self.axis).norm()
-        return Mount(self.position, (x, y, z), 1 if self.spin == "ccw" else -1)
-
-
-class RotorSection(Section):
-    """One rotor; all are alike."""
-
-    thrust_coefficient: Annotated[PositiveCoefficient, Quantity("N s^2", "k_f, thrust over speed squared")]
-    torque_coefficient: Annotated[Coefficient, Quantity("N m s^2", "k_m, torque over speed squared")]
-    inertia: Annotated[Coefficient, Quantity("kg m^2", "J_r, inertia of rotor and motor bell about the axis")] = 0.0
-    rise_time: Annotated[Positive, Quantity("s", "time constant of rising speed")]
-    fall_time: Annotated[Positive, Quantity("s", "time constant of falling speed")]
-    slowest: Annotated[NonNegative, Quantity("rad/s", "smallest speed")] = 0.0
-    fastest: Annotated[Positive, Quantity("rad/s", "largest speed")]
-    radius: Annotated[Positive, Quantity("m", "radius, from axis to blade tip")]
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "RotorSection":
-        if self.fastest <= self.slowest:
-            raise ValueError(f"fastest = {self.fastest:g} rad/s must be above slowest = {self.slowest:g} rad/s")
-        return self
-
-    def build(self) -> Rotor:
-        thrust, torque = self.thrust_coefficient, self.torque_coefficient
-        return self.as_numbers(Rotor, thrust=thrust, torque=torque, rise=self.rise_time, fall=self.fall_time)
-
-
-class DragSection(Section):
-    """What air does to the vehicle, against its speed through the air in body axes."""
-
-    parasitic: Annotated[NonNegativeTriple, Quantity("N s^2/m^2", "body drag per airspeed squared")] = (0.0, 0.0, 0.0)
-    rotor: Annotated[NonNegativeTriple, Quantity("N s^2/(m rad)", "rotor drag per rotor speed and airspeed")] = (0.0, 0.0, 0.0)
-    flapping: Annotated[Coefficient, Quantity("N m s^2/(m rad)", "hub moment per rotor speed and airspeed")] = 0.0
-    translational_lift: Annotated[Coefficient, Quantity("N s^2/m^2", "extra thrust per squared airspeed across the rotor")] = (
-        0.0
-    )
-
-    @model_validator(mode="after")
-    def _round(self) -> "DragSection":
-        if self.rotor[0] != self.rotor[1]:
-            raise ValueError(
-                f"rotor: the first two entries, both in the disc, must be equal, not {self.rotor[0]:g} and {self.rotor[1]:g}"
-            )
-        return self
-
-
-class BatterySection(Section):
-    """What drives the rotors. Without the effect `battery` it is not used."""
-
-    full: Annotated[Positive, Quantity("V", "voltage when full")]
-    empty: Annotated[Positive, Quantity("V", "voltage when empty")]
-    capacity: Annotated[Positive, Quantity("C", "charge from full to empty")]
-    resistance: Annotated[NonNegative, Quantity("ohm", "resistance of cells and wires")]
-    efficiency: Annotated[Share, Quantity("", "efficiency of motors and speed controllers")]
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "BatterySection":
-        if self.empty >= self.full:
-            raise ValueError(f"empty = {self.empty:g} V must be below full = {self.full:g} V")
-        if self.efficiency == 0.0:
-            raise ValueError("efficiency must be greater than 0")
-        return self
-
-
-class EffectsSection(Section):
-    """Which effects act."""
-
-    battery: Annotated[bool, Quantity("", "voltage sag and discharge")] = False
-    ground: Annotated[bool, Quantity("", "extra lift near the ground")] = False
-    gyroscopic: Annotated[bool, Quantity("", "gyroscopic and spin-up torque of the rotors")] = True
-    drag: Annotated[bool, Quantity("", "all effects in the table drag")] = True
-    residual: Annotated[bool, Quantity("", "the learned residual, if the vehicle has one")] = False
-
-
-MOST_LATE = 250
-"""Commands on their way to the rotors."""
-
-
-class CommandSection(Section):
-    """What a rotor makes of a motor command c, as share of the full one, in logs: after `delay` it is told to turn at
-    speed c^exponent (V / nominal_voltage)^voltage_exponent. Of these a flight has the delay.
-    """
-
-    speed: Annotated[Positive, Quantity("rad/s", "rotor speed at full command and nominal voltage")]
-    exponent: Annotated[Positive, Quantity("", "exponent of the command")] = 1.0
-    voltage_exponent: Annotated[NonNegative, Quantity("", "exponent of the voltage")] = 1.0
-    nominal_voltage: Annotated[Positive, Quantity("V", "voltage at which `speed` holds")] = 1.0
-    delay: Annotated[NonNegative, Quantity("s", "delay from a command to the rotors")] = 0.0
-
-
-class ImuSection(Section):
-    """How a log's axes lie to those of the rotors."""
-
-    tilt: Annotated[Pair, Quantity("rad", "rotation about x and y from the measured axes to the rotor axes")] = (0.0, 0.0)
-
-
-class PredictionSection(Section):
-    """How a prediction takes up a log and goes on without it (`quadstep replay`); pairs are for x and y alike, and for z."""
-
-    rates: Annotated[Pair, Quantity("", "correction gain on the difference in rates")]
-    attitude: Annotated[Pair, Quantity("", "correction gain on the difference in attitude")]
-    velocity: Annotated[Pair, Quantity("", "correction gain on the difference in velocity")]
-    torque: Annotated[Pair, Quantity("1/s", "gain of the decaying angular acceleration")]
-    torque_fade: Annotated[Pair, Quantity("1/s", "its decay rate")]
-    trend: Annotated[Pair, Quantity("1/s", "gain of the constant angular acceleration")]
-    force: Annotated[Pair, Quantity("1/s", "gain of the decaying acceleration")]
-    force_fade: Annotated[Pair, Quantity("1/s", "its decay rate")]
-    authority: Annotated[Pair, Quantity("", "share of the commanded torque that is trusted")] = (1.0, 1.0)
-    leak: Annotated[Pair, Quantity("1/s", "feedback of the rates to zero")] = (0.0, 0.0)
-    spring: Annotated[Finite, Quantity("1/s^2", "feedback of the tilt to that of the setpoint")] = 0.0
-    path: Annotated[Finite, Quantity("1/s^2", "acceleration per metre of distance from the setpoint")] = 0.0
-    drift: Annotated[Finite, Quantity("1/s", "acceleration against the velocity")] = 0.0
-    delay: Annotated[NonNegative, Quantity("s", "delay of the commands, in addition to the rotor lag")] = 0.0
-    reach: Annotated[Positive, Quantity("m/s^2", "largest acceleration towards the setpoint")] = 1e3
-    steepest: Annotated[Positive, Quantity("", "tangent of the largest tilt for the setpoint")] = 0.5
-
-
-def as_nested(value: object) -> object:
-    return tuple(map(as_tuple, value)) if isinstance(value, list | tuple) else value
-
-
-class ResidualSection(Section):
-    """Weights of a small network for accelerations that the laws do not explain (`quadstep.vehicle.airframe.plant`).
-
-    Shapes: (hidden, 7), (hidden), (6, hidden), (6).
-    """
-
-    inputs: Annotated[
-        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "input weights, one row per neuron")
-    ]
-    biases: Annotated[
-        tuple[Finite, ...],
-        BeforeValidator(as_tuple),
-        Field(min_length=1, max_length=64),
-        Quantity("", "biases of the neurons"),
-    ]
-    outputs: Annotated[
-        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "output weights, one row per output")
-    ]
-    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "offsets of the outputs")]
-
-    @model_validator(mode="after")
-    def _shapes(self) -> "ResidualSection":
-        hidden = len(self.biases)
-        for name, rows, count, width in (
-            ("inputs", self.inputs, hidden, INPUTS),
-            ("outputs", self.outputs, OUTPUTS, hidden),
-            ("offsets", (self.offsets,), 1, OUTPUTS),
-        ):
-            if len(rows) != count or any(len(row) != width for row in rows):
-                raise ValueError(f"{name}: should have {count} rows of {width} numbers, as biases has {hidden}")
-        return self
-
-    def build(self) -> Residual:
-        """The network as numbers."""
-        return Residual(matrix(*self.inputs), Vector(self.biases), matrix(*self.outputs), Vector(self.offsets))
 
 
 class BuiltAirframe(NamedTuple):

@@ -19,9 +19,8 @@ from quadstep.numbers import Vector, vector
 from quadstep.world.guidance.declared import DeclaredPath
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.world.guidance.orbit import Orbit, OrbitParameters
-from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.guidance.piecewise import LEAST_SPAN, Piecewise, near_recording, through_waypoints
 from quadstep.world.guidance.setpoints import Step, StepParameters
-from quadstep.world.guidance.spline import LEAST_SPAN, near_recording, through_waypoints
 
 
 class BuiltPath(NamedTuple):

@@ -12,9 +12,8 @@ from quadstep.io.errors import UserError
 from quadstep.io.user_code.installed import ESTIMATORS, SENSORS
 from quadstep.mission.fields import NonNegative, Positive, Quantity, Section
 from quadstep.mission.own_thing import OwnSection, own_or
-from quadstep.sensing.declared import DeclaredEstimator, DeclaredSensor
 from quadstep.sensing.estimator import ErrorState
-from quadstep.sensing.sensors import Sensors
+from quadstep.sensing.sensors import DeclaredEstimator, DeclaredSensor, Sensors
 from quadstep.sensing.suite import LAST_SAMPLES, WHITE_FIX, Suite
 
 MOST_SAMPLES = 250

@@ -15,8 +15,8 @@ from typing import NamedTuple
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.log import FlightLog
+from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.version import __version__
 from quadstep.metrics.registry import Metrics
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded

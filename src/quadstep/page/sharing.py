@@ -7,8 +7,8 @@ import secrets
 import socket
 from typing import NamedTuple
 
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.extras import needed_by
 
 LOCAL = "127.0.0.1"
 EVERYWHERE = ("0.0.0.0", "::")

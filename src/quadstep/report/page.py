@@ -18,7 +18,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.io.version import __version__
+from quadstep.io import __version__
 from quadstep.report.symbols import rich, unbroken
 
 FONTS = Path(str(files("quadstep.report").joinpath("fonts")))

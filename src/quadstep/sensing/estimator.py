@@ -32,8 +32,7 @@ from quadstep.numbers.rotations import (
     rotation_matrix,
     rotation_vector,
 )
-from quadstep.sensing.declared import DeclaredEstimator
-from quadstep.sensing.sensors import Navigation, Sensors, filled, passed
+from quadstep.sensing.sensors import DeclaredEstimator, Navigation, Sensors, filled, passed
 from quadstep.vehicle.airframe.motion import Motion
 
 Triangle: TypeAlias = tuple[Vector, ...]

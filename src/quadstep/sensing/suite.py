@@ -9,8 +9,22 @@ from typing import NamedTuple, TypeAlias, cast
 
 from quadstep.numbers import Number, Structure, Vector, sqrt, vector, where
 from quadstep.numbers.noise import Key
-from quadstep.sensing.declared import DeclaredEstimator, DeclaredSensor, LastSamples
-from quadstep.sensing.sensors import FIX, IMU, START, Navigation, Sensors, draws, filled, fixed, navigation, passed, pushed
+from quadstep.sensing.sensors import (
+    FIX,
+    IMU,
+    START,
+    DeclaredEstimator,
+    DeclaredSensor,
+    LastSamples,
+    Navigation,
+    Sensors,
+    draws,
+    filled,
+    fixed,
+    navigation,
+    passed,
+    pushed,
+)
 from quadstep.vehicle.airframe.motion import Motion
 
 

@@ -16,15 +16,14 @@ from quadstep.identify.measured import Measured, measured
 from quadstep.identify.response import UNSURE
 from quadstep.identify.setpoints import faster
 from quadstep.identify.symptoms import symptoms
-from quadstep.io import files
+from quadstep.io import __version__, files
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import FORMATS, Format
 from quadstep.io.results.record import FIGURES
-from quadstep.io.version import __version__
 from quadstep.linear.analysis import studied
 from quadstep.linear.margins import Margins
-from quadstep.linear.picture import Open, draw_bode
 from quadstep.linear.states import Channel
+from quadstep.linear.tables import Open, draw_bode
 from quadstep.linear.transfer import harmonic, opened
 from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
 from quadstep.metrics.statistics import Estimate, student_quantile

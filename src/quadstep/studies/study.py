@@ -13,7 +13,7 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 import pyarrow as pa
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
-from quadstep.io.version import __version__
+from quadstep.io import __version__
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing

@@ -9,8 +9,8 @@ from time import monotonic
 from typing import Protocol, cast
 
 from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample
+from quadstep.io.doors import optional
 from quadstep.io.errors import UserError
-from quadstep.io.extras import optional
 from quadstep.mission.own_controller import FIRST_WAIT
 
 PORT = 4560

@@ -12,8 +12,8 @@ from quadstep.bridges.autopilot.link import refuse_strange
 from quadstep.control.wanted_attitude import wanted_attitude
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.reference import Reference
+from quadstep.io.doors import optional
 from quadstep.io.errors import UserError
-from quadstep.io.extras import optional
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import quaternion_of
 from quadstep.vehicle.plants.multirotor import Multirotor

@@ -6,15 +6,13 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from quadstep.control.thrust_curve import command_of_thrust
+from quadstep.control.mixers import command_of_thrust
 from quadstep.identify.logs.flight import Flags, FlightRecord, Floats
 from quadstep.identify.logs.mapping import Mapping, commanded, converted, fitting, load_mapping, mapping_names, read_mapping
-from quadstep.identify.logs.series import Columns, Series, Topics
-from quadstep.identify.logs.table import FEWEST_ROWS, header_of, read_columns
+from quadstep.identify.logs.series import FEWEST_ROWS, Columns, Series, Topics, header_of, read_columns
 from quadstep.io import files
-from quadstep.io.doors import Door
+from quadstep.io.doors import Door, needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.extras import needed_by
 
 READERS = Door("quadstep.log_readers", {
     "ulg": "quadstep.identify.logs.ulog:read",

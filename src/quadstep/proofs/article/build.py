@@ -19,13 +19,13 @@ from quadstep.control.backstepping import (
     torque_basis,
 )
 from quadstep.control.command_filter import command_filter
-from quadstep.control.inversion import invert_force
 from quadstep.control.networks import output
+from quadstep.control.wanted_attitude import invert_force
 from quadstep.engines.loop import Cycle, Loop
 from quadstep.interfaces.closed_loop import ClosedLoop, Outcome
 from quadstep.interfaces.controller import Command
+from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.version import __version__
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import Number, Vector, atan2, flatten, where
 from quadstep.page.build import fill

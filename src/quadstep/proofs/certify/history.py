@@ -10,8 +10,8 @@ import numpy as np
 
 from quadstep.control.backstepping import BacksteppingGains, wanted_force, wanted_torque
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.inversion import invert_force
 from quadstep.control.networks import basis, weight_rate
+from quadstep.control.wanted_attitude import invert_force
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.learning import Net
 from quadstep.interfaces.log import FlightLog

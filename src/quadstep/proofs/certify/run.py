@@ -7,8 +7,8 @@ import numpy as np
 
 from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.version import __version__
 from quadstep.metrics.judging.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.arrays import Array, lengths

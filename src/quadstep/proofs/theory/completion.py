@@ -13,7 +13,7 @@ from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
-from quadstep.io.version import __version__
+from quadstep.io import __version__
 from quadstep.metrics.judging.verdict import Case
 from quadstep.proofs.theory.comparison import (
     COMPLETED,

@@ -4,8 +4,8 @@ import numpy as np
 import sympy
 
 from quadstep.control.backstepping import wanted_force
-from quadstep.control.inversion import invert_force
 from quadstep.control.networks import output
+from quadstep.control.wanted_attitude import invert_force
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.closed_loop import (

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from quadstep.engines.engine import Engine
+from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.version import __version__
 from quadstep.metrics.judging.metrics import JudgedShare
 from quadstep.metrics.judging.verdict import Case
 from quadstep.report.evidence import Evidence, Table

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from quadstep.engines.kernel import host
-from quadstep.io.results.code import code_digest
-from quadstep.io.version import __version__
+from quadstep.io import __version__
+from quadstep.io.results.parts import code_digest
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS, draws
 from quadstep.studies.campaign.schema import Campaign
 

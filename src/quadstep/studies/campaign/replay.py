@@ -7,10 +7,10 @@ import numpy as np
 
 from quadstep.engines.fly import FlightPlan
 from quadstep.io.documents import read_toml
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.extras import needed_by
 from quadstep.io.results.record import read_manifest
-from quadstep.mission.kinds import MISSION, look
+from quadstep.mission.read import MISSION, look
 from quadstep.mission.schema import Mission
 from quadstep.report.terminal.screen import command
 from quadstep.studies.campaign import MOST_FLIGHTS

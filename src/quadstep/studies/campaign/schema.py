@@ -20,9 +20,8 @@ from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key
 from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple
 from quadstep.mission.keys import parts
-from quadstep.mission.kinds import CAMPAIGN, refuse_others
 from quadstep.mission.presets import DEEPEST
-from quadstep.mission.read import check_mission
+from quadstep.mission.read import CAMPAIGN, check_mission, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.report.units import after, metric
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS

@@ -21,8 +21,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import studied
-from quadstep.linear.grade import graded, refused
-from quadstep.linear.quick import of_analysis
+from quadstep.linear.grade import graded, of_analysis, refused
 from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.metrics.statistics import Estimate, ordered_quantile, share
 from quadstep.mission.check import check

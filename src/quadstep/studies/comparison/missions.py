@@ -8,9 +8,8 @@ from quadstep.io.errors import UserError
 from quadstep.io.results.parts import key, parts_in
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.check import check
-from quadstep.mission.kinds import MISSION, refuse_others
 from quadstep.mission.presets import is_airframe
-from quadstep.mission.read import check_mission
+from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.report.publish import publishing
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.comparison.entrants import Entrant, Problem

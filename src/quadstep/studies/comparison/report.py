@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.engines.fly import fly
+from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.version import __version__
 from quadstep.mission.derived import ControllerSection
 from quadstep.page.build import build_page
 from quadstep.page.flights import ShownFlight

@@ -19,10 +19,9 @@ from quadstep.io.user_code.places import place
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.check import check
 from quadstep.mission.declared import PLANTS, is_plant
-from quadstep.mission.kinds import STUDY, kind_of, refuse_others
 from quadstep.mission.own_thing import own_metric
 from quadstep.mission.presets import is_airframe, preset_names
-from quadstep.mission.read import check_mission
+from quadstep.mission.read import STUDY, check_mission, kind_of, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import planner

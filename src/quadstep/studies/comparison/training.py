@@ -20,7 +20,7 @@ from quadstep.io.files import LOG as JOURNAL
 from quadstep.io.results.folder import opened
 from quadstep.io.results.parts import changed
 from quadstep.linear.analysis import limits
-from quadstep.linear.quick import margin_metrics
+from quadstep.linear.grade import margin_metrics
 from quadstep.metrics.margins import MARGINS
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission

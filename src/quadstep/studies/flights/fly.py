@@ -17,16 +17,15 @@ from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fingerprint, fly, reason
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.io import __version__
 from quadstep.io.atomic import write_beside
 from quadstep.io.errors import DIVERGED, UNMET, UserError, unknown_name
-from quadstep.io.version import __version__
 from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, with_full_names
 from quadstep.metrics.judging.verdict import Case, Verdict, graded, scalars
 from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.mission.check import check
-from quadstep.mission.kinds import REAL
 from quadstep.mission.own_controller import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
-from quadstep.mission.read import plan_mission, read_mission
+from quadstep.mission.read import REAL, plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.report.panels import chosen_jobs, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool

@@ -12,8 +12,8 @@ from quadstep.engines.engine import FLIGHTS, Engine, engine_for
 from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.interfaces.log import FlightLog
+from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError, shorten, unknown_name
-from quadstep.io.extras import needed_by
 from quadstep.metrics.registry import Metrics, flight_metrics, metric
 from quadstep.mission.schema import Mission
 from quadstep.report.drawing import FigureJob

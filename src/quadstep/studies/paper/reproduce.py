@@ -8,7 +8,7 @@ from typing import NamedTuple, cast
 
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fingerprint
-from quadstep.io.version import __version__
+from quadstep.io import __version__
 from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.report import page, units

@@ -7,10 +7,10 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from quadstep.io import __version__
 from quadstep.io.results.folder import Folder
 from quadstep.io.results.record import Record
 from quadstep.io.results.record import opened as open_record
-from quadstep.io.version import __version__
 from quadstep.studies.campaign import draws
 from quadstep.studies.campaign.manifest import OTHERS, cannot_continue, identity, machine
 from quadstep.studies.campaign.schema import Campaign, Method

@@ -7,8 +7,8 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.ticker import AsinhLocator, NullLocator
 
+from quadstep.io import __version__
 from quadstep.io.results.record import FIGURES
-from quadstep.io.version import __version__
 from quadstep.metrics.judging.metrics import JudgedShare
 from quadstep.metrics.judging.verdict import Case
 from quadstep.metrics.statistics import Estimate

@@ -17,11 +17,10 @@ from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.io import files
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
-from quadstep.linear.quick import margin_metrics
+from quadstep.linear.grade import margin_metrics
 from quadstep.metrics.margins import MARGINS
 from quadstep.mission.check import check
-from quadstep.mission.kinds import MISSION, refuse_others
-from quadstep.mission.read import check_mission
+from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.studies.campaign.draws import DrawnColumn, draw

@@ -14,11 +14,11 @@ from typing import NamedTuple, cast
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
+from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.io.files import ANY, is_file, read_bytes
 from quadstep.io.parameter_files import FORMATS
 from quadstep.io.user_code.places import place, sources
-from quadstep.io.version import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Grading, ungraded

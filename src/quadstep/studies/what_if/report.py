@@ -9,7 +9,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import Gain
 from quadstep.interfaces.log import FlightLog
-from quadstep.io.version import __version__
+from quadstep.io import __version__
 from quadstep.metrics.registry import EFFORTS
 from quadstep.metrics.statistics import Estimate, share, share_difference
 from quadstep.mission.schema import Mission

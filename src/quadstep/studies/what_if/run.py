@@ -15,8 +15,8 @@ from quadstep.interfaces.controller import Controller
 from quadstep.io import code_cache
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
-from quadstep.io.results.code import code_digest
-from quadstep.linear.quick import whole_grade
+from quadstep.io.results.parts import code_digest
+from quadstep.linear.grade import whole_grade
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.presets import preset_names
 from quadstep.mission.read import check_mission

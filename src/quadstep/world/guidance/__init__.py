@@ -14,9 +14,14 @@ from quadstep.interfaces.reference import PathLaw, Reference
 from quadstep.world.guidance.declared import DeclaredPath
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.world.guidance.orbit import Orbit, OrbitParameters
-from quadstep.world.guidance.piecewise import Piecewise, PiecewiseParameters, piecewise_parameters
+from quadstep.world.guidance.piecewise import (
+    Piecewise,
+    PiecewiseParameters,
+    near_recording,
+    piecewise_parameters,
+    through_waypoints,
+)
 from quadstep.world.guidance.setpoints import Step, StepParameters
-from quadstep.world.guidance.spline import near_recording, through_waypoints
 
 __all__ = [
     "DeclaredPath",

@@ -1,9 +1,4 @@
-"""The planar quadrotor made linear exactly: dynamic feedback linearisation, as the paper's [20] has it in space.
-
-The thrust becomes a state with its rate; its second derivative and the torque then decide the fourth derivative of the
-position: xi_dddd = (u_dd / m) d + 2 (u_d / m) theta_d e + (u / m) (theta_dd e - theta_d^2 d), d the direction of the thrust,
-e = dd/dtheta. Mistler, Benallegue, M'Sirdi (2001).
-"""
+"""Controllers of the planar quadrotor: two proportional-derivative loops, position over pitch, and exact linearisation."""
 
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
@@ -11,8 +6,41 @@ from typing import ClassVar, NamedTuple
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import believed, gain, given
 from quadstep.interfaces.reference import Reference
-from quadstep.numbers import Number, Vector, maximum, vector
+from quadstep.numbers import Number, Vector, atan2, maximum, vector
 from quadstep.vehicle.plants.planar import PlanarCommand, PlanarState, plane, thrust_direction
+
+
+class PlanarPdGains(NamedTuple):
+    """The vehicle parameters that the controller assumes, and its gains."""
+
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    k_p: Number = gain(4.0, "1/s^2", "position")
+    k_v: Number = gain(3.5, "1/s", "velocity")
+    k_theta: Number = gain(120.0, "1/s^2", "pitch")
+    k_q: Number = gain(20.0, "1/s", "pitch rate")
+
+
+@dataclass(frozen=True)
+class PlanarPd(Controller):
+    """Position over pitch: the force that the position asks for gives thrust and pitch."""
+
+    name: ClassVar = "planar-pd"
+    label: ClassVar = "cascaded PD"
+    source: ClassVar = "textbook"
+    Gains: ClassVar = PlanarPdGains
+    measures: ClassVar = PlanarState
+
+    def law(
+        self, memory: tuple[()], measured: PlanarState, reference: Reference, gains: PlanarPdGains, t: Number, period: Number
+    ) -> tuple[PlanarCommand, tuple[()]]:
+        offset, drift = plane(reference.position) - measured.position, plane(reference.velocity) - measured.velocity
+        pull = plane(reference.acceleration) + gains.k_p * offset + gains.k_v * drift + vector(0.0, gains.gravity)
+        pitch = atan2(-pull[0], pull[1])
+        turn = gains.k_theta * (pitch - measured.pitch) - gains.k_q * measured.rate
+        return PlanarCommand(gains.mass * pull.norm(), gains.inertia[1] * turn, pitch), memory
+
 
 LEAST = 0.2
 """Share of the weight below which the thrust is not let: without thrust pitch moves nothing."""
@@ -36,7 +64,12 @@ class PlanarLinearisationMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class PlanarLinearisation(Controller):
-    """Four equal poles for the error of the position."""
+    """Dynamic feedback linearisation, as the paper's [20] has it in space; four equal poles for the error of the position.
+
+    The thrust becomes a state with its rate; its second derivative and the torque then decide the fourth derivative of the
+    position: xi_dddd = (u_dd / m) d + 2 (u_d / m) theta_d e + (u / m) (theta_dd e - theta_d^2 d), d the direction of the
+    thrust, e = dd/dtheta. Mistler, Benallegue, M'Sirdi (2001).
+    """
 
     name: ClassVar = "planar-linearisation"
     label: ClassVar = "dynamic feedback linearisation"

@@ -7,7 +7,7 @@ Choices are numbers in the order of `CHOICES`, as `dterm_lpf1_type = 1` for BIQU
 from typing import NamedTuple
 
 from quadstep.interfaces.gain import parameter, switch
-from quadstep.io.betaflight_diff import CHOICES
+from quadstep.io.parameter_files import CHOICES
 from quadstep.numbers import Number
 
 

@@ -1,8 +1,46 @@
-"""Betaflight's filters (release 4.5): chains of first-order low-passes, and biquads."""
+"""Filters of laws, sampled: autopilots' low-passes, chains, biquads and notches, and an observer of the unexplained.
+
+PX4, ArduPilot and Crazyflie filter gyros and D parts of first order or by Butterworth's of second (`LowPass`); Betaflight
+(release 4.5) by chains of first-order low-passes, and by biquads.
+"""
 
 import math
+from typing import NamedTuple
 
 from quadstep.numbers import Number, Vector, absolute, cos, maximum, sin, vector, where
+
+
+def share_of(cut: Number, period: Number) -> Number:
+    """Of a new sample in a low-pass filter of first order. cut: its cut-off [Hz]; 0: no filter."""
+    some = cut > 0.0
+    return where(some, period / (period + 1.0 / (2.0 * math.pi * where(some, cut, 1.0))), 1.0)
+
+
+class LowPass(NamedTuple):
+    """Coefficients by the bilinear transform, right at the cut-off. on: above 0.5, or it does nothing."""
+
+    on: Number
+    b: Number
+    a1: Number
+    a2: Number
+
+
+def low_pass(on: Number, cut: Number, period: Number) -> LowPass:
+    """cut: its cut-off [Hz]."""
+    angle = math.pi * cut * period
+    tangent = sin(angle) / cos(angle)
+    square = tangent * tangent
+    over = 1.0 + math.sqrt(2.0) * tangent + square
+    return LowPass(on, square / over, 2.0 * (square - 1.0) / over, (1.0 - math.sqrt(2.0) * tangent + square) / over)
+
+
+def smoothed(by: LowPass, delays: Vector, value: Number) -> tuple[Number, Vector]:
+    """One sample, and the new delays, shape (2,): direct form II."""
+    first, second = delays
+    new = value - first * by.a1 - second * by.a2
+    smooth = new * by.b + first * (2.0 * by.b) + second * by.b
+    return where(by.on > 0.5, smooth, value), vector(new, first)
+
 
 SHARPER = {2: 1.553773974, 3: 1.961459177}
 """What the cut-off of a chain of two or three is multiplied with, so that it damps by 3 dB there: 1 / sqrt(2^(1/n) - 1)."""
@@ -11,7 +49,7 @@ BUTTERWORTH = 1.0 / math.sqrt(2.0)
 """Quality of the low-pass biquad."""
 
 
-def share(hertz: Number, period: Number) -> Number:
+def share_in_a_sample(hertz: Number, period: Number) -> Number:
     """Of the way to its input that a first-order low-pass goes in a sample."""
     omega = 2.0 * math.pi * hertz * period
     return omega / (omega + 1.0)
@@ -32,12 +70,12 @@ def biquad(b: Vector, a: Vector, memory: Vector, value: Number) -> tuple[Number,
     return result, b[1] * value - a[0] * result + memory[1], b[2] * value - a[1] * result
 
 
-def low_pass(kind: Number, hertz: Number, memory: Vector, value: Number, period: Number) -> tuple[Number, Vector]:
+def low_passed(kind: Number, hertz: Number, memory: Vector, value: Number, period: Number) -> tuple[Number, Vector]:
     """kind: PT1, BIQUAD, PT2 or PT3, as a number from 0. hertz: 0 for none; so is a biquad beyond half the rate. memory:
     shape (3,).
     """
-    of_two, of_three = share(hertz * SHARPER[2], period), share(hertz * SHARPER[3], period)
-    k = where(kind > 2.5, of_three, where(kind > 1.5, of_two, share(hertz, period)))
+    of_two, of_three = share_in_a_sample(hertz * SHARPER[2], period), share_in_a_sample(hertz * SHARPER[3], period)
+    k = where(kind > 2.5, of_three, where(kind > 1.5, of_two, share_in_a_sample(hertz, period)))
     first = memory[0] + k * (value - memory[0])
     second = memory[1] + k * (first - memory[1])
     third = memory[2] + k * (second - memory[2])
@@ -72,3 +110,14 @@ def cut_off(static: Number, least: Number, most: Number, expo: Number, throttle:
     curve = throttle * (1.0 - throttle) * (expo / 10.0) + throttle
     straight = maximum(throttle * (1.0 - (throttle * throttle) / 3.0) * 1.5 * most, least)
     return where(least > 0.0, where(expo > 0.0, (most - least) * curve + least, straight), static)
+
+
+def observed(
+    value: Vector, unexplained: Vector, measured: Vector, rate: Vector, bandwidth: Number, period: Number
+) -> tuple[Vector, Vector]:
+    """What moves a vehicle beside what the model explains, by an observer of second order (Gao 2003): estimates of a value and
+    of what its rate has beside `rate`, one period [s] later, both poles at -bandwidth [1/s].
+    """
+    error = measured - value
+    value = value + period * (rate + unexplained + (2.0 * bandwidth) * error)
+    return value, unexplained + (period * (bandwidth * bandwidth)) * error
