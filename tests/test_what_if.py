@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -11,8 +12,8 @@ from quadstep.linear.grade import FRAGILE, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.judge import Row
-from quadstep.studies.what_if.asked import Asked, changes_of
-from quadstep.studies.what_if.report import tracking
+from quadstep.studies.what_if.asked import Asked, changes_of, unmodelled
+from quadstep.studies.what_if.report import tracking, unseen
 from quadstep.studies.what_if.run import answer
 from tests.commands import quadstep
 from tests.needs import CHROMIUM, needs, package
@@ -50,6 +51,19 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
     found = found.record
     assert found["step"]["after"]["rise time [s]"] > 1.2 * found["step"]["before"]["rise time [s]"]
     assert found["metrics"]["position_rmse[m]"]["difference"]["low"] > 0.0
+
+
+def test_what_is_not_modelled_and_changes_too_is_named(tmp_path):
+    files = [str(tmp_path / name) for name in ("before.param", "after.param", "slew.param")]
+    for file, (gain, slew) in zip(files, ((0.135, 25), (0.1, 50), (0.135, 50)), strict=True):
+        Path(file).write_text(f"ATC_RAT_RLL_P,{gain}\nATC_RAT_RLL_SMAX,{slew}\nFRAME_CLASS,1\n")
+    assert changes_of(files[1:2], files[0]) == {"ATC_RAT_RLL_P": 0.1}
+    assert unmodelled(files[1:2], files[0]) == ("ATC_RAT_RLL_SMAX",)
+    assert unmodelled(["ATC_RAT_RLL_P=0.1"], files[0]) == ()
+    question = Asked(files[0], {"ATC_RAT_RLL_P": 0.1}, "x500", flights=2, unmodelled=("ATC_RAT_RLL_SMAX",))
+    assert "ATC_RAT_RLL_SMAX changes, too, and is not modelled" in unseen(question)[0]
+    with pytest.raises(UserError, match=r"differs between it and .*before.param; ATC_RAT_RLL_SMAX does, but is not modelled$"):
+        changes_of(files[2:], files[0])
 
 
 def test_flights_before_are_flown_once_for_many_changes(tmp_path, monkeypatch):

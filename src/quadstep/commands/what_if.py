@@ -65,10 +65,11 @@ def what_if(
         raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
     start_server()
     with needed_by("`quadstep what-if`"):
-        from quadstep.studies.what_if.asked import Asked, changes_of
+        from quadstep.studies.what_if.asked import Asked, changes_of, unmodelled
         from quadstep.studies.what_if.run import answer
 
-        asked = Asked(parameters, changes_of(changes, parameters), vehicle, wind, flights, seed, within)
+        changed, rest = changes_of(changes, parameters), unmodelled(changes, parameters)
+        asked = Asked(parameters, changed, vehicle, wind, flights, seed, within, rest)
         folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", sheet(figures, width, style)
         with bar("flying", "flights", 2 * flights) as shown:
             evidence = answer(asked, folder, overwrite, shown, drawn_on, page)

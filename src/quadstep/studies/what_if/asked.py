@@ -11,6 +11,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError, meant, shorten
 from quadstep.io.parameter_files import FORMATS, read_parameters
 from quadstep.linear.grade import Grade
+from quadstep.mission.saved_parameters import briefly
 from quadstep.report import units
 from quadstep.studies.tuning.judge import CandidateFlights
 
@@ -22,7 +23,7 @@ class Asked(NamedTuple):
     """A question. file: of parameters, or the law's name for its defaults. changes: by name. vehicle: a preset, or its file.
 
     wind: largest mean wind along each horizontal axis, and that which sets the turbulence [m/s]. within: further than this
-    from its place, a flight has failed [m].
+    from its place, a flight has failed [m]. unmodelled: what else changes, and no law uses.
     """
 
     file: str
@@ -32,6 +33,7 @@ class Asked(NamedTuple):
     flights: int = 1000
     seed: int = 1
     within: float = 1.0
+    unmodelled: tuple[str, ...] = ()
 
 
 class Side(NamedTuple):
@@ -74,8 +76,23 @@ def differences(file: str, other: str) -> dict[str, float]:
     )
     found = {name: after[name] for name in usual if after[name] != before[name]}
     if not found:
-        raise UserError(f"{other}: no parameter of {', '.join(law.name for law in laws)} differs between it and {file}")
+        more = unmodelled([other], file)
+        said = f"; {briefly(more)} {'does, but is' if len(more) == 1 else 'do, but are'} not modelled" if more else ""
+        raise UserError(f"{other}: no parameter of {', '.join(law.name for law in laws)} differs between it and {file}{said}")
     return found
+
+
+def unmodelled(texts: Sequence[str], file: str) -> tuple[str, ...]:
+    """What else differs in another file of parameters, and no law uses; nothing where no two files are compared.
+
+    Raises UserError.
+    """
+    if len(texts) != 1 or "=" in texts[0] or file in STOCK or texts[0] in STOCK:
+        return ()
+    laws = laws_of(file)
+    before, after = (read_parameters(Path(one), laws[0].parameter_file).values for one in (file, texts[0]))
+    used = {key for law in laws for key in (*law.by_key(), *law.supported)}
+    return tuple(name for name in sorted({**before, **after}) if name not in used and before.get(name) != after.get(name))
 
 
 def laws_of(file: str) -> list[type[Controller]]:

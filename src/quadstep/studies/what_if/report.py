@@ -12,6 +12,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
 from quadstep.metrics.registry import EFFORTS
 from quadstep.metrics.statistics import Estimate, share, share_difference
+from quadstep.mission.saved_parameters import briefly
 from quadstep.mission.schema import Mission
 from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
@@ -109,10 +110,19 @@ def evidence(
         ],
         figures=[Figure(PICTURE, "A step in calm air, before and after", label="Step")],
         sections=tables,
-        warnings=mission.controller.warnings(mission.modelled),
+        warnings=[*unseen(asked), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
         whose="the hovering loop with the change",
     )
+
+
+def unseen(asked: Asked) -> list[str]:
+    """What the flights do not show of a change, as a warning."""
+    more = asked.unmodelled
+    if not more:
+        return []
+    changed = "changes, too, and is" if len(more) == 1 else "change, too, and are"
+    return [f"{briefly(more)} {changed} not modelled: the flights do not show what comes of it"]
 
 
 def compared(difference: Estimate) -> str:
