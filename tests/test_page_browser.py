@@ -218,7 +218,7 @@ def test_dragging_flies_the_beginning_and_letting_go_all_of_it(open_page, tmp_pa
     assert seen["dragged"] and seen["drawn"] and 0.0 < ended < seen["whole"] == 40.0
     assert re.match(r"Coarse while you drag: the first ([\d.]+) s of 40.0 s.$", seen["words"])[1] == f"{ended:#.3g}"
     assert seen["outcome"] == f"First {ended:#.3g} s of 40.0 s"
-    assert seen["figures"] != figures and "original" not in seen["figures"] and "K_r1" not in seen["hash"]
+    assert seen["figures"] != figures and "was " not in seen["figures"] and "K_r1" not in seen["hash"]
     page.locator("#controls input[type=range][aria-label^='K_r1']").first.dispatch_event("change")
     text = LINE.format(duration=40.0) + CONTROLLER + f"K_r1 = {values}\n"
     flown = fly(read_mission(write(tmp_path, text, "dragged.toml")).plan(tmp_path))
@@ -267,7 +267,7 @@ def test_summary_tells_of_the_flight_that_is_shown_and_claims_know_that_they_do_
     assert_summed_up_as(page, mission, fly(mission.plan(EXAMPLES)))
     assert page.locator("#summary-words").inner_text() == "Completed (40.0 s)."
     figures = page.locator("#summary-figures").inner_text()
-    assert "original" not in figures
+    assert "was " not in figures
     assert not page.locator(".stale-note").is_visible()
     page.evaluate("quadstep.setControl('t_f', 3)")
     words = page.locator("#summary-words").inner_text()
@@ -278,7 +278,7 @@ def test_summary_tells_of_the_flight_that_is_shown_and_claims_know_that_they_do_
     beside = page.locator(".filed").all_inner_texts()
     assert len(beside) == 4
     for text in beside:
-        assert text == "unchanged" or text.removeprefix("original ") in figures
+        assert text == "unchanged" or text.removeprefix("was ") in figures
     assert page.locator(".stale-note").is_visible()
     page.click("#reset")
     assert not page.locator(".stale-note").is_visible()

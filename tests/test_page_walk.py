@@ -65,12 +65,12 @@ def test_a_step_begins_in_sight_and_with_the_focus(open_page, page_file, width, 
     assert_new("#guide-start")
 
 
-@pytest.mark.parametrize(("place", "said"), [(0, "✕"), (1, "✓")])
-def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, tmp_path, place, said):
+@pytest.mark.parametrize(("place", "said", "width"), [(0, "✕", 360), (1, "✓", 1200)])
+def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, tmp_path, place, said, width):
     write(tmp_path, LINE)
     step = STEP.format(number=1).replace('watch = "net"', 'watch = "position-error"' + ASKED)
     story = write(tmp_path, "# A walk\n\n" + step, "story.md")
-    page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
+    page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"), width=width, height=740)
     page.click("#guide-start")
     assert page.locator(".guide-trial").is_hidden()
     assert page.locator(".guide-trial .guide-text").first.is_hidden()  # it answers the guess
@@ -83,5 +83,9 @@ def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, 
     assert verdict.evaluate("one => one === document.activeElement")
     assert "K_r1:1.5" in page.evaluate("location.hash")
     assert page.locator(".guide-goal").inner_text().startswith("✓ Done")
+    if width < 760:  # the scene, the slider and its picture are in sight together, and what is said comes after them
+        stage, slider, plot = (page.locator(one).bounding_box() for one in ("#stage", ".guide-control .slider", ".guide-plot"))
+        assert stage["y"] >= 0 and stage["y"] + stage["height"] <= slider["y"] < plot["y"]
+        assert plot["y"] + plot["height"] <= 740
     assert page.locator(".guide-trial .guide-text").first.is_visible()
     assert axe(page) == []

@@ -3,7 +3,7 @@
 import type { Control } from "../data/contract";
 import { append, h } from "../view/dom";
 import { join, plain, plainUnit } from "../view/format";
-import { closed, flat, prose, rich } from "../view/notation";
+import { closed, flat, prose, rich, spoken } from "../view/notation";
 import { type Slider, slider } from "./slider";
 
 export interface Card {
@@ -32,7 +32,7 @@ function about(control: Control): { button: HTMLElement; line: HTMLElement; orig
   const reach = control.kind === "toggle" ? "" : `${plain(control.min)} to ${shown(control.max)}; ${plain(control.low)} to ${plain(control.high)} can be typed. `;
   const file = original === null ? control.components.map(({ label, value }) => `${flat(label)} ${shown(value)}`).join(", ") : shown(original);
   const line = h("p", { class: "hint", id: `about-${++made}`, hidden: true }, ...rich(closed(control.hint || "A number of the mission")), ` ${reach}Original: ${file}.`);
-  const button = h("button", { type: "button", class: "about", "aria-expanded": "false", "aria-controls": line.id, "aria-label": `About ${flat(control.label)}` }, "?");
+  const button = h("button", { type: "button", class: "about", "aria-expanded": "false", "aria-controls": line.id, "aria-label": `About ${spoken(control.label)}` }, "?");
   button.addEventListener("click", (event) => {
     event.preventDefault(); // within a label it would switch as well
     line.hidden = !line.hidden;
@@ -68,7 +68,7 @@ function sliderCard(control: Control, tell: Tell): Card {
   const one = (i: number, value: number): number[] => values.map((old, k) => (k === i ? value : old));
 
   const { button, line, original } = about(control);
-  const label = flat(control.label);
+  const label = spoken(control.label);
   const all: Slider = slider(control, label, "", original, line.id, (v) => send(every(v), false), (v) => send(every(v), true));
   let each: Slider[] = []; // made once they are seen
   const parts = h("div", { class: worded(control) ? "parts worded" : "parts" });
@@ -85,7 +85,7 @@ function sliderCard(control: Control, tell: Tell): Card {
   const layout = (): void => {
     if (split && !each.length) {
       each = control.components.map((component, i) =>
-        slider(control, `${label} ${flat(component.label)}`.trim(), flat(component.label), component.value, line.id, (v) => send(one(i, v), false), (v) => send(one(i, v), true)),
+        slider(control, `${label} ${spoken(component.label)}`.trim(), flat(component.label), component.value, line.id, (v) => send(one(i, v), false), (v) => send(one(i, v), true)),
       );
       append(parts, ...each.map((part) => part.element));
     }

@@ -42,7 +42,7 @@ export function slider(
   chosen: (value: number) => void,
 ): Slider {
   const unit = plainUnit(control.unit);
-  const named = { "aria-label": unit ? `${label} in ${unit}` : label, "aria-describedby": about };
+  const named = { "aria-label": unit ? `${label} in ${prose(unit)}` : label, "aria-describedby": about };
   const range = h("input", { type: "range", min: 0, max: FINE, step: stepOf(control), ...named });
   const typed = h("input", { type: "text", inputmode: "decimal", spellcheck: "false", autocomplete: "off", ...named, size: 7 });
   const ends = h("div", { class: "ends", "aria-hidden": "true" }, h("span", {}, plain(control.min)), h("span", {}, plain(control.max)));

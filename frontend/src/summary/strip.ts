@@ -24,7 +24,7 @@ export class SummaryStrip {
     const compared = !shown.asFiled && comparable(shown);
     const cells = entries(measures).map(({ label, text, hint }, i) => {
       const theirs = entries(filed)[i]!.text;
-      const beside = compared ? h("span", { class: "filed" }, theirs === text ? "unchanged" : `original ${theirs}`) : null;
+      const beside = compared ? h("span", { class: "filed" }, theirs === text ? "unchanged" : `was ${theirs}`) : null;
       return h("div", { title: hint }, h("dt", {}, label), h("dd", {}, text, beside));
     });
     fill(this.figures, ...cells);

@@ -70,6 +70,11 @@ export function flat(text: string): string {
     .join("");
 }
 
+/** The same for the ear, which hears no underscore: K r1. */
+export function spoken(text: string): string {
+  return flat(text).replaceAll("_", " ");
+}
+
 /** The same, beginning with a capital where it begins with a word. */
 export function sentence(text: string): Node[] {
   return rich(/^(\p{Ll}{2,}|a)(?![\p{L}\p{N}_])/u.test(text) && !Object.hasOwn(GREEK, text.split(/\W/)[0] ?? "") ? text[0]!.toUpperCase() + text.slice(1) : text);

@@ -6,16 +6,15 @@ import { fill, h } from "../view/dom";
 import { quantity } from "../view/format";
 import { rich } from "../view/notation";
 
-/** The question; made: called once, when a choice is taken. */
-export function question(guess: Guess, made: () => void): HTMLElement {
+/** The question; made: called once, when a choice is taken, with what is then said. */
+export function question(guess: Guess, made: (verdict: HTMLElement) => void): HTMLElement {
   const host = h("div", { class: "guide-guess", role: "group", "aria-label": "Guess first" });
   const take = (place: number): void => {
     const right = guess.choices[guess.answer]!;
     const said = place === guess.answer ? `✓ You guessed right: ${right}.` : `✕ You guessed “${guess.choices[place]!}”; right is: ${right}.`;
     const verdict = h("p", { class: "guide-text", tabindex: -1, id: "guess-verdict" }, ...rich(said));
     fill(host, h("p", { class: "guide-text" }, ...rich(guess.ask)), verdict);
-    made();
-    verdict.focus({ preventScroll: true });
+    made(verdict);
   };
   const buttons = guess.choices.map((choice, place) => {
     const button = h("button", { type: "button", class: "plain choice" }, ...rich(choice));

@@ -80,7 +80,7 @@ export class Guide {
     const again = h("button", { type: "button", class: "plain", id: "guide-again" }, "Reset this step");
     again.addEventListener("click", () => this.open(place));
     const watch = (): void => this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
-    const text = step.text.map((paragraph) => h("p", { class: "guide-text" }, ...rich(paragraph)));
+    const text = step.text.map((paragraph) => h("p", { class: "guide-text guide-said" }, ...rich(paragraph)));
     const trial = h(
       "div",
       { class: "guide-trial", hidden: step.guess !== null },
@@ -91,11 +91,12 @@ export class Guide {
       step.watch === "scene" ? null : h("h3", { class: "guide-what" }, "Watch"),
       step.watch === "scene" ? h("p", { class: "guide-text" }, "Watch the vehicle in the scene.") : this.plot,
     );
-    const guessed = (): void => {
+    const guessed = (verdict: HTMLElement): void => {
       trial.hidden = false;
       watch();
       const { settings } = this.session.shown.value!;
       this.session.apply({ ...settings, values: { ...settings.values, ...step.guess!.values } });
+      this.reveal(verdict, verdict);
     };
     fill(
       this.host,
@@ -112,11 +113,12 @@ export class Guide {
   }
 
   /** To the beginning of what is new, which the scene must not cover where it stays above what scrolls. */
-  private reveal(): void {
+  private reveal(begins = this.host, focused = this.host.querySelector<HTMLElement>("h2[tabindex], #guide-start")): void {
     const stage = byId("stage");
-    this.host.style.scrollMarginTop = getComputedStyle(stage).position === "sticky" ? `${stage.offsetHeight}px` : "";
-    this.host.scrollIntoView({ block: "start" });
-    this.host.querySelector<HTMLElement>("h2[tabindex], #guide-start")?.focus({ preventScroll: true });
+    const above = getComputedStyle(stage).position === "sticky";
+    begins.style.scrollMarginTop = above ? `${stage.offsetHeight}px` : "";
+    begins.scrollIntoView({ block: above || begins === this.host ? "start" : "nearest" });
+    focused?.focus({ preventScroll: true });
   }
 
   /** The control shows what is set, also where it was moved elsewhere. */
