@@ -107,7 +107,7 @@ HELD = """async () => {
   const [now, later] = [performance.now.bind(performance), setTimeout];
   performance.now = () => 300 * now(); // so slow that only the beginning is flown
   window.setTimeout = (act, ms) => (ms > 200 ? 0 : later(act, ms)); // a control that rests would fly all
-  const slider = document.querySelector("#controls input[type=range][aria-label^='k_x']");
+  const slider = document.querySelector("#controls input[type=range][aria-label^='k x']");
   slider.value = 0; // with which it is lost at once
   slider.dispatchEvent(new Event("input"));
   await new Promise((done) => requestAnimationFrame(() => later(done)));

@@ -171,7 +171,7 @@ def test_slider_flies_again(open_page):
     page = open_page()
     before = rows(page)
     numbers = page.locator("#plot-position .legend dd").all_inner_texts()
-    slide(page, "time t_f", 0.3)
+    slide(page, "time t f", 0.3)
     after = rows(page)
     assert len(after) < len(before)
     assert "set=t_f" in page.url
@@ -192,7 +192,7 @@ PATIENT = "(() => { const later = setTimeout; window.setTimeout = (act, wait) =>
 
 
 DRAG = """async () => {
-  const slider = document.querySelector("#controls input[type=range][aria-label^='K_r1']");
+  const slider = document.querySelector("#controls input[type=range][aria-label^='K r1']");
   const text = (where) => document.querySelector(where).textContent;
   const picture = () => document.querySelector("#plot-position canvas").toDataURL();
   const before = picture();
@@ -219,7 +219,7 @@ def test_dragging_flies_the_beginning_and_letting_go_all_of_it(open_page, tmp_pa
     assert re.match(r"Coarse while you drag: the first ([\d.]+) s of 40.0 s.$", seen["words"])[1] == f"{ended:#.3g}"
     assert seen["outcome"] == f"First {ended:#.3g} s of 40.0 s"
     assert seen["figures"] != figures and "was " not in seen["figures"] and "K_r1" not in seen["hash"]
-    page.locator("#controls input[type=range][aria-label^='K_r1']").first.dispatch_event("change")
+    page.locator("#controls input[type=range][aria-label^='K r1']").first.dispatch_event("change")
     text = LINE.format(duration=40.0) + CONTROLLER + f"K_r1 = {values}\n"
     flown = fly(read_mission(write(tmp_path, text, "dragged.toml")).plan(tmp_path))
     assert page.evaluate("quadstep.outcome().whole") is None and "K_r1" in page.url
@@ -240,7 +240,7 @@ def test_a_control_says_what_it_is_how_far_it_goes_and_what_it_was(open_page, br
     page.evaluate("quadstep.setControl('K_r1', 4)")
     control = page.locator("#controls .control", has_text="Kr1").first
     ends = [one.strip() for one in control.locator(".ends:visible span").all_inner_texts()]
-    control.get_by_role("button", name="About K_r1").press("Enter")
+    control.get_by_role("button", name="About K r1").press("Enter")
     hint = control.locator(".hint").inner_text().replace("\u00a0", " ")
     assert hint.startswith("The theorem requires") and hint.endswith("can be typed. Original: 3 N s/m.")
     assert f". {ends[0]} to {ends[1]} N s/m; " in hint
@@ -359,7 +359,7 @@ def test_slider_gives_the_very_bits_of_the_mission_with_that_number(open_page, p
 
 def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page, brief_file):
     page = open_page(file=brief_file)
-    box = page.locator("#controls input[type=text][aria-label^='K_r1']:visible").first
+    box = page.locator("#controls input[type=text][aria-label^='K r1']:visible").first
     box.fill("-5")
     box.press("Enter")
     assert float(box.input_value().replace("−", "-")) >= 0
@@ -562,7 +562,7 @@ def test_a_link_names_a_gain_with_or_without_its_controller(open_page, brief_fil
 )
 def test_a_typed_value_that_is_not_taken_is_said(open_page, brief_file, typed, said):
     page = open_page(file=brief_file)
-    box = page.get_by_role("textbox", name="K_r1 in N s/m", exact=True)
+    box = page.get_by_role("textbox", name="K r1 in N s/m", exact=True)
     box.fill(typed)
     box.press("Enter")
     assert page.locator(".complaint:visible").inner_text() == said

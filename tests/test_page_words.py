@@ -63,7 +63,7 @@ def test_a_control_shows_four_digits_and_flies_all(open_page):
     shown = [text.replace("−", "-") for text in boxes.evaluate_all("boxes => boxes.map(box => box.value)") if text]
     assert len(shown) > 20
     assert all(len(text.lstrip("-0.").replace(".", "")) <= 4 or text.lstrip("-").isdigit() for text in shown), shown
-    box = page.locator("#controls input[type=text][aria-label^='K_i1']:visible").first
+    box = page.locator("#controls input[type=text][aria-label^='K i1']:visible").first
     assert box.input_value() == "0.06246"
     box.focus()
     assert float(box.input_value()) == pytest.approx(0.06246, abs=5e-6)

@@ -5,7 +5,7 @@ import type { Control, Controller } from "../data/contract";
 import { type Settings, withValues } from "../data/settings";
 import type { Session } from "../session";
 
-const RESTS = 250; // ms without a move
+const RESTS = 250; // ms without a move, from the picture on: a slow machine must not fly all between two moves
 
 export class Changes {
   private waiting: Settings | undefined;
@@ -29,8 +29,14 @@ export class Changes {
       this.session.apply(settings);
       return;
     }
-    if (!this.waiting) requestAnimationFrame(() => this.waiting && this.session.apply(this.waiting, true));
+    if (!this.waiting) requestAnimationFrame(() => this.draft());
     this.waiting = settings;
-    this.resting = window.setTimeout(() => this.session.apply(this.waiting ?? this.settings()), RESTS);
+  }
+
+  private draft(): void {
+    if (!this.waiting) return;
+    this.session.apply(this.waiting, true);
+    clearTimeout(this.resting);
+    this.resting = window.setTimeout(() => this.session.apply(this.settings()), RESTS);
   }
 }

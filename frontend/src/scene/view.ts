@@ -249,7 +249,7 @@ export class SceneView {
     camera.updateMatrixWorld();
     labels.begin();
     if (flyer) {
-      const height = this.canvas.clientHeight || 1;
+      const height = this.canvas.clientHeight || this.canvas.height; // none where print styles hide it
       const pixel = (2 * Math.tan((FOV * Math.PI) / 360)) / height;
       const least = Math.max(APPARENT * height, FEWEST);
       const wish = (at: Vector3): number => (least * camera.position.distanceTo(at) * pixel) / flyer.vehicle.size;

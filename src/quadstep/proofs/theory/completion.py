@@ -155,21 +155,22 @@ def draw_map(folder: Path, cells: list[GridFlight]) -> None:
     """completion.png and completion.svg: inner loop down, t_f across; a block for each scale, nets and law."""
     found = {cell[:6]: cell for cell in cells}
     with drawing(Sheet(), {"axes.grid": False}):
-        figure = Drawing(figsize=(5.8 * len(LAWS), 8.2))
-        grid = figure.subplots(len(SCALES), 2 * len(LAWS))
-        figure.subplots_adjust(0.07, 0.06, 0.995, 0.9, 0.06, 0.28)
-        for row, scale in enumerate(SCALES):
-            for column, (nets, law) in enumerate((nets, law) for nets in (True, False) for law in LAWS):
-                block = [[found[(*inner, t, scale, nets, law)].rmse for t in TIMES] for inner in INNER_LOOPS]
-                axes = grid[row][column]
-                draw_block(axes, block)
+        blocks = [(nets, scale) for nets in (True, False) for scale in SCALES]
+        figure = Drawing(figsize=(2.6 * len(LAWS), 2.0 * len(blocks)))
+        grid = figure.subplots(len(blocks), len(LAWS))
+        figure.subplots_adjust(0.09, 0.045, 0.995, 0.94, 0.06, 0.3)
+        for row, (nets, scale) in enumerate(blocks):
+            for axes, law in zip(grid[row], LAWS, strict=True):
+                draw_block(axes, [[found[(*inner, t, scale, nets, law)].rmse for t in TIMES] for inner in INNER_LOOPS])
                 axes.set_title(f"{law}, nets {'on' if nets else 'off'}, scale {scale:g}")
-                axes.set_yticks(range(len(INNER_LOOPS)), [f"{k:g}, {s:g}" for k, s in INNER_LOOPS] if column == 0 else [])
+                axes.set_yticks(
+                    range(len(INNER_LOOPS)), [f"{k:g}, {s:g}" for k, s in INNER_LOOPS] if axes is grid[row][0] else []
+                )
                 axes.set_xticks(range(len(TIMES)), [f"{t:g}" for t in TIMES])
             grid[row][0].set_ylabel(f"{label('K_r2')} [N m s], {label('Lambda2')} [1/s]", parse_math=True)
         for axes in grid[-1]:
             axes.set_xlabel(label("t_f") + " [s]", parse_math=True)
-        figure.text(0.01, 0.965, "Position RMSE [mm]; x: diverged. Case 1's way in t_f, held for 5 s", fontsize=11)
+        figure.text(0.01, 0.975, "Position RMSE [mm]; x: diverged. Case 1's way in t_f, held for 5 s", fontsize=11)
         write(figure, folder / "completion", Sheet())
 
 
@@ -235,7 +236,7 @@ def sentences(found: Completion) -> list[str]:
     forbidden = ", ".join(f"{t:g} s ({ratio:.1f} times)" for t, ratio in found.over_weight.items() if ratio > 1.0)
     return [
         f"{sum(m.holds for m in found.margins)} of {len(found.margins)} statements hold on "
-        f"{found.margins[0].samples} random closed loops and where a search brings them nearest to failing; "
+        f"{found.margins[0].samples:,} random closed loops and where a search brings them nearest to failing; "
         f"{sum(m.bites for m in found.margins)} fail if any term of their bound is made a tenth smaller.",
         *(
             f"Of {s.flights} flights the paper's law completes {s.other_flies}, '{law}' {s.law_flies}: {s.gained} gained, "
@@ -260,7 +261,7 @@ SEEN = "The theorem on closed loops, random and sought out"
 
 def evidence(found: Completion) -> Evidence:
     rows: list[list[page.Cell]] = [
-        [m.number, m.statement, f"{m.worst:.2g}", f"{min(m.reached.values()):.3f}", str(m.samples), verdict(m)]
+        [m.number, m.statement, f"{m.worst:.2g}", f"{min(m.reached.values()):.3f}", f"{m.samples:,}", verdict(m)]
         for m in found.margins
     ]
     first, *others = sentences(found)
@@ -271,7 +272,12 @@ def evidence(found: Completion) -> Evidence:
         answer=first,
         sentences=[first, *others],
         record=as_json(found),
-        figures=[Figure("completion", "RMSE of the controllers over the grid; x: diverged")],
+        figures=[
+            Figure(
+                "completion",
+                "Position RMSE over inner loop and t_f; x: diverged. The darker, the worse; the completed laws fly where the paper's is lost",
+            )
+        ],
         sections=[Table("Statements of the theorem on closed loops", "statements", HEADER, rows, STATED, shown=SEEN)],
         cases=(Case("every statement", ", ".join(failing) or None),),
         more=others,
