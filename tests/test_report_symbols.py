@@ -23,6 +23,7 @@ from quadstep.report.symbols import label, power_of_ten, rich, typed
         ("27 um, 3 urad; um", "27\u00a0µm, 3\u00a0µrad; um", "27 µm, 3 µrad; um"),
         ("$r$", "$r$", "$r$"),
         ("|r|^2", "|r|²", "|$r$|²"),
+        ("C^T", "C<sup>T</sup>", "$C$^$T$"),
         ("pitch_d, pitch", "pitch<sub>d</sub>, pitch", r"$\mathrm{pitch}_{d}$, pitch"),
     ],
 )

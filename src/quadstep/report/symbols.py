@@ -63,7 +63,7 @@ def rich(text: str) -> str:
         below = " ".join(GREEK.get(one, one) for one in low)
         return letter + "".join(ACCENTS[one][1] for one in accents) + (f"<sub>{below}</sub>" if below else "")
 
-    return coded(numerals(prose(NAME.sub(symbol, escape(text))))).replace("^T ", "<sup>T</sup> ")
+    return coded(numerals(prose(NAME.sub(symbol, escape(text))))).replace("^T", "<sup>T</sup>")
 
 
 def typed(text: str) -> str:
