@@ -227,7 +227,7 @@ def test_a_mission_flies_with_what_a_ground_station_saved_of_ardupilot(tmp_path)
     gains = found.plan(warn=False).parameters.gains
     assert (gains.roll.p, gains.pitch.p, gains.position.copter_lean) == (0.15, 0.135, 4500.0)
     assert found.controller.warnings(found.modelled) == ["saved.param: ardupilot-cascade does not use ATC_RAT_RLL_SMAX"]
-    with pytest.raises(UserError, match="FRAME_CLASS is 6, and ardupilot-cascade flies only 1 or 2 or 3"):
+    with pytest.raises(UserError, match="FRAME_CLASS is 6, and ardupilot-cascade flies only 1, 2, 3, 4, 5, 7, 12 or 14"):
         read("FRAME_CLASS 6\n")
     with pytest.raises(UserError, match=r"PSC_D_ACC_FLTE is from another release; .* Copter 4.6 calls it PSC_ACCZ_FLTE"):
         read("PSC_D_ACC_FLTE 20\n")

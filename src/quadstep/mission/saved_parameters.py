@@ -8,6 +8,7 @@ from typing import NamedTuple
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError, meant
 from quadstep.io.parameter_files import AutopilotParameters, read_parameters
+from quadstep.report.units import listed
 
 KEY = "parameters"
 """Names the file. It goes when the mission is read: what the file says is then in the mission."""
@@ -56,7 +57,7 @@ def refuse_unknown(law: type[Controller], found: AutopilotParameters, name: str)
         if one in law.renamed:
             raise ValueError(f"{KEY}: {name}: {one} is from another release; {law.source} calls it {law.renamed[one]}")
         if value not in law.supported.get(one, (value,)):
-            flown = " or ".join(f"{number:g}" for number in law.supported[one])
+            flown = listed([f"{number:g}" for number in law.supported[one]], "or")
             raise ValueError(f"{KEY}: {name}: {one} is {value:g}, and {law.name} flies only {flown}")
 
 
