@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from quadstep.identify.logs.judge import judge
+from quadstep.identify.logs.judge import judge, never_flew
 from quadstep.identify.logs.mapping import Mapping, load_mapping, mapping_names
 from quadstep.identify.logs.read import read_log
 from quadstep.identify.logs.signals import lag, slopes
@@ -194,3 +194,13 @@ def test_a_log_that_begins_on_the_ground_flies_once_it_has_left_that_height(flig
     assert t[one.flying].min() == pytest.approx(4.4, abs=0.3)
     airborne = dataclasses.replace(one, time=t[200:], motors=motors[200:], channels={"position": position[200:]})
     assert airborne.flying[0]
+
+
+def test_rotors_that_never_turned_are_named(flight):
+    still = [dataclasses.replace(flight, motors=flight.motors * np.array(share)) for share in ([0] * 4, [1, 0, 1, 0])]
+    apart = flight.motors * (np.arange(flight.rows)[:, None] % 4 == np.arange(4))
+    said = [never_flew(one) for one in (*still, dataclasses.replace(flight, motors=apart))]
+    assert said == [
+        f"never flew: {what}"
+        for what in ("the rotors never turned", "rotors 2 and 4 never turned", "the rotors never all turned at once")
+    ]

@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.logs.flight import Flags, FlightRecord, Floats, damage
+from quadstep.identify.logs.flight import TURNING, Flags, FlightRecord, Floats, damage
 from quadstep.identify.logs.read import rates_of
 from quadstep.identify.logs.signals import lag, slopes, smooth
 from quadstep.io.errors import UserError
+from quadstep.report.units import listed
 from quadstep.vehicle.airframe.allocation import mixing
 from quadstep.vehicle.airframe.geometry import Geometry
 
@@ -82,7 +83,15 @@ def refuse(flight: FlightRecord, found: list[Finding]) -> None:
 def never_flew(flight: FlightRecord) -> str:
     """Why a log does not contain a flight. Seconds are rounded down, so that 2.96 s are not called 3.0 s."""
     if not flight.turning.any():
-        return "never flew: the rotors never turned"
+        least = TURNING * (flight.motors.max() if flight.speeds else 1.0)
+        still = [f"{number}" for number, one in enumerate(flight.motors.T, 1) if not one.max() > least]
+        if len(still) == flight.motors.shape[1]:
+            return "never flew: the rotors never turned"
+        return (
+            f"never flew: rotor{'s' * (len(still) > 1)} {listed(still)} never turned"
+            if still
+            else "never flew: the rotors never all turned at once"
+        )
     high = flight.channel("position")[:, 2]
     span = float(np.nanmax(high) - np.nanmin(high)) if np.isfinite(high).any() else 0.0
     seconds = float(flight.flying.sum()) * flight.period
