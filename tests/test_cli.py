@@ -206,6 +206,7 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
         (("fly", "examples/trust.toml", "--flight", "-1"), "--flight: should be from 0 to 19999, the last flight of"),
         (("tune", "examples/lissajous.toml", "--budget", "9"), 'gains = { "controller.k_x" = {} }; allowed: controller.k_x, '),
         (("new", "mission.json"), "mission.json: missions are TOML; name a file that ends in .toml"),
+        (("new", "-"), "-: missions are TOML; name a file that ends in .toml"),
     ],
 )
 def test_what_is_wrong_with_the_command_line_is_said_in_plain_words(arguments, said):

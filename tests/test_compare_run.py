@@ -217,6 +217,11 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
         return real(job)
 
     monkeypatch.setattr(jobs, "worked", stopped)
+    left[0] = 0
+    early = quadstep("compare", file, "--out", tmp_path / "out")
+    assert (early.code, (tmp_path / "out").exists()) == (130, False)
+    assert early.err.splitlines()[-1] == "quadstep: interrupted; nothing was written"
+    left[0] = 4
     result = quadstep("compare", file, "--out", tmp_path / "out")
     assert result.code == 130
     assert f"finished flights are kept in {tmp_path / 'out'}; run the same command to continue" in result.err

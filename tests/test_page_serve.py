@@ -226,11 +226,12 @@ def test_a_log_that_is_dropped_on_the_list_gives_the_advice_of_the_command(tmp_p
     root.mkdir()
     with serving(server(root, 0, advise=advise_dropped)) as port:
         status, address = send(port, log.name, content)
-        assert (status, address) == (201, "/files/my_flight-advise/report.html")
+        assert status == 201
+        folder = re.fullmatch(r"/files/(my_flight-[0-9a-f]{8}-advise)/report\.html", address)[1]
         assert get(port, address)[0] == 200
         told, asked = (
             advise(log, None, None, tmp_path / "out", True, sheet("svg")).record,
-            manifest(root / "my_flight-advise"),
+            manifest(root / folder),
         )
         assert {name: asked[name] for name in ("crossover[rad/s]", "phase_margin[rad]", "changes")} == {
             name: told[name] for name in ("crossover[rad/s]", "phase_margin[rad]", "changes")
@@ -245,7 +246,11 @@ def test_a_log_that_is_dropped_on_the_list_gives_the_advice_of_the_command(tmp_p
             assert said in answered
             assert answered.count("\n") == 1
             assert "quadstep-log-" not in answered
-        assert sorted(one.name for one in root.iterdir()) == ["my_flight-advise"]
+        assert [one.name for one in root.iterdir()] == [folder]
+        assert send(port, log.name, content) == (201, address)
+        other = in_ardupilots_log(*looped(), {"ATC_RAT_RLL_P": 0.3, "ATC_RAT_RLL_I": 0.3, "ATC_RAT_RLL_D": 0.01})
+        assert send(port, log.name, other)[1] != address  # of another log by the same name
+        assert sum(one.name.startswith("my_flight") for one in root.iterdir()) == 2
 
 
 DROP = """content => {
@@ -263,7 +268,7 @@ def test_the_list_opens_the_advice_of_a_log_or_says_the_line_that_refuses_it(tmp
         page.locator("#said", has_text="empty.ulg: is empty").wait_for()
         content = in_ardupilots_log(*looped(), {"ATC_RAT_RLL_P": 0.2, "ATC_RAT_RLL_I": 0.3, "ATC_RAT_RLL_D": 0.01})
         page.evaluate(DROP, base64.b64encode(content).decode())
-        page.wait_for_url("**/files/dropped-advise/report.html")
+        page.wait_for_url("**/files/dropped-*-advise/report.html")
         assert "phase margin" in page.inner_text("main, body")
 
 

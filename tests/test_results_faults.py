@@ -208,6 +208,24 @@ def test_whatever_goes_wrong_when_the_next_run_ends_as_if_nothing_had(tmp_path, 
     assert read_lines(JournalPlace(tmp_path / "straight", ".writing-kept/journals/a.jsonl")) == []
 
 
+@pytest.mark.parametrize("writer", [campaign, estimate, comparison])
+def test_a_folder_that_is_deleted_meanwhile_is_said_to_be_and_no_advice_goes_on_from_it(tmp_path, monkeypatch, writer):
+    out, real, left = tmp_path / "out", folder_module.Folder.write, [2]
+
+    def write(folder, *given, **more):
+        left[0] -= 1
+        if left[0] == 0:
+            shutil.rmtree(out)
+        real(folder, *given, **more)
+
+    monkeypatch.setattr(folder_module.Folder, "write", write)
+    if writer is comparison:
+        left[0] = 1
+    with pytest.raises(UserError) as raised:
+        writer(out)
+    assert str(raised.value) == f"{out}: was deleted, or replaced, while results were written into it; none are kept"
+
+
 def test_a_campaign_whose_judging_was_cut_short_is_judged_as_whoever_resumes_it_says(tmp_path):
     campaign(tmp_path / "straight")
     wanted = files(tmp_path / "straight")

@@ -212,7 +212,7 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
     Raises UserError if the preset or the controller is unknown, or if the file exists or cannot be written.
     """
     text = template(preset, controller, path.parent)
-    if path.suffix not in ("", ".toml"):
+    if path.suffix not in ("", ".toml") or str(path) == "-":
         raise UserError(f"{path}: missions are TOML; name a file that ends in .toml")
     try:
         if path.exists():

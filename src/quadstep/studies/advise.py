@@ -60,10 +60,10 @@ def advise(
 
 
 def advise_dropped(log: Path, name: str, root: Path) -> Path:
-    """The advice that a log carries in a folder of its own below `root`, which replaces that of the same name; the folder.
+    """The advice that a log carries, in a folder below `root` that is named by the log's name and content; the folder.
     name: the log's, for its readers. Raises UserError.
     """
-    folder = root / f"{Path(name).stem}-advise"
+    folder = root / f"{Path(name).stem}-{hashlib.sha256(files.read_bytes(log, files.LOG)).hexdigest()[:8]}-advise"
     try:
         advise(log, None, None, folder, True, sheet("svg"), name)
     except UserError as error:

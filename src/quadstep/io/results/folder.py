@@ -112,6 +112,12 @@ class Folder:
         with self.inside(way, make=True) as handle, os.fdopen(os.open(last, flags, 0o644, dir_fd=handle), "ab") as file:
             file.write(content)
 
+    def unwritable(self, error: OSError, kept: str) -> UserError:
+        """The error for a folder that takes nothing more. kept: what is in it, and how to go on."""
+        if os.fstat(self.handle).st_nlink == 0:
+            return UserError(f"{self.path}: was deleted, or replaced, while results were written into it; none are kept")
+        return UserError(f"{self.path}: cannot be written: {error.strerror or error}; {kept}")
+
     def names(self, inner: str = "") -> list[str]:
         """What it, or a folder in it, contains. Raises OSError."""
         with self.inside(parts_of(inner) if inner else ()) as handle:

@@ -174,9 +174,7 @@ class Parts:
                 if other.startswith(f"{key}-") and other != Path(name).name:
                     self.folder.remove(f"{RUNNING}/{kind}/{other}")
         except OSError as error:
-            raise UserError(
-                f"{self.folder.path}: cannot be written: {error.strerror or error}; finished results are kept"
-            ) from None
+            raise self.folder.unwritable(error, "finished results are kept") from None
 
     def publish(self, out: Path, wanted: Iterable[tuple[str, str]]) -> None:
         """Put these parts, by kind and key, into the folder of a finished run; equal entrants share theirs."""
@@ -216,7 +214,8 @@ def parts_in(path: Path) -> Iterator[Parts]:
     InterruptedRun on Ctrl-C.
     """
     with alone_in(path, RUNNING) as folder:
-        with interruptible(lambda: f"finished flights are kept in {path}; run the same command to continue"):
+        kept = f"finished flights are kept in {path}; run the same command to continue"
+        with interruptible(lambda: kept if folder.files() else ""):
             yield Parts(folder)
         folder.remove_tree(RUNNING)
 

@@ -74,10 +74,7 @@ class Record:
         try:
             yield
         except OSError as error:
-            raise UserError(
-                f"{self.folder}: cannot be written: {error.strerror or error}; {self.progress} are kept, --resume continues "
-                "from there"
-            ) from None
+            raise self.files.unwritable(error, f"{self.progress} are kept, --resume continues from there") from None
 
     def report(self, write: Callable[[Path], None]) -> None:
         """Have the report written into a temporary folder, and move it into place. Raises UserError."""
