@@ -10,7 +10,7 @@ import pytest
 
 from quadstep.identify import pages
 from quadstep.identify.averages import blocks, rotor_speeds, torques
-from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
+from quadstep.identify.closed_loop import as_flown, is_wrong, span_of_thrust
 from quadstep.identify.fit import LONG_WEIGHTS, Fitted, Identified, identify
 from quadstep.identify.guesses import EFFECTS, limits_guess
 from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with_values
@@ -215,18 +215,22 @@ def test_a_replayed_vehicle_flies_with_the_limits_of_its_flights(tmp_path, truth
     assert quick["attitude"][:2] == pytest.approx([0.3 * quick["rate"][0]] * 2)  # not faster than the rotors allow
 
 
-def test_the_first_seconds_tell_a_flights_own_level_of_thrust(tmp_path, flights, truth):
+def test_the_span_of_thrust_shows_a_battery_that_sags(tmp_path, flights, truth):
     vehicle = read_vehicle(written(tmp_path, truth))
-    weaker = flights[0]
-    weaker = replace(weaker, motors=0.97 * weaker.motors)
-    whole = [hover_ratio(flight, vehicle) for flight in (flights[0], weaker)]
-    assert whole[1] / whole[0] == pytest.approx(0.97 ** (2.0 * TRUTH["command.exponent"]), abs=2e-3)
-    assert later_ratio(weaker, vehicle) == pytest.approx(later_ratio(flights[0], vehicle), abs=2e-3)
-    assert later_ratio(weaker, vehicle) == pytest.approx(1.0, abs=0.01)
-    fading = replace(weaker, motors=weaker.motors * np.where(weaker.time - weaker.time[0] < 6.0, 1.0, 0.97)[:, None])
-    assert later_ratio(fading, vehicle) < 0.98
-    short = replace(weaker, lost=weaker.time - weaker.time[0] > 4.0)
-    assert math.isnan(later_ratio(short, vehicle))
+    whole = flights[0]
+    time = whole.time - whole.time[0]
+    low, high = span_of_thrust([whole], vehicle)
+    assert 0.99 < low < high < 1.01
+    assert not is_wrong((low, high))
+    fading = replace(
+        whole, motors=whole.motors * (1.0 + 0.1 * time / time[-1])[:, None]
+    )  # what an autopilot adds as volts fall
+    low, high = span_of_thrust([fading], vehicle)
+    power = 2.0 * TRUTH["command.exponent"]
+    assert (low, high) == pytest.approx(((1.0 + 0.1 / 6.0) ** power, (1.0 + 0.5 / 6.0) ** power), abs=0.015)
+    assert is_wrong((low, high))
+    assert span_of_thrust([whole, fading], vehicle)[0] == pytest.approx(span_of_thrust([whole], vehicle)[0])
+    assert span_of_thrust([replace(whole, lost=time > 4.0)], vehicle) is None
 
 
 def test_a_fit_that_leaves_what_vehicles_may_have_is_one_line(truth):

@@ -1,20 +1,25 @@
 """What calm flights do not determine is refused, what is given holds; names, voltages and wind do not mislead."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from quadstep.commands.options import read_logs
 from quadstep.identify.averages import blocks
 from quadstep.identify.closed_loop import hover_ratio
-from quadstep.identify.fit import UNDETERMINED, WINDY, Fitted, Identified, identify
+from quadstep.identify.fit import DYNAMIC, UNDETERMINED, WINDY, Fitted, Identified, by_rotors, from_averages, identify
+from quadstep.identify.intervals import AVERAGED, unseen
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, leaned
-from quadstep.identify.parameters import numbers_of
+from quadstep.identify.parameters import VEHICLE, numbers_of
 from quadstep.identify.replay import ErrorTable, ready
 from quadstep.identify.run import Identification, answer, facts
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
 from quadstep.report.units import percent
+from quadstep.vehicle.airframe.allocation import mixing
 from tests.calm_flights import WOBBLY, logged, start, true_values
 from tests.challenge.identified import off
 from tests.made_flights import MAPPING, table, write
@@ -48,6 +53,40 @@ def test_commands_that_answer_to_noise_do_not_determine_their_exponent():
     assert "of the changes in thrust" in why["command.exponent"]
     assert why["command.voltage_exponent"] == "the voltage never changes, or was not logged"
     assert exponents(flight, command, still, 2.0 * command + random.normal(0.0, 0.01, 200), False)[0] == ["exponent"]
+
+
+def test_a_full_speed_is_no_surer_than_the_exponent_that_leads_to_it():
+    flight, vehicle = logged("x500", "circle", 1, 12.0, 0.1), start("x500")
+    bent = replace(flight, motors=flight.motors ** (1.0 / 0.85))  # speed = fastest command^0.85
+    every = (*DYNAMIC, *AVERAGED)
+    p, told, why, _ = from_averages([bent], vehicle, numbers_of(vehicle, [bent]))
+    moved = by_rotors([bent], vehicle, p, every, np.zeros(len(every)))
+    assert "command.exponent" in why
+    away = abs(np.log(told["command.speed"].value / vehicle.rotor.fastest))
+    assert 0.05 < away < moved["command.speed"] < 0.5
+
+
+def test_torques_whose_commands_answer_to_the_gyros_noise_tell_less():
+    """Noise at the law's rate, of which a log sees every fifth value, and a rotor a fifth of what the log suggests."""
+    random, time = np.random.default_rng(0), 0.01 * np.arange(2000)
+    rows = np.array([list(row) for row in mixing(start("x500").geometry(), 1.0)])
+    free = tuple(
+        one for one in VEHICLE if not one.key.startswith(("imu", "centre", "command.s", "command.e", "command.v", "drag"))
+    )
+
+    def widened(*noise):
+        torque = np.sin(2.0 * np.pi * 3.0 * time)[:, None] + np.array(noise) * random.normal(0.0, np.sqrt(0.5), (2000, 3))
+        squares = 0.4 + 0.01 * np.c_[np.zeros(2000), torque] @ np.linalg.inv(rows).T
+        position = {"position": np.c_[time, time, 5.0 * (time > 0.0)]}
+        flight = FlightRecord("made", time, 0.01, np.sqrt(squares), False, position, (), np.zeros(2000, dtype=bool))
+        return dict(zip((one.key for one in free), unseen([flight], start("x500").geometry(), free), strict=True))
+
+    assert max(widened(0.0, 0.0, 0.0).values()) < 0.01
+    found = widened(0.0, 1.0, 2.0)  # a half of the variance about y, four fifths of that about z
+    assert found["inertia[0]"] < 0.01
+    assert found["inertia[1]"] == found["rotor.rise_time"] == pytest.approx(np.log(2.0), abs=0.15)
+    assert found["rotor.inertia"] == found["rotor.torque_coefficient"] == pytest.approx(np.log(5.0), abs=0.25)
+    assert found["command.delay"] == pytest.approx(0.005, abs=0.0007)
 
 
 def test_a_logged_voltage_changes_nothing_of_a_vehicle_without_the_effect():
@@ -154,6 +193,11 @@ def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_
     ]  # fmt: skip
     fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.9]))
     assert answer(fine).startswith("1 of 2 vehicle parameters were identified, not inertia[0]; on 1 flight held out")
+    sagging = answer(fine._replace(thrust=(0.9, 1.1)))
+    assert sagging.startswith(
+        "The modelled thrust is 0.90 to 1.10 times the thrust needed in these flights, as where a battery"
+    )
+    assert "; the modelled thrust is 0.90 to 1.10" in answer(worse._replace(thrust=(0.9, 1.1)))
 
 
 @pytest.fixture

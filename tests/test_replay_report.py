@@ -11,7 +11,9 @@ import pytest
 
 from quadstep.identify.averages import matrices
 from quadstep.identify.closed_loop import Beside, Tracking
-from quadstep.identify.replay_report import likeness, share
+from quadstep.identify.replay import ErrorTable, Predictions, Replayed
+from quadstep.identify.replay_report import answer, likeness, share
+from quadstep.identify.starts import HORIZONS
 from quadstep.metrics.statistics import Estimate
 from tests.commands import files, quadstep
 from tests.made_flights import MAPPING, logged, table, write
@@ -181,12 +183,18 @@ def test_motors_that_never_run_or_are_beyond_full_are_named(tmp_path, logs, fact
     assert f"B0_made: {said}" in run.err
 
 
-def test_the_thrust_of_one_flight_has_no_range(tmp_path, logs):
-    one, two = (replayed(logs, tmp_path / str(count), count=count).out for count in (1, 2))
-    assert re.search(r"over the thrust needed: \d\.\d{3}; relative to that of a flight's first seconds \d\.\d{3}\.\n", one)
-    assert re.search(
-        r"needed: \d\.\d{3} on average, \d\.\d{3} to \d\.\d{3}; relative .* seconds \d\.\d{3} to \d\.\d{3}\.\n", two
-    )
+def test_a_wrong_thrust_comes_first(tmp_path, logs):
+    right = ErrorTable(("a",), HORIZONS, *([np.full((3, 4, 1), size) for size in (0.1, 1.0, 1.0)]), 100)
+    found = Replayed(0.01, [Predictions("predictions", right)], (0.83, 1.02), [], [])
+    said = "The modelled thrust is 0.83 to 1.02 times the thrust needed, which predictions learn from the log and a simulated"
+    assert answer(found).startswith(f"{said} flight does not; in this flight the vehicle predicts better than no model")
+    assert answer(found._replace(thrust=(0.97, 1.04))).startswith("In this flight the vehicle predicts better than no model")
+    assert answer(found._replace(thrust=None)).startswith("In this flight the vehicle predicts better than no model")
+    log = logs / "B0_made.csv"
+    vehicle = tmp_path / "heavy.toml"
+    vehicle.write_text('preset = "crazyflie"\nmass = 0.045\n')
+    run = quadstep("replay", log, "--vehicle", vehicle, "--mapping", logs / "map.toml")
+    assert re.search(r"^The modelled thrust is 0\.\d\d( to 0\.\d\d)? times the thrust needed, which", run.out, re.MULTILINE)
 
 
 def test_a_folder_holds_one_replay(tmp_path, logs):

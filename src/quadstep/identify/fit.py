@@ -13,9 +13,11 @@ from quadstep.identify.intervals import (
     DYNAMIC,
     FROM_AVERAGES,
     IN_STEP,
+    UNKNOWN_EXPONENT,
     StandardErrors,
     parts,
     spread,
+    unseen,
     with_values,
 )
 from quadstep.identify.logs.flight import FlightRecord, Floats
@@ -139,14 +141,7 @@ def identify(
     p = short.at(point)
     fitted, kept = told_numbers(flights, vehicle, p, free, prior, told, block, still)
     kept.update(why)
-    before = leaves_of(numbers_of(vehicle, flights))  # what is not determined is as it was
-    p = with_values(p, {leaf: before[leaf] for one in free if one.key in kept for leaf in one.leaves})
-    if rest := tuple(one for one in free if one.key not in kept):  # whose best values depend on those of the others
-        short = problem_of(flights, vehicle, p, SHORT, rest)
-        p = short.at(search(short, point_of(p, rest), SHORT_WEIGHTS, REFITTED, priors(rest, p, told)))
-        values = dict(zip((one.key for one in rest), values_at(point_of(p, rest), rest), strict=True))
-        fitted = {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
-    p = with_values(p, {leaf: before[leaf] for one in AVERAGED if one.key in kept for leaf in one.leaves})
+    p, fitted = anew(flights, vehicle, p, free, told, fitted, kept)
     if not predictors:
         return Identified(p, None, fitted, kept)
     say("predictor")
@@ -162,6 +157,25 @@ def identify(
         free = (*GAINS, *ANSWERS, *GUIDANCE, *LIMITS)
         guided = predictor(flights, vehicle, knowing, free, 6 if fresh else 3, True).observer
     return Identified(p, guided, fitted, kept)
+
+
+def anew(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free],
+    told: dict[str, Told], fitted: dict[str, Fitted], kept: dict[str, str],
+) -> tuple[PredictorParameters, dict[str, Fitted]]:  # fmt: skip
+    """The parameters with what is not determined as it was; the others, whose best values depend on that, are fitted to it."""
+    before = leaves_of(numbers_of(vehicle, flights))
+    p = with_values(p, {leaf: before[leaf] for one in free if one.key in kept for leaf in one.leaves})
+    values: dict[str, float] = {}
+    if {"rotor.rise_time", "command.delay"} & kept.keys():  # with which averages take the commands
+        p, told, _, _ = from_averages(flights, vehicle, p)
+        values |= {key: one.value for key, one in told.items() if key in FROM_AVERAGES}
+    if rest := tuple(one for one in free if one.key not in kept):
+        short = problem_of(flights, vehicle, p, SHORT, rest)
+        p = short.at(search(short, point_of(p, rest), SHORT_WEIGHTS, REFITTED, priors(rest, p, told)))
+        values |= zip((one.key for one in rest), values_at(point_of(p, rest), rest), strict=True)
+    p = with_values(p, {leaf: before[leaf] for one in AVERAGED if one.key in kept for leaf in one.leaves})
+    return p, {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
 
 
 def predictor(
@@ -202,7 +216,8 @@ def in_step(free: Sequence[Free], point: Floats, found: StandardErrors, told: di
 def by_rotors(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, every: Sequence[Free], halves: Floats
 ) -> dict[str, float]:
-    """By how much numbers from averages move, on the search's scale, within the intervals of the rotors' lag and delay.
+    """By how much numbers from averages move, on the search's scale, within the intervals of the rotors' lag and delay, and of
+    the command's exponent where flights do not determine it: at another one the same hover has another full speed.
 
     Averages take the commands as the rotors follow them, so that where the vehicle wobbles, what is not known of the lag is
     not known of the thrust's curve either.
@@ -217,13 +232,16 @@ def by_rotors(
         {"curve.delay": late + min(delay, MOST_DELAY)},
         {"curve.delay": max(late - delay, 0.0)},
     ]
+    bent = math.exp(2.0 * UNKNOWN_EXPONENT)
+    others += [{"curve.exponent": float(p.curve.exponent) * factor} for factor in (bent, 1.0 / bent)]
     base, *moved = (from_averages(flights, vehicle, with_values(p, one))[1] for one in ({}, *others))
+    told_exponent = "command.exponent" in base or flights[0].speeds
     linear = [one.key for one in every if not one.logarithmic]
     found: dict[str, float] = {}
     for key, told in base.items():
         shifts = [abs(one[key].value - told.value) if key in one else 0.0 for one in moved]
-        by_lag, by_delay = max(shifts[:2]), max(shifts[2:])
-        found[key] = math.hypot(by_lag, by_delay) / (1.0 if key in linear else max(abs(told.value), 1e-300))
+        by_lag, by_delay, by_bend = max(shifts[:2]), max(shifts[2:4]), 0.0 if told_exponent else max(shifts[4:])
+        found[key] = math.hypot(by_lag, by_delay, by_bend) / (1.0 if key in linear else max(abs(told.value), 1e-300))
     return found
 
 
@@ -241,6 +259,7 @@ def told_numbers(
     there = parts(block.flight, block.row, period) if block is not None else here
     found = spread(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
     halves = found.halves(in_step(every, point, found, told))
+    halves += unseen(flights, vehicle.geometry(), every)
     moved = by_rotors(flights, vehicle, p, every, halves) if told else {}
     lean = 0.0 if still or block is None else leaned(block)
     levers = lean * float(p.airframe.drag.flapping / p.airframe.drag.rotor[0])  # of the torque of the wind that leans it

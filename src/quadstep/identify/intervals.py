@@ -11,13 +11,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.averages import HalfSeconds, Told, torques
-from quadstep.identify.logs.flight import Floats
+from quadstep.identify.averages import BLOCK, HalfSeconds, Told, torques
+from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.signals import smooth
 from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
 from quadstep.identify.predictor import PredictorParameters
 from quadstep.identify.search import Curvature, Prior
 from quadstep.metrics.statistics import student_quantile
+from quadstep.vehicle.airframe.allocation import mixing
 from quadstep.vehicle.airframe.geometry import Geometry
 
 FLIGHTS = 6
@@ -172,3 +174,26 @@ def spread(
         place = [one.key for one in AVERAGED].index("command.exponent")
         variance[:many] += (UNKNOWN_EXPONENT * (inverse @ crossed[:, place])) ** 2
     return StandardErrors(np.sqrt(variance), freedom(shifts), pulls)
+
+
+def unseen(flights: Sequence[FlightRecord], geometry: Geometry, free: Sequence[Free]) -> Floats:
+    """By how much numbers may be wrong, on the search's scale, because commands that answer to the gyro's noise change between
+    the rows of a log: a part of their variance that is white acts for less than a row, so the answer to it is too small.
+
+    That part is seen in third differences, which leave little of what a vehicle can follow (20 is the sum of their squares);
+    its share is that of what changes within half a second, since predictions learn slower torques from the log.
+    """
+    rows = np.array([list(row) for row in mixing(geometry, 1.0)])[1:]
+    white, whole = np.zeros(3), np.full(3, 1e-300)
+    for flight in flights:
+        torque = np.where(flight.lost[:, None], np.median(flight.motors, axis=0), flight.motors) ** 2 @ rows.T
+        around, good = torque - smooth(torque, flight.period, BLOCK), flight.flying & (flight.runs() >= 3)
+        white += (np.diff(torque, 3, axis=0)[good[3:]] ** 2).sum(axis=0) / 20.0
+        whole += (around[good] ** 2).sum(axis=0)
+    shares = np.minimum(white / whole, 0.99)
+    roll, pitch, yaw = -np.log1p(-shares)
+    found = {
+        "inertia[0]": roll, "inertia[1]": pitch, "rotor.torque_coefficient": yaw, "rotor.inertia": yaw,
+        "rotor.rise_time": max(roll, pitch), "command.delay": flights[0].period * max(shares[:2]),
+    }  # fmt: skip
+    return np.array([found.get(one.key, 0.0) for one in free])

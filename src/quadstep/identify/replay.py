@@ -4,7 +4,6 @@ The table of a replay has mean errors beside those of "constant" and "zero rate"
 """
 
 import json
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.closed_loop import Beside, fly_again, hover_ratio, later_ratio
+from quadstep.identify.closed_loop import Beside, fly_again, span_of_thrust
 from quadstep.identify.estimator import Estimated, estimate
 from quadstep.identify.guesses import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
@@ -240,11 +239,11 @@ class Predictions(NamedTuple):
 
 
 class Replayed(NamedTuple):
-    """What is found. thrust: a sentence, or nothing. period: of the rows [s]."""
+    """What is found. thrust: modelled over needed, least and most, if known. period: of the rows [s]."""
 
     period: float
     predictions: list[Predictions]
-    thrust: str
+    thrust: tuple[float, float] | None
     flown: list[Beside]
     estimates: list[Estimated]
 
@@ -254,8 +253,9 @@ def replayed(flights: Sequence[FlightRecord], asked: ReplayRequest) -> Replayed:
     estimates = [estimate(flight) for flight in flights] if asked.estimator else []
     flown = fly_again(list(flights), asked.section, asked.controller) if asked.controller else []
     if not asked.report and (asked.estimator or asked.controller):
-        return Replayed(flights[0].period, [], "", flown, estimates)
-    return Replayed(flights[0].period, predicted_errors(flights, asked), thrust(flights, asked.section), flown, estimates)
+        return Replayed(flights[0].period, [], None, flown, estimates)
+    thrust = span_of_thrust(flights, asked.section)
+    return Replayed(flights[0].period, predicted_errors(flights, asked), thrust, flown, estimates)
 
 
 def predicted_errors(flights: Sequence[FlightRecord], asked: ReplayRequest) -> list[Predictions]:
@@ -273,21 +273,3 @@ def predicted_errors(flights: Sequence[FlightRecord], asked: ReplayRequest) -> l
         again = compare(flights, section, numbers, guided, horizons)
         several.append(Predictions(f"The same with the learned residual, from {knows}", again))
     return several
-
-
-def thrust(flights: Sequence[FlightRecord], section: AirframeSection) -> str:
-    """How far modelled and needed thrust differ, in a sentence; empty where too little is flown."""
-    ratios, later = (
-        [one for one in (of(flight, section) for flight in flights) if math.isfinite(one)] for of in (hover_ratio, later_ratio)
-    )
-    if not ratios:
-        return ""
-    mean = sum(ratios) / len(ratios)
-    said = f"Modelled thrust from the logged commands over the thrust needed: {mean:.3f}"
-    if len(ratios) > 1:
-        said += f" on average, {least_to_most(ratios)}"
-    return f"{said}; relative to that of a flight's first seconds {least_to_most(later)}." if later else f"{said}."
-
-
-def least_to_most(values: Sequence[float]) -> str:
-    return " to ".join(dict.fromkeys(f"{one:.3f}" for one in (min(values), max(values))))

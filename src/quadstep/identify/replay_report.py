@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.identify.closed_loop import Beside, Tracking
+from quadstep.identify.closed_loop import Beside, Tracking, is_wrong, of_thrust
 from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Estimated
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_unusable
@@ -108,7 +108,6 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
     sections: list[Section] = [page.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape)]
     sections += [page.heading("Predictions", "predictions"), page.paragraph(METHOD)] if first else []
     sections += [error_table(one.title, one.compared, found.period) for one in found.predictions]
-    sections += [page.paragraph(found.thrust)] if found.thrust else []
     if found.flown and asked.controller:
         sections.append(tracking_table(found.flown, str(asked.controller["type"])))
     if found.estimates:
@@ -116,22 +115,30 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
     known = [flight.name for flight in flights if flight.name in fitted_to(asked.section)]
     left = [flight for flight in flights if first and flight.name not in first.names]
     unseen = [f"Nothing is predicted for {listed([one.name for one in left])}: {why_unusable(left)}."] if left else []
+    thrust = [f"{of_thrust(found.thrust)}.".capitalize()] if found.thrust and not is_wrong(found.thrust) else []
     said = " ".join([*no_test(known, len(flights)), *unseen, answer(found)])
     return Evidence(
         name=name,
         kind="Replay",
         answer=said,
-        sentences=[said, *filter(None, [found.thrust])],
+        sentences=[said, *thrust],
         record={"name": name, "version": __version__, **(numbers(first) if first else {})},
         facts=facts(first, found.period) if first else (),
         sections=sections,
+        more=thrust,
         warnings=warnings,
     )
 
 
 def answer(found: Replayed) -> str:
-    """What was asked, in a sentence: predictions, simulated flights, estimates."""
-    said = [predicting(found.predictions[0].compared, found.period)] if found.predictions else []
+    """What was asked, in a sentence: predictions, simulated flights, estimates; before them a thrust that is wrong."""
+    wrong = found.thrust if is_wrong(found.thrust) else None
+    said = (
+        [f"{of_thrust(wrong).capitalize()}, which predictions learn from the log and a simulated flight does not"]
+        if wrong
+        else []
+    )
+    said += [predicting(found.predictions[0].compared, found.period)] if found.predictions else []
     if found.flown:
         said.append(likeness(found.flown).rstrip("."))
     if found.estimates:

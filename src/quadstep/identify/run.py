@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.closed_loop import hover_ratio
+from quadstep.identify.closed_loop import hover_ratio, is_wrong, of_thrust, span_of_thrust
 from quadstep.identify.fit import Identified, Say, identify
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, compare, ready
@@ -34,8 +34,8 @@ MIXED = 0.2
 
 class Identification(NamedTuple):
     """vehicle: the result. held_out: names. tested: the fit without these; commands, guided: how it predicts them, by what it
-    knows; *_residual: with the learned residual of that fit. None if there are none. residual: of the whole fit, if it
-    was requested and did better on the held-out flights.
+    knows; *_residual: with the learned residual of that fit. None if there are none. thrust: of the vehicle over that needed,
+    least and most, if known. residual: of the whole fit, if it was requested and did better on the held-out flights.
     """
 
     vehicle: AirframeSection
@@ -44,6 +44,7 @@ class Identification(NamedTuple):
     tested: Identified | None
     commands: ErrorTable | None
     guided: ErrorTable | None
+    thrust: tuple[float, float] | None = None
     residual: Residual | None = None
     commands_residual: ErrorTable | None = None
     guided_residual: ErrorTable | None = None
@@ -74,8 +75,10 @@ def answer(run: Identification) -> str:
     count, left = len(run.found.fitted), list(run.found.kept)
     said = f"{count} of {count + len(left)} vehicle parameters were identified"
     said += f", not {listed(left)}" if left else ""
+    if run.thrust and is_wrong(run.thrust):
+        said = f"{of_thrust(run.thrust).capitalize()} in these flights, as where a battery sags; {said}"
     if worse:
-        said = f"No better than without a model, {AHEAD} samples ahead: {listed(worse)}; {said}"
+        said = f"No better than without a model, {AHEAD} samples ahead: {listed(worse)}; {said[0].lower()}{said[1:]}"
     if run.commands is None:
         return f"{said}; no flight was held out to test predictions."
     ratio = percent(run.commands.ratio(AHEAD, "position").value)
@@ -109,7 +112,8 @@ def run(
     names = ", ".join(flight.name for flight in flights)
     description = f"{vehicle.description or 'A vehicle'}{IDENTIFIED}{names}"
     result = identified_vehicle(vehicle, found, description[:900], mass_source)
-    done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided)
+    thrust = span_of_thrust(flights, result)
+    done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided, thrust)
     if not learn:
         return done
     if tested is None:
