@@ -20,7 +20,7 @@ from quadstep.studies.campaign.flyer import Flyer, on_lanes
 from quadstep.studies.envelope.cells import CAUSES, Cells, cells_of, middle
 from quadstep.studies.envelope.picture import draw_panel, legend, length, scale
 from quadstep.studies.envelope.request import NOISY_FLIGHTS, request
-from quadstep.studies.envelope.run import Map
+from quadstep.studies.envelope.run import Map, meaning, most_of
 from quadstep.studies.study import StudySpan, run
 from tests.campaigns import MASS, NOISY, SHORT, written
 from tests.commands import LINE, quadstep, write
@@ -114,6 +114,14 @@ def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
     assert about(out)["axes"]["x"] == {"key": "path.duration", "values": [2.0, 3.0, 4.0, 5.0]}
     assert sorted(path.name for path in out.iterdir()) == about(out)["files"]
     assert {"envelope.png", "envelope.svg"} < set(about(out)["files"])
+
+
+def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path):
+    asked = request(write(tmp_path, LINE), "path.duration=0.5:1:2", "vehicle.mass=1:1.1:2", failures=["effort_thrust=1e9"])
+    assert meaning(asked) == " (to the end, within the limit of effort_thrust, however large the error)"
+    assert most_of(asked) == ""
+    assert most_of(asked._replace(random=True)) == " in the one flight of each, which chance varies"
+    assert most_of(asked._replace(random=True, flights=20)).startswith(", that is, at least ")
 
 
 def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):

@@ -7,6 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
+from quadstep.metrics.registry import LARGEST, RMSE
 from quadstep.report import page, units
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.sheet import Sheet
@@ -18,6 +19,9 @@ from quadstep.studies.envelope.request import MapAxis, Request, as_typed
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
+
+ERRORS = {RMSE, LARGEST, "relative_error"}
+"""Limits that a flight far from its path does not meet."""
 
 HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells", "outcomes of failed flights")
 
@@ -155,12 +159,17 @@ def answer(found: Envelope) -> str:
 
 def most_of(asked: Request) -> str:
     """How many of a point's flights count for all, where there are several."""
-    return f", that is, at least {100 * FLYABLE:g} % of {asked.flights} flights succeed" if asked.flights > 1 else ""
+    if asked.flights > 1:
+        return f", that is, at least {100 * FLYABLE:g} % of {asked.flights} flights succeed"
+    return " in the one flight of each, which chance varies" if asked.random else ""
 
 
 def meaning(asked: Request) -> str:
     """What is less than one expects of a flight that counts as flown; nothing where an error can be too large."""
-    return "" if asked.campaign.file.failure else " (to the end, however large the error)"
+    limits = asked.campaign.file.failure
+    if ERRORS & limits.keys():
+        return ""
+    return f" (to the end{f', within the limit of {units.listed([*limits])}' if limits else ''}, however large the error)"
 
 
 def caption(found: Envelope) -> str:
@@ -192,8 +201,5 @@ def sentence(found: Envelope) -> str:
         + (f" with {panel.name}" if panel.name else "")
         for panel in found.panels
     ]
-    cell = (
-        f" A cell counts if at least {100 * FLYABLE:g} % of its {asked.flights} flights succeed." if asked.flights > 1 else ""
-    )
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    return f"Flyable{meaning(asked)} of {asked.x.key} and {asked.y.key}: {', '.join(parts)}.{cell}{same}"
+    return f"Flyable{meaning(asked)} of {asked.x.key} and {asked.y.key}: {', '.join(parts)}{most_of(asked)}.{same}"
