@@ -53,11 +53,11 @@ class Firefox:
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-        self.numbers = itertools.count(1)
+        self.numbers, self.opened = itertools.count(1), contextlib.ExitStack()
         try:
-            self.socket = socket.create_connection(("127.0.0.1", self.port()))
+            self.socket = self.opened.enter_context(socket.create_connection(("127.0.0.1", self.port())))
             self.socket.settimeout(PATIENCE)
-            self.stream = self.socket.makefile("rb")
+            self.stream = self.opened.enter_context(self.socket.makefile("rb"))
             self.read()
             self.ask("WebDriver:NewSession")
             self.ask("WebDriver:SetTimeouts", script=1000 * PATIENCE, pageLoad=1000 * PATIENCE)
@@ -115,6 +115,7 @@ class Firefox:
 
     def close(self) -> None:
         """End it, and forget its profile."""
+        self.opened.close()
         self.process.terminate()
         try:
             self.process.wait(20.0)
