@@ -36,6 +36,13 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     without_figures(monkeypatch)
 
 
+@pytest.fixture
+def studies_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    from tests.studies import studies_in_this_process
+
+    studies_in_this_process(monkeypatch)
+
+
 @pytest.fixture(scope="module")
 def optimised() -> Iterator[None]:
     """The code of users: where code itself is the point, or where flights take longer than to compile it."""

@@ -90,3 +90,9 @@ class Here:
 @contextmanager
 def here(_workers=None):
     yield Here()
+
+
+def studies_in_this_process(monkeypatch):
+    """Processes of their own cost seconds, as does measuring often, where they are not the point."""
+    monkeypatch.setattr("quadstep.studies.comparison.jobs.drawing_pool", here)
+    monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)

@@ -19,6 +19,8 @@ from quadstep.studies.campaign.store import opened, parquet
 from tests.campaigns import MASS, campaign, flights, fly, leftovers, manifest, refused, rows, written
 from tests.commands import quadstep
 
+pytestmark = pytest.mark.usefixtures("no_figures")
+
 HEAD = "chunk = 16\nflights = 40\n"
 
 

@@ -24,7 +24,9 @@ from quadstep.studies.comparison.study import FIRST, Situation, read_study
 from tests.campaigns import soon
 from tests.commands import LINE, files, heeding_interrupts, metrics, quadstep, write
 from tests.patience import PATIENCE
-from tests.studies import BODY, HEAD, OPTIONAL, SMALL, SMALLEST, TUNING, here, rows, study, written
+from tests.studies import BODY, HEAD, OPTIONAL, SMALL, SMALLEST, TUNING, rows, studies_in_this_process, study, written
+
+pytestmark = pytest.mark.usefixtures("studies_here")
 
 MARGIN = """
 [margins.wind]
@@ -55,21 +57,13 @@ position_noise = 0.005
 """
 
 
-@pytest.fixture(autouse=True)
-def in_this_process(monkeypatch):
-    """Processes of their own cost seconds; one test has them."""
-    monkeypatch.setattr(jobs, "drawing_pool", here)
-    monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
-
-
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     """The command run once, with tuning and a margin."""
     folder = tmp_path_factory.mktemp("compare")
     file = written(folder, SMALL + TUNING.replace("repeats = 1", "repeats = 2") + MARGIN)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(jobs, "drawing_pool", here)
-        patch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
+        studies_in_this_process(patch)
         return quadstep("compare", file, "--out", folder / "out"), folder / "out", file
 
 

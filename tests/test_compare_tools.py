@@ -7,10 +7,8 @@ import shutil
 import pytest
 
 from quadstep.export import arm
-from quadstep.studies.comparison import jobs
 from tests.commands import quadstep, write
 from tests.needs import CORTEX_M, needs
-from tests.studies import here
 
 pytestmark = needs(CORTEX_M)
 
@@ -35,15 +33,13 @@ def program(folder, name, line):
 
 
 @pytest.fixture
-def programs(tmp_path, monkeypatch):
+def programs(tmp_path, monkeypatch, studies_here):
     """A path on which there are the three programs and no others."""
     folder = tmp_path / "programs"
     folder.mkdir()
     for tool in TOOLS:
         program(folder, tool, f'exec {shutil.which(tool)} "$@"')
     monkeypatch.setenv("PATH", str(folder))
-    monkeypatch.setattr(jobs, "drawing_pool", here)
-    monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
     return folder
 
 

@@ -9,6 +9,7 @@ import pytest
 from quadstep.identify.datasheet.campaign import campaign_text
 from quadstep.identify.datasheet.estimate import estimate, rotor_inertia, vehicle_of
 from quadstep.identify.datasheet.sheet import Datasheet
+from tests.campaigns import fly
 from tests.commands import quadstep
 from tests.sheets import SHEET
 
@@ -111,7 +112,7 @@ def test_the_vehicle_and_its_campaign_fly(tmp_path):
     assert quadstep("vehicle", "fit", tmp_path / "sheet.toml", "--out", tmp_path / "v.toml").code == 0
     text = (tmp_path / "v_campaign.toml").read_text().replace("flights = 2000", "flights = 16")
     (tmp_path / "v_campaign.toml").write_text(text)
-    run = quadstep("campaign", tmp_path / "v_campaign.toml", "--out", tmp_path / "out")
+    run = fly(tmp_path / "v_campaign.toml", tmp_path / "out")
     assert run.code == 0
     assert "16 flights: 100 % succeed" in run.out
 

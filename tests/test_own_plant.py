@@ -10,6 +10,7 @@ import pytest
 from quadstep import UserError, fly, read_mission
 from quadstep.engines.engine import Engine
 from quadstep.io.user_code import loading
+from tests.campaigns import fly as fly_campaign
 from tests.commands import quadstep, write
 from tests.pages import fly_page, needs_node
 
@@ -236,7 +237,7 @@ def test_nothing_is_proved_of_a_state_that_does_not_say_where_the_position_is(mi
     assert "the first entry of its state should be `position`, a Vector along z" in run.err
 
 
-def test_a_study_compares_its_laws_by_a_metric_of_ones_own(mission):
+def test_a_study_compares_its_laws_by_a_metric_of_ones_own(mission, studies_here):
     study = write(mission.parent, STUDY.replace("VEHICLE", "rail.py:Rail") + LAWS, "study.toml")
     run = quadstep("compare", study, "--out", "out")
     assert run.code == 0, run
@@ -287,7 +288,7 @@ def test_the_wind_acts_on_one_that_says_so(mission, windy):
 def test_a_campaign_varies_its_wind(windy):
     text = CAMPAIGN.replace("rail.toml", "windy.toml").replace('"vehicle.mass"', '"wind.mean.2"')
     write(windy.parent, text, "gusts.toml")
-    assert quadstep("campaign", "gusts.toml", "--out", "gusts").code == 0
+    assert fly_campaign("gusts.toml", "gusts").code == 0
     rows = pq.read_table(windy.parent / "gusts" / "flights").to_pandas()
     assert rows["position_rmse[m]"].nunique() == 20
 
@@ -309,7 +310,7 @@ def test_its_page_flies_it_as_python_floats_do(named, request):
     np.testing.assert_array_equal(answer["values"], log.rows)
 
 
-def test_a_study_takes_the_packages_planar_vehicle_and_vehicles_in_python_files(mission):
+def test_a_study_takes_the_packages_planar_vehicle_and_vehicles_in_python_files(mission, studies_here):
     text = STUDY.replace(', "rail.py:Sink"', "")
     mission.with_name("racer.py").write_text('RACER = {"preset": "x500", "mass": 2.2}\n')
     for vehicle, laws in (("planar", ("planar-pd", "planar-linearisation")), ("racer.py:RACER", ("pid", "geometric"))):

@@ -14,6 +14,8 @@ from quadstep.sensing.suite import LAST_SAMPLES
 from tests.campaigns import no_report
 from tests.commands import quadstep
 
+pytestmark = pytest.mark.usefixtures("no_figures")
+
 ROOT = Path(__file__).parent.parent
 
 MISSION = """

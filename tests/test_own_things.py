@@ -18,6 +18,8 @@ from quadstep.page.build import flown_mission, missions_page
 from tests.campaigns import no_report, rows
 from tests.commands import quadstep
 
+pytestmark = pytest.mark.usefixtures("no_figures")
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 LISSAJOUS = """

@@ -176,7 +176,7 @@ def test_a_mission_for_it_names_a_controller_that_flies_it(tmp_path):
     assert "allowed: planar-pd, planar-linearisation, or your own FILE.py:NAME" in run.err
 
 
-def test_a_mission_for_a_plant_of_ones_own_is_written_too(tmp_path, monkeypatch):
+def test_a_mission_for_a_plant_of_ones_own_is_written_too(tmp_path, monkeypatch, no_figures):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(
         "from quadstep.vehicle.plants.planar import Planar\nclass Mine(Planar):\n    name = 'mine'\n    label = 'my own'\n"

@@ -17,6 +17,8 @@ from quadstep.numbers import vector
 from tests.campaigns import no_report
 from tests.commands import quadstep
 
+pytestmark = pytest.mark.usefixtures("no_figures")
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CAMPAIGN = """
 mission = "super_twisting.toml"

@@ -13,6 +13,8 @@ from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import Place, digest, place
 from tests.commands import quadstep, quadstep_process
 
+pytestmark = pytest.mark.usefixtures("no_figures")
+
 LAW = """
 from dataclasses import dataclass
 from typing import NamedTuple
