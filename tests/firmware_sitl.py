@@ -11,16 +11,21 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.io.parameter_files import FORMATS
+from tests.firmware_switch import switched_in_ardupilot, switched_in_px4, told_of_ardupilot, told_of_px4
 
 LIMIT = 900.0
 """Seconds that a flight may take on a busy machine."""
+
+NUMBER = int(os.environ.get("QUADSTEP_ARDUPILOT_TYPE", "3"))
+"""Of an export among ArduPilot's types of controllers, as its page says."""
 
 AFTER = 2.0
 """Seconds from lift-off to what is done in flight."""
@@ -36,7 +41,7 @@ class Sitl(NamedTuple):
     """An autopilot's simulator. program: in its tree; build: the commands that make it. mission: more of the circle's.
 
     settled: from when on errors count [s]. ports: of instance 0, TCP or UDP, and by how much those of the next are higher; the
-    last is MAVLink's, reached as it says.
+    second is MAVLink's, reached as it says, as is one for somebody more.
     """
 
     title: str
@@ -58,20 +63,27 @@ SITL = {
         ((4560, 1, STREAM), (14540, 1, DATAGRAM)), "udpin:127.0.0.1:{}", "px4.params",
     ),
     "ardupilot": Sitl(
-        "ArduPilot", "build/sitl/bin/arducopter", ("./waf configure --board sitl", "./waf copter"),
+        "ArduPilot", "build/sitl/bin/arducopter", ("./waf configure --board sitl --no-submodule-update", "./waf copter"),
         "period = 8.0\n[simulation]\nduration = 36.0\ncontrol_period = 0.001\nstep = 0.001\n", 20.0,
-        ((9002, 10, DATAGRAM), (5760, 10, STREAM)), "tcp:127.0.0.1:{}", "ardupilot.parm",
+        ((9002, 10, DATAGRAM), (5760, 10, STREAM), (5762, 10, STREAM)), "tcp:127.0.0.1:{}", "ardupilot.parm",
     ),
 }  # fmt: skip
 
 
 class Flying(NamedTuple):
-    """A flight that is under way: its process, its autopilot's, and in a folder its mission. instance: of the autopilot."""
+    """A flight that is under way: its process, its autopilot's, and in a folder its mission. instance: of the autopilot.
+
+    stood: how long it stood on the ground [s]. beside: where the autopilot speaks MAVLink with one more. number: of the export
+    among ArduPilot's types of controllers.
+    """
 
     flight: subprocess.Popen[bytes]
     autopilot: subprocess.Popen[bytes]
     program: Path
     instance: int
+    stood: float
+    beside: str
+    number: int = NUMBER
 
 
 def signalled(number: signal.Signals) -> Callable[[Flying], str]:
@@ -102,8 +114,9 @@ def stopped(now: Flying) -> str:
 class Scenario(NamedTuple):
     """code: with which `fly` ends. said: by whom it ends, or in flight. more: of the mission. act: AFTER lift-off.
 
-    loaded: whether the autopilot has the parameters that must match. only: of one autopilot. asks: a program beside the
-    autopilot's without which it cannot be tried.
+    loaded: whether the autopilot has the parameters that must match. only: of one autopilot. asks: what the autopilot's
+    program must contain, or stand beside it. pilot: whether quadstep leads it; otherwise `act` does, from the start.
+    parameters: more of the autopilot's, by name. tell: the result, from the flight's rows, what was said, and the folder.
     """
 
     name: str
@@ -115,7 +128,13 @@ class Scenario(NamedTuple):
     loaded: bool = True
     only: str = ""
     asks: str = ""
+    pilot: bool = True
+    parameters: Mapping[str, float] = MappingProxyType({})
+    tell: Callable[[np.ndarray, str, Path], str] | None = None
 
+
+ALONE = {"COM_RC_IN_MODE": 4, "NAV_RCL_ACT": 0, "NAV_DLL_ACT": 0, "SDLOG_PROFILE": 33, "SYS_FAILURE_EN": 1}
+"""PX4's, so that it flies without a remote control, logs what an export says, and loses its GPS when it is told to."""
 
 GONE = "PX4 closed the connection|ArduPilot stopped sending"
 
@@ -136,6 +155,20 @@ SCENARIOS = (
     Scenario("autopilot killed in flight", 3, rf"({GONE}) at \S+ s\. {KEPT}", act=killed),
     Scenario("parameters not loaded", 2, OTHER, loaded=False),
     Scenario("`quadstep_control stop` in flight", 0, "the vehicle is armed", act=stopped, only="px4", asks=CONTROL),
+    *(
+        Scenario(
+            f"export switched in and back, {name}", 3, rf"Interrupted at \S+ s\. {KEPT}", more, act=switched_in_px4,
+            only="px4", asks=CONTROL, pilot=False, tell=told_of_px4, parameters=ALONE,
+        )
+        for name, more in (("calm", ""), ("wind of 5.8 m/s", WIND))
+    ),
+    *(
+        Scenario(
+            f"export switched in and back, {name}", 0, COMPLETED, more, act=switched_in_ardupilot, only="ardupilot",
+            asks="QSTP", tell=told_of_ardupilot, parameters={"CC_TYPE": NUMBER, "CC_AXIS_MASK": 7},
+        )
+        for name, more in (("calm", ""), ("wind of 5.8 m/s", WIND))
+    ),
 )  # fmt: skip
 
 
@@ -162,10 +195,10 @@ def rows(target: str, tree: Path, wanted: re.Pattern[str]) -> Iterator[tuple[str
             done = subprocess.run(line.split(), cwd=tree, capture_output=True, text=True, check=False)
             if done.returncode:
                 last = (done.stderr.strip() or done.stdout.strip() or "no reason").splitlines()[-1]
-                yield "every flight", Row(f"not flown: `{line}` failed: {last}")
+                yield "every flight", Row(f"FAILED: `{line}`: {last}")
                 return
     for one in names:
-        if one.asks and not (program.parent / one.asks).exists():
+        if one.asks and not ((program.parent / one.asks).exists() or one.asks.encode() in program.read_bytes()):
             yield one.name, Row(f"not flown: the tree is built without {one.asks}")
             continue
         with tempfile.TemporaryDirectory() as place:
@@ -183,20 +216,26 @@ def instance(sitl: Sitl) -> tuple[int, list[int]]:
     raise AssertionError(f"no free ports for {sitl.title}")
 
 
-def started(target: str, program: Path, number: int, parameters: Path | None, folder: Path) -> subprocess.Popen[bytes]:
+def started(
+    target: str, program: Path, number: int, parameters: Path | None, folder: Path, more: Mapping[str, float]
+) -> subprocess.Popen[bytes]:
     """The autopilot, alone in a folder, as docs/autopilot.md says; PX4's parameters are defaults of its airframe."""
     place, environment = folder / "autopilot", dict(os.environ)
     place.mkdir()
     if target == "px4":
         shutil.copytree(program.parent.parent / "etc", folder / "etc")
         airframe = folder / "etc/init.d-posix/airframes/10016_none_iris"
-        lines = FORMATS.load("px4").read(parameters.read_text(encoding="utf-8")).values if parameters else {}
+        lines = dict(FORMATS.load("px4").read(parameters.read_text(encoding="utf-8")).values if parameters else {}) | dict(
+            more
+        )
         with airframe.open("a", encoding="utf-8") as file:
             file.writelines(f"param set-default {name} {value:.9g}\n" for name, value in lines.items())
         line, environment["PX4_SIM_MODEL"] = [str(program), "-d", "-i", str(number), str(folder / "etc")], "none_iris"
     else:
         line = [str(program), "--model", "JSON:127.0.0.1", "-I", str(number)]
-        line += ["--defaults", str(parameters)] if parameters else []
+        beside = folder / "more.parm"
+        beside.write_text("".join(f"{name} {value:g}\n" for name, value in more.items()), encoding="utf-8")
+        line += ["--defaults", f"{parameters},{beside}"] if parameters else []
     with (folder / "autopilot.txt").open("wb") as said:
         return subprocess.Popen(line, cwd=place, env=environment, stdin=subprocess.DEVNULL, stdout=said, stderr=said)
 
@@ -204,13 +243,15 @@ def started(target: str, program: Path, number: int, parameters: Path | None, fo
 def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
     """A scenario, and what came of it."""
     sitl = SITL[target]
-    number, (port, mavlink) = instance(sitl)
+    number, (port, mavlink, *more) = instance(sitl)
+    beside = sitl.reached.format(*more or [mavlink])
     reached = sitl.reached.format(mavlink)
     text = '[vehicle]\npreset = "x500"\n[path]\ntype = "circle"\ncentre = [0.0, 0.0, 10.0]\n'
     mission, out = folder / "mission.toml", folder / "out"
-    mission.write_text(f"{text}radius = {one.radius:g}\n{sitl.mission}{one.more}", encoding="utf-8")
-    line = [sys.executable, "-m", "quadstep", "fly", mission, "--autopilot", target, "--pilot", "--out", out]
-    line += ["--connect", port, "--pilot-connect", reached, "--connect-timeout", LIMIT]
+    text = f"{text}radius = {one.radius:g}\n{sitl.mission}{one.more}"
+    mission.write_text(text if one.pilot else text.replace("duration = 30.0", "duration = 600.0"), encoding="utf-8")
+    line = [sys.executable, "-m", "quadstep", "fly", mission, "--autopilot", target, "--out", out, "--connect", port]
+    line += ["--connect-timeout", LIMIT, *(["--pilot", "--pilot-connect", reached] if one.pilot else [])]
     flight = subprocess.Popen(
         list(map(str, line)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heeding,  # noqa: PLW1509
         env={**os.environ, "COLUMNS": "10000"},
@@ -230,13 +271,15 @@ def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
                     time.sleep(0.05)
                 if not parameters.exists():  # it is refused
                     continue
-                autopilot = started(target, program, number, parameters if one.loaded else None, folder)
+                autopilot = started(target, program, number, parameters if one.loaded else None, folder, one.parameters)
                 threading.Thread(target=ended, args=(over, out, autopilot.pid), daemon=True).start()
+                if not one.pilot:
+                    extra = acted(one, Flying(flight, autopilot, program, number, 0.0, beside))
             lifted = re.search(r"lifted off after (\S+) s", told[-1])
             if lifted:
                 stood = float(lifted[1])
                 time.sleep(AFTER)
-                extra = one.act(Flying(flight, autopilot, program, number))
+                extra = acted(one, Flying(flight, autopilot, program, number, stood, beside))
         told.append(flight.stdout.read().decode())
         _, status, spent = os.wait4(flight.pid, 0)
         flight.returncode = os.waitstatus_to_exitcode(status)
@@ -246,12 +289,21 @@ def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
         flight.kill()
         over.set()
         if autopilot:
-            killed(Flying(flight, autopilot, program, number))
+            os.kill(autopilot.pid, signal.SIGKILL)
             _, _, spent = os.wait4(autopilot.pid, 0)
             autopilot.returncode = -signal.SIGKILL
     return judged(
-        one, flight.returncode, "".join(told) + extra, out, sitl.settled, stood, seconds + spent.ru_utime + spent.ru_stime
+        one, flight.returncode, "".join(told) + extra, folder, sitl.settled, stood, seconds + spent.ru_utime + spent.ru_stime
     )
+
+
+def acted(one: Scenario, now: Flying) -> str:
+    """What is done in flight; where it fails, why, and the flight ends."""
+    try:
+        return one.act(now)
+    except AssertionError as wrong:
+        now.flight.send_signal(signal.SIGINT)
+        return f"in flight: {wrong}"
 
 
 def gone(process: int) -> bool:
@@ -273,11 +325,11 @@ def heeding() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def judged(one: Scenario, code: int, told: str, out: Path, settled: float, stood: float, seconds: float) -> Row:
+def judged(one: Scenario, code: int, told: str, folder: Path, settled: float, stood: float, seconds: float) -> Row:
     """The row. seconds: of both programs' processor time."""
     text = " ".join(told.split())
     said = re.search(one.said, text)
-    rows = np.genfromtxt(out / "flight.csv", delimiter=",", names=True) if code in (0, 3) else None
+    rows = np.genfromtxt(folder / "out" / "flight.csv", delimiter=",", names=True) if code in (0, 3) else None
     if code != one.code or not said or (code == 3 and (rows is None or not rows.shape)):
         return Row(f"FAILED: exit code {code}: {text[-300:]}")
     rmse = speed = ""
@@ -287,4 +339,10 @@ def judged(one: Scenario, code: int, told: str, out: Path, settled: float, stood
         if code == 0:
             rmse = f"{1e3 * np.sqrt(sum(np.mean((rows[f'{a}m'] - rows[f'{a}_dm'])[kept] ** 2) for a in 'xyz')):.0f}"
     result = "completed" if one.said == COMPLETED else f'"{said[0]}"'
+    if one.tell:
+        assert rows is not None
+        try:
+            return Row(one.tell(rows, text, folder), rmse, speed)
+        except (AssertionError, ValueError, TypeError) as wrong:
+            return Row(f"FAILED: {wrong}: {text[-300:]}")
     return Row(result + (f", exit code {code}" if code else ""), rmse, speed)

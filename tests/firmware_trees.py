@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 STUBS = Path(__file__).parent / "firmware"
@@ -116,16 +117,19 @@ def tree(target: str, folder: Path) -> Path:
     return made
 
 
-def built(target: str, folder: Path, firmware: Path) -> subprocess.CompletedProcess[str]:
-    """An exported folder built in a firmware's tree, by the commands of its page in docs/."""
+def built(target: str, folder: Path, firmware: Path, more: Sequence[Path] = ()) -> subprocess.CompletedProcess[str]:
+    """An exported folder built in a firmware's tree, by the commands of its page in docs/. more: other modules of PX4."""
     if target == "crazyflie":
         return run(["make", f"CRAZYFLIE_BASE={firmware}"], folder)
     if target == "px4":
         outside = folder.parent / "external"
+        shutil.rmtree(outside, ignore_errors=True)
         shutil.copytree(folder, outside / "src/modules/quadstep_control")
-        (outside / "src/CMakeLists.txt").write_text(
-            documented("export-px4.md", r"set\(config_module_list_external [^`]*\)"), encoding="utf-8"
-        )
+        for one in more:
+            shutil.copytree(one, outside / "src/modules" / one.name)
+        names = " ".join(f"modules/{one}" for one in ("quadstep_control", *(one.name for one in more)))
+        said = documented("export-px4.md", r"set\(config_module_list_external [^`]*\)")
+        (outside / "src/CMakeLists.txt").write_text(said.replace("modules/quadstep_control", names), encoding="utf-8")
         return run(["make", "px4_sitl_default", f"EXTERNAL_MODULES_LOCATION={outside}"], firmware)
     place = firmware / "libraries/AC_CustomControl"
     ours = [path for path in folder.iterdir() if path.suffix in (".c", ".cpp", ".h") and not path.name.startswith("test_")]
@@ -136,7 +140,7 @@ def built(target: str, folder: Path, firmware: Path) -> subprocess.CompletedProc
     try:
         for path, text in entered.items():
             path.write_text(with_back_end(path.name, text))
-        configured = run(["./waf", "configure", "--board", "sitl"], firmware)
+        configured = run(["./waf", "configure", "--board", "sitl", "--no-submodule-update"], firmware)
         return configured if configured.returncode else run(["./waf", "copter"], firmware)
     finally:
         for path in copies:

@@ -27,8 +27,8 @@ def frd(flight: FlightRecord):
     return {**channels, "attitude": flight.channels["attitude"] * np.array([1.0, 1.0, -1.0, -1.0])}
 
 
-def ulog(flight: FlightRecord, motors, parameters=()) -> bytes:
-    """A ULog; time in microseconds, each topic at a phase of its own."""
+def ulog(flight: FlightRecord, motors, parameters=(), **more) -> bytes:
+    """A ULog; time in microseconds, each topic at a phase of its own. more: other topics."""
     known = frd(flight)
     topics = {
         "actuator_motors": ("float[12] control", np.pad(motors, ((0, 0), (0, 8)), constant_values=np.nan)),
@@ -39,6 +39,7 @@ def ulog(flight: FlightRecord, motors, parameters=()) -> bytes:
         "vehicle_attitude": ("float[4] q", known["attitude"]),
         "vehicle_angular_velocity": ("float[3] xyz", known["rates"]),
         "battery_status": ("float voltage_v", flight.channels["voltage"]),
+        **more,
     }
     return ulog_of(topics, flight.time, parameters)
 
@@ -82,8 +83,8 @@ def message(kind: bytes, content: bytes) -> bytes:
     return struct.pack("<H", len(content)) + kind + content
 
 
-def ardupilot(flight: FlightRecord, motors) -> bytes:
-    """An ArduPilot log."""
+def ardupilot(flight: FlightRecord, motors, **more) -> bytes:
+    """An ArduPilot log. more: other messages."""
     known = frd(flight)
     w, x, y, z = known["attitude"].T
     angles = np.degrees(
@@ -100,6 +101,7 @@ def ardupilot(flight: FlightRecord, motors) -> bytes:
         "XKF1": (3, "QBffffff", "TimeUS,C,PN,PE,PD,VN,VE,VD", np.concatenate([known["position"], known["velocity"]], axis=1)),
         "IMU": (4, "QBfff", "TimeUS,I,GyrX,GyrY,GyrZ", known["rates"]),
         "BAT": (5, "Qf", "TimeUS,Volt", flight.channels["voltage"]),
+        **more,
     }
     out = [described(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")]
     for name, (number, layout, columns, _) in kinds.items():

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from quadstep.export.c.flight import exported
-from quadstep.export.firmware import firmware_files
+from quadstep.export.firmware import firmware_files, mixer_torque
 from quadstep.io.errors import UserError
 from quadstep.vehicle.airframe.allocation import mixing
 from tests.adapters import adapter, flown, numbers
@@ -36,8 +36,15 @@ def test_the_crazyflie_flies_the_law_in_its_units(tmp_path, kind):
     assert np.abs((samples[:, :4] - samples[:, 4:]) / scale).max() < 1e-4  # degrees and back round differently
     check_crazyflie_guards(lines)
     check_crazyflie_yaw(lines)
+    check_periods(lines, 0.002)
     if kind == "pid":
         check_crazyflie_entry(lines, plan)
+
+
+def check_periods(lines, usual):
+    """Of samples as usual, missed, repeated, back in time, late and early: a period is never none, nor too long."""
+    missed = 2.0 * usual
+    np.testing.assert_allclose(numbers(lines, "since")[:, 0], [usual, missed, usual, usual, 0.02, 0.0002], rtol=1e-5)
 
 
 LAW, STOCK = 1, 0
@@ -106,7 +113,8 @@ def test_the_crazyflie_flies_with_its_firmwares_own_code(tmp_path, law):
     assert found["full"].yaw == pytest.approx(90.0, abs=1.0)
     assert abs(found["turned"].yaw) == pytest.approx(180.0, abs=1.0)
     assert found["hover"].away > 0.5  # it moves with the speed asked for
-    assert found["off"].height < found["righted"].height
+    assert found["off"].height < found["entry"].height
+    assert found["entry"].farthest < 0.15  # in a wind; 0.31 m for pid and 0.54 for geometric where they start afresh
 
 
 @needs(C_COMPILER, CXX_COMPILER)
@@ -149,6 +157,12 @@ def check_px4_guards(lines):
     assert (numbers(lines, "able")[:, 1] == 1).all()
     assert (back[:, 1] == 1).all()
     assert (back[:, 2:] > 0.0).all()
+    logged = numbers(lines, "logged")
+    assert len(logged) == 3  # of the twelve samples
+    assert (logged[:, 0] == 20819).all()
+    assert (logged[:, 2] == 0).all()
+    np.testing.assert_allclose(logged[:, 3], [0.002, 0.004, 0.02], rtol=1e-5)  # the longest period since the last
+    np.testing.assert_allclose(logged[:, 5:], 0.0, atol=2e-3)
     saturated = numbers(lines, "saturated")[0]
     assert (saturated[2:] <= 1.0).all()
     assert saturated[2:].max() > 0.99
@@ -174,7 +188,7 @@ def check_px4_setpoints(lines):
 
 @needs(C_COMPILER, CXX_COMPILER)
 def test_ardupilot_turns_the_way_it_wants(tmp_path):
-    name, _ = adapter(tmp_path, "ardupilot", "pid", "x500")
+    name, plan = adapter(tmp_path, "ardupilot", "pid", "x500")
     lines = flown(tmp_path, "ardupilot", name, "fly.cpp", "AC_CustomControl_Quadstep.cpp")
     mixed = np.array([[float(one) for one in line.split()] for line in lines[:4]])
     np.testing.assert_allclose(mixed[0], 0.0, atol=1e-6)
@@ -183,6 +197,11 @@ def test_ardupilot_turns_the_way_it_wants(tmp_path):
         assert np.abs(np.delete(mixed[1 + axis], axis)).max() < 0.2 * mixed[1 + axis, axis]
     assert math.isfinite(mixed.sum())
     check_ardupilot_guards(lines)
+    logged = numbers(lines, "logged")[0]
+    assert logged[2] == 2  # of the four samples
+    full = mixer_torque(exported(plan, False))
+    np.testing.assert_allclose(logged[4:7] / full * [1, -1, -1], logged[7:] * [1, -1, -1], rtol=1e-4, atol=1e-7)
+    assert logged[7] > 0.02
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64" or not shutil.which("gcc"), reason=C_COMPILER.reason)
@@ -232,6 +251,7 @@ def check_ardupilot_guards(lines):
     assert 0.9 < numbers(lines, "saturated")[0, 0] <= 1.0  # what is left at hover, of half of each rotor's thrust
     np.testing.assert_allclose(numbers(lines, "enters")[0, :3], [0.05, -0.04, 0.06], atol=1e-3)
     found, roll = numbers(lines, "halved")[0, :2]
+    check_periods(lines, 0.0025)
     assert found == 1
     assert 0.4 * first[0] < roll < 0.6 * first[0]
 
@@ -242,7 +262,7 @@ BROKEN = {
             "crazyflie",
             "fly.c",
             "controller_quadstep.c",
-            lambda lines: (check_crazyflie_guards(lines), check_crazyflie_yaw(lines)),
+            lambda lines: (check_crazyflie_guards(lines), check_crazyflie_yaw(lines), check_periods(lines, 0.002)),
         ),
         (
             ("if (refused > HOLD)", "if (false)"),
@@ -256,6 +276,10 @@ BROKEN = {
             ("fminf(mission.vehicle.allocation.most, THRUST_MAX)", "mission.vehicle.allocation.most"),
             ("setpoint->mode.quat == modeAbs", "false"),
             ("yaw = here +", "yaw = here -"),
+            ("(now > last)", "(now != last)"),
+            ("fmaxf(since, LEAST_PERIOD)", "since"),
+            ("fminf(fmaxf(", "fmaxf(fmaxf("),
+            ("    last = now;", ""),
         ),
     ),
     "px4": (
@@ -275,6 +299,8 @@ BROKEN = {
             ("gone.name, MODE", 'gone.name, ""'),
             ("&& instance->_armed", "&& false"),
             ("_scale * _scale", "_scale"),
+            ("std::fmax(_longest, period)", "period"),
+            ("sign[i] * command.torque[i]", "command.torque[i]"),
         ),
     ),
     "ardupilot": (
@@ -291,6 +317,9 @@ BROKEN = {
             ("AP_HAL::micros() - sampled)", "0)"),
             ("1e-6f * static_cast<float>(AP", "2e-6f * static_cast<float>(AP"),
             ("    take_gains();", ""),
+            ("since > 0)", "since != 0)"),
+            ("LEAST_PERIOD, MOST_PERIOD)", "0.0f, MOST_PERIOD)"),
+            ("LEAST_PERIOD, MOST_PERIOD)", "LEAST_PERIOD, 1.0f)"),
             ("pid_enter(&_params, &_state, &measured, &present)", "pid_start(&_params, &_state, &measured)"),
         ),
     ),

@@ -1,17 +1,21 @@
 """Logs of autopilots: what was written is read, in the simulator's axes; what is cut short is refused."""
 
 import dataclasses
+import re
 import struct
 import tracemalloc
 
 import numpy as np
 import pytest
 
+from quadstep.identify.averages import rotor_speeds
 from quadstep.identify.logs import ardupilot, ulog
 from quadstep.identify.logs.judge import judge
 from quadstep.identify.logs.mapping import load_mapping
 from quadstep.identify.logs.read import read_log
-from quadstep.identify.replay import compare, ready
+from quadstep.identify.parameters import numbers_of
+from quadstep.identify.replay import compare, law_of, ready
+from quadstep.identify.starts import voltage_of
 from quadstep.io.errors import UserError
 from tests import made_logs
 from tests.made_flights import logged, start
@@ -67,6 +71,35 @@ def test_ardupilot(tmp_path, flight, motors):
         UserError, match=r"RCOU.C1: this motor command .* it has ATT, BAT, IMU, XKF1: set bit 10 of LOG_BITMASK"
     ):
         read_log(tmp_path / "b.bin")
+
+
+def test_what_an_exported_law_logged_is_read_and_told(tmp_path, flight, motors):
+    rows, section = flight.rows, start()
+    numbers = numbers_of(section, [flight])
+    lift = (numbers.airframe.rotor.thrust * rotor_speeds(motors, voltage_of(flight), numbers.curve, False) ** 2).sum(axis=1)
+    torque, period, rejected = np.arange(3.0 * rows).reshape(rows, 3), np.full(rows, 0.004), np.zeros(rows)
+    period[701], rejected[900:] = 0.012, 3.0
+    data = np.zeros((rows, 11))
+    data[:, 1:6] = np.stack([np.zeros(rows), rejected, period, rejected, rejected], axis=1)
+    data[:, 6], data[:, 8:] = lift / 0.9, torque
+    data[:, 0] = 20819.0
+    data[1::3] = 7.0  # somebody else's
+    (tmp_path / "a.ulg").write_bytes(made_logs.ulog(flight, motors, debug_array=("float id;float[10] data", data)))
+    fields = np.concatenate([np.stack([period, rejected], axis=1), torque], axis=1)
+    qstp = (9, "Qfffff", "TimeUS,Dt,Rej,TX,TY,TZ", fields)
+    (tmp_path / "b.BIN").write_bytes(made_logs.ardupilot(flight, motors, QSTP=qstp))
+    thrust = r"the logged commands make 0\.(90|89)\d times the thrust that it asked for\."
+    for name, more in (("a.ulg", thrust), ("b.BIN", "")):
+        found = read_log(tmp_path / name)
+        inner = slice(10, found.rows - 10)
+        wanted = (torque * made_logs.FLIP)[: found.rows][inner]
+        np.testing.assert_allclose(found.channels["law_torque"][inner], wanted, atol=0.5)
+        said = law_of(found, section)
+        assert re.search(
+            rf"an exported law flew \d+\.\d s of it, its samples up to about 12 ms apart, 3 of them rejected(; )?{more}", said
+        ), said
+    (tmp_path / "c.ulg").write_bytes(made_logs.ulog(flight, motors))
+    assert law_of(read_log(tmp_path / "c.ulg"), section) == ""
 
 
 def test_mcap(tmp_path, flight, motors):

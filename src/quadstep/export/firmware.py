@@ -87,9 +87,10 @@ def crazyflie(exported: Exported) -> dict[str, str]:
             )
     given = "&mission, &state_of_law, &measured, &reference, &clock"
     calls = [
-        f"        if ((ticks % {ticks[loop]}u) == 0u)\n        {{\n            clock.period = STEP * {ticks[loop]}.0f;\n"
+        f"        if ((ticks % {ticks[loop]}u) == 0u)\n        {{\n"
+        f"            clock.period = {ticks[loop] // ticks['law']}.0f * period;\n"
         f"            outer[{place}] = {exported.name}_{loop}({given});\n"
-        "            clock.period = STEP * (float)LAW_EVERY;\n        }\n"
+        "            clock.period = period;\n        }\n"
         for place, loop in enumerate(loops(exported))
     ]
     most = "mission.vehicle.allocation.most"

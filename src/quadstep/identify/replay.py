@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.identify.averages import rotor_speeds
 from quadstep.identify.closed_loop import Beside, fly_again, span_of_thrust
 from quadstep.identify.estimator import Estimated, estimate
 from quadstep.identify.guesses import EFFECTS
@@ -33,6 +34,7 @@ from quadstep.identify.starts import (
     setpoint_of,
     starts_at,
     usable,
+    voltage_of,
     zero_rate,
 )
 from quadstep.io.documents import read_json
@@ -239,13 +241,16 @@ class Predictions(NamedTuple):
 
 
 class Replayed(NamedTuple):
-    """What is found. thrust: modelled over needed, least and most, if known. period: of the rows [s]."""
+    """What is found. thrust: modelled over needed, least and most, if known. period: of the rows [s]. laws: what exported laws
+    logged of themselves, in sentences.
+    """
 
     period: float
     predictions: list[Predictions]
     thrust: tuple[float, float] | None
     flown: list[Beside]
     estimates: list[Estimated]
+    laws: Sequence[str] = ()
 
 
 def replayed(flights: Sequence[FlightRecord], asked: ReplayRequest) -> Replayed:
@@ -255,7 +260,8 @@ def replayed(flights: Sequence[FlightRecord], asked: ReplayRequest) -> Replayed:
     if not asked.report and (asked.estimator or asked.controller):
         return Replayed(flights[0].period, [], None, flown, estimates)
     thrust = span_of_thrust(flights, asked.section)
-    return Replayed(flights[0].period, predicted_errors(flights, asked), thrust, flown, estimates)
+    laws = [said for one in flights if (said := law_of(one, asked.section))]
+    return Replayed(flights[0].period, predicted_errors(flights, asked), thrust, flown, estimates, laws)
 
 
 def predicted_errors(flights: Sequence[FlightRecord], asked: ReplayRequest) -> list[Predictions]:
@@ -273,3 +279,23 @@ def predicted_errors(flights: Sequence[FlightRecord], asked: ReplayRequest) -> l
         again = compare(flights, section, numbers, guided, horizons)
         several.append(Predictions(f"The same with the learned residual, from {knows}", again))
     return several
+
+
+def law_of(flight: FlightRecord, section: AirframeSection) -> str:
+    """What an exported law logged of itself, in a sentence; empty where none flew."""
+    periods, rejected = flight.channel("law_samples").T
+    flew = np.isfinite(periods)
+    if not flew.any():
+        return ""
+    said = f"{flight.name}: an exported law flew {flew.sum() * flight.period:.1f} s of it, its samples up to about"
+    said += f" {1e3 * periods[flew].max():.3g} ms apart, {rejected[flew].max():.0f} of them rejected"
+    asked = flight.channel("law_thrust")[:, 0]
+    p = numbers_of(section, [flight])
+    speeds = rotor_speeds(flight.motors, voltage_of(flight), p.curve, flight.speeds)
+    ratios = (p.airframe.rotor.thrust * speeds**2).sum(axis=1) / asked
+    known = np.isfinite(ratios)
+    return (
+        f"{said}; the logged commands make {np.median(ratios[known]):.3f} times the thrust that it asked for."
+        if known.any()
+        else f"{said}."
+    )

@@ -121,11 +121,11 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
         name=name,
         kind="Replay",
         answer=said,
-        sentences=[said, *thrust],
+        sentences=[said, *thrust, *found.laws],
         record={"name": name, "version": __version__, **(numbers(first) if first else {})},
         facts=facts(first, found.period) if first else (),
         sections=sections,
-        more=thrust,
+        more=[*thrust, *found.laws],
         warnings=warnings,
     )
 

@@ -3,6 +3,7 @@
 #include "AC_CustomControl_Quadstep.h"
 #include <AP_HAL/AP_HAL.h>
 #include <AP_InertialSensor/AP_InertialSensor.h>
+#include <AP_Logger/AP_Logger.h>
 static Quaternion turned(float roll, float pitch, float yaw)
 {
     const float a = cosf(roll / 2), b = sinf(roll / 2), c = cosf(pitch / 2), d = sinf(pitch / 2), e = cosf(yaw / 2), f = sinf(yaw / 2);
@@ -67,6 +68,16 @@ int main()
     }
     view.gyro.x = 0.0f; control.target = turned(0.1f, 0, 0); law.reset();
     std::printf("halved %d ", found); say("");
+    const int late[] = {2500, 5000, 0, -500, 30000, 100};
+    for (const int since : late) { /* us from one sample of the gyro to the next */
+        for (int i = 0; i < 8; ++i) { AP_HAL::stub_time() += 2500; AP::ins().last += since; (void)law.update(); }
+        std::printf("since %.9g\n", AP::logger().last.at(3));
+    }
+    AP::ins().last = AP_HAL::micros(); law.reset();
+    for (int i = 0; i < 4; ++i) { view.gyro.y = (i == 1 || i == 2) ? NAN : 0.0f; (void)law.update(); }
+    std::printf("logged");
+    for (const double one : AP::logger().last) { std::printf(" %.9g", one); }
+    std::printf("\n");
     view.attitude = control.target = turned(0.1f, -0.15f, 0.9f);
     motor.roll = 0.05f; motor.pitch = -0.04f; motor.yaw = 0.06f; law.reset();
     say("enters");

@@ -1,6 +1,6 @@
 /* The adapter with the firmware's own controllerPid and power distribution, from its tree, around a rigid body of our own: what
  * follows from setpoints of all kinds. Prints a line a scenario: its name, the height [m], the distance from where it should be [m],
- * the yaw [deg], the lowest height [m] and the largest tilt [deg] of it. */
+ * the yaw [deg], the lowest height [m], the largest tilt [deg] and the largest distance from there [m] of it. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -22,6 +22,8 @@ static struct { double position[3], velocity[3], q[4], rates[3], force[4]; } bod
 static const double MASS = 0.0328, INERTIA[3] = {1.68e-5, 1.68e-5, 2.98e-5}, ARM = 0.03253, SWIRL = 0.0070, LAG = 0.05, DRAG = 0.008;
 static const double AHEAD[4] = {1, -1, -1, 1}, LEFT[4] = {-1, -1, 1, 1}, TURN[4] = {-1, 1, -1, 1};
 
+static double push[2]; /* of a wind [N] */
+
 static void fly_on(const uint16_t *pwm, double step)
 {
     double lift = 0.0, torque[3] = {0.0, 0.0, 0.0};
@@ -37,7 +39,7 @@ static void fly_on(const uint16_t *pwm, double step)
     const double up[3] = {2.0 * (q[1] * q[3] + q[0] * q[2]), 2.0 * (q[2] * q[3] - q[0] * q[1]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])};
     for (int i = 0; i < 3; ++i)
     {
-        body.velocity[i] += step * ((lift * up[i] - DRAG * body.velocity[i]) / MASS - (i == 2 ? 9.81 : 0.0));
+        body.velocity[i] += step * ((lift * up[i] - DRAG * body.velocity[i] + (i < 2 ? push[i] : 0.0)) / MASS - (i == 2 ? 9.81 : 0.0));
         body.position[i] += step * body.velocity[i];
     }
     const double turning[3] = {torque[0] - r[1] * r[2] * (INERTIA[2] - INERTIA[1]), torque[1] - r[2] * r[0] * (INERTIA[0] - INERTIA[2]), torque[2]};
@@ -55,7 +57,7 @@ static void fly(const char *name, const setpoint_t *setpoint, double seconds, bo
 {
     static control_t control;
     static uint32_t tick;
-    double lowest = 1e9, tilt = 0.0;
+    double lowest = 1e9, tilt = 0.0, farthest = 0.0;
     for (int i = 0; i < (int)(seconds * 1000.0); ++i, ++tick)
     {
         const double *q = body.q;
@@ -75,10 +77,11 @@ static void fly(const char *name, const setpoint_t *setpoint, double seconds, bo
         (void)powerDistributionCap(&uncapped, &pwm);
         fly_on(pwm.list, 0.001);
         lowest = fmin(lowest, body.position[2]);
+        farthest = fmax(farthest, hypot(body.position[0] - (double)setpoint->position.x, body.position[1] - (double)setpoint->position.y));
         tilt = fmax(tilt, DEGREES * acos(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])));
     }
     const double away = hypot(body.position[0] - (double)setpoint->position.x, body.position[1] - (double)setpoint->position.y);
-    printf("%s %.4f %.4f %.2f %.4f %.1f\n", name, body.position[2], away, yaw_of(), lowest, tilt);
+    printf("%s %.4f %.4f %.2f %.4f %.1f %.4f\n", name, body.position[2], away, yaw_of(), lowest, tilt, farthest);
 }
 
 int main(void)
@@ -114,6 +117,12 @@ int main(void)
     wrong.velocity.x = NAN;
     fly("wrong", &wrong, 2.0, false);
     fly("righted", &place, 4.0, false);
+    push[0] = 0.04; push[1] = -0.03; /* the firmware's own controller holds against a wind; the law takes over where it is */
+    hover.velocity.x = 0.0f; hover.attitudeRate.yaw = 0.0f;
+    fly("leaning", &hover, 8.0, false);
+    place.position.x = (float)body.position[0]; place.position.y = (float)body.position[1]; place.position.z = (float)body.position[2];
+    place.attitude.yaw = (float)yaw_of();
+    fly("entry", &place, 3.0, false);
     fly("off", &(setpoint_t){0}, 0.1, false);
     return 0;
 }

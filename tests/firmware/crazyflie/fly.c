@@ -85,6 +85,15 @@ int main(void)
         printf("sample %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX, (double)control.torqueY,
                (double)control.torqueZ, (double)made.thrust, (double)made.torque[0], (double)made.torque[1], (double)made.torque[2]);
     }
+    const int late[6] = {1000, 4000, 0, -500, 30000, 100}; /* us until the law's next sample; at first one more */
+    for (int what = 0; what < 6; ++what)
+    {
+        now += (uint64_t)(int64_t)late[what]; sensors.interruptTimestamp += (uint64_t)(int64_t)late[what];
+        for (uint32_t k = 0; k < 2u; ++k) { controllerOutOfTree(&control, &setpoint, &sensors, &state, k); }
+        printf("since %.9g\n", (double)*(const float *)logged("period"));
+    }
+    printf("logged %.9g %.9g %.9g %.9g\n", (double)(*(const float *)logged("torqueX") - control.torqueX), (double)(*(const float *)logged("torqueY") - control.torqueY),
+           (double)(*(const float *)logged("torqueZ") - control.torqueZ), (double)(*(const float *)logged("thrust") - control.thrustSi));
     const float good = state.position.x, height = setpoint.position.z, rate = sensors.gyro.y;
     for (int what = 0; what < 5; ++what)
     {

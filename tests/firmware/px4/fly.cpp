@@ -1,6 +1,7 @@
 /* Registers, switches to the mode, and flies golden samples through the module; prints motor outputs beside the law's speeds. */
 #include <cstdio>
 #include "QuadstepControl.hpp"
+#include <uORB/topics/debug_array.h>
 #include <parameters/param.h>
 #include "NAME_golden.h"
 extern "C" int quadstep_control_main(int argc, char *argv[]);
@@ -118,6 +119,13 @@ int main()
 		const actuator_motors_s motors = heard<actuator_motors_s>(ORB_ID(actuator_motors));
 		std::printf("sample %.7g %.7g %.7g %.7g", motors.control[0], motors.control[1], motors.control[2], motors.control[3]);
 		for (float speed : made.speeds) { std::printf(" %.7g", speed); }
+		std::printf("\n");
+		const debug_array_s said = heard<debug_array_s>(ORB_ID(debug_array));
+		if (said.timestamp != stub_time() || late[i] == 0) { continue; } /* not at every sample */
+		std::printf("logged %d %.7g %.7g %.7g %.7g", said.id, said.data[0], said.data[1], said.data[2], said.data[3]);
+		const float told[] = {-reference.yaw, command.thrust, made.thrust, command.torque[0], -command.torque[1], -command.torque[2], made.torque[0],
+			-made.torque[1], -made.torque[2], reference.position[0], -reference.position[1], -reference.position[2], law.memory.outer.integral[0]};
+		for (int k = 0; k < 13; ++k) { std::printf(" %.7g", said.data[4 + k] - told[k]); }
 		std::printf("\n");
 	}
 	/* rejected input: old, not valid, not finite: position; not finite: a rate */

@@ -24,6 +24,9 @@ WIDTHS = {
     "estimated_position": 3,
     "estimated_velocity": 3,
     "estimated_attitude": 4,
+    "law_thrust": 1,
+    "law_torque": 3,
+    "law_samples": 2,
 }
 """Numbers in each channel except the motors, which have one per rotor."""
 
@@ -47,7 +50,9 @@ class FlightRecord:
     time (n,) [s] as logged; period: of the rows [s]. motors (n, rotors), in the order of the vehicle's rotors: shares of the
     full command, or speeds [rad/s] if `speeds`. channels: each of `WIDTHS` that was logged, shape (n, width): position [m],
     velocity [m/s], attitude (w, x, y, z) body to world, rates [rad/s] about body axes, acceleration: specific force [m/s^2],
-    voltage [V], setpoint [m], setpoint_yaw [rad], reference_rates: from another sensor, estimated_*: the log's own estimate.
+    voltage [V], setpoint [m], setpoint_yaw [rad], reference_rates: from another sensor, estimated_*: the log's own estimate;
+    of an exported law that flew: law_thrust [N] and law_torque about body axes [N m] that it commanded, law_samples: the
+    longest period of its samples since the row before [s], and how many it has rejected.
     derived: channels that were computed from others. lost (n,): rows with an invalid command (above the full one). damaged:
     how many stretches of the file could not be read and were skipped.
     """

@@ -23,11 +23,17 @@ UNITS = {
     "acceleration": {"m/s^2": 1.0, "g": 9.80665, "mg": 9.80665e-3},
     "voltage": {"V": 1.0, "mV": 1e-3},
     "yaw": {"rad": 1.0, "deg": math.pi / 180.0},
+    "law_thrust": {"N": 1.0},
+    "law_torque": {"N m": 1.0},
+    "law_samples": {"": 1.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
 }
 """Units by kind of quantity, with their value in SI; the first is the default."""
 
-LARGEST = {"position": 1e8, "velocity": 1e4, "attitude": 1e6, "rates": 1e3, "acceleration": 1e4, "voltage": 1e3, "yaw": 1e6}
+LARGEST = {
+    "position": 1e8, "velocity": 1e4, "attitude": 1e6, "rates": 1e3, "acceleration": 1e4, "voltage": 1e3, "yaw": 1e6,
+    "law_thrust": 1e6, "law_torque": 1e6, "law_samples": 1e10,
+}  # fmt: skip
 """Larger numbers [SI] are no measurements, but damage or another column."""
 
 KINDS = {
@@ -66,6 +72,9 @@ class ChannelSection(Section):
         Literal["wxyz", "xyzw", "roll-pitch-yaw", "yaw-pitch-roll"], Quantity("", "order of the attitude's components")
     ] = "wxyz"
     axes: Annotated[Literal["world", "body"], Quantity("", "axes of the velocity")] = "world"
+    where: Annotated[
+        dict[str, float], Field(default_factory=dict), Quantity("", "columns of the topic whose value marks messages to take")
+    ]
 
     @model_validator(mode="after")
     def _signs(self) -> "ChannelSection":
@@ -113,7 +122,7 @@ class Mapping(Section):
         return self
 
     def names(self) -> list[str]:
-        channels = [name for channel in self.columns.values() for name in channel.columns]
+        channels = [name for channel in self.columns.values() for name in (*channel.columns, *channel.where)]
         return list(dict.fromkeys([self.time.column, *self.motors.columns, *channels]))
 
 
@@ -155,7 +164,7 @@ def converted(mapping: Mapping, name: str, values: Floats) -> Floats:
     if WIDTHS[name] == 4:
         return attitude(channel.order, scaled, mapping)
     down = mapping.world == "z-down" if channel.axes == "world" else mapping.body == "forward-right-down"
-    if name in ("rates", "reference_rates", "acceleration"):
+    if name in ("rates", "reference_rates", "acceleration", "law_torque"):
         down = mapping.body == "forward-right-down"
     if down and WIDTHS[name] == 3:
         scaled = scaled * np.array([1.0, -1.0, -1.0])

@@ -104,10 +104,15 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> LogRows:
     logged = np.stack([held(columns[name], time) for name in mapping.motors.columns], axis=1)
     channels = {}
     for name, channel in mapping.columns.items():
-        if all(one in columns and len(columns[one].time) > 1 for one in channel.columns):
-            samples = np.stack([columns[one].value for one in channel.columns], axis=1)
-            stamps = columns[channel.columns[0]].time
-            channels[name] = between(stamps, converted(mapping, name, samples), time)
+        needed = (*channel.columns, *channel.where)
+        if not all(one in columns for one in needed):
+            continue
+        taken = np.logical_and.reduce([columns[one].value == value for one, value in channel.where.items()] or [True])
+        stamps = columns[channel.columns[0]].time
+        taken = np.broadcast_to(taken, stamps.shape)
+        if taken.sum() > 1:
+            samples = np.stack([columns[one].value[taken] for one in channel.columns], axis=1)
+            channels[name] = between(stamps[taken], converted(mapping, name, samples), time)
     return LogRows(time - time[0], period, logged, channels)
 
 

@@ -22,7 +22,8 @@ static const float GRAVITY = 9.80665f;
 /* torque [N m] about roll, pitch, yaw of ArduPilot's mixer at an input of 1: half of each rotor's largest thrust, up or down */
 static const float FULL[3] = {FULL_TORQUE};
 static const uint32_t REFUSALS = 10u; /* rejected samples in a row, with the last output held, until ArduPilot takes over */
-static const uint32_t LOG_EVERY = 16u; /* samples */
+static const uint32_t LOG_EVERY = 4u; /* samples */
+static const float LEAST_PERIOD = 0.0002f, MOST_PERIOD = 0.02f;
 
 const AP_Param::GroupInfo AC_CustomControl_Quadstep::var_info[] = {
 GAIN_TABLE
@@ -32,7 +33,7 @@ GAIN_TABLE
 AC_CustomControl_Quadstep::AC_CustomControl_Quadstep(AC_CustomControl &frontend, AP_AHRS_View *&ahrs,
         AC_AttitudeControl *&att_control, AP_MotorsMulticopter *&motors, float dt) :
     AC_CustomControl_Backend(frontend, ahrs, att_control, motors, dt),
-    _params(NAME_mission), _refused(0u), _period(dt), _ticks(0u), _status(0u), _started(false)
+    _params(NAME_mission), _refused(0u), _rejected(0u), _period(dt), _longest(0.0f), _last(0u), _ticks(0u), _status(0u), _started(false)
 {
     AP_Param::setup_object_defaults(this, var_info);
     reset();
@@ -45,7 +46,7 @@ void AC_CustomControl_Quadstep::reset(void)
     memset(_outer, 0, sizeof(_outer));
     _started = false;
     _ticks = 0u;
-    _refused = 0u;
+    _refused = _rejected = 0u;
 }
 
 void AC_CustomControl_Quadstep::take_gains(void)
@@ -112,8 +113,10 @@ Vector3f AC_CustomControl_Quadstep::update(void)
     memset(&clock, 0, sizeof(clock));
     clock.tick = _ticks++;
     clock.step = _period;
-    clock.period = _period;
     const uint32_t sampled = AP::ins().get_last_update_usec();
+    const int32_t since = static_cast<int32_t>(sampled - _last); /* us; samples that repeat or go back count as usual */
+    clock.period = (_started && since > 0) ? constrain_float(1e-6f * static_cast<float>(since), LEAST_PERIOD, MOST_PERIOD) : _period;
+    _last = sampled;
     clock.age = 1e-6f * static_cast<float>(AP_HAL::micros() - sampled);
     take_gains();
     if (!_started) {
@@ -131,6 +134,7 @@ LOOPS
     _status = NAME_law(&_params, &_state, &measured, &reference, &clock, &command);
     _status |= OUTER_SUM;
     _refused = _status == UPPER_OK ? 0u : _refused + 1u;
+    _rejected += _refused == 0u ? 0u : 1u;
     _status |= NAME_made(&_params, &command, &_made);
     if (_refused == 0u) {
         _mixed = Vector3f(constrain_float(_made.torque[0] / FULL[0], -1.0f, 1.0f),
@@ -138,9 +142,11 @@ LOOPS
                           constrain_float(-_made.torque[2] / FULL[2], -1.0f, 1.0f));
     }
 #if HAL_LOGGING_ENABLED
-    if (_ticks % LOG_EVERY == 0u) {
-        AP::logger().WriteStreaming("QSTP", "TimeUS,Status,Refused,R,P,Y", "QIIfff", AP_HAL::micros64(),
-                                    _status, _refused, _mixed.x, _mixed.y, _mixed.z);
+    _longest = fmaxf(_longest, clock.period);
+    if (_ticks % LOG_EVERY == 0u) { /* torques in ArduPilot's axes [N m]: commanded, and of the mixer's inputs */
+        AP::logger().WriteStreaming("QSTP", "TimeUS,Status,Rej,Dt,TX,TY,TZ,R,P,Y", "QIIfffffff", AP_HAL::micros64(), _status, _rejected,
+                                    _longest, command.torque[0], -command.torque[1], -command.torque[2], _mixed.x, _mixed.y, _mixed.z);
+        _longest = 0.0f;
     }
 #endif
     if (_refused >= REFUSALS) { /* ArduPilot's own controller flies from the next sample on, until the switch is used again */

@@ -28,7 +28,10 @@ private:
     NAME_params _params;        /* of the export, with these gains */
     Vector3f _mixed;
     uint32_t _refused;
+    uint32_t _rejected; /* since the switch */
     float _period;
+    float _longest; /* period since the last log [s] */
+    uint32_t _last; /* time of the gyro's last sample [us] */
     uint32_t _ticks;
     uint32_t _status;
     uint32_t _outer[OUTER_COUNT];

@@ -31,6 +31,8 @@
 #define YAW_AHEAD 0.5f /* rad, most that a yaw turned by rates may be ahead of the vehicle */
 #define WEIGHT HOVER_THRUST /* N */
 #define FULL 65535.0f /* counts of a motor at THRUST_MAX */
+#define LEAST_PERIOD 0.0002f
+#define MOST_PERIOD 0.02f
 #define SETTLING 0.1f /* s, time constant of the measured acceleration */
 
 static NAME_params mission; /* of the export, with the firmware's thrust ceiling */
@@ -38,6 +40,10 @@ static NAME_state state_of_law;
 static NAME_actuators made;
 static uint32_t ticks;
 static uint32_t refused;
+static uint32_t rejected; /* since the law was started */
+static uint64_t last; /* time of the law's last sample [us]; 0: none */
+static float period; /* s, of the law's last sample */
+static NAME_command command;
 static uint32_t status;
 static uint32_t outer[OUTER_COUNT]; /* what the slower loops returned last */
 static float yaw; /* rad, asked for */
@@ -53,6 +59,7 @@ static void stop_law(void)
     started = false;
     refused = 0u;
     ticks = 0u;
+    last = 0u;
     memset(outer, 0, sizeof outer);
     made = (NAME_actuators){0};
 }
@@ -168,6 +175,16 @@ static float age(const sensorData_t *sensors)
     return (sensors->interruptTimestamp == 0u) ? 0.0f : (1e-6f * (float)(usecTimestamp() - sensors->interruptTimestamp));
 }
 
+/* Seconds since the law's last sample; its usual period at the first, and where the time repeats or goes back. */
+static float since_last(const sensorData_t *sensors)
+{
+    const uint64_t now = (sensors->interruptTimestamp == 0u) ? usecTimestamp() : sensors->interruptTimestamp;
+    const float usual = STEP * (float)LAW_EVERY;
+    const float since = ((last != 0u) && (now > last)) ? (1e-6f * (float)(now - last)) : usual;
+    last = now;
+    return fminf(fmaxf(since, LEAST_PERIOD), MOST_PERIOD);
+}
+
 static bool sound(const NAME_measured *measured)
 {
     float sum = 0.0f;
@@ -191,7 +208,7 @@ static float turned(float angle)
 }
 
 /* The yaw asked for [rad]: an angle, that of an attitude (full-state setpoints), turned by a rate, or as before. */
-static void want_yaw(const setpoint_t *setpoint, const NAME_measured *measured, float period)
+static void want_yaw(const setpoint_t *setpoint, const NAME_measured *measured)
 {
     if (setpoint->mode.yaw == modeAbs)
     {
@@ -235,7 +252,6 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const s
 {
     NAME_measured measured;
     NAME_reference reference;
-    NAME_command command;
     (void)stabilizerStep; /* counted here, from the first sample after a switch */
 
     if ((setpoint->mode.x != modeAbs) || (setpoint->mode.y != modeAbs) || (setpoint->mode.z != modeAbs))
@@ -254,17 +270,20 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const s
             const uint32_t before = refused;
             stop_law();
             refused = before;
+            rejected = (before == 0u) ? 0u : rejected;
             yaw = heading(q[0], q[1], q[2], q[3]);
             started = begin(&measured, control);
             memset(acceleration, 0, sizeof acceleration);
         }
-        NAME_clock clock = {.tick = ticks, .step = STEP, .period = STEP * (float)LAW_EVERY, .age = age(sensors)};
-        want_yaw(setpoint, &measured, clock.period);
+        period = since_last(sensors);
+        NAME_clock clock = {.tick = ticks, .step = STEP, .period = period, .age = age(sensors)};
+        want_yaw(setpoint, &measured);
         want(&reference, setpoint);
 LOOPS
         status = NAME_law(&mission, &state_of_law, &measured, &reference, &clock, &command);
         status |= OUTER_SUM;
         refused = (status == UPPER_OK) ? 0u : (refused + 1u);
+        rejected += (refused == 0u) ? 0u : 1u;
         status |= NAME_made(&mission, &command, &made);
         if (refused > HOLD)
         {
@@ -295,7 +314,17 @@ LOG_GROUP_START(quadstep)
 LOG_ADD(LOG_UINT32, status, &status)
 LOG_ADD(LOG_UINT32, refused, &refused)
 LOG_ADD(LOG_UINT8, stock, &stock_flies)
+LOG_ADD(LOG_UINT32, rejected, &rejected)
+LOG_ADD(LOG_FLOAT, period, &period)
 LOG_ADD(LOG_FLOAT, thrust, &made.thrust)
+LOG_ADD(LOG_FLOAT, torqueX, &made.torque[0])
+LOG_ADD(LOG_FLOAT, torqueY, &made.torque[1])
+LOG_ADD(LOG_FLOAT, torqueZ, &made.torque[2])
+LOG_ADD(LOG_FLOAT, askedThrust, &command.thrust)
+LOG_ADD(LOG_FLOAT, askedX, &command.torque[0])
+LOG_ADD(LOG_FLOAT, askedY, &command.torque[1])
+LOG_ADD(LOG_FLOAT, askedZ, &command.torque[2])
+LOG_ADD(LOG_FLOAT, askedYaw, &yaw)
 LOG_GROUP_STOP(quadstep)
 
 /* the gains, which may be changed in flight */

@@ -19,6 +19,8 @@ namespace
 {
 constexpr float LEAST_PERIOD = 0.0002f, MOST_PERIOD = 0.02f;
 constexpr hrt_abstime SETPOINT_OLD = 500000; /* us */
+constexpr hrt_abstime LOG_EVERY = 8000; /* us */
+constexpr uint16_t LOG_ID = 20819; /* of debug_array: QS */
 constexpr hrt_abstime ASK_AGAIN = 1000000; /* us, until a request for the mode is repeated */
 constexpr uint32_t REFUSALS = 10; /* rejected samples in a row, with the last command held, until PX4 is told to leave the mode */
 constexpr int ROTORS = ROTOR_COUNT;
@@ -69,8 +71,6 @@ QuadstepControl::QuadstepControl() : ScheduledWorkItem(MODULE_NAME, px4::wq_conf
 
 bool QuadstepControl::init()
 {
-	int32_t enabled = 0;
-	_scales = param_get(param_find("MC_BAT_SCALE_EN"), &enabled) == 0 && enabled != 0;
 	take_gains();
 	return _angular_velocity_sub.registerCallback();
 }
@@ -78,6 +78,8 @@ bool QuadstepControl::init()
 /* The gains are parameters; one that is not within its bounds leaves the gain as it was. */
 void QuadstepControl::take_gains()
 {
+	int32_t enabled = 0;
+	_scales = param_get(param_find("MC_BAT_SCALE_EN"), &enabled) == 0 && enabled != 0;
 	float *const places[] = {
 GAIN_PLACES
 		nullptr
@@ -287,6 +289,33 @@ void QuadstepControl::repeat(hrt_abstime now)
 	_motors_pub.publish(motors);
 }
 
+/* The law's own signals in PX4's axes, for the flight log; docs/export-px4.md lists them. */
+void QuadstepControl::log(const NAME_command &command, const NAME_reference &reference, float period)
+{
+	_longest = std::fmax(_longest, period);
+	_rejected += _refused != 0 ? 1 : 0;
+	const hrt_abstime present = hrt_absolute_time();
+	if (present < _logged + LOG_EVERY) { return; }
+	debug_array_s said{};
+	said.timestamp = present;
+	said.id = LOG_ID;
+	std::strncpy(said.name, MODE, sizeof(said.name) - 1);
+	const float first[] = {static_cast<float>(_result), static_cast<float>(_rejected), _longest, _scale, -reference.yaw, command.thrust, _made.thrust};
+	std::memcpy(said.data, first, sizeof(first));
+	const float sign[3] = {1.0f, -1.0f, -1.0f};
+	for (int i = 0; i < 3; ++i) {
+		said.data[7 + i] = sign[i] * command.torque[i];
+		said.data[10 + i] = sign[i] * _made.torque[i];
+		said.data[13 + i] = sign[i] * reference.position[i];
+	}
+	/* from 16 on the law's memory and last command, as NAME.h declares them, as far as there is room */
+	const size_t room = sizeof(said.data) - 16 * sizeof(float), memory = sizeof(_state) - sizeof(_state.ready);
+	std::memcpy(&said.data[16], &_state, memory < room ? memory : room);
+	_log_pub.publish(said);
+	_longest = 0.0f;
+	_logged = present;
+}
+
 void QuadstepControl::leave()
 {
 	_angular_velocity_sub.unregisterCallback();
@@ -347,7 +376,7 @@ void QuadstepControl::Run()
 		_started = valid && begin(measured);
 		_entered = present;
 		_follows = false;
-		_ticks = 0;
+		_ticks = _rejected = 0;
 		_last = now;
 		note(!_started);
 		repeat(now);
@@ -368,6 +397,7 @@ LOOPS
 	note(_result != UPPER_OK);
 	_result |= NAME_made(&_params, &command, &_made); /* where the law rejects its input, of the last command */
 	publish(now);
+	log(command, reference, clock.period);
 }
 
 int QuadstepControl::print_status()

@@ -11,6 +11,7 @@
 #include <uORB/topics/arming_check_reply.h>
 #include <uORB/topics/arming_check_request.h>
 #include <uORB/topics/battery_status.h>
+#include <uORB/topics/debug_array.h>
 #include <uORB/topics/parameter_update.h>
 #include <uORB/topics/register_ext_component_reply.h>
 #include <uORB/topics/register_ext_component_request.h>
@@ -53,6 +54,7 @@ private:
 	void want(NAME_reference &reference, const NAME_measured &measured, hrt_abstime present);
 	float battery();
 	void publish(hrt_abstime now);
+	void log(const NAME_command &command, const NAME_reference &reference, float period);
 	void repeat(hrt_abstime now);
 	void leave();
 	void note(bool refused);
@@ -72,6 +74,7 @@ private:
 	uORB::Publication<unregister_ext_component_s> _unregister_pub{ORB_ID(unregister_ext_component)};
 	uORB::Publication<arming_check_reply_s> _check_pub{ORB_ID(arming_check_reply)};
 	uORB::Publication<vehicle_control_mode_s> _mode_pub{ORB_ID(config_control_setpoints)};
+	uORB::Publication<debug_array_s> _log_pub{ORB_ID(debug_array)};
 
 	vehicle_angular_velocity_s _angular_velocity{};
 	vehicle_attitude_s _attitude{};
@@ -85,6 +88,9 @@ private:
 	hrt_abstime _moved{0};
 	uint32_t _result{0};
 	uint32_t _refused{0};
+	uint32_t _rejected{0}; /* since the entry */
+	float _longest{0.0f}; /* period since the last log [s] */
+	hrt_abstime _logged{0};
 	uint32_t _outer[OUTER_COUNT] {};
 	uint32_t _ticks{0};
 	hrt_abstime _last{0};
