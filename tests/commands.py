@@ -70,7 +70,8 @@ def quadstep_process(*arguments, cwd=None):
 def without_figures(monkeypatch):
     """Leave out the figures, which need processes of their own and seconds, where they are not the point."""
     monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
-    monkeypatch.setattr("quadstep.studies.flights.fly.drawing_pool", lambda *_: nullcontext())
+    for module in ("fly", "interface"):
+        monkeypatch.setattr(f"quadstep.studies.flights.{module}.drawing_pool", lambda *_: nullcontext())
 
 
 ISSUE_COLUMNS = """t[s] x[m] y[m] z[m] psi[rad] theta[rad] phi[rad] x_d[m] y_d[m] z_d[m] psi_d[rad] theta_d[rad] phi_d[rad]

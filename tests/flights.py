@@ -11,7 +11,6 @@ from quadstep.control.nested_saturation import NestedSaturation, NestedSaturatio
 from quadstep.engines.kernel import host, verified
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import score_names
-from quadstep.interfaces.closed_loop import Ticks
 from quadstep.interfaces.learning import Net, random_input_weights
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.program.emitter import Emitter
@@ -25,7 +24,6 @@ METRICS = score_names(Lagrange())
 
 CASE_1 = Loop(Lagrange(), MinimumJerk(), Backstepping())
 NESTED = Loop(Lagrange(), MinimumJerk(), NestedSaturation())
-CASE_1_TICKS = Ticks(0.002, (2,), 10, 20000)
 
 
 def same(value):

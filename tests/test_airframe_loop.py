@@ -355,7 +355,6 @@ FALLING = {
 }
 NO_THRUST = SpyGains(thrust=0.0)
 HIGH = {**STILL, "start": [0.0, 0.0, 50.0], "end": [0.0, 0.0, 50.0]}
-TURNING = SpyGains(thrust=0.0, torque=vector(0.0, 0.0, -0.06))
 ENDINGS = {
     "crashed": (Outcome.CRASHED, 0.248, spied(base=FALLING, gains=NO_THRUST)),  # sqrt(2 0.3 / g) = 0.2473 s
     "off path": (Outcome.OFF_PATH, 0.202, spied(base=FALLING, gains=NO_THRUST, path=HIGH, limits={"distance": 0.2})),

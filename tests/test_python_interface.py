@@ -139,7 +139,7 @@ def test_a_flight_from_python_is_that_of_quadstep_fly_to_the_byte(real, tmp_path
     assert {"flight.csv", "metrics.json", "page.html", "figures/position.png"} <= by_python.keys()
 
 
-def test_results_of_another_mission_are_not_overwritten(paper, real, tmp_path):
+def test_results_of_another_mission_are_not_overwritten(paper, real, no_figures, tmp_path):
     paper.save(str(tmp_path))
     with pytest.raises(UserError, match="holds other results"):
         real.save(tmp_path)
@@ -170,7 +170,7 @@ def test_only_missions_and_plans_fly(wrong):
         fly(wrong)
 
 
-def test_metrics_are_those_of_the_file(real, tmp_path):
+def test_metrics_are_those_of_the_file(real, no_figures, tmp_path):
     real.save(tmp_path)
     written = json.loads((tmp_path / "metrics.json").read_text())
     metrics = real.metrics()
