@@ -235,6 +235,21 @@ def test_a_control_that_rests_flies_all(open_page, brief_file):
     assert page.evaluate("quadstep.outcome().whole") is None and rows(page)[-1, 0] == 4.0
 
 
+LATE = """async () => {
+  window.requestAnimationFrame = (act) => setTimeout(() => act(performance.now()), 600);
+  const slider = document.querySelector("#controls input[type=range][aria-label^='K r1']");
+  slider.value = slider.max / 5;
+  slider.dispatchEvent(new Event("input"));
+  while (!Object.keys(quadstep.settings().values).length) await new Promise((done) => setTimeout(done, 5));
+  return quadstep.outcome().dragged;
+}"""
+"""Whether what is flown first is the beginning, where the next picture comes later than a control rests."""
+
+
+def test_a_slow_machine_does_not_fly_all_between_two_moves(open_page, brief_file):
+    assert open_page(file=brief_file).evaluate(LATE)
+
+
 def test_a_control_says_what_it_is_how_far_it_goes_and_what_it_was(open_page, brief_file):
     page = open_page(file=brief_file)
     page.evaluate("quadstep.setControl('K_r1', 4)")
