@@ -1,4 +1,4 @@
-// Backstepping as nested wishes: the vehicle, ghosts of what each step asks for, and the three pairs of curves.
+// Backstepping as nested commands: the vehicle, ghosts of what each step asks for, and the three pairs of curves.
 
 import { type Box, Plot, arrow, lit, span, svg, text } from "../chart";
 import { button, slider } from "../controls";
@@ -18,15 +18,15 @@ function vehicle(x: number, y: number, theta: number, look: string, symbol = "")
 export function nested(): void {
   live("nested", (stage) => {
     const { controls, redraw } = stage;
-    const slope = slider(controls, "Λ₁, the wish", "1/s", [0.2, 3, 1], redraw, true);
+    const slope = slider(controls, "Λ₁, the outer loop", "1/s", [0.2, 3, 1], redraw, true);
     const gain = slider(controls, "K_r1, the outer loop", "N s/m", [1, 12, 3], redraw, true);
     const inner = slider(controls, "Λ₂, the inner loop", "1/s", [1.5, 30, 15], redraw, true);
     const time = slider(controls, "time", "s", [0, 8, 0.1], redraw);
     legend(controls, [
       ["e1", "c-ink", "position and e₁"],
-      ["v", "c-blue dashed", "velocity wished for"],
+      ["v", "c-blue dashed", "desired velocity"],
       ["vel", "c-blue", "velocity"],
-      ["thd", "c-vermillion dashed", "lean wished for θ_d"],
+      ["thd", "c-vermillion dashed", "desired lean θ_d"],
       ["th", "c-vermillion", "lean θ"],
     ]);
     let playing = 0;
@@ -82,8 +82,8 @@ export function nested(): void {
         186 + 2 * 122 + 84 + 36,
         ...scene,
         places.framed("", "position x [m], and where it should be", places.line(t, wanted, "dashed c-muted", "e1"), places.line(t, x, "c-ink", "e1"), places.upright(t[row]!)),
-        speeds.framed("", "velocity [m/s], and the one wished for", speeds.line(t, wish, "dashed c-blue", "v r1"), speeds.line(t, speed, "c-blue", "vel r1"), speeds.upright(t[row]!)),
-        leans.framed("time [s]", "lean [°], and the one wished for", leans.line(t, asked, "dashed c-vermillion", "thd"), leans.line(t, lean, "c-vermillion", "th"), leans.upright(t[row]!)),
+        speeds.framed("", "velocity [m/s], and the desired one", speeds.line(t, wish, "dashed c-blue", "v r1"), speeds.line(t, speed, "c-blue", "vel r1"), speeds.upright(t[row]!)),
+        leans.framed("time [s]", "lean [°], and the desired one", leans.line(t, asked, "dashed c-vermillion", "thd"), leans.line(t, lean, "c-vermillion", "th"), leans.upright(t[row]!)),
       );
     };
   });
