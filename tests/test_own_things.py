@@ -155,7 +155,11 @@ def test_a_campaign_varies_its_numbers_and_knows_its_file(folder):
     campaign, out = flown_campaign(folder, LISSAJOUS + REAL, '"path.size.0" = { type = "uniform", low = 0.1, high = 3.0 }')
     assert len(set(rows(out)["position_rmse[m]"].to_pylist())) == 20
     assert quadstep("fly", campaign, "--flight", 3, "--results", out, "--out", folder / "replay").code == 0
-    (folder / "lissajous.py").write_text((folder / "lissajous.py").read_text() + "\n# changed\n")
+    law = folder / "lissajous.py"
+    law.write_text(law.read_text() + "\n# a comment\n")
+    with no_report():
+        assert quadstep("campaign", campaign, "--out", out, "--resume").code == 0
+    law.write_text(law.read_text().replace("sin(", "1.01 * sin("))
     refused(quadstep("campaign", campaign, "--out", out, "--resume"), "another|changed|differs")
 
 

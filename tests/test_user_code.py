@@ -1,15 +1,18 @@
 """Python files of users: found, run by content and apart from each other, blamed by line."""
 
 import io
+import shutil
 import subprocess
 import sys
 import warnings
 
 import pytest
 
+from quadstep import read_mission
+from quadstep.engines.fly import fingerprint
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import loading
-from quadstep.io.user_code.loading import load
+from quadstep.io.user_code.loading import load, own_code
 from quadstep.io.user_code.places import Place, digest, place
 from tests.commands import quadstep, quadstep_process
 
@@ -78,6 +81,37 @@ def test_a_file_is_run_once_for_each_content(folder):
     assert digest(Place("law.py", "Hover"), folder) != before
     (folder / "unrelated.py").write_text("x = 1\n")
     assert load(Place("law.py", "K"), folder) == 5.0
+
+
+FUNCTION = """
+def controller(t, measured, reference):
+    return 20.0, (0.0, 0.0, 0.0)
+"""
+
+
+def plan_of(folder, law="law.py:Hover"):
+    """The flight of this law."""
+    (folder / "other.toml").write_text(MISSION.replace("law.py:Hover", law))
+    return read_mission(folder / "other.toml").plan(folder)
+
+
+def test_a_flight_is_identified_by_what_the_users_code_says_wherever_it_is(folder, tmp_path_factory):
+    before = fingerprint([plan_of(folder)])
+    (folder / "law.py").write_text(LAW + "# a comment\n")
+    assert fingerprint([plan_of(folder)]) == before
+    moved = tmp_path_factory.mktemp("moved")
+    shutil.copytree(folder, moved, dirs_exist_ok=True)
+    assert fingerprint([plan_of(moved)]) == before
+    (folder / "helper.py").write_text("K = 2.0 + 2.0\n")
+    assert fingerprint([plan_of(folder)]) != before
+
+
+def test_so_is_that_of_a_function(folder):
+    (folder / "function.py").write_text(FUNCTION)
+    before = own_code(plan_of(folder, "function.py:controller").loop)
+    (folder / "function.py").write_text(FUNCTION.replace("20.0", "21.0"))
+    assert len(before) == 1
+    assert before != own_code(plan_of(folder, "function.py:controller").loop)
 
 
 def test_two_folders_have_their_own_helpers(folder, tmp_path_factory):

@@ -14,6 +14,7 @@ from quadstep.interfaces.closed_loop import Advance, Outcome, Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import LIMITS, REASONS, FlightLog
 from quadstep.io.errors import UserError
+from quadstep.io.user_code.loading import own_code
 from quadstep.numbers import Table, flatten, in_matrix, leaf_names
 
 
@@ -125,10 +126,11 @@ def reason(plan: FlightPlan, log: FlightLog) -> str:
 
 
 def fingerprint(plans: list[FlightPlan]) -> str:
-    """A digest of everything that decides the flights: laws, every number, clock and start."""
+    """A digest of everything that decides the flights: laws, with the user's own code, every number, clock and start."""
     digest = hashlib.sha256()
     for plan in plans:
         leaves = flatten((plan.parameters, plan.start, plan.ticks))
         numbers = [leaf.values if isinstance(leaf, Table) else leaf for leaf in leaves]
-        digest.update(f"{plan.loop!r} {numbers!r}\n".encode())
+        code = "".join(f" {one}" for one in sorted(own_code(plan.loop)))
+        digest.update(f"{plan.loop!r} {numbers!r}{code}\n".encode())
     return digest.hexdigest()[:16]

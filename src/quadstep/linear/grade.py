@@ -14,7 +14,6 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import NamedTuple, cast
 
@@ -261,11 +260,7 @@ def whole_grade(mission: Mission) -> Grade:
 
 
 def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> object:
-    """What is made of a mission's loops, as JSON has it; made once for the same laws and numbers, and anew each time where a
-    loop has code of its user's, which may change while it keeps its name.
-    """
-    if any(is_own(plan.loop) for plan in plans):
-        return made()
+    """What is made of a mission's loops, as JSON has it; made once for the same laws and numbers."""
     name = code_cache.key(kind, code_digest(), own_digest(), fingerprint(plans), repr(limits(mission)))
     found = code_cache.read(name)
     if found is None:
@@ -273,15 +268,6 @@ def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[
         code_cache.write(name, found)
     loaded: object = json.loads(found)
     return loaded
-
-
-def is_own(part: object) -> bool:
-    """Whether a part of a loop, or anything in it, is not of this package."""
-    inner = (
-        [getattr(part, one.name) for one in fields(part)] if is_dataclass(part) else part if isinstance(part, tuple) else ()
-    )
-    place = getattr(part, "__module__", "builtins").partition(".")[0]
-    return place not in ("quadstep", "builtins") or any(map(is_own, inner))
 
 
 def own_digest() -> str:

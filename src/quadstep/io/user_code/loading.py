@@ -9,12 +9,13 @@ import traceback
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import Any, TextIO
 
 from quadstep.io.errors import UserError, cut
-from quadstep.io.user_code.places import Place, digest_of, package_files, sibling, sources
+from quadstep.io.user_code.places import Place, code_of, digest_of, package_code, package_files, sibling, sources
 
 FILES: set[str] = set()
 """Files of users that were run in this process."""
@@ -119,7 +120,8 @@ def frames(trace: TracebackType | None) -> Iterator[traceback.FrameSummary]:
 
 
 PREFIX = "quadstep_user_"
-"""How the modules of users are called in sys.modules, followed by a digest."""
+"""How the modules of users are called in sys.modules, followed by so many digits of a digest."""
+DIGITS = 16
 
 families: dict[str, "Family"] = {}
 refused = ""
@@ -225,5 +227,25 @@ def print_to_stderr(*values: Any, file: Any = None, **how: Any) -> None:
 def family_of(path: Path) -> Family:
     """The family of a file, with its present content."""
     contents = sources(path)
-    name = PREFIX + digest_of([(str(path), b""), *((str(one), contents[one]) for one in sorted(contents))])[:16]
+    name = PREFIX + digest_of([(str(path), b""), *((str(one), contents[one]) for one in sorted(contents))])[:DIGITS]
     return families.setdefault(name, Family(path.parent, contents, name))
+
+
+def own_code(part: object) -> frozenset[str]:
+    """Digests of the user's code of which a part of a flight, or anything in it, is made; none where all is this package's."""
+    inner = (
+        [getattr(part, one.name) for one in fields(part)] if is_dataclass(part) else part if isinstance(part, tuple) else ()
+    )
+    return frozenset({code_of_module(getattr(part, "__module__", "") or "")}.union(*map(own_code, inner)) - {""})
+
+
+def code_of_module(name: str) -> str:
+    """A digest of the user's code that a module belongs to; nothing for one of this package or of Python."""
+    top = name.partition(".")[0]
+    if top.startswith(PREFIX):
+        return code_of(families[top[: len(PREFIX) + DIGITS]].contents)
+    if not top or top == "quadstep" or top in sys.stdlib_module_names:
+        return ""
+    with contextlib.suppress(UserError):  # typed in by hand, or too many files
+        return package_code(top)
+    return ""

@@ -8,18 +8,22 @@ import ast
 import hashlib
 import re
 import sys
-from collections.abc import Iterable
-from functools import lru_cache
+from collections.abc import Iterable, Mapping
+from functools import cache, lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.io import files
 from quadstep.io.errors import UserError
+from quadstep.io.results.parts import meaning
 
 WRITTEN = re.compile(r"(?P<where>[^:\n]+\.py|[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):(?P<name>[A-Za-z_]\w*)")
 MOST_FILES = 2000
 """Of an installed package."""
+
+UNPARSED = (SyntaxError, ValueError, RecursionError, MemoryError)
+"""What Python raises for a file that is not Python."""
 
 
 class Place(NamedTuple):
@@ -67,8 +71,27 @@ def digest(found: Place, folder: Path) -> str:
     Raises UserError.
     """
     path = found.file(folder)
-    parts = sources(path) if path else package(found.where.partition(".")[0])
-    return digest_of(sorted((part.name, content) for part, content in parts.items()))
+    return code_of(sources(path)) if path else package_code(found.where.partition(".")[0])
+
+
+def code_of(contents: Mapping[Path, bytes]) -> str:
+    """A digest of Python files wherever they are; comments, docstrings and layout do not count."""
+    return digest_of(sorted((path.name, code(content)) for path, content in contents.items()))
+
+
+@lru_cache(maxsize=256)
+def code(content: bytes) -> bytes:
+    """What a file says to Python; of one that is not Python, what it holds."""
+    try:
+        return meaning(ast.parse(content)).encode()
+    except UNPARSED:
+        return content
+
+
+@cache
+def package_code(name: str) -> str:
+    """A digest of an installed package or module. Raises UserError as `package_files`."""
+    return digest_of(sorted((path.name, files.read_bytes(path, files.PYTHON)) for path in package_files(name)))
 
 
 def digest_of(parts: Iterable[tuple[str, bytes]]) -> str:
@@ -104,16 +127,11 @@ def imported(content: bytes) -> frozenset[str]:
     """The modules that a file imports anywhere; none of one that is not Python."""
     try:
         tree = ast.parse(content)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):  # loading it will say so
+    except UNPARSED:  # loading it will say so
         return frozenset()
     nodes = list(ast.walk(tree))
     found = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     return frozenset(found | {one.module for one in nodes if isinstance(one, ast.ImportFrom) and one.module and not one.level})
-
-
-def package(name: str) -> dict[Path, bytes]:
-    """The Python files of an installed package or module, with their contents. Raises UserError as `package_files`."""
-    return {path: files.read_bytes(path, files.PYTHON) for path in package_files(name)}
 
 
 def package_files(name: str) -> list[Path]:
