@@ -137,8 +137,12 @@ class Tired(ProportionalDerivative):
 """
 
 
-def test_a_law_that_counts_seconds_is_graded_later_too(tmp_path):
-    write(tmp_path, TIRED, "tired.py")
+@pytest.mark.parametrize(
+    "grows",
+    ["memory.seconds + period", "memory.seconds + 0.003", "1.005 * memory.seconds + 0.0002", "0.997 * memory.seconds + 0.005"],
+)
+def test_a_law_whose_memory_grows_by_itself_is_graded_later_too(tmp_path, grows):
+    write(tmp_path, TIRED.replace("memory.seconds + period", grows), "tired.py")
     write(tmp_path, (EXAMPLES / "own_airframe_controller.py").read_text(encoding="utf-8"), "own_airframe_controller.py")
     found = studied(read_mission(write(tmp_path, MISSION.replace('"lqr"', '"tired.py:Tired"')))).analysis
     assert graded(found).word == UNSTABLE
