@@ -28,6 +28,17 @@ FLIGHTS = {
         {"vehicle": {"preset": "crazyflie"}, "path": HOVER, "wind": {"mean": [10.0, 0.0, 0.0]}},
         ["relative_error"],
     ),
+    "blown off a long path": (
+        {"vehicle": X500,
+         "path": {"type": "minimum-jerk", "start": [0.0, 0.0, 50.0], "end": [200.0, 0.0, 50.0], "duration": 20.0},
+         "wind": {"mean": [0.0, 10.0, 0.0]}, "controller": {"type": "pid", "velocity_integral": 0.0, "position": 0.3}},
+        ["relative_error"],
+    ),
+    "a rotor lost at the last moment": (
+        {"vehicle": X500, "path": CIRCLE, "simulation": {"duration": 9.0},
+         "events": [{"type": "rotor", "time": 8.9, "rotor": 1, "efficiency": 0.0}]},
+        ["rate_growth"],
+    ),
     "a nose that does not turn": (
         {"vehicle": X500, "path": {**CIRCLE, "yaw_rate": 0.6}, "controller": {"type": "pid", "attitude": [6.0, 6.0, 0.01]}},
         ["heading_error[rad]"],

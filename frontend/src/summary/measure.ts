@@ -21,7 +21,7 @@ export interface Measures {
   readonly relative: number | undefined;
   /** RMS of the angle between yaw and the heading asked for [rad]. */
   readonly heading: number | undefined;
-  /** How many times the error, and the angular rates, grow over the last half at least. */
+  /** How many times the error, and the angular rates, grow towards the end. */
   readonly growth: number | undefined;
   readonly rateGrowth: number | undefined;
   /** The greatest tilt after it was first within 90 degrees of upright [rad]. */
@@ -33,6 +33,7 @@ export interface Measures {
 const ARMS = 10;
 const ARM = 0.1;
 const POINT = 1e-6;
+const FAR = 30;
 const RATE_SCALE = 1e3;
 const SATURATED = 1e-3;
 
@@ -69,7 +70,7 @@ function errors(flight: Flight, { since, arm }: SummaryData): Errors {
   const count = distances.length;
   if (count < 2) return { ...found, relative: undefined, growth: undefined };
   const moves = moving(wanted);
-  const from = (places: readonly number[]): number => rms(lengths(wanted.map((values, i) => values.map((value) => value - places[i]!))));
+  const from = (places: readonly number[]): number => rms(lengths(wanted.map((values, i) => values.map((value) => value - places[i]!))).map((value) => Math.min(value, FAR)));
   const scale = moves ? Math.min(from(flown.map((values) => values[0]!)), from(wanted.map((values) => values[0]!))) : ARMS * (arm || ARM);
   const counted = moves ? distances : distances.subarray(count >> 1);
   return { ...found, relative: scale > 0 ? rms(counted) / scale : undefined, growth: growth(distances, scale) };
@@ -89,16 +90,20 @@ function rates(flight: Flight): number | undefined {
 
 const PARTS = 8;
 const FLOOR = 1e-4;
+const ENDS = 64;
+const END_FLOOR = 5e-4;
 
-/** The cube of the least ratio of root mean squares in successive eighths of the last half. */
+/** See quadstep/metrics/reductions.py, LateGrowth. */
 function growth(values: Float64Array, scale: number): number {
   const count = values.length;
   if (count < PARTS) return 0;
   const edge = (part: number): number => Math.floor((count * part) / PARTS);
   const parts = [4, 5, 6, 7].map((part) => rms(values.subarray(edge(part), edge(part + 1))));
-  if (!(parts[3]! > FLOOR * scale)) return 0;
   const ratio = Math.min(...[0, 1, 2].map((i) => (parts[i]! > 0 ? parts[i + 1]! / parts[i]! : 1)));
-  return ratio * ratio * ratio;
+  const steady = parts[3]! > FLOOR * scale ? ratio * ratio * ratio : 0;
+  const before = greatest(values.subarray(0, edge(7)));
+  const end = greatest(values.subarray(count - Math.max(1, Math.floor(count / ENDS))));
+  return Math.max(steady, end / (Math.max(before, END_FLOOR * scale) || Infinity));
 }
 
 function heading(flight: Flight): number | undefined {

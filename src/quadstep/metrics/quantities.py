@@ -113,6 +113,9 @@ ARM = 0.1
 POINT = 1e-6
 """A path that stays within this [m] is a point."""
 
+FAR = 30.0
+"""Errors are measured against no more than this [m], however far a path goes."""
+
 
 def moves(wanted: Numbers) -> bool:
     """Whether a path moves; points, shape (samples, axes) [m], of one that is a point or steps to one do not."""
@@ -124,8 +127,8 @@ def error_against_path(seen: LoggedFlight) -> QuantityRows | None:
     """Distance from the path, and what it is measured against [m].
 
     Of a path that moves: the distance of its points from where the vehicle started, or from where the path was when errors
-    began to count, whichever is less: the error of a vehicle that stays there. Of a point: `ARMS` arms of the vehicle, and
-    only the second half of the flight, when it should have arrived.
+    began to count, whichever is less, and no more than `FAR`: the error of a vehicle that stays there. Of a point: `ARMS`
+    arms of the vehicle, and only the second half of the flight, when it should have arrived.
     """
     found = position_error(seen)
     if found is None or len(found.t) < 2:
@@ -135,7 +138,8 @@ def error_against_path(seen: LoggedFlight) -> QuantityRows | None:
     wanted = seen.log.table(*(f"{axis}_d" for axis in axes))[-len(found.t) :]
     distance = np.linalg.norm(found.values, axis=1)
     if moves(wanted):
-        against, first = min((np.linalg.norm(wanted - place, axis=1) for place in (started, wanted[0])), key=rmse), 0
+        gone = (np.minimum(np.linalg.norm(wanted - place, axis=1), FAR) for place in (started, wanted[0]))
+        against, first = min(gone, key=rmse), 0
     else:
         against, first = np.full(len(distance), ARMS * (seen.arm or ARM)), len(distance) // 2
     return QuantityRows({"error": "-"}, np.column_stack([distance, against])[first:], found.t[first:])

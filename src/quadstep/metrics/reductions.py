@@ -204,25 +204,30 @@ class RmsShare:
 GROWTH_PARTS, GROWTH_FLOOR = 8, 1e-4
 """A flight is cut into so many equal parts; errors below this share of their scale do not grow."""
 
+END_PARTS, END_FLOOR = 64, 5e-4
+"""The last of so many equal parts is the end; what was before counts as at least this share of its scale."""
+
 
 class LateGrowth:
-    """How many times the first entry grows over the last half of the flight at least, from eighth to eighth.
+    """How many times the first entry grows towards the end of the flight, steadily or at once, whichever is more.
 
-    The cube of the least ratio of root mean squares in successive eighths of the last four; 0 where the last is below
-    `GROWTH_FLOOR` of the second entry. It is 1.5 for growth in proportion to time, and above 2 for faster than quadratic.
+    Steadily: the cube of the least ratio of root mean squares in successive eighths of the last four; 0 where the last is
+    below `GROWTH_FLOOR` of the second entry. It is 1.5 for growth in proportion to time, and above 2 for faster than
+    quadratic. At once: the largest value of the last 64th divided by the largest of the first seven eighths, or by
+    `END_FLOOR` of the second entry if that is more.
     """
 
     @staticmethod
     def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
         count = len(rows)
-        edges = [count * part // GROWTH_PARTS for part in range(GROWTH_PARTS // 2, GROWTH_PARTS + 1)]
-        if (
-            count < GROWTH_PARTS
-            or not (parts := [rmse(rows[a:b, 0]) for a, b in pairwise(edges)])[-1] > GROWTH_FLOOR * rows[0, 1]
-        ):
+        if count < GROWTH_PARTS:
             return [0.0]
+        edges = [count * part // GROWTH_PARTS for part in range(GROWTH_PARTS // 2, GROWTH_PARTS + 1)]
+        parts = [rmse(rows[a:b, 0]) for a, b in pairwise(edges)]
         ratio = min(later / earlier if earlier > 0.0 else 1.0 for earlier, later in pairwise(parts))
-        return [ratio * ratio * ratio]
+        steady = ratio * ratio * ratio if parts[-1] > GROWTH_FLOOR * rows[0, 1] else 0.0
+        before, end = (float(part.max()) for part in (rows[: edges[-2], 0], rows[-max(1, count // END_PARTS) :, 0]))
+        return [max(steady, end / (max(before, END_FLOOR * rows[0, 1]) or math.inf))]
 
 
 class Overturned:

@@ -80,13 +80,13 @@ REPORTED = (
     LogMetric("position.{}.final", "error along an axis at the end", quantities.position_error, Final),
     LogMetric(RMSE, DISTANCE, quantities.position_error, RmsLength),
     LogMetric(LARGEST, FARTHEST, quantities.position_error, LargestLength, (REAL, OTHER)),
-    LogMetric("relative_error", "position RMSE divided by that of a vehicle that stays at its start, or at the path's; for "
-           "a point, RMSE of the second half divided by ten of the vehicle's "
+    LogMetric("relative_error", "position RMSE divided by that of a vehicle that stays at its start, or at the path's, or "
+           "by 30 m; for a point, RMSE of the second half divided by ten of the vehicle's "
            "arms", quantities.error_against_path, RmsShare),
     LogMetric("heading_error", "root mean square of the angle between yaw and the commanded "
                                "heading", quantities.heading_error, RmsLength),
     LogMetric("error_growth", "factor by which the error grows at least over the last half, from the least ratio of "
-           "successive eighths", quantities.error_over_time, LateGrowth),
+           "successive eighths, or at the end, from the largest of the first seven", quantities.error_over_time, LateGrowth),
     LogMetric("rate_growth", "the same for the angular rates", quantities.rates_over_time, LateGrowth),
     LogMetric("measured_rmse", "distance between the measured position and the true "
                                "one", quantities.measuring_error, RmsLength),

@@ -84,15 +84,16 @@ class Rule(NamedTuple):
 HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
-    Rule("relative_error", 0.1, "large error", "its error is large for its path ({} %; more than 10 %)", 100.0),
+    Rule("relative_error", 0.1, "large error", "its error is large for its path ({} % of it, or of 30 m; more than 10 %)",
+         100.0),
     Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (more than 30°)",
          HALF_TURN),
     Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (more than 90°)", HALF_TURN),
     Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (more than 10 %)", 100.0),
     Rule("error_growth", 2.0, "error still growing",
-         "its error was still growing at the end ({} times over the last half; more than 2)"),
+         "its error was still growing at the end ({} times; more than 2)"),
     Rule("rate_growth", 2.0, "rates still growing",
-         "its rates were still growing at the end ({} times over the last half; more than 2)"),
+         "its rates were still growing at the end ({} times; more than 2)"),
 )  # fmt: skip
 """In the order in which they are said."""
 
@@ -108,7 +109,7 @@ class Graded(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """`Flew, but its error is large for its path (23 %; more than 10 %).`; empty where a flight was as asked or lost."""
+        """`Flew, but its nose was 45° off its heading (more than 30°).`; empty where a flight was as asked or lost."""
         return f"Flew, but {', and '.join(self.reasons)}." if self.reasons else ""
 
 
