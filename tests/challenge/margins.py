@@ -1,7 +1,10 @@
 """Modes, margins and grades of `quadstep linear` against differences of the flown loop, on random vehicles and laws."""
 
 import math
+import shutil
 from collections.abc import Iterable, Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -13,6 +16,7 @@ from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, of_loop, worst_of
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
+from quadstep.linear.grade import SOUND, grade
 from quadstep.linear.modes import scales
 from quadstep.linear.sampled import Loops, linearising
 from quadstep.linear.states import states, with_states
@@ -24,6 +28,7 @@ from tests.random_sheets import UNGRADED
 HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
 LAWS = tuple(name for name in names(Measured) if name not in (*UNGRADED, "mpc"))
 """The sums of the solver of `mpc` are stiff: differences over 1e-7 keep too few digits of its slopes."""
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PRESETS = ("crazyflie", "hummingbird", "research-2.6kg", "x500")
 CLOSE = 1e-4
 """Largest difference of slopes in balanced coordinates, which differences of flights leave where slopes bend at rest."""
@@ -142,7 +147,50 @@ def sides(seed: int) -> Iterable[Attempt]:
                 yield Attempt(0.0 if right else 2.0, f"{case}: delay of {channel.name}, {one.delay:.6g} s")
 
 
+AGEING = """
+from typing import NamedTuple
+from own_airframe_controller import ProportionalDerivative
+from quadstep.own import Number, where
+
+class Memory(NamedTuple):
+    age: Number
+
+class Ageing(ProportionalDerivative):
+    def start(self, measured, gains):
+        return Memory({first!r})
+
+    def law(self, memory, measured, reference, gains, t, period):
+        felt = where(memory.age < {past!r}, 1.0, -0.2) * measured.velocity
+        command, _ = super().law((), measured._replace(velocity=felt), reference, gains, t, period)
+        return command, Memory({grown!r} * memory.age + {more!r})
+"""
+
+
+def ageing(seed: int) -> Iterable[Attempt]:
+    """A law that turns against its velocity once a memory of its own is past a number, at any time of its flight."""
+    random = np.random.default_rng(seed)
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copy(EXAMPLES / "own_airframe_controller.py", folder)
+        while True:
+            grown = 1.0 if random.random() < 0.4 else float(1.0 + random.uniform(-0.02, 0.02))
+            first, more = float(random.uniform(0.0, 1.0)), float(10.0 ** random.uniform(-4.0, 1.0))
+            ages, until = [first], int(random.integers(100, 1900))  # of 2,000 samples
+            for _ in range(until):
+                ages.append(grown * ages[-1] + more)
+            if not abs(ages[-1] - ages[-2]) > 1e-6 or ages[-1] <= max(ages[:-1]):
+                continue
+            (folder / "ageing.py").write_text(AGEING.format(first=first, past=ages[-1], grown=grown, more=more))
+            content = {
+                "vehicle": {"preset": "x500"}, "path": {**HOLD, "duration": 4.0},
+                "controller": {"type": "ageing.py:Ageing"},
+            }  # fmt: skip
+            word = grade(Mission.model_validate(content, context={"folder": folder})).word
+            yield Attempt(2.0 if word == SOUND else 0.0, f"{grown!r} m + {more!r} from {first!r}, past {ages[-1]!r}: {word}")
+
+
 SEARCHES = [
+    Search("a memory that grows", "no loop is sound that a memory of its law makes unstable before its end", ageing),
     Search("slopes of a linear loop", "`linear` differentiates the loop as it flies", modes),
     Search(
         "both sides of a margin",
