@@ -38,7 +38,7 @@ export function inversion(): void {
     go("Below the horizon", 1, 2, -3);
     go("Along x", 10, 0.1, 0.1);
     legend(controls, [
-      ["force", "c-blue", "the force wanted"],
+      ["force", "c-blue", "the desired force"],
       ["u", "c-ink", "the vehicle that makes it"],
       ["printed", "c-vermillion dashed", "with the printed roll"],
     ]);
