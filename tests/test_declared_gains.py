@@ -28,8 +28,7 @@ from quadstep.mission.keys import label
 from quadstep.mission.read import check_mission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_names, sin, smallest, vector
-from quadstep.page.controllers import OPERATIONS, page_conditions
-from quadstep.page.sliders import sliders
+from quadstep.page.controllers import OPERATIONS, page_conditions, sliders
 from quadstep.studies.tuning.gains import gain as gain_of
 from quadstep.studies.tuning.gains import tunable, with_gains
 from quadstep.vehicle.paper import State

@@ -10,9 +10,8 @@ from quadstep.control.registry import STOCK
 from quadstep.engines.eager import fly_floats
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Matrix, Table, Vector, flatten, leaf_names, vector
-from quadstep.page.controllers import page_conditions
+from quadstep.page.controllers import page_conditions, plain_sliders
 from quadstep.page.laws import widened
-from quadstep.page.sliders import plain_sliders
 from quadstep.studies.paper.cases import adaptive, nested
 from tests.pages import data_of, flown, fly_page, needs_node, value_of, write_page
 

@@ -1,15 +1,13 @@
 """`quadstep advise`."""
 
-import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, finish
-from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.commands.deliver import Delivery
+from quadstep.commands.options import Drawing, OverwriteOption
 from quadstep.io.errors import UserError
-from quadstep.report.sheet import SCREEN, USUAL, sheet
 
 
 def advise(
@@ -33,24 +31,19 @@ def advise(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<log's name>-advise.")] = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
-    junit: JunitOption = None,
-    figures: FiguresOption = USUAL,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    delivery: Delivery,
+    drawing: Drawing,
 ) -> None:
     """Measure a loop's margins in flight, and say which gains would repair them: log in, advice out (docs/advise.md).
 
     Exit code 2: the log has no excitation, or one that does not determine the margins; the reason is printed.
     """
-    started = time.perf_counter()
     from quadstep.studies.advise import advise as advised
 
-    if junit:
-        check_junit(junit)
     folder = out or Path("out") / f"{log.stem}-advise"
-    found = advised(log, pair(columns), mission, folder, overwrite, sheet(figures, width, style))
-    finish(found, "advise", folder, as_json, junit, started)
+    found = advised(log, pair(columns), mission, folder, overwrite, drawing.sheet())
+    delivery.finish(found, "advise", folder)
 
 
 def pair(text: str | None) -> tuple[str, str] | None:

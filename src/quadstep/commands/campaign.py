@@ -1,17 +1,15 @@
 """`quadstep campaign`."""
 
-import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, finish
-from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, StyleOption, WidthOption, engine_option
+from quadstep.commands.deliver import Delivery
+from quadstep.commands.options import Drawing, check_range, engine_option
 from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 from quadstep.studies.campaign import MOST_FLIGHTS
 
@@ -42,11 +40,9 @@ def campaign(
             show_default=False,
         ),
     ] = None,
-    as_json: JsonOption = False,
-    junit: JunitOption = None,
-    figures: FiguresOption = USUAL,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    delivery: Delivery,
+    drawing: Drawing,
 ) -> None:
     """Monte Carlo: fly a mission many times with random variations; how often, and how well, does it succeed?
 
@@ -54,7 +50,6 @@ def campaign(
 
     Exit code 0: flown. 2: bad input. 4: flown, but --require or --until is not met. 130: interrupted; continue with --resume.
     """
-    started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
         from quadstep.linear.grade import quick_grade
         from quadstep.metrics.judging.metrics import parsed_share
@@ -62,14 +57,11 @@ def campaign(
         from quadstep.studies.campaign.evidence import evidence, refuse_known
         from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 
-    if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
-        raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
+    check_range("--flights", flights, 1, MOST_FLIGHTS)
     if resume and overwrite:
         raise UserError("--resume and --overwrite: choose one: go on with the campaign in the folder, or replace it")
     least = None if require is None else parsed_share(require)
-    if junit:
-        check_junit(junit)
-    drawn_on = sheet(figures, width, style)
+    drawn_on = drawing.sheet()
     if rare:
         given = {"--until": until is not None, "--flights": flights is not None, "--engine": engine is not Engine.LANES}
         if refused := [name for name, was in given.items() if was]:
@@ -88,4 +80,4 @@ def campaign(
             decided = None if target is None else limit.fly_until(asked, target)
             done = decided.done if decided else fly_campaign(asked)
             found = evidence(done, file, engine, least, decided)
-    finish(found, "campaign --rare" if rare else "campaign", folder, as_json, junit, started)
+    delivery.finish(found, "campaign --rare" if rare else "campaign", folder)

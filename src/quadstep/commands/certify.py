@@ -6,9 +6,8 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.deliver import show
-from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.commands.options import Drawing, OverwriteOption
 from quadstep.io.errors import DIVERGED
-from quadstep.report.sheet import SCREEN, USUAL, sheet
 
 
 def certify(
@@ -17,9 +16,8 @@ def certify(
         Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-certificate.")
     ] = None,
     overwrite: OverwriteOption = False,
-    figures: FiguresOption = USUAL,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    drawing: Drawing,
 ) -> None:
     """Measure on one flight what Theorem 5.1 requires and promises.
 
@@ -32,7 +30,7 @@ def certify(
     from quadstep.proofs.certify.run import certify_mission
 
     folder = out or Path("out") / f"{mission.stem}-certificate"
-    found = certify_mission(mission, folder, overwrite, sheet(figures, width, style))
+    found = certify_mission(mission, folder, overwrite, drawing.sheet())
     show(found, folder)
     if found.cases[0].failure:
         raise typer.Exit(DIVERGED)

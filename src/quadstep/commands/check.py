@@ -1,13 +1,11 @@
 """`quadstep check`."""
 
-import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, deliver
-from quadstep.commands.options import JsonOption, JunitOption
+from quadstep.commands.deliver import Delivery
 from quadstep.io.errors import UNMET
 from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.report.terminal.screen import say
@@ -20,23 +18,20 @@ def check(
         Path | None, typer.Option(help="A file of exercises instead of the package's (docs/lessons).", show_default=False)
     ] = None,
     hint: Annotated[bool, typer.Option("--hint", help="Give a hint for each unsolved exercise.")] = False,
-    as_json: JsonOption = False,
-    junit: JunitOption = None,
+    *,
+    delivery: Delivery,
 ) -> None:
     """Check your solution of a lesson's exercise by flying it.
 
     For a lesson, checks the exercises that your mission fits. Exit code 0: solved. 2: bad input. 4: not solved.
     """
-    started = time.perf_counter()
-    if junit:
-        check_junit(junit)
     from quadstep.mission.read import read_mission
     from quadstep.studies.lessons import OWN, checked, tasks
 
     found = checked(tasks(lesson, course or OWN), read_mission(mission))
     others = [one for one in found if one.strange]
     chosen = found if len(others) == len(found) else [one for one in found if not one.strange]
-    if not as_json:
+    if not delivery.as_json:
         if len(chosen) < len(found):
             say(f"Not checked, since they are about other missions: {', '.join(one.task.name for one in others)}.")
         for one in chosen:
@@ -56,4 +51,4 @@ def check(
     }
     solved = all(one.solved for one in chosen)
     verdict = Verdict("check", lesson, cases, content, 0 if solved else UNMET)
-    deliver(verdict, as_json, junit, time.perf_counter() - started)
+    delivery.deliver(verdict)

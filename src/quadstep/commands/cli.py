@@ -16,6 +16,7 @@ from typer.exceptions import TyperException
 
 from quadstep.commands.arguments import plain, refuse_empty
 from quadstep.commands.completion import VARIABLE, answer_shell
+from quadstep.commands.options import expanded
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
 from quadstep.io.user_code.loading import NAMED, blamed, print_whole, refuse, user_error, warn_of_users_only
@@ -150,7 +151,7 @@ def built(names: Iterable[str] = COMMANDS.own) -> typer.Typer:
         if isinstance(found, typer.Typer):
             app.add_typer(found, name=name, cls=Commands)
         else:
-            app.command(name)(found)
+            app.command(name)(expanded(found))
     return app
 
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.commands.deliver import show
-from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
+from quadstep.commands.options import Drawing, OverwriteOption, check_range, engine_option
 from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.doors import needed_by
-from quadstep.io.errors import BAD_INPUT, UserError
-from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
+from quadstep.io.errors import BAD_INPUT
+from quadstep.report.sheet import Sheet
 from quadstep.report.terminal.bars import Bar, bar
 from quadstep.report.terminal.screen import complain
 
@@ -40,9 +40,8 @@ def compare(
     keep_going: KeepGoingOption = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<study's name>.")] = None,
     overwrite: OverwriteOption = False,
-    figures: FiguresOption = USUAL,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    drawing: Drawing,
 ) -> None:
     """Compare controllers: tuned with equal budgets, flown through the same draws, judged with intervals (docs/compare.md).
 
@@ -51,8 +50,8 @@ def compare(
 
     Exit code 0: compared. 2: bad input, or something could not be flown. 130: interrupted.
     """
-    check_seeds(seeds)
-    drawn_on = sheet(figures, width, style)
+    check_range("--seeds", seeds, 2, MOST_SEEDS)
+    drawn_on = drawing.sheet()
     folder = out or Path("out") / (files[0].stem if len(files) == 1 else "compare")
     with needed_by("`quadstep compare`"):
         from quadstep.studies.comparison.missions import compare_missions
@@ -65,12 +64,6 @@ def compare(
             how = how_of(shown, engine, overwrite, keep_going, retune, drawn_on)
             done = compare_missions(files, folder, seeds or USUAL_SEEDS, how)
     said(done)
-
-
-def check_seeds(seeds: int | None) -> None:
-    """Refuses a number of flights that is none. Raises UserError."""
-    if seeds is not None and not 2 <= seeds <= MOST_SEEDS:
-        raise UserError(f"--seeds: should be from 2 to {MOST_SEEDS}, not {seeds}")
 
 
 def run_study(

@@ -4,11 +4,13 @@ import json
 import os
 import sys
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from quadstep.commands.options import JsonOption, JunitOption, Options
 from quadstep.io.errors import UserError
 from quadstep.io.results.interrupts import signals_ignored
 from quadstep.metrics.judging.verdict import Verdict
@@ -40,25 +42,43 @@ def check_junit(path: Path) -> None:
         raise UserError(f"--junit {str(path)!r:.80}: cannot be written: {error}") from None
 
 
-def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float) -> None:
-    """Write and print what was requested, then exit with the verdict's exit code. seconds: how long the command took.
+@dataclass(frozen=True)
+class Delivery(Options):
+    """Where a verdict goes. started: when the command was. Raises UserError at once for a file that cannot be written."""
 
-    With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.
-    """
-    if junit:
-        from quadstep.metrics.judging.verdict import write_junit
+    as_json: JsonOption = False
+    junit: JunitOption = None
+    started: float = field(default_factory=time.perf_counter)
 
-        write_junit(junit, verdict, seconds)
-    if as_json:
-        text = json.dumps(verdict.as_json(), indent=2, allow_nan=False) + "\n"
-        with signals_ignored():  # an object is printed whole or not at all
-            sys.stdout.write(text)
-            sys.stdout.flush()
-        for case in verdict.cases:
-            if case.failure:
-                complain(case.sentence)
-    if verdict.exit_code:
-        raise typer.Exit(verdict.exit_code)
+    def __post_init__(self) -> None:
+        if self.junit:
+            check_junit(self.junit)
+
+    def finish(self, evidence: "Evidence", command: str, folder: Path) -> None:
+        """Say what a study has found, or print it as JSON, then exit."""
+        if not self.as_json:
+            show(evidence, folder)
+        self.deliver(evidence.verdict(command, folder))
+
+    def deliver(self, verdict: Verdict) -> None:
+        """Write and print what was requested, then exit with the verdict's exit code.
+
+        With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.
+        """
+        if self.junit:
+            from quadstep.metrics.judging.verdict import write_junit
+
+            write_junit(self.junit, verdict, time.perf_counter() - self.started)
+        if self.as_json:
+            text = json.dumps(verdict.as_json(), indent=2, allow_nan=False) + "\n"
+            with signals_ignored():  # an object is printed whole or not at all
+                sys.stdout.write(text)
+                sys.stdout.flush()
+            for case in verdict.cases:
+                if case.failure:
+                    complain(case.sentence)
+        if verdict.exit_code:
+            raise typer.Exit(verdict.exit_code)
 
 
 def show(evidence: "Evidence", folder: Path | None) -> None:
@@ -78,10 +98,3 @@ def show(evidence: "Evidence", folder: Path | None) -> None:
         say_whole(f"Report: {folder / 'report.html'}")
     for case in evidence.cases[1:]:
         say(case.sentence)
-
-
-def finish(evidence: "Evidence", command: str, folder: Path, as_json: bool, junit: Path | None, started: float) -> None:
-    """Say what a study has found, or print it as JSON, then exit. started: when the command was."""
-    if not as_json:
-        show(evidence, folder)
-    deliver(evidence.verdict(command, folder), as_json, junit, time.perf_counter() - started)

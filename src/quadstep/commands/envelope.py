@@ -1,24 +1,14 @@
 """`quadstep envelope`."""
 
-import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, finish
-from quadstep.commands.options import (
-    FiguresOption,
-    JsonOption,
-    JunitOption,
-    OverwriteOption,
-    StyleOption,
-    WidthOption,
-    engine_option,
-)
+from quadstep.commands.deliver import Delivery
+from quadstep.commands.options import Drawing, OverwriteOption, engine_option
 from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.doors import needed_by
-from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 
 
@@ -44,27 +34,22 @@ def envelope(
     engine: Annotated[Engine, engine_option(CAMPAIGNS)] = Engine.LANES,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-envelope.")] = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
-    junit: JunitOption = None,
-    figures: FiguresOption = USUAL,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    delivery: Delivery,
+    drawing: Drawing,
 ) -> None:
     """Map where a mission can be flown, and how well, over two of its keys.
 
     Writes report.html, envelope.png, envelope.svg, envelope.parquet (one row per cell), table.tex and metrics.json.
     """
-    started = time.perf_counter()
-    if junit:
-        check_junit(junit)
     with needed_by("`quadstep envelope`"):
         from quadstep.linear.grade import quick_grade
         from quadstep.studies.envelope.request import request
         from quadstep.studies.envelope.run import Map
         from quadstep.studies.study import run
 
-        folder, drawn_on = out or Path("out") / f"{file.stem}-envelope", sheet(figures, width, style)
+        folder, drawn_on = out or Path("out") / f"{file.stem}-envelope", drawing.sheet()
         asked = Map(request(file, x, y, by, failure or (), flights))
         with bar("flying", "flights", asked.flights) as shown:
             evidence = run(asked, folder, engine, overwrite, shown, drawn_on, quick_grade).evidence
-    finish(evidence, "envelope", folder, as_json, junit, started)
+    delivery.finish(evidence, "envelope", folder)

@@ -2,30 +2,19 @@
 
 import math
 import os
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, cast
 
 import typer
 
-from quadstep.commands.deliver import check_junit, deliver
-from quadstep.commands.options import (
-    EngineOption,
-    FiguresOption,
-    JsonOption,
-    JunitOption,
-    OverwriteOption,
-    SignalsOption,
-    StyleOption,
-    WidthOption,
-)
+from quadstep.commands.deliver import Delivery
+from quadstep.commands.options import EngineOption, OverwriteOption, QuickDrawing, SignalsOption
 from quadstep.engines.engine import Engine
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.metrics.judging.metrics import parsed
 from quadstep.report.pool import start_server
-from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
 from quadstep.report.terminal.bars import bar
 from quadstep.report.terminal.screen import complain, say, say_whole, show_table
 
@@ -81,11 +70,9 @@ def fly(
             show_default=False,
         ),
     ] = None,
-    as_json: JsonOption = False,
-    junit: JunitOption = None,
-    figures: FiguresOption = ON_SCREEN,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    delivery: Delivery,
+    drawing: QuickDrawing,
     signals: SignalsOption = None,
 ) -> None:
     """Fly a mission and print a summary.
@@ -95,11 +82,8 @@ def fly(
     Exit code 0: completed. 2: bad input. 3: the flight diverged; its log up to then is kept. 4: it completed, but a
     --require is not met.
     """
-    started = time.perf_counter()
     check_autopilot(autopilot, connect, connect_timeout, pilot, pilot_connect)
-    required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style, signals)
-    if junit:
-        check_junit(junit)
+    required, drawn_on = [parsed(text) for text in require or []], drawing.sheet(signals)
     if os.path.isfile(mission):  # noqa: PTH113 (of a Path, names that no file can have are an error)
         start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
@@ -120,7 +104,7 @@ def fly(
         )
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
-    if not as_json:
+    if not delivery.as_json:
         if result.rows:
             show_table(result.name, ("", *result.header), result.rows)
         if result.facts:
@@ -138,7 +122,7 @@ def fly(
         "engine": engine.value,
         "folder": str(folder),
     }
-    deliver(result.verdict(about), as_json, junit, time.perf_counter() - started)
+    delivery.deliver(result.verdict(about))
 
 
 def check_autopilot(

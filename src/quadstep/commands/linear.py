@@ -8,11 +8,10 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.deliver import show
-from quadstep.commands.options import FiguresOption, JsonOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.commands.options import Drawing, JsonOption, OverwriteOption, check_range
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 
 INSTANTS, MOST = 20, 10_000
@@ -32,9 +31,8 @@ def linear(
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<file's name>-linear.")] = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
-    figures: FiguresOption = USUAL,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    drawing: Drawing,
 ) -> None:
     """Linearise the sampled closed loop where the path begins: poles, stability margins, Bode, Nyquist and step responses.
 
@@ -43,7 +41,7 @@ def linear(
 
     Exit code 0: linearised, stable or not. 2: bad input, no state of rest, or a law that has no slope there.
     """
-    folder, drawn_on = out or Path("out") / f"{file.stem}-linear", sheet(figures, width, style)
+    folder, drawn_on = out or Path("out") / f"{file.stem}-linear", drawing.sheet()
     drawn = "mission" in read_toml(file)
     check(controllers, along, samples, drawn)
     if not (drawn or along or controllers):
@@ -77,5 +75,4 @@ def check(controllers: str | None, along: bool, samples: int | None, drawn: bool
         raise UserError("--along: requires a mission, not a campaign")
     if samples is not None and not (along or drawn):
         raise UserError("--samples: requires --along or a campaign")
-    if samples is not None and not 1 <= samples <= MOST:
-        raise UserError(f"--samples: should be from 1 to {MOST}, not {samples}")
+    check_range("--samples", samples, 1, MOST)

@@ -1,14 +1,18 @@
 """Options and arguments that several commands share, and what reads the logs that some take."""
 
+import functools
+import inspect
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, get_origin, get_type_hints
 
 import typer
 
 from quadstep.engines.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
 from quadstep.io.errors import UserError
+from quadstep.report.sheet import ON_SCREEN, SCREEN, USUAL, Sheet, sheet
 
 if TYPE_CHECKING:
     from quadstep.identify.logs.flight import FlightRecord
@@ -67,6 +71,68 @@ JunitOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.", show_default=False)
 ]
 OpenOption = Annotated[bool, typer.Option("--open", help="Open it in the browser.")]
+
+
+def check_range(option: str, value: float | None, least: float, most: float, told: str = "") -> None:
+    """Refuses a number outside a range; None is none. told: the greatest, where digits do not show it. Raises UserError."""
+    if value is not None and not least <= value <= most:
+        numbers = (told or most, value) if isinstance(value, int) else (f"{most:g}", f"{value:g}")
+        raise UserError("{}: should be from {:g} to {}, not {}".format(option, least, *numbers))
+
+
+def check_seed(seed: int) -> None:
+    """Raises UserError for a seed that cannot be one."""
+    check_range("--seed", seed, 0, 2**63 - 1, "2^63 - 1")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options that belong together: a command takes them as one parameter, whose type is a subclass."""
+
+
+@dataclass(frozen=True)
+class Drawing(Options):
+    """How figures are drawn."""
+
+    figures: FiguresOption = USUAL
+    width: WidthOption = None
+    style: StyleOption = SCREEN
+
+    def sheet(self, signals: str | None = None) -> Sheet:
+        """What they are drawn on. Raises UserError."""
+        return sheet(self.figures, self.width, self.style, signals)
+
+
+@dataclass(frozen=True)
+class QuickDrawing(Drawing):
+    """The same, of figures that are to be there at once."""
+
+    figures: FiguresOption = ON_SCREEN
+
+
+def expanded(command: Callable[..., object]) -> Callable[..., object]:
+    """A command in which the options of each of its `Options` stand by themselves, as the command line has them."""
+    signature = inspect.signature(command, eval_str=True)
+    groups: dict[str, tuple[type[Options], dict[str, object]]] = {}
+    parameters = []
+    for name, one in signature.parameters.items():
+        if not (isinstance(one.annotation, type) and issubclass(one.annotation, Options)):
+            parameters.append(one)
+            continue
+        hints = get_type_hints(one.annotation, include_extras=True)
+        options = {option: hint for option, hint in hints.items() if get_origin(hint) is Annotated}
+        groups[name] = one.annotation, options
+        for option, hint in options.items():
+            parameters.append(one.replace(name=option, default=getattr(one.annotation, option), annotation=hint))
+
+    @functools.wraps(command)
+    def run(**given: object) -> object:
+        for name, (group, options) in groups.items():
+            given[name] = group(**{option: given.pop(option) for option in options})
+        return command(**given)
+
+    vars(run)["__signature__"] = signature.replace(parameters=parameters)
+    return run
 
 
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of flights.", show_default=False)]

@@ -8,18 +8,15 @@ import typer
 
 from quadstep.commands.deliver import show
 from quadstep.commands.options import (
-    FiguresOption,
+    Drawing,
     LogsArgument,
     MappingOption,
     OverwriteOption,
     SignalsOption,
-    StyleOption,
-    WidthOption,
     read_logs,
     vehicle_of,
 )
 from quadstep.io.errors import UserError
-from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.screen import complain, say
 from quadstep.report.units import counted
 
@@ -52,9 +49,8 @@ def replay(
         Path | None, typer.Option(metavar="FOLDER", help="Write a report, its figures and tables.", show_default=False)
     ] = None,
     overwrite: OverwriteOption = False,
-    figures: FiguresOption = USUAL,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    drawing: Drawing,
     signals: SignalsOption = None,
 ) -> None:
     """Predict logged flights from their measured states and commands, and report the errors.
@@ -72,7 +68,7 @@ def replay(
         raise UserError("--starts and --predictions must be given together: rows to predict from, and where to write")
     if starts and out:
         raise UserError("--out: cannot be combined with --starts, whose predictions --predictions takes")
-    drawn_on = sheet(figures, width, style, signals)
+    drawn_on = drawing.sheet(signals)
     chosen = controller_of(controller) if controller else None
     section = vehicle_of(vehicle)
     if residual and not section.residual:

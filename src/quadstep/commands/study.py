@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOption, check_seeds, run_study
+from quadstep.commands.compare import MOST_SEEDS, EngineOption, KeepGoingOption, RetuneOption, run_study
 from quadstep.commands.deliver import show
-from quadstep.commands.options import OverwriteOption
+from quadstep.commands.options import OverwriteOption, check_range
 from quadstep.engines.engine import Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import FAILED
@@ -77,7 +77,7 @@ def controllers(
 
     The study that `quadstep compare` would read is in the package, with the gains that it found; --retune repeats the search.
     """
-    check_seeds(seeds)
+    check_range("--seeds", seeds, 2, MOST_SEEDS)
     with needed_by("`quadstep study controllers`"):
         from quadstep.studies.comparison.study import shipped_study
 

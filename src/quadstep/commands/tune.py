@@ -1,18 +1,15 @@
 """`quadstep tune`."""
 
 import math
-import time
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, deliver
-from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.commands.deliver import Delivery
+from quadstep.commands.options import Drawing, OverwriteOption, check_seed
 from quadstep.io.doors import needed_by
-from quadstep.io.errors import UserError
-from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.terminal.bars import bar
 from quadstep.report.terminal.screen import command, say, say_whole, show_table
 
@@ -28,31 +25,25 @@ def tune(
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search and of the differences between flights.")] = 1,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
-    junit: JunitOption = None,
-    figures: FiguresOption = USUAL,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    delivery: Delivery,
+    drawing: Drawing,
 ) -> None:
     """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights not used for tuning.
 
     Writes tuned.toml, report.html, history.csv, a picture, table.tex and metrics.json. The mission's table
     [tune] says what may change, and what is better (docs/tuning.md).
     """
-    started = time.perf_counter()
-    if junit:
-        check_junit(junit)
-    if not 0 <= seed < 2**63:
-        raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
-    folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", sheet(figures, width, style)
+    check_seed(seed)
+    folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", drawing.sheet()
     with bar("tuning", "flights", budget) as progress, needed_by("`quadstep tune`"):
         from quadstep.linear.grade import quick_grade
         from quadstep.studies.tuning.run import tune as run
 
         done = run(mission, budget, folder, seed, overwrite, progress, drawn_on, quick_grade)
-    if not as_json:
+    if not delivery.as_json:
         show(done, folder)
-    deliver(done.evidence.verdict("tune", folder), as_json, junit, time.perf_counter() - started)
+    delivery.deliver(done.evidence.verdict("tune", folder))
 
 
 def show(done: "Tuned", folder: Path) -> None:

@@ -1,17 +1,14 @@
 """`quadstep what-if`."""
 
-import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import check_junit, finish
-from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.commands.deliver import Delivery
+from quadstep.commands.options import OverwriteOption, QuickDrawing, check_range, check_seed
 from quadstep.io.doors import needed_by
-from quadstep.io.errors import UserError
 from quadstep.report.pool import start_server
-from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
 from quadstep.report.terminal.bars import bar
 
 MOST = 1_000_000
@@ -43,26 +40,18 @@ def what_if(
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<file's name>-what-if.")] = None,
     page: Annotated[bool, typer.Option("--page", help="Also write page.html, with sliders for the change.")] = False,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
-    junit: JunitOption = None,
-    figures: FiguresOption = ON_SCREEN,
-    width: WidthOption = None,
-    style: StyleOption = SCREEN,
+    *,
+    delivery: Delivery,
+    drawing: QuickDrawing,
 ) -> None:  # fmt: skip
     """Compare a vehicle before and after a change of autopilot parameters: step, margins, noise, power, failures in gusts.
 
     Flies the same winds before and after. Writes report.html, a figure of the step and metrics.json (docs/stock.md).
     """
-    started = time.perf_counter()
-    if junit:
-        check_junit(junit)
-    for name, value, least, most in (("wind", wind, 0.0, 100.0), ("within", within, 0.01, 100.0)):
-        if not least <= value <= most:
-            raise UserError(f"--{name}: should be from {least:g} to {most:g}, not {value:g}")
-    if not 2 <= flights <= MOST:
-        raise UserError(f"--flights: should be from 2 to {MOST}, not {flights}")
-    if not 0 <= seed < 2**63:
-        raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
+    check_range("--wind", wind, 0.0, 100.0)
+    check_range("--within", within, 0.01, 100.0)
+    check_range("--flights", flights, 2, MOST)
+    check_seed(seed)
     start_server()
     with needed_by("`quadstep what-if`"):
         from quadstep.studies.what_if.asked import Asked, changes_of, unmodelled
@@ -70,7 +59,7 @@ def what_if(
 
         changed, rest = changes_of(changes, parameters), unmodelled(changes, parameters)
         asked = Asked(parameters, changed, vehicle, wind, flights, seed, within, rest)
-        folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", sheet(figures, width, style)
+        folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", drawing.sheet()
         with bar("flying", "flights", 2 * flights) as shown:
             evidence = answer(asked, folder, overwrite, shown, drawn_on, page)
-    finish(evidence, "what-if", folder, as_json, junit, started)
+    delivery.finish(evidence, "what-if", folder)

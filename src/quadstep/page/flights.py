@@ -16,12 +16,11 @@ from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, leaf_names
-from quadstep.page.controllers import controllers
+from quadstep.page.controllers import controllers, declared_controls, known_sliders
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
 from quadstep.page.model import Cell, Control, Controller, Flight, Rate, Recorded, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
-from quadstep.page.sliders import declared_controls, known_sliders
 from quadstep.vehicle.plants.declared import DeclaredPlant
 
 MOST_ROWS = 60_000

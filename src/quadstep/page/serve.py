@@ -205,8 +205,7 @@ class Handler(BaseHTTPRequestHandler):
 
     def refused(self) -> Answer | None:
         """The answer to what is no log from this machine's list: pages of others send another origin."""
-        length = self.headers.get("Content-Length", "")
-        known, listed = re.fullmatch("[0-9]{1,12}", length) is not None, f"http://{self.headers.get('Host')}"
+        refusal, listed = self.refused_length(files.LOG.most), f"http://{self.headers.get('Host')}"
         cases = (
             (self.access.shared or not self.path.startswith(DROPPED), 405, "Nothing can be sent here."),
             (
@@ -214,11 +213,18 @@ class Handler(BaseHTTPRequestHandler):
                 403,
                 "Logs can be sent only from this server's list.",
             ),
-            (not known, 411, "The request must state the log's length in bytes."),
-            (known and int(length) > files.LOG.most, 413, f"A log may have at most {files.LOG.most} bytes."),
+            (refusal == 411, 411, "The request must state the log's length in bytes."),
+            (refusal == 413, 413, f"A log may have at most {files.LOG.most} bytes."),
         )
         first = next((Answer(HTTPStatus(status), KINDS[".txt"], f"{said}\n") for wrong, status, said in cases if wrong), None)
         return first if self.access.shared else self.misdirected() or first
+
+    def refused_length(self, most: int) -> HTTPStatus | None:
+        """With which status a request is refused that does not say how long it is, or that is longer than so many bytes."""
+        length = self.headers.get("Content-Length", "")
+        if not re.fullmatch("[0-9]{1,12}", length):
+            return HTTPStatus.LENGTH_REQUIRED
+        return HTTPStatus.REQUEST_ENTITY_TOO_LARGE if int(length) > most else None
 
     def keep(self, log: Path, length: int) -> None:
         """Write so many bytes of the request into a file. Raises UserError where there are fewer."""

@@ -5,7 +5,6 @@ class's mission, and the page of the own latest flight. No request names a file 
 """
 
 import contextlib
-import re
 import threading
 from collections import Counter
 from collections.abc import Callable
@@ -91,16 +90,15 @@ class ClassHandler(Handler):
 
     def sent(self) -> str:
         """The text of a submission: the body, or the field of the form. Raises Refusal."""
-        length = self.headers.get("Content-Length", "")
-        if not re.fullmatch("[0-9]{1,9}", length):
-            raise Refusal(HTTPStatus.LENGTH_REQUIRED, "A submission says how long it is.")
-        if int(length) > SUBMISSION.most * ENCODED:
-            raise Refusal(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"A submission has at most {SUBMISSION.most} bytes.")
-        body = self.rfile.read(int(length))
+        if status := self.refused_length(SUBMISSION.most * ENCODED):
+            unsaid, longer = "A submission says how long it is.", f"A submission has at most {SUBMISSION.most} bytes."
+            raise Refusal(status, unsaid if status is HTTPStatus.LENGTH_REQUIRED else longer)
+        length = int(self.headers["Content-Length"])
+        body = self.rfile.read(length)
         with contextlib.suppress(ValueError):  # other bytes than UTF-8, or more fields
             text = body.decode("utf-8")
             text = parse_qs(text, max_num_fields=1, errors="strict")[FIELD][0] if text.startswith(f"{FIELD}=") else text
-            if text.strip() and len(text.encode()) <= SUBMISSION.most and len(body) == int(length):
+            if text.strip() and len(text.encode()) <= SUBMISSION.most and len(body) == length:
                 return text
         said = f"A submission is a mission in TOML, text in UTF-8 of at most {SUBMISSION.most} bytes."
         raise Refusal(HTTPStatus.BAD_REQUEST, said)

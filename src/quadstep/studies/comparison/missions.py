@@ -13,20 +13,8 @@ from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.report.publish import publishing
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.comparison.entrants import Entrant, Problem
-from quadstep.studies.comparison.report import write_results
-from quadstep.studies.comparison.results import Comparison, ranks, result
-from quadstep.studies.comparison.run import (
-    ComparisonRun,
-    FinishedComparison,
-    How,
-    costs,
-    fly,
-    laws,
-    linearised,
-    reported,
-    unpaired,
-)
-from quadstep.studies.comparison.schema import MarginEntry
+from quadstep.studies.comparison.results import Comparison
+from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, concluded, fly, reported
 from quadstep.studies.comparison.study import Situation, StudyCell
 
 MISSION_METRICS = ("position_rmse", "largest_error")
@@ -51,29 +39,15 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
     identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
     with publishing(folder, identity, run.how.overwrite) as out:
         flights, flown = fly(run, found_cells, seeds)
-        asked_of_laws = laws(flights)
-        run.work("linearising and costing", asked_of_laws)
-        metrics = reported("missions", MISSION_METRICS, found_cells)
-        found = Comparison(
+        about = Comparison(
             name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
             source=", ".join(map(str, paths)),
             seeds=seeds,
             seed=1,
-            metrics=metrics,
-            situations=tuple(flown),
-            results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
-            ranked=ranks(flown, next(iter(metrics))),
+            metrics=reported("missions", MISSION_METRICS, found_cells),
             entrants=tuple(as_flown(one, places[one.controller]) for one in found_cells),
-            margins={},
-            raised=dict[str, MarginEntry](),
-            costs=costs(run, asked_of_laws),
-            linear=linearised(run, asked_of_laws),
-            problems=tuple(run.problems),
-            left_out=unpaired(flights),
         )
-        told = write_results(out, found, flights, run.how.sheet)
-        run.publish(out, [*flights, *asked_of_laws])
-    return FinishedComparison(found, told, folder)
+        return concluded(run, out, folder, about, flights, flown)
 
 
 def cell_of(name: str, path: Path, seeds: int) -> StudyCell:

@@ -36,14 +36,14 @@ class Comparison(NamedTuple):
     seeds: int
     seed: int
     metrics: dict[str, str]
-    situations: tuple[Situation, ...]
-    results: tuple[SituationResult, ...]
-    ranked: dict[Situation, Ranked]
-    entrants: tuple[Entrant, ...]
-    margins: dict[tuple[str, str, str], Margin]
-    raised: dict[str, MarginEntry]
-    costs: dict[tuple[str, str], Cost]
-    problems: tuple[Problem, ...]
+    situations: tuple[Situation, ...] = ()
+    results: tuple[SituationResult, ...] = ()
+    ranked: Mapping[Situation, Ranked] = {}
+    entrants: tuple[Entrant, ...] = ()
+    margins: Mapping[tuple[str, str, str], Margin] = {}
+    raised: Mapping[str, MarginEntry] = {}
+    costs: Mapping[tuple[str, str], Cost] = {}
+    problems: tuple[Problem, ...] = ()
     tuned_in: frozenset[Situation] = frozenset()
     linear: Mapping[tuple[str, str], Linear] = {}
     notes: tuple[str, ...] = ()

@@ -3,7 +3,7 @@
 import contextlib
 import itertools
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -162,32 +162,46 @@ def compare_study(study: ComparisonStudy, folder: Path, how: How) -> FinishedCom
         flights, flown = fly(run, cells(study, run, everybody), study.file.seeds)
         bears = raises(study, run, everybody)
         run.work("raising", bears)
-        asked_of_laws = laws(flights)
-        run.work("linearising and costing", asked_of_laws)
-        found = Comparison(
+        about = Comparison(
             name=study.file.name,
             source=study.source,
             seeds=study.file.seeds,
             seed=study.file.seed,
             metrics=metrics,
-            situations=tuple(flown),
-            results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
-            ranked=ranks(flown, next(iter(metrics))),
             entrants=tuple(everybody),
             margins={
                 (one.subject.name, *one.controller): found for one in bears if (found := run.read(one, margins.from_json))
             },
             raised=study.file.margins or {},
             tuned_in=frozenset(one for one in flown if study.file.tuning and one[1:] in flown_in(study)),
-            costs=costs(run, asked_of_laws),
-            linear=linearised(run, asked_of_laws),
-            problems=tuple(run.problems),
             notes=study.file.notes,
-            left_out=(*left_out, *unpaired(flights)),
+            left_out=tuple(left_out),
         )
-        told = write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)
-        run.publish(out, [*jobs, *flights, *bears, *asked_of_laws])
+        return concluded(run, out, folder, about, flights, flown, [*jobs, *bears])
+
+
+def concluded(
+    run: ComparisonRun, out: Path, folder: Path, about: Comparison, flights: Sequence[Job[StudyCell]],
+    flown: Mapping[Situation, Mapping[str, CellFlights]], others: Sequence[Job[object]] = (),
+) -> FinishedComparison:  # fmt: skip
+    """A comparison whose flights are flown: the laws linearised and costed, all of it judged, and written into `out`.
+
+    about: what is known of it already. others: jobs whose parts belong to it too. Raises UserError.
+    """
+    asked = laws(flights)
+    run.work("linearising and costing", asked)
+    found = about._replace(
+        situations=tuple(flown),
+        results=tuple(result(place, name, one, about.metrics) for place, many in flown.items() for name, one in many.items()),
+        ranked=ranks(flown, about.metric),
+        costs=costs(run, asked),
+        linear=linearised(run, asked),
+        problems=tuple(run.problems),
+        left_out=(*about.left_out, *unpaired(flights)),
+    )
+    told = write_results(out, found, flights, run.how.sheet)
+    run.publish(out, [*others, *flights, *asked])
     return FinishedComparison(found, told, folder)
 
 
