@@ -23,6 +23,7 @@ static const double MASS = 0.0328, INERTIA[3] = {1.68e-5, 1.68e-5, 2.98e-5}, ARM
 static const double AHEAD[4] = {1, -1, -1, 1}, LEFT[4] = {-1, -1, 1, 1}, TURN[4] = {-1, 1, -1, 1};
 
 static double push[2]; /* of a wind [N] */
+static double felt[3]; /* acceleration, world [m/s^2] */
 
 static void fly_on(const uint16_t *pwm, double step)
 {
@@ -39,7 +40,8 @@ static void fly_on(const uint16_t *pwm, double step)
     const double up[3] = {2.0 * (q[1] * q[3] + q[0] * q[2]), 2.0 * (q[2] * q[3] - q[0] * q[1]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])};
     for (int i = 0; i < 3; ++i)
     {
-        body.velocity[i] += step * ((lift * up[i] - DRAG * body.velocity[i] + (i < 2 ? push[i] : 0.0)) / MASS - (i == 2 ? 9.81 : 0.0));
+        felt[i] = (lift * up[i] - DRAG * body.velocity[i] + (i < 2 ? push[i] : 0.0)) / MASS - (i == 2 ? 9.81 : 0.0);
+        body.velocity[i] += step * felt[i];
         body.position[i] += step * body.velocity[i];
     }
     const double turning[3] = {torque[0] - r[1] * r[2] * (INERTIA[2] - INERTIA[1]), torque[1] - r[2] * r[0] * (INERTIA[0] - INERTIA[2]), torque[2]};
@@ -67,6 +69,7 @@ static void fly(const char *name, const setpoint_t *setpoint, double seconds, bo
         state.position.x = (float)body.position[0]; state.position.y = (float)body.position[1]; state.position.z = (float)body.position[2];
         state.velocity.x = (float)body.velocity[0]; state.velocity.y = (float)body.velocity[1]; state.velocity.z = (float)body.velocity[2];
         state.attitudeQuaternion.w = (float)q[0]; state.attitudeQuaternion.x = (float)q[1]; state.attitudeQuaternion.y = (float)q[2]; state.attitudeQuaternion.z = (float)q[3];
+        state.acc.x = (float)(felt[0] / 9.81); state.acc.y = (float)(felt[1] / 9.81); state.acc.z = (float)(felt[2] / 9.81);
         state.attitude.roll = (float)(DEGREES * atan2(2.0 * (q[0] * q[1] + q[2] * q[3]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])));
         state.attitude.pitch = (float)(-DEGREES * asin(2.0 * (q[0] * q[2] - q[3] * q[1]))); /* the firmware's is inverted */
         state.attitude.yaw = (float)yaw_of();
