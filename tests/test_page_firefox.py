@@ -76,13 +76,14 @@ def test_log_that_is_dropped_lies_beside_the_flight(opened):
 
 
 LATER = """
-const drawing = document.querySelector(`#${arguments[0]} .drawing`), before = arguments[1];
+const drawing = document.querySelector(`#${arguments[0]} .drawing`), [, before, said] = arguments;
 return new Promise((done) => {
-  const look = () => (drawing.innerHTML !== before ? done(drawing.innerHTML) : setTimeout(look, 50));
+  const changed = () => drawing.innerHTML !== before && drawing.innerHTML.includes(said);
+  const look = () => (changed() ? done(drawing.innerHTML) : setTimeout(look, 50));
   look();
 });
 """
-"""A figure of the article once it is no longer what it was; the test fails where that never comes."""
+"""A figure of the article once it is no longer what it was and says so; the test fails where that never comes."""
 
 
 def test_figures_of_the_article_follow_keyboard_and_finger(firefox, tmp_path):
@@ -94,7 +95,7 @@ def test_figures_of_the_article_follow_keyboard_and_finger(firefox, tmp_path):
     for name in ("nested", "sliding", "net", "inversion", "lyapunov"):
         before = firefox.evaluate(drawn, name)
         firefox.press(f"#{name} input", ("\ue014" if name == "lyapunov" else "\ue012") * 8)  # arrows
-        assert firefox.evaluate(LATER, name, before) != before, name
+        assert firefox.evaluate(LATER, name, before, "") != before, name
     before = firefox.evaluate(drawn, "inversion")
     where = """
         const handle = document.querySelector("#inversion .handle");
@@ -107,7 +108,7 @@ def test_figures_of_the_article_follow_keyboard_and_finger(firefox, tmp_path):
     steps = [moves[0], {"type": "pointerDown", "button": 0}, *moves[1:], {"type": "pointerUp", "button": 0}]
     finger = {"type": "pointer", "id": "finger", "parameters": {"pointerType": "touch"}, "actions": steps}
     firefox.ask("WebDriver:PerformActions", actions=[finger])
-    after = firefox.evaluate(LATER, "inversion", before)
+    after = firefox.evaluate(LATER, "inversion", before, "misses by")
     assert "misses by" in after and after != before
     assert firefox.errors(file) == []
 
