@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from uuid import uuid4
 
 import pytest
 
@@ -12,6 +13,7 @@ from quadstep.linear.grade import FRAGILE, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.judge import Row
+from quadstep.studies.what_if import run
 from quadstep.studies.what_if.asked import Asked, changes_of, unmodelled
 from quadstep.studies.what_if.report import tracking, unseen
 from quadstep.studies.what_if.run import answer
@@ -67,6 +69,8 @@ def test_what_is_not_modelled_and_changes_too_is_named(tmp_path):
 
 
 def test_flights_before_are_flown_once_for_many_changes(tmp_path, monkeypatch):
+    digest = uuid4().hex  # so that no flights of an earlier run of the tests are found
+    monkeypatch.setattr(run, "code_digest", lambda: digest)
     first = answer(asked(pid_rate__roll_kp=200.0, wind=2.9), tmp_path / "1").record
     fly, flown = CandidateFlyer.fly, []
     monkeypatch.setattr(CandidateFlyer, "fly", lambda self, some, *rest: [flown.append(len(some)), fly(self, some, *rest)][1])
