@@ -148,7 +148,7 @@ def test_flights_of_a_cell_each_have_their_own_noise(tmp_path):
         "--failure", "position_rmse=0.42", "--out", out,
     )  # fmt: skip
     assert run.code == 0, run
-    assert "at least 95 % of its 3 flights" in run.out
+    assert "at least 95 % of 3 flights" in run.out
     asked = request(path, "wind.mean.0=1,4", "sensors.position_noise=0.01:0.03:3", flights=3)
     spread = []
     for cell, row in enumerate(rows(out)):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.commands import deliver
+from quadstep.commands.deliver import Delivery
 from quadstep.io.errors import UserError
 from quadstep.metrics.judging import metrics
 from quadstep.metrics.judging.verdict import Case, Verdict, junit_xml, scalars
@@ -165,7 +165,7 @@ def test_an_object_is_printed_whole_or_not_at_all(monkeypatch):
     stream = Interrupted()
     monkeypatch.setattr(sys, "stdout", stream)
     before = signal.getsignal(signal.SIGINT)
-    deliver.deliver(Verdict("fly", "x", (), {"a": 1}, 0), as_json=True, junit=None, seconds=1.0)
+    Delivery(as_json=True).deliver(Verdict("fly", "x", (), {"a": 1}, 0))
     assert json.loads(stream.getvalue()) == {"command": "fly", "a": 1, "passed": True, "exit_code": 0}
     assert signal.getsignal(signal.SIGINT) is before
 

@@ -163,7 +163,7 @@ def test_the_page_counts_the_failures_of_the_report_where_the_slider_is(open_pag
         page.get_by_role("link", name=link).click()
         said = f"document.querySelector('#rate-words').innerText.startsWith('{count} of 48')"
         page.wait_for_function(f"() => quadstep.rate()?.done && {said}")
-    assert page.locator("#controls .group input[type=range]").first.get_attribute("aria-label").startswith("pid_rate.roll_kp")
+    assert page.locator("#controls .group input[type=range]").first.get_attribute("aria-label").startswith("pid rate.roll kp")
 
 
 def test_a_change_that_saves_the_hardest_flights_is_not_said_to_fly_worse_or_from_less_to_more():
