@@ -149,6 +149,16 @@ def test_a_law_whose_memory_grows_by_itself_is_graded_later_too(tmp_path, grows)
     assert len(found.later) == 1
 
 
+def test_a_memory_that_stops_at_a_limit_is_not_followed_beyond_it(tmp_path):
+    grows = "where(memory.seconds < 1.0, memory.seconds + 0.01, memory.seconds)"
+    law = TIRED.replace("memory.seconds < 1.0", "memory.seconds < 1.5").replace("memory.seconds + period", grows)
+    write(tmp_path, law, "tired.py")
+    write(tmp_path, (EXAMPLES / "own_airframe_controller.py").read_text(encoding="utf-8"), "own_airframe_controller.py")
+    found = studied(read_mission(write(tmp_path, MISSION.replace('"lqr"', '"tired.py:Tired"')))).analysis
+    assert graded(found).word == SOUND
+    assert found.later == ()
+
+
 def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp_path):
     run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
     unstable, swings = run.out.splitlines()[-3:-1]

@@ -84,9 +84,13 @@ def keeping(left: Array, length: float) -> NDArray[np.bool_]:
 ALONE = 1e-6
 """Largest part of a change that a state which goes on by itself leaves unexplained; differences leave 1e-7 of small ones."""
 
+GOES_ON = 1e-3
+"""The same long afterwards, which what was left unexplained has reached by then."""
 
-def passed(loops: Loops, flown: LoopState, first: int, periods: Array) -> Array:
-    """By how much each state has gone on by itself after so many periods, shape (states, counts of periods).
+
+def passed(loops: Loops, flown: LoopState, first: int, periods: Array) -> tuple[Array, Array]:
+    """By how much each state has gone on by itself after so many periods, shape (states, counts of periods), and by which
+    factor its change grows in one, shape (states, 1).
 
     What acts on nothing near rest may do so: clocks, counters, and all that goes from period to period as m' = a m + b. Two
     periods tell a and b of each state, a third whether it is so.
@@ -102,7 +106,18 @@ def passed(loops: Loops, flown: LoopState, first: int, periods: Array) -> Array:
     with np.errstate(over="ignore", invalid="ignore"):
         changes = np.where(steady, periods, (a**periods - 1.0) / np.where(steady, 1.0, a - 1.0))
         gone: Array = np.where(goes & (np.abs(three - a * two) < ALONE * np.abs(one)), one * changes, 0.0)
-    return gone
+    return gone, a
+
+
+def stops(a: Array, gone: Array, begun: Array, ends: Array) -> NDArray[np.bool_]:
+    """Which states that went on by themselves do not at all instants, as one that is held at a limit or counts round does not;
+    the first instant is now. Shapes as of `passed`, those of a period's start and end (states, instants, `MOVED`).
+    """
+    change = ends - begun
+    expected = change[:, :1] + (a[..., None] - 1.0) * (begun - begun[:, :1])
+    wrong = np.abs(change - expected) > GOES_ON * np.abs(expected) + SAME * (1.0 + np.abs(begun))
+    found: NDArray[np.bool_] = np.logical_and(gone.any(axis=1), wrong.any(axis=(1, 2)))
+    return found
 
 
 def changed(loops: Loops, flown: LoopState, first: int, ticks: list[int]) -> tuple[int, LoopState] | None:
@@ -114,9 +129,17 @@ def changed(loops: Loops, flown: LoopState, first: int, ticks: list[int]) -> tup
     ahead = copy(loops)
     later = np.repeat([0.0, *(tick - first for tick in ticks)], MOVED)
     ahead.ahead = cast("Number", later)
-    gone = passed(loops, flown, first, later / whole)
-    begun = with_states(flown, list(np.tile(near, 1 + len(ticks)) + gone))
-    ends = np.array([np.broadcast_to(end, gone.shape[1]) for end in states(ahead.fly(begun, first, first + whole))])
+    gone, a = passed(loops, flown, first, later / whole)
+
+    def flights() -> tuple[Array, Array]:
+        begun = np.tile(near, 1 + len(ticks)) + gone
+        after = states(ahead.fly(with_states(flown, list(begun)), first, first + whole))
+        return begun, np.array([np.broadcast_to(end, gone.shape[1]) for end in after])
+
+    begun, ends = flights()
+    if (over := stops(a, gone, *(one.reshape(len(values), -1, MOVED) for one in (begun, ends)))).any():
+        gone[over] = 0.0
+        _, ends = flights()
     same, *others = np.hsplit(np.where(gone.any(axis=1, keepdims=True), 0.0, ends), 1 + len(ticks))
     for place, (tick, other) in enumerate(zip(ticks, others, strict=True), 1):
         if not apart(same, other) <= SAME:
