@@ -178,6 +178,8 @@ def test_stills_are_the_figures_as_they_begin(opened):
 def test_figures_follow_the_finger_and_the_keyboard_and_symbols_light_up(opened):
     page = opened(360)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    assert page.locator("#inversion .name sub").all_inner_texts() == ["x", "y", "z"]
+    assert page.locator("#nested .legend sub").all_inner_texts() == ["d"]
     for name in FIGURES:
         before = page.locator(f"#{name} .drawing").inner_html()
         page.locator(f"#{name} input").first.press("ArrowRight" if name == "lyapunov" else "ArrowLeft")

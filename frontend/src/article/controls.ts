@@ -1,6 +1,7 @@
 // Sliders, switches and buttons under a figure. Moving one draws the figure anew at the next picture.
 
 import { h } from "../view/dom";
+import { rich } from "../view/notation";
 import { minus } from "./words";
 
 export interface Slider {
@@ -37,7 +38,7 @@ export function slider(
     show();
     changed();
   });
-  const label = h("label", { class: "slider" }, h("span", { class: "name" }, name), input, shown);
+  const label = h("label", { class: "slider" }, h("span", { class: "name" }, ...rich(name)), input, shown);
   where.append(label);
   set(value);
   return {

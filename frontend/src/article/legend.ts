@@ -1,12 +1,13 @@
 // Formulas and curves point at each other: to touch a symbol lights its curves up, and what is not meant steps back.
 
 import { h } from "../view/dom";
+import { rich } from "../view/notation";
 
 /** A line of what the curves mean, as buttons, so that a keyboard lights them too. entries: symbol, its name, what it is. */
 export function legend(where: Element, entries: readonly (readonly [symbol: string, look: string, text: string])[]): void {
   const list = h("div", { class: "legend", role: "group", "aria-label": "What the curves are" });
   for (const [symbol, look, text] of entries) {
-    list.append(h("button", { type: "button", class: `key ${look}`, "data-for": symbol, "aria-pressed": "false" }, text));
+    list.append(h("button", { type: "button", class: `key ${look}`, "data-for": symbol, "aria-pressed": "false" }, ...rich(text)));
   }
   where.append(list);
 }
