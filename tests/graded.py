@@ -34,6 +34,7 @@ FLIGHTS = {
          "wind": {"mean": [0.0, 10.0, 0.0]}, "controller": {"type": "pid", "velocity_integral": 0.0, "position": 0.3}},
         ["relative_error"],
     ),
+    "a late step": ({"vehicle": X500, "path": {**HOVER, "end": [0.5, 0.0, 4.0], "time": 4.3, "duration": 5.0}}, []),
     "a rotor lost at the last moment": (
         {"vehicle": X500, "path": CIRCLE, "simulation": {"duration": 9.0},
          "events": [{"type": "rotor", "time": 8.9, "rotor": 1, "efficiency": 0.0}]},

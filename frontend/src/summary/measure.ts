@@ -101,9 +101,9 @@ function growth(values: Float64Array, scale: number): number {
   const parts = [4, 5, 6, 7].map((part) => rms(values.subarray(edge(part), edge(part + 1))));
   const ratio = Math.min(...[0, 1, 2].map((i) => (parts[i]! > 0 ? parts[i + 1]! / parts[i]! : 1)));
   const steady = parts[3]! > FLOOR * scale ? ratio * ratio * ratio : 0;
-  const before = greatest(values.subarray(0, edge(7)));
-  const end = greatest(values.subarray(count - Math.max(1, Math.floor(count / ENDS))));
-  return Math.max(steady, end / (Math.max(before, END_FLOOR * scale) || Infinity));
+  const cut = count - Math.max(1, Math.floor(count / ENDS));
+  const [before, late, end] = [[0, edge(7)], [edge(7), cut], [cut, count]].map(([a, b]) => greatest(values.subarray(a, b)));
+  return Math.max(steady, end! > late! ? end! / (Math.max(before!, END_FLOOR * scale) || Infinity) : 0);
 }
 
 function heading(flight: Flight): number | undefined {

@@ -214,7 +214,7 @@ class LateGrowth:
     Steadily: the cube of the least ratio of root mean squares in successive eighths of the last four; 0 where the last is
     below `GROWTH_FLOOR` of the second entry. It is 1.5 for growth in proportion to time, and above 2 for faster than
     quadratic. At once: the largest value of the last 64th divided by the largest of the first seven eighths, or by
-    `END_FLOOR` of the second entry if that is more.
+    `END_FLOOR` of the second entry if that is more; 0 where the last eighth has a larger one earlier, as after a late step.
     """
 
     @staticmethod
@@ -226,8 +226,9 @@ class LateGrowth:
         parts = [rmse(rows[a:b, 0]) for a, b in pairwise(edges)]
         ratio = min(later / earlier if earlier > 0.0 else 1.0 for earlier, later in pairwise(parts))
         steady = ratio * ratio * ratio if parts[-1] > GROWTH_FLOOR * rows[0, 1] else 0.0
-        before, end = (float(part.max()) for part in (rows[: edges[-2], 0], rows[-max(1, count // END_PARTS) :, 0]))
-        return [max(steady, end / (max(before, END_FLOOR * rows[0, 1]) or math.inf))]
+        cuts = [edges[-2], count - max(1, count // END_PARTS)]
+        before, late, end = (float(part.max(initial=0.0)) for part in np.split(rows[:, 0], cuts))
+        return [max(steady, end / (max(before, END_FLOOR * rows[0, 1]) or math.inf) if end > late else 0.0)]
 
 
 class Overturned:
