@@ -96,6 +96,7 @@ def test_files_of_a_mission_that_was_read_are_looked_up_beside_it(tmp_path, monk
         ({"path": {**CIRCLE, "radius": -1.0}}, "path.radius: should be greater than 0, not -1.0"),
         ({"path": {"type": "spiral"}}, "path.type: unknown value 'spiral'; allowed: minimum-jerk, waypoints, circle, "),
         ({"path": LINE, "vehicle": "x500"}, "vehicle: should be a table, not 'x500'"),
+        ({"vehicle": "x500", "controller": {"type": "geometric"}}, "vehicle: should be a table, not 'x500'"),
         ({"path": LINE, "vehicle": {"preset": "y500"}}, "vehicle: unknown preset 'y500'; allowed: crazyflie, "),
         ({"path": LINE, "vehicle": {"file": "none.toml"}}, "vehicle.file: none.toml: file not found"),
         ({"path": LINE, "controller": {"type": "pid"}}, "controller.type = 'pid' needs a real vehicle, "),

@@ -81,6 +81,8 @@ def kind_of(vehicle: object, folder: Path = Path()) -> "type[Mission]":
     if isinstance(vehicle, Mapping) and isinstance(vehicle.get("type"), str):
         declared: type[Mission] = import_module("quadstep.mission.declared").declared_kind(vehicle["type"], folder)
         return declared
+    if isinstance(vehicle, str):
+        raise UserError(f"vehicle: should be a table, not {shorten(vehicle)}")
     return (REAL if is_airframe(vehicle) else PAPER).load()
 
 
