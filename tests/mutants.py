@@ -91,7 +91,8 @@ def caught(name: str, trees: Sequence[ast.Module], *tests: str, enough: float = 
     """
     plugin = Mutated(name, trees, enough)
     with contextlib.redirect_stdout(io.StringIO()) as said:
-        pytest.main(["-p", "no:cacheprovider", *tests], [plugin])
+        again = "ignore::pytest.PytestAssertRewriteWarning"  # plugins are imported already: this pytest runs inside another
+        pytest.main(["-p", "no:cacheprovider", "-W", again, *tests], [plugin])
     assert plugin.caught, said.getvalue()
     return plugin.caught
 
