@@ -261,7 +261,7 @@ def whole_grade(mission: Mission) -> Grade:
 
 def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> object:
     """What is made of a mission's loops, as JSON has it; made once for the same laws and numbers."""
-    name = code_cache.key(kind, code_digest(), own_digest(), fingerprint(plans), repr(limits(mission)))
+    name = code_cache.key(kind, code_digest(), folder_digest(), fingerprint(plans), repr(limits(mission)))
     found = code_cache.read(name)
     if found is None:
         found = json.dumps(made()).encode()
@@ -270,7 +270,7 @@ def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[
     return loaded
 
 
-def own_digest() -> str:
+def folder_digest() -> str:
     """Of the code of this folder."""
     here = sorted(Path(__file__).parent.glob("*.py"))
     return hashlib.sha256(b"\0".join(path.read_bytes() for path in here)).hexdigest()
