@@ -1,6 +1,7 @@
-"""The example's workflow for GitHub, whose steps run as they stand in a repository with a change of the parameters."""
+"""The example's action for GitHub, whose steps run as they stand in a repository with a change of the parameters."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -8,64 +9,69 @@ from pathlib import Path
 import pytest
 import yaml
 
-from quadstep.io.parameter_files import CrazyflieYaml
+from tests.missions import EXAMPLES
 
-WORKFLOW = Path(__file__).parent.parent / "examples" / "parameters.yml"
-
-
-def steps():
-    """The shell of its steps, less the installation."""
-    said = [
-        step["run"]
-        for step in yaml.safe_load(WORKFLOW.read_text(encoding="utf-8"))["jobs"]["what-if"]["steps"]
-        if "run" in step
-    ]
-    given = {"${{ github.base_ref }}": "main", "${{ github.event.pull_request.number }}": "7", "--page": "--flights 2"}
-    for name, value in given.items():
-        said = [text.replace(name, value) for text in said]
-    return [text for text in said if not text.startswith("pip install")]
+REPOSITORY = EXAMPLES / "parameters"
 
 
-def test_a_change_that_says_nothing_is_commented_too(tmp_path):
-    assert commented(tmp_path, 200.0).endswith(
-        "saved.yaml: no parameter of crazyflie-pid, crazyflie-mellinger differs between it and before.yaml\n"
-    )
+def read(path):
+    return yaml.safe_load((REPOSITORY / path).read_text(encoding="utf-8"))
+
+
+def steps(here):
+    """The action's steps, less the installation: shell and environment, with what GitHub puts in place of ${{ ... }}."""
+    (call,) = [one for one in read(".github/workflows/parameters.yml")["jobs"]["what-if"]["steps"] if one["uses"] == "./"]
+    action = read("action.yml")
+    values = {name: one.get("default") for name, one in action["inputs"].items()} | call["with"] | {"flights": 2}
+    values = {f"inputs.{name}": str(value) for name, value in values.items()}
+    values |= {"github.base_ref": "main", "github.event.pull_request.number": "7", "github.token": ""}
+    for step in action["runs"]["steps"][1:]:
+        given = {name: values[word.removeprefix("${{ ").removesuffix(" }}")] for name, word in step["env"].items()}
+        yield step["run"], given | {"GITHUB_ACTION_PATH": str(here)}
+
+
+def commented(tmp_path, change):
+    """What is commented on a change of the file's text by a function."""
+    origin, here, tools = tmp_path / "origin", tmp_path / "here", tmp_path / "tools"
+
+    def git(folder, *words):
+        command = ["git", "-C", str(folder), "-c", "user.name=a", "-c", "user.email=a@b", *words]
+        subprocess.run(command, check=True, capture_output=True)
+
+    shutil.copytree(REPOSITORY, origin)
+    git(origin, "init", "-b", "main")
+    git(origin, "add", ".")
+    git(origin, "commit", "-m", "parameters")
+    git(tmp_path, "clone", str(origin), str(here))
+    file = here / "x500.params"
+    file.write_text(change(file.read_text(encoding="utf-8")), encoding="utf-8")
+    tools.mkdir()
+    (tools / "gh").write_text('#!/bin/sh\necho "$@" > comment.txt\ncat comment.md >> comment.txt\n', encoding="utf-8")
+    (tools / "gh").chmod(0o755)
+    path = os.pathsep.join([str(tools), str(Path(sys.executable).parent), os.environ["PATH"]])
+    for shell, given in steps(here):
+        subprocess.run(
+            ["bash", "-e", "-o", "pipefail", "-c", shell],
+            cwd=here,
+            env={**os.environ, **given, "PATH": path},
+            check=True,
+            capture_output=True,
+        )
+    return (here / "comment.txt").read_text(encoding="utf-8").splitlines()
+
+
+def test_a_change_that_changes_no_parameter_gets_the_reason(tmp_path):
+    first, reason = commented(tmp_path, lambda text: "# the same\n" + text)
+    assert first == "pr comment 7 --body-file comment.md"
+    assert reason == "x500.params: no parameter of px4-cascade differs between it and before.params"
 
 
 @pytest.mark.thorough
-def test_a_change_of_parameters_is_commented(tmp_path):
-    told = commented(tmp_path, 100.0)
-    assert told.startswith("pr comment 7 --body-file comment.md\nWith pid_rate.roll_kp = 100 (200 before) ")
-    assert "| fail in gusts | 0 % | 0 % |" in told
-    assert "\n| at rest | " in told
-    assert (tmp_path / "here" / "out" / "report.html").is_file()
-
-
-def commented(tmp_path, after):
-    """What the workflow comments on a change of a gain from 200."""
-    origin, here, tools = tmp_path / "origin", tmp_path / "here", tmp_path / "tools"
-    parameters = {"pid_rate.roll_kp": 200.0, "pid_rate.pitch_kp": 200.0}
-
-    def git(*words):
-        subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", *words], check=True, capture_output=True)
-
-    def commit(folder, value, more=""):
-        text = CrazyflieYaml.write({"pid_rate.roll_kp": value}, parameters) + more
-        (folder / "saved.yaml").write_text(text, encoding="utf-8")
-        git("-C", str(folder), "add", "saved.yaml")
-        git("-C", str(folder), "commit", "-m", f"roll_kp {value}")
-
-    git("init", "-b", "main", str(origin))
-    commit(origin, 200.0)
-    git("clone", str(origin), str(here))
-    commit(here, after, "# the same\n")
-    tools.mkdir()
-    (tools / "gh").write_text('#!/bin/sh\necho "$@" > told\ncat comment.md >> told\n', encoding="utf-8")
-    (tools / "gh").chmod(0o755)
-    own = Path(sys.executable).parent
-    environment = {**os.environ, "PATH": os.pathsep.join([str(tools), str(own), os.environ["PATH"]])}
-    for step in steps():
-        subprocess.run(
-            ["bash", "-e", "-o", "pipefail", "-c", step], cwd=here, env=environment, check=True, capture_output=True
-        )
-    return (here / "told").read_text(encoding="utf-8")
+def test_a_change_gets_margins_and_failure_rates_before_and_after(tmp_path):
+    lines = commented(tmp_path, lambda text: text.replace("MC_ROLLRATE_P	0.150000005960464478", "MC_ROLLRATE_P	0.3"))
+    assert lines[1].startswith("With MC_ROLLRATE_P = 0.3 (0.15 before) ")
+    assert lines[3:5] == ["| | before | after |", "|---|---|---|"]
+    assert lines[5].startswith("| at rest | sound: least gain margin 14.4 dB ")
+    assert " | fragile: phase margin below 30.0° " in lines[5]
+    assert lines[6] == "| failed in gusts | 0 % (0 to 84.2) | 0 % (0 to 84.2) |"
+    assert (tmp_path / "here" / "out" / "page.html").is_file()
