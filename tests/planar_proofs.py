@@ -2,6 +2,7 @@
 
 import json
 
+from quadstep.io.results.parts import sealed
 from tests.commands import quadstep, write
 
 TUBE = """\
@@ -39,7 +40,15 @@ def proved(folder, text, *options):
     return json.loads((folder / "proof.json").read_text())
 
 
+def forged(content):
+    """A certificate's file with its digest computed again, as whoever tampers with it would; what is no JSON is left so."""
+    try:
+        return sealed(json.loads(content) if isinstance(content, str) else content)
+    except ValueError:
+        return (content if isinstance(content, str) else json.dumps(content)).encode()
+
+
 def checked(folder, content):
-    """The check of this content."""
-    (folder / "tampered.json").write_text(json.dumps(content))
+    """The check of this content, its digest computed again."""
+    (folder / "tampered.json").write_bytes(forged(content))
     return quadstep("prove", "--check", folder / "tampered.json")

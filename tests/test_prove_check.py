@@ -12,7 +12,7 @@ from quadstep.proofs.prove import check, check_set
 from quadstep.proofs.prove.certificate import read_certificate, read_set
 from quadstep.proofs.prove.check_loop import CheckedLoop
 from tests.commands import quadstep
-from tests.planar_proofs import SET, TUBE, checked, proved
+from tests.planar_proofs import SET, TUBE, checked, forged, proved
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def test_a_shear_whose_products_are_no_numbers_confirms_nothing(tmp_path, tube, 
     """The boxes are so small that the enclosures see nothing of it; a comparison with NaN is false."""
     content = json.loads(json.dumps(tube))
     content["position[m]"] = [1e-15, 1e-15]
-    (tmp_path / "proof.json").write_text(json.dumps(content))
+    (tmp_path / "proof.json").write_bytes(forged(content))
     found = read_certificate(tmp_path / "proof.json")
     spread, boxes = found.spread.copy(), found.boxes.copy()
     spread[5, 3], boxes[:, 3] = size, 1e-10 / size
@@ -52,7 +52,7 @@ def test_a_shear_whose_products_are_no_numbers_confirms_nothing(tmp_path, tube, 
 
 @pytest.mark.parametrize("size", [1e-90, 1e-310, 0.0])
 def test_coordinates_whose_inverse_is_no_number_confirm_nothing(tmp_path, hover, size):
-    (tmp_path / "proof.json").write_text(json.dumps(hover))
+    (tmp_path / "proof.json").write_bytes(forged(hover))
     found = read_set(tmp_path / "proof.json")
     count = len(found.radii)
     other = found._replace(spread=size * np.eye(count), radii=np.full(count, 1e-3), start=0.5, position=np.full(2, 1e-300))
@@ -137,7 +137,7 @@ def test_the_code_that_the_reader_names_is_run_and_no_other(tmp_path, tube):
     )
     content = json.loads(json.dumps(tube))
     content["mission"] = content["mission"].replace("planar-pd", "stranger.py:Law")
-    (tmp_path / "tampered.json").write_text(json.dumps(content))
+    (tmp_path / "tampered.json").write_bytes(forged(content))
     run = quadstep("prove", "--check", tmp_path / "tampered.json", "--controller", tmp_path / "mine" / "stranger.py")
     assert (run.code, run.err) == (0, "")
     assert "Of users' code, only" in run.out
@@ -149,13 +149,32 @@ def test_the_code_that_the_reader_names_is_run_and_no_other(tmp_path, tube):
 def test_a_format_of_no_kind_is_refused_without_the_name_of_one(tmp_path, content):
     path = tmp_path / "proof.json"
     path.write_text(json.dumps(content))
-    with pytest.raises(UserError, match="this version does not write its format"):
+    with pytest.raises(UserError, match=r"not a certificate of `quadstep prove`(: this version does not write its format)?$"):
         read_certificate(path)
+
+
+@pytest.mark.parametrize("name", ["tube", "hover"])
+def test_no_changed_byte_of_a_certificate_is_believed(tmp_path, name, request):
+    """Whoever changes it must compute its digest again; then it is proved anew, as in the tests above."""
+    path, whole, read = (
+        tmp_path / "proof.json",
+        forged(request.getfixturevalue(name)),
+        {"tube": read_certificate, "hover": read_set},
+    )
+    for place in range(0, len(whole), 7):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1 << place % 8]) + whole[place + 1 :])
+        with pytest.raises(UserError, match=r"proof\.json: "):
+            read[name](path)
+    path.write_bytes(whole.replace(b'"sha256"', b'"sha257"'))
+    with pytest.raises(UserError, match=r"proof\.json: has no digest of its content \('sha256'\)"):
+        read[name](path)
+    path.write_bytes(whole)
+    read[name](path)
 
 
 def test_what_a_certificate_lacks_is_said(tmp_path, tube, hover):
     path = tmp_path / "proof.json"
     for whole, read in ((tube, read_certificate), (hover, read_set)):
-        path.write_text(json.dumps({key: value for key, value in whole.items() if key != "states"}))
+        path.write_bytes(forged({key: value for key, value in whole.items() if key != "states"}))
         with pytest.raises(UserError, match="not a certificate of `quadstep prove`: 'states' is missing"):
             read(path)

@@ -27,6 +27,7 @@ from quadstep.proofs.prove.rest import holds, rest
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
+from tests.planar_proofs import forged
 
 PAGE = Path(__file__).parent.parent / "docs" / "prove.md"
 
@@ -129,7 +130,7 @@ MUTATIONS = {
 def test_the_check_refuses_what_was_not_proved(tmp_path, proved, name):
     content = json.loads(proved[1].read_text())
     MUTATIONS[name](content)
-    (tmp_path / "proof.json").write_text(json.dumps(content))
+    (tmp_path / "proof.json").write_bytes(forged(content))
     run = quadstep("prove", "--check", tmp_path / "proof.json")
     assert (run.code, run.err) == (errors.FAILED, "")
     assert "not confirmed: " in run.out
@@ -149,7 +150,7 @@ BROKEN = {
 def test_a_broken_certificate_is_one_line(tmp_path, proved, name):
     content = json.loads(proved[1].read_text())
     BROKEN[name](content)
-    (tmp_path / "proof.json").write_text(json.dumps(content))
+    (tmp_path / "proof.json").write_bytes(forged(content))
     run = quadstep("prove", "--check", tmp_path / "proof.json")
     assert run.refused
     assert "proof.json" in run.err

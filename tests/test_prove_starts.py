@@ -15,7 +15,7 @@ from quadstep.proofs.prove.certificate import read_certificate, read_set
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.unknown import Unknown, started
 from tests.commands import quadstep, write
-from tests.planar_proofs import SET, TUBE
+from tests.planar_proofs import SET, TUBE, forged
 from tests.started import begun, flown
 
 MEMORY = """
@@ -148,7 +148,7 @@ def test_what_a_law_remembers_from_the_start_moves_with_it(tmp_path, name):
     assert quadstep("prove", "--check", file, *known).code == 0
     content = json.loads(file.read_text())
     content["unknown"] = {key: 1.5 * value for key, value in content["unknown"].items()}
-    file.write_text(json.dumps(content))
+    file.write_bytes(forged(content))
     assert quadstep("prove", "--check", file, *known).code == 1
 
 

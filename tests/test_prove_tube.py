@@ -17,6 +17,7 @@ from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.tube import SAMPLES, Tube, tube
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
+from tests.planar_proofs import forged
 
 NETS_OFF = '[controller]\ntype = "backstepping"\nnets.enabled = false\n'
 SHORT = f'[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 4.0\n{NETS_OFF}[simulation]\nduration = 0.3\n'
@@ -90,7 +91,7 @@ def certificate(tmp_path_factory):
 
 
 def written(folder, content):
-    (folder / "proof.json").write_text(json.dumps(content))
+    (folder / "proof.json").write_bytes(forged(content))
     return folder / "proof.json"
 
 
@@ -238,7 +239,7 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_certificate_is_one_line(tmp_path, certificate, name):
-    (tmp_path / "proof.json").write_text(BROKEN[name](json.dumps(certificate)))
+    (tmp_path / "proof.json").write_bytes(forged(BROKEN[name](json.dumps(certificate))))
     run = quadstep("prove", "--check", tmp_path / "proof.json")
     assert run.refused
     assert "proof.json" in run.err

@@ -1,7 +1,6 @@
 """`prove --check` on tampered certificates: what it confirms is flown, and no flight breaks it."""
 
 import copy
-import json
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -17,7 +16,7 @@ from quadstep.proofs.prove.report import VerdictKind
 from quadstep.proofs.prove.run import check
 from quadstep.proofs.prove.sampled import Sampled
 from tests.challenge.search import Attempt, Search
-from tests.planar_proofs import SET, TUBE, proved
+from tests.planar_proofs import SET, TUBE, forged, proved
 from tests.started import begun, flown
 
 Content = dict[str, Any]
@@ -179,7 +178,7 @@ def tampered(seed: int) -> Iterable[Attempt]:
             content = copy.deepcopy(bases[int(random.integers(len(bases)))])
             said = [CHANGES[int(random.integers(len(CHANGES)))](random, content) for _ in range(int(random.integers(1, 3)))]
             file = folder / "tampered.json"
-            file.write_text(json.dumps(content))
+            file.write_bytes(forged(content))
             try:
                 with np.errstate(all="ignore"):
                     confirmed = check(file).kind is VerdictKind.PROVED

@@ -111,7 +111,7 @@ UNKNOWN = "0" * 64
 
 
 def sealed(content: Mapping[str, object]) -> bytes:
-    """A manifest as the content of a file."""
+    """A manifest or certificate as the content of a file."""
     text = json.dumps(
         {**{key: value for key, value in content.items() if key != SEAL}, SEAL: UNKNOWN}, indent=1, allow_nan=False
     )
@@ -119,15 +119,15 @@ def sealed(content: Mapping[str, object]) -> bytes:
     return f"{head}{hashlib.sha256(f'{head}{UNKNOWN}{tail}'.encode()).hexdigest()}{tail}".encode()
 
 
-def read_sealed(path: Path) -> dict[str, Any]:
-    """A manifest, with its seal, which those of earlier versions lack. Links are not followed.
+def read_sealed(path: Path, what: str = "a manifest written by quadstep", links: bool = False) -> dict[str, Any]:
+    """A manifest or certificate, with its seal, which those of earlier versions lack. links: whether `path` may be a link.
 
     Raises UserError for a file that is none, or whose content is not what was written.
     """
-    text = files.read_bytes(path, files.JSON, links=False)
+    text = files.read_bytes(path, files.JSON, links)
     content = parse_json(text, str(path))
     if not isinstance(content, dict):
-        raise UserError(f"{path}: is not a manifest written by quadstep")
+        raise UserError(f"{path}: not {what}")
     if SEAL in content and sealed(content) != text:
         raise UserError(f"{path}: was changed after quadstep wrote it")
     return content

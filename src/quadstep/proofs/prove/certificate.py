@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 import os
 import zlib
 from collections.abc import Mapping
@@ -21,10 +20,12 @@ from quadstep.io import __version__
 from quadstep.io.atomic import write_beside
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
+from quadstep.io.results.parts import SEAL, read_sealed, sealed
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown, refuse_out_of_range
 
 FORMAT, SET_FORMAT = "quadstep tube 3", "quadstep set 2"
+WHAT = "a certificate of `quadstep prove`"
 LARGEST = 2**28
 """Most bytes of a flight."""
 
@@ -83,7 +84,13 @@ def write_file(path: Path, form: str, found: Certificate | SetCertificate, prove
         "unknown": written(found.unknown),
         "states": list(found.states),
     }
-    write_beside(path, json.dumps({**claim, **proved}, indent=None) + "\n", parents=True)
+    write_beside(path, sealed({**claim, **proved}).decode(), parents=True)
+
+
+def refuse_unsealed(path: Path, content: Mapping[str, object]) -> None:
+    """Refuses a certificate without a digest, as those of earlier versions are. Raises UserError."""
+    if SEAL not in content:
+        raise UserError(f"{path}: has no digest of its content ({SEAL!r}), so it was changed or is old; prove it anew")
 
 
 def packed(flown: Array) -> str:
@@ -133,14 +140,15 @@ def table(content: object, least: float, small: float = SMALL) -> Array:
 def unlike(path: Path, error: Exception) -> UserError:
     """What is said of a file that is not as a certificate should be."""
     missing = " is missing" if isinstance(error, KeyError) else ""
-    return UserError(f"{path}: not a certificate of `quadstep prove`: {error}{missing}")
+    return UserError(f"{path}: not {WHAT}: {error}{missing}")
 
 
 def read_certificate(path: Path) -> Certificate:
     """The content of the file. Raises UserError."""
-    content = read_json(path)
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise UserError(f"{path}: not a certificate of `quadstep prove`: this version does not write its format")
+    content = read_sealed(path, WHAT, links=True)
+    if content.get("format") != FORMAT:
+        raise UserError(f"{path}: not {WHAT}: this version does not write its format")
+    refuse_unsealed(path, content)
     try:
         states = tuple(str(name) for name in content["states"])
         unknown = read_unknown(content["unknown"])
@@ -153,7 +161,7 @@ def read_certificate(path: Path) -> Certificate:
     blocks = -(-(len(flown) - 1) // size) if 0 < size <= MOST_SAMPLES else 0
     shapes = spread.shape == (len(states), len(states)) and boxes.shape == (blocks, len(states)) and position.ndim == 1
     if not shapes or blocks < 1:
-        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not agree")
+        raise UserError(f"{path}: not {WHAT}: its tables do not agree")
     return Certificate(mission, unknown, states, flown, size, spread, boxes, position, str(content.get("folder", "")))
 
 
@@ -206,13 +214,13 @@ def write_set(path: Path, found: SetCertificate) -> None:
 
 def is_set(path: Path) -> bool:
     """Whether a file claims to be such a certificate. Raises UserError."""
-    content = read_json(path)
-    return isinstance(content, dict) and content.get("format") == SET_FORMAT
+    return read_sealed(path, WHAT, links=True).get("format") == SET_FORMAT
 
 
 def read_set(path: Path) -> SetCertificate:
     """The content of the file. Raises UserError."""
-    content = read_json(path)
+    content = read_sealed(path, WHAT, links=True)
+    refuse_unsealed(path, content)
     try:
         states = tuple(str(name) for name in content["states"])
         found = SetCertificate(
@@ -242,7 +250,7 @@ def read_set(path: Path) -> SetCertificate:
         turn = [f"attitude.{i}" for i in range(4)]
         apart = apart and list(states[found.unit : found.unit + 4]) == turn and found.unit not in {*found.live, *found.twins}
     if not (shapes and sound and apart and moving):
-        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not agree")
+        raise UserError(f"{path}: not {WHAT}: its tables do not agree")
     return found
 
 
@@ -258,7 +266,7 @@ def check_target(path: Path) -> None:
         if not parent.is_dir():
             raise UserError(f"{path}: cannot be written: {parent} is not a folder")
         if path.exists() and not is_certificate(path):
-            raise UserError(f"{path}: exists and is not a certificate of `quadstep prove`; choose another --out")
+            raise UserError(f"{path}: exists and is not {WHAT}; choose another --out")
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
 
