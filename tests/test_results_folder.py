@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -108,6 +109,20 @@ def test_every_name_replaced_by_a_link(tmp_path, victim, name, identity, overwri
     else:
         assert not [path for path in out.rglob("*") if path.is_symlink()]
     assert everything(victim) == before
+
+
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ('"fingerprint": "one"', '"fingerprint": "onf"', "holds other results (Flight), says metrics.json; choose"),
+    ('"files": [', '"files": {', "holds other files (metrics.json: not valid JSON: line 5"),
+])  # fmt: skip
+def test_a_manifest_with_a_changed_bit_is_refused_by_its_name(tmp_path, old, new, said):
+    out, named = tmp_path / "out", {"metrics.json": '{"name": "Flight"}'}
+    publish(out, more=named)
+    file = out / "metrics.json"
+    file.write_text(file.read_text().replace(old, new))
+    with pytest.raises(UserError, match=re.escape(f"{out}: {said}")):
+        publish(out, more=named)
+    publish(out, overwrite=True, more=named)
 
 
 def test_a_folder_that_is_replaced_by_a_link_while_a_run_writes(tmp_path, victim):

@@ -76,14 +76,18 @@ def replaceable(folder: Folder, identity: str, overwrite: bool, name: str) -> li
     if other:
         raise UserError(f"{folder.path}: holds {other}; choose another --out")
     content: dict[str, object] = {}
-    text = folder.read(name, JSON) if folder.has(name) else b""
-    with contextlib.suppress(UserError):
-        loaded = parse_json(text, name)
-        content = loaded if isinstance(loaded, dict) else {}
+    says = ""
+    if folder.has(name):
+        text, says = folder.read(name, JSON), f", says {name}"
+        try:
+            loaded = parse_json(text, name)
+            content = loaded if isinstance(loaded, dict) else {}
+        except UserError as error:
+            says = f" ({error})"
     found = any(not one.startswith(WRITING) for one in folder.names())
     if not overwrite and content.get("fingerprint") != identity and found:
         what = f"other results ({content['name']})" if content.get("name") else "other files"
-        raise UserError(f"{folder.path}: holds {what}; choose another --out, or replace them with --overwrite")
+        raise UserError(f"{folder.path}: holds {what}{says}; choose another --out, or replace them with --overwrite")
     return names_in(content.get("files"))
 
 
