@@ -19,8 +19,8 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
+from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.paper import State, derivative
-from quadstep.vehicle.plants.lagrange import Lagrange
 
 CASE_1_AT_250_HZ: dict[str, Any] = {
     "path": {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 40.0},

@@ -18,7 +18,7 @@ from quadstep.mission.airframe import LAYOUTS, AirframeSection, laid_out
 from quadstep.mission.presets import preset_names
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.report.canvas import STYLE
-from quadstep.vehicle.airframe.geometry import Geometry
+from quadstep.vehicle.rigid_body import Geometry
 
 HERE = pathlib.Path(__file__).parent
 COLOURS = {1: "tab:blue", -1: "tab:red"}

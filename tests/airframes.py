@@ -5,10 +5,9 @@ import numpy as np
 from quadstep.engines.loop import runge_kutta_4
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import rotation_matrix
-from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
-from quadstep.vehicle.airframe.motion import AirframeState, renormalised
-from quadstep.vehicle.airframe.plant import Airframe, Events, derivative, efficiencies, mass_properties
-from quadstep.vehicle.airframe.rotor import Battery, Drag, Rotor
+from quadstep.vehicle.airframe_plant import Airframe, Events, derivative, efficiencies, mass_properties
+from quadstep.vehicle.rigid_body import AirframeState, Effects, Geometry, Mount, renormalised
+from quadstep.vehicle.rotor import Battery, Drag, Rotor
 from tests.flights import array, column
 
 ARM = 0.15

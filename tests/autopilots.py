@@ -162,7 +162,7 @@ class Hover:
 
     def outputs(self, attitude, rates, down, sinking):
         from quadstep.numbers import Vector
-        from quadstep.vehicle.airframe.allocation import allocate
+        from quadstep.vehicle.allocation import allocate
 
         self.height = down - self.above if self.height is None else self.height
         w, x, y, z = attitude

@@ -8,7 +8,7 @@ from quadstep import Mission, fly_all
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.presets import preset_table
-from quadstep.vehicle.airframe.allocation import allocation
+from quadstep.vehicle.allocation import allocation
 from tests.made_flights import turned
 
 PATHS: dict[str, dict[str, Any]] = {

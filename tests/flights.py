@@ -15,8 +15,8 @@ from quadstep.interfaces.learning import Net, random_input_weights
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.program.emitter import Emitter
 from quadstep.program.recorded import RecordedNumber, RecordedTable
+from quadstep.vehicle.lagrange import Lagrange, Limits, Parameters
 from quadstep.vehicle.paper import Disturbance, Rotors, State, Vehicle
-from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 
 METRICS = score_names(Lagrange())

@@ -10,7 +10,7 @@ from quadstep import Mission, fly_all
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.presets import preset_table
-from quadstep.vehicle.airframe.allocation import allocation
+from quadstep.vehicle.allocation import allocation
 from tests.quick_gains import QUICK
 
 PERIOD = 0.01

@@ -9,7 +9,7 @@ from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply,
 from quadstep.program.emitter import Emitter
 from quadstep.program.recorded import RecordedNumber
 from quadstep.sensing.sensors import Sensors
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.rigid_body import Motion
 from tests.flights import compiled
 
 GRAVITY = 9.81

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import matrix, vector
-from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
-from quadstep.vehicle.airframe.rotor import Drag, ground_effect, hub_drag, parasitic_drag, translational_lift
+from quadstep.vehicle.rigid_body import Effects, Geometry, Mount
+from quadstep.vehicle.rotor import Drag, ground_effect, hub_drag, parasitic_drag, translational_lift
 from tests.airframes import (
     ARM,
     NO_DRAG,

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from quadstep.mission.airframe import LAYOUTS, laid_out
 from quadstep.numbers import Vector, vector
-from quadstep.vehicle.airframe.allocation import Allocation, allocate, allocation, columns, even, mix, rank
-from quadstep.vehicle.airframe.geometry import Geometry, Mount
-from quadstep.vehicle.airframe.rotor import Rotor
+from quadstep.vehicle.allocation import Allocation, allocate, allocation, columns, even, mix, rank
+from quadstep.vehicle.rigid_body import Geometry, Mount
+from quadstep.vehicle.rotor import Rotor
 from tests.flights import through_lanes
 
 UP = (0.0, 0.0, 1.0)

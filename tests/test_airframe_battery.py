@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quadstep.numbers import vector
-from quadstep.vehicle.airframe.geometry import Effects
-from quadstep.vehicle.airframe.rotor import Battery, electrical_power, open_circuit, terminal_voltage
+from quadstep.vehicle.rigid_body import Effects
+from quadstep.vehicle.rotor import Battery, electrical_power, open_circuit, terminal_voltage
 from tests.airframes import airframe, at, fly, rate_of
 
 BATTERY = Battery(full=12.6, empty=10.0, capacity=8000.0, resistance=0.03, efficiency=0.8)

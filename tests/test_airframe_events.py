@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import vector
-from quadstep.vehicle.airframe.geometry import Effects
-from quadstep.vehicle.airframe.plant import Events, Payload, RotorFault, efficiencies, mass_properties
+from quadstep.vehicle.airframe_plant import Events, Payload, RotorFault, efficiencies, mass_properties
+from quadstep.vehicle.rigid_body import Effects
 from tests.airframes import airframe, at, attitude_matrix, fly, hover_speed, rate_of
 from tests.flights import array
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from quadstep.mission.read import check_mission, read_mission
-from quadstep.vehicle.plants.in_space import airframe_columns
+from quadstep.vehicle.in_space import airframe_columns
 from tests.commands import columns, files, quadstep, strict_json, without_figures, write
 
 FLIGHT = """\

@@ -12,10 +12,10 @@ from quadstep.interfaces.closed_loop import Clock, Outcome
 from quadstep.interfaces.controller import Command
 from quadstep.numbers import Vector, flatten, leaf_names, rebuild, vector
 from quadstep.numbers.rotations import yaw_pitch_roll
-from quadstep.vehicle.airframe.allocation import allocate
-from quadstep.vehicle.airframe.motion import AirframeState
-from quadstep.vehicle.airframe.plant import derivative, efficiencies, mass_properties, voltage
-from quadstep.vehicle.plants.multirotor import Spun
+from quadstep.vehicle.airframe_plant import derivative, efficiencies, mass_properties, voltage
+from quadstep.vehicle.allocation import allocate
+from quadstep.vehicle.multirotor import Spun
+from quadstep.vehicle.rigid_body import AirframeState
 from tests.airframe_loops import (
     CONTROLLERS,
     ESTIMATED,

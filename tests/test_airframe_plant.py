@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from quadstep.numbers import Vector, flatten, rebuild, vector
-from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
-from quadstep.vehicle.airframe.plant import Events, Payload, RotorFault, specific_force, voltage
-from quadstep.vehicle.airframe.rotor import Battery, Drag
+from quadstep.vehicle.airframe_plant import Events, Payload, RotorFault, specific_force, voltage
+from quadstep.vehicle.rigid_body import Effects, Geometry, Mount
+from quadstep.vehicle.rotor import Battery, Drag
 from tests.airframes import (
     ALL,
     NONE,
@@ -212,7 +212,7 @@ def structure(seed):
 
 def law(*leaves, effects=ALL):
     state, wanted, vehicle, events, wind, t = rebuild(structure(0), iter(leaves))
-    from quadstep.vehicle.airframe.plant import derivative, efficiencies, mass_properties
+    from quadstep.vehicle.airframe_plant import derivative, efficiencies, mass_properties
 
     properties, share = mass_properties(vehicle, events, t), efficiencies(events, 4, t)
     return flatten(derivative(PLUS, vehicle, properties, share, state, wanted, wind, effects))

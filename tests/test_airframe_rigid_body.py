@@ -9,8 +9,8 @@ from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, cos, matrix, sin, vector
 from quadstep.numbers.rotations import rotation_matrix
-from quadstep.vehicle.airframe.motion import MassProperties, Motion, motion_rate, renormalised
 from quadstep.vehicle.paper import Disturbance, State, Vehicle, derivative, euler_rate_matrix
+from quadstep.vehicle.rigid_body import MassProperties, Motion, motion_rate, renormalised
 from tests.airframes import NOTHING, at, attitude_matrix, momenta
 from tests.flights import array, column
 from tests.rotations import papers_rotation

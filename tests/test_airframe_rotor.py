@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import Vector, vector
-from quadstep.vehicle.airframe.geometry import Effects
-from quadstep.vehicle.airframe.plant import Events, Payload, RotorFault, mass_properties
-from quadstep.vehicle.airframe.rotor import speed_rate
+from quadstep.vehicle.airframe_plant import Events, Payload, RotorFault, mass_properties
+from quadstep.vehicle.rigid_body import Effects
+from quadstep.vehicle.rotor import speed_rate
 from tests.airframes import (
     FRONT,
     LEFT,

@@ -7,7 +7,7 @@ from quadstep.bridges.rotorpy_flight import from_quad_params, to_quad_params
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import flatten
-from quadstep.vehicle.airframe.allocation import columns
+from quadstep.vehicle.allocation import columns
 
 PRESETS = ["crazyflie", "hummingbird", "x500", "research-2.6kg", "paper"]
 NO_GYROSCOPE = {"effects": {"gyroscopic": False}}

@@ -9,8 +9,8 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import flatten, rebuild, vector
+from quadstep.vehicle.lagrange import Limits
 from quadstep.vehicle.paper import Disturbance, angular_acceleration, derivative
-from quadstep.vehicle.plants.lagrange import Limits
 from tests.flights import NESTED, array, column, nested_gains, parameters, random_state, same, state, vehicle
 
 REST = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)

@@ -32,7 +32,7 @@ from quadstep.page.controllers import OPERATIONS, page_conditions, sliders
 from quadstep.studies.tuning.gains import gain as gain_of
 from quadstep.studies.tuning.gains import tunable, with_gains
 from quadstep.vehicle.paper import State
-from quadstep.vehicle.plants.planar import PlanarState
+from quadstep.vehicle.planar import PlanarState
 from tests.pages import needs_node, run_node, value_of
 
 MODEL = Model(mass=2.0, inertia=vector(0.1, 0.2, 0.25), gravity=9.81, most_thrust=40.0, agility=0.5)

@@ -14,9 +14,9 @@ from quadstep.engines.loop import Loop
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Table, exp, flatten, rebuild, vector, where
+from quadstep.vehicle.in_space import COLUMNS
+from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.paper import Disturbance, derivative
-from quadstep.vehicle.plants.in_space import COLUMNS
-from quadstep.vehicle.plants.lagrange import Lagrange
 from quadstep.world.guidance.orbit import Orbit, OrbitParameters
 from quadstep.world.guidance.piecewise import Piecewise
 from tests.flights import CASE_1, NESTED, gains, nested_gains, parameters, same, state, vehicle

@@ -13,9 +13,9 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, flatten, vector
+from quadstep.vehicle.in_space import COLUMNS
+from quadstep.vehicle.lagrange import Lagrange, Limits, Made
 from quadstep.vehicle.paper import Disturbance, Rotors
-from quadstep.vehicle.plants.in_space import COLUMNS
-from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Made
 from tests.flights import CASE_1, NESTED, array, gains, nested_gains, parameters, random_state, same, state, vehicle
 
 TICKS = Ticks(0.004, (1,), 5, 1000)

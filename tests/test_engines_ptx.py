@@ -21,7 +21,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.read import read_mission
 from quadstep.numbers import flatten
 from quadstep.numbers.noise import flight_key, key, normals, uniforms
-from quadstep.vehicle.plants.lagrange import Lagrange
+from quadstep.vehicle.lagrange import Lagrange
 from quadstep.world.guidance.piecewise import Piecewise
 from tests.flights import parameters, state
 from tests.needs import GRAPHICS, NO_GRAPHICS, PTXAS, needs

@@ -20,7 +20,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.reductions import Largest, LargestLength, Rms, RmsLength, Variation
 from quadstep.mission.read import read_mission
 from quadstep.numbers import Vector, flatten, rebuild, vector
-from quadstep.vehicle.plants.lagrange import Lagrange, Limits
+from quadstep.vehicle.lagrange import Lagrange, Limits
 from quadstep.world.guidance.piecewise import Piecewise
 from tests.flights import CASE_1, METRICS, NESTED, nested_gains, parameters, state
 from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, SWEEP_TICKS, TILTED, VARYING, WAYPOINTS, digest, sweep, table, values

@@ -14,7 +14,7 @@ import yaml
 from quadstep.export.c.flight import exported
 from quadstep.export.firmware import firmware_files, mixer_torque
 from quadstep.io.errors import UserError
-from quadstep.vehicle.airframe.allocation import mixing
+from quadstep.vehicle.allocation import mixing
 from tests.adapters import adapter, flown, numbers
 from tests.commands import quadstep, write
 from tests.exports import paper_mission, real_mission

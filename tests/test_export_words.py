@@ -12,7 +12,7 @@ from quadstep.export.c.words import UNKNOWN, of_structure
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import gain
 from quadstep.vehicle.paper import State
-from quadstep.vehicle.plants.planar import PlanarState
+from quadstep.vehicle.planar import PlanarState
 from tests.exports import paper_mission, plane_mission, real_mission
 from tests.needs import POLICY, needs
 

@@ -28,7 +28,7 @@ from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_propo
 from quadstep.io.errors import UserError
 from quadstep.mission.vehicle_list import read_vehicle
 from quadstep.numbers import Vector
-from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.rigid_body import AirframeState
 from tests.commands import quadstep
 from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, true_value, write
 

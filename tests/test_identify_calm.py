@@ -19,7 +19,7 @@ from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
 from quadstep.report.units import percent
-from quadstep.vehicle.airframe.allocation import mixing
+from quadstep.vehicle.allocation import mixing
 from tests.calm_flights import WOBBLY, logged, start, true_values
 from tests.challenge.identified import off
 from tests.made_flights import MAPPING, table, write

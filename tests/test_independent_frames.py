@@ -18,8 +18,8 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import rotation_vector
-from quadstep.vehicle.airframe.allocation import allocate
-from quadstep.vehicle.airframe.geometry import Effects
+from quadstep.vehicle.allocation import allocate
+from quadstep.vehicle.rigid_body import Effects
 from tests.airframes import at, fly
 from tests.flights import array
 

@@ -12,7 +12,7 @@ import pytest
 from quadstep.engines.loop import runge_kutta_4
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import rotation_matrix
-from quadstep.vehicle.airframe.motion import MassProperties, Motion, motion_rate, renormalised
+from quadstep.vehicle.rigid_body import MassProperties, Motion, motion_rate, renormalised
 from tests.flights import array, column
 from tests.needs import package
 

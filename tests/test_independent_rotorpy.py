@@ -13,9 +13,8 @@ from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.closed_loop import Task, Ticks
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, Vector
-from quadstep.vehicle.airframe.geometry import Effects, Geometry
-from quadstep.vehicle.airframe.motion import AirframeState, renormalised
-from quadstep.vehicle.airframe.plant import Events, derivative, mass_properties
+from quadstep.vehicle.airframe_plant import Events, derivative, mass_properties
+from quadstep.vehicle.rigid_body import AirframeState, Effects, Geometry, renormalised
 from tests.flights import column
 from tests.needs import package
 

@@ -13,7 +13,7 @@ from quadstep.metrics.quantities import attitude_errors, position_errors
 from quadstep.metrics.reductions import rmse, settling_time
 from quadstep.metrics.registry import REPORTED, SCORED, flight_metrics, score_names_of
 from quadstep.numbers import Vector
-from quadstep.vehicle.plants.in_space import COLUMNS
+from quadstep.vehicle.in_space import COLUMNS
 
 
 def log_of(samples, outcome=Outcome.COMPLETED, **columns):

@@ -13,7 +13,7 @@ from quadstep.mission.multirotor import AnyEvent, build_events, check_events, ev
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.sensing import SensorsSection
 from quadstep.mission.vehicle_list import load_preset, parameters, read_vehicle
-from quadstep.vehicle.airframe.plant import mass_properties
+from quadstep.vehicle.airframe_plant import mass_properties
 
 OWN = """\
 mass = 1.2

@@ -11,7 +11,7 @@ from quadstep.interfaces.closed_loop import Ticks
 from quadstep.interfaces.learning import random_input_weights
 from quadstep.interfaces.model import Kinematics
 from quadstep.mission.read import check_mission
-from quadstep.vehicle.plants.lagrange import Limits
+from quadstep.vehicle.lagrange import Limits
 from quadstep.world.guidance.minimum_jerk import MinimumJerk
 from quadstep.world.guidance.orbit import Orbit
 from quadstep.world.guidance.piecewise import Piecewise

@@ -23,7 +23,7 @@ from quadstep.interfaces.model import Model
 from quadstep.interfaces.closed_loop import Outcome, finite
 from quadstep.interfaces.metric import Metric
 from quadstep.numbers import Number, Vector, absolute, clip, maximum, vector, where
-from quadstep.vehicle.plants.declared import DeclaredPlant
+from quadstep.vehicle.declared import DeclaredPlant
 
 
 class Numbers(NamedTuple):

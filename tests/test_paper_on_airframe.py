@@ -34,9 +34,9 @@ from quadstep.numbers.rotations import (
     rotation_matrix,
     yaw_pitch_roll,
 )
-from quadstep.vehicle.airframe.motion import MassProperties, Motion, motion_rate
+from quadstep.vehicle.lagrange import Lagrange, Limits, Parameters
 from quadstep.vehicle.paper import Disturbance, Rotors, State, Vehicle, derivative, euler_rate_matrix, thrust_direction
-from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
+from quadstep.vehicle.rigid_body import MassProperties, Motion, motion_rate
 from tests.flights import array, column, same, through_lanes
 
 RNG = np.random.default_rng(331)

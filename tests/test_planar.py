@@ -15,9 +15,9 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, flatten, vector
+from quadstep.vehicle.declared import PlantParameters
 from quadstep.vehicle.paper import Disturbance, Rotors, State, Vehicle, derivative
-from quadstep.vehicle.plants.declared import PlantParameters
-from quadstep.vehicle.plants.planar import Planar, PlanarCommand, PlanarLimits, PlanarNumbers, PlanarState, thrust_direction
+from quadstep.vehicle.planar import Planar, PlanarCommand, PlanarLimits, PlanarNumbers, PlanarState, thrust_direction
 from tests.commands import quadstep
 
 PATH = {"type": "figure-eight", "centre": [0.0, 0.0, 3.0], "length": 3.0, "width": 1.5, "period": 5.0, "plane": "vertical"}
@@ -179,7 +179,7 @@ def test_a_mission_for_it_names_a_controller_that_flies_it(tmp_path):
 def test_a_mission_for_a_plant_of_ones_own_is_written_too(tmp_path, monkeypatch, no_figures):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(
-        "from quadstep.vehicle.plants.planar import Planar\nclass Mine(Planar):\n    name = 'mine'\n    label = 'my own'\n"
+        "from quadstep.vehicle.planar import Planar\nclass Mine(Planar):\n    name = 'mine'\n    label = 'my own'\n"
     )
     assert quadstep("new", "new.toml", "--vehicle", "mine.py:Mine").code == 0
     assert 'type = "mine.py:Mine"' in (tmp_path / "new.toml").read_text()

@@ -25,7 +25,7 @@ from typing import NamedTuple
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import believed, gain, given
 from quadstep.numbers import Number, Vector, atan2, vector
-from quadstep.vehicle.plants.planar import PlanarCommand, PlanarState, plane
+from quadstep.vehicle.planar import PlanarCommand, PlanarState, plane
 
 
 class Gains(NamedTuple):

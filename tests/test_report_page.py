@@ -15,7 +15,7 @@ from quadstep.report.publish import write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
 from quadstep.report.units import prefixed
-from quadstep.vehicle.plants.in_space import COLUMNS
+from quadstep.vehicle.in_space import COLUMNS
 
 HOSTILE = "<script>alert('x')</script> & \"quotes\""
 

@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from quadstep.sensing.estimator import ErrorState, innovation, propagated, transition
 from quadstep.sensing.sensors import FIX, Navigation, draws, fixed, navigation
 from quadstep.sensing.suite import Suite
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.rigid_body import Motion
 from tests.sensing import GRAVITY, NOTHING, SENSORS, Swinging, covariance_matrix, errors_of, keys, stack
 
 FLIGHTS, PERIOD, EVERY, SECONDS = 150, 1 / 200, 8, 4

@@ -10,7 +10,7 @@ from quadstep.numbers.rotations import IDENTITY
 from quadstep.sensing.estimator import ErrorState
 from quadstep.sensing.sensors import Sensors, filled, passed, pushed
 from quadstep.sensing.suite import Suite
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.rigid_body import Motion
 from tests.sensing import GRAVITY, SENSORS, Swinging, stack, turn_between
 
 FORCE = vector(0.0, 0.0, 9.81)

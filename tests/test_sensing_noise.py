@@ -9,7 +9,7 @@ from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply,
 from quadstep.sensing.estimator import ErrorState
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.rigid_body import Motion
 from tests.sensing import GRAVITY, SENSORS, Compiled, keys, stack
 
 COUNT = 4000

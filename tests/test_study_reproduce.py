@@ -12,7 +12,7 @@ import pytest
 
 from quadstep import __version__
 from quadstep.report.symbols import rich, typed
-from quadstep.vehicle.plants.in_space import COLUMNS
+from quadstep.vehicle.in_space import COLUMNS
 from tests import golden
 from tests.commands import ISSUE_COLUMNS, columns, files, strict_json
 from tests.terminals import in_terminal

@@ -22,11 +22,11 @@ from quadstep.mission.sensing import SensorsSection
 from quadstep.mission.vehicle_list import load_preset, numbers, parameters, read_vehicle
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import IDENTITY, from_rotation_vector
-from quadstep.vehicle.airframe.allocation import allocate, columns
-from quadstep.vehicle.airframe.motion import AirframeState
-from quadstep.vehicle.airframe.plant import Events, derivative, efficiencies, mass_properties
-from quadstep.vehicle.airframe.rotor import electrical_power, terminal_voltage
+from quadstep.vehicle.airframe_plant import Events, derivative, efficiencies, mass_properties
+from quadstep.vehicle.allocation import allocate, columns
 from quadstep.vehicle.paper import Rotors, mix
+from quadstep.vehicle.rigid_body import AirframeState
+from quadstep.vehicle.rotor import electrical_power, terminal_voltage
 from tests.needs import package
 
 ROOT = Path(__file__).parent.parent
@@ -268,4 +268,4 @@ def test_the_vehicles_and_their_notice_travel_in_the_wheel(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     inside = zipfile.ZipFile(wheel).namelist()
     for name in [*(f"{name}.toml" for name in preset_names()), "NOTICE"]:
-        assert f"quadstep/vehicle/airframe/presets/{name}" in inside
+        assert f"quadstep/vehicle/presets/{name}" in inside

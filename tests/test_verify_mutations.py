@@ -18,7 +18,7 @@ from tests.mutations import REVIEWED, caught_by, exchanged, functions, source
 LAGRANGE, KINEMATICS, ROTORS = "vehicle.paper", "vehicle.paper", "vehicle.paper"
 LAW, NETS, FILTER = "control.backstepping", "control.networks", "control.command_filter"
 INVERSION, NESTED, JERK = "control.wanted_attitude", "control.nested_saturation", "world.guidance.minimum_jerk"
-LINEAR, FUNCTIONS, LOG = "numbers.vectors", "numbers.elementary", "vehicle.plants.in_space"
+LINEAR, FUNCTIONS, LOG = "numbers.vectors", "numbers.elementary", "vehicle.in_space"
 
 MUTANTS = [
     (KINEMATICS, "return matrix((-sin_theta", "return matrix((sin_theta", "T_eta"),

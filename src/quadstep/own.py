@@ -61,11 +61,11 @@ from quadstep.numbers.rotations import (
 from quadstep.sensing.sensors import DeclaredEstimator as Estimator
 from quadstep.sensing.sensors import DeclaredSensor as Sensor
 from quadstep.sensing.sensors import Navigation, Sensors
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.declared import DeclaredPlant as Plant
+from quadstep.vehicle.declared import PlantParameters
 from quadstep.vehicle.paper import DeclaredDisturbance as Disturbance
 from quadstep.vehicle.paper import State
-from quadstep.vehicle.plants.declared import DeclaredPlant as Plant
-from quadstep.vehicle.plants.declared import PlantParameters
+from quadstep.vehicle.rigid_body import Motion
 from quadstep.world.air import DeclaredWind as Wind
 from quadstep.world.guidance.declared import DeclaredPath as Path
 

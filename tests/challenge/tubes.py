@@ -23,7 +23,7 @@ from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.spectrum import modes
 from quadstep.proofs.prove.tube import SAMPLES, Tube, tube
 from quadstep.proofs.prove.unknown import Unknown
-from quadstep.vehicle.plants.planar import Planar, PlanarCommand, plane
+from quadstep.vehicle.planar import Planar, PlanarCommand, plane
 from tests.challenge.search import Attempt, Search
 from tests.random_programs import BENT, JUMPS, SMOOTH, Program, program
 from tests.started import begun, flown

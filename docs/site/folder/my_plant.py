@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from quadstep.vehicle.plants.planar import Planar
+from quadstep.vehicle.planar import Planar
 
 
 class Blimp(Planar):

@@ -24,7 +24,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.clock import PERIODS
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
-from quadstep.vehicle.plants.multirotor import Multirotor
+from quadstep.vehicle.multirotor import Multirotor
 
 State: TypeAlias = Mapping[str, NDArray[np.float64]]
 """x [m], v [m/s]: world. q: (i, j, k, w), body to world. w [rad/s]: about the body's axes."""

@@ -23,9 +23,9 @@ from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import BuiltAirframe
 from quadstep.sensing.suite import Suite
-from quadstep.vehicle.airframe.motion import AirframeState
-from quadstep.vehicle.airframe.plant import Events
-from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor, Spun
+from quadstep.vehicle.airframe_plant import Events
+from quadstep.vehicle.multirotor import AirframeParameters, Multirotor, Spun
+from quadstep.vehicle.rigid_body import AirframeState
 from quadstep.world.air import MovingAir, start_turbulence, wind_at
 
 GRAVITY = 9.81

@@ -7,7 +7,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import believed, gain, given
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, atan2, maximum, vector
-from quadstep.vehicle.plants.planar import PlanarCommand, PlanarState, plane, thrust_direction
+from quadstep.vehicle.planar import PlanarCommand, PlanarState, plane, thrust_direction
 
 
 class PlanarPdGains(NamedTuple):

@@ -6,7 +6,7 @@ from quadstep.control.rate_loop import following_rates
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.interfaces.gain import cached_by_class
 from quadstep.vehicle.paper import State
-from quadstep.vehicle.plants.planar import PlanarState
+from quadstep.vehicle.planar import PlanarState
 
 BUILT_IN: dict[type, dict[str, str]] = {
     State: {

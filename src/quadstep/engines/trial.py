@@ -20,7 +20,7 @@ from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebu
 from quadstep.program.python_code import PythonCode, entered
 
 if TYPE_CHECKING:
-    from quadstep.vehicle.plants.multirotor import Spun
+    from quadstep.vehicle.multirotor import Spun
 
 NUMBERS = float, int, np.floating, np.integer
 MADE_OF = "numbers, vectors and tuples of them"

@@ -14,9 +14,9 @@ from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import gains_in
 from quadstep.io.errors import UserError
 from quadstep.numbers import Structure
-from quadstep.vehicle.airframe.allocation import mixing
-from quadstep.vehicle.airframe.geometry import Geometry
-from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor
+from quadstep.vehicle.allocation import mixing
+from quadstep.vehicle.multirotor import AirframeParameters, Multirotor
+from quadstep.vehicle.rigid_body import Geometry
 
 TEMPLATES = Path(__file__).parent / "templates"
 

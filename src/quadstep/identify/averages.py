@@ -15,8 +15,8 @@ from quadstep.identify.predictor import Curve, PredictorParameters
 from quadstep.identify.starts import voltage_of
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import from_rotation_vector
-from quadstep.vehicle.airframe.allocation import mixing
-from quadstep.vehicle.airframe.geometry import Geometry
+from quadstep.vehicle.allocation import mixing
+from quadstep.vehicle.rigid_body import Geometry
 
 BLOCK = 0.5
 """Length of an average [s]."""

@@ -19,7 +19,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Table, Vector
-from quadstep.vehicle.airframe.motion import AirframeState
+from quadstep.vehicle.rigid_body import AirframeState
 from quadstep.world.guidance.setpoints import SetpointParameters, Setpoints
 
 SETTLING = 1.0

@@ -38,7 +38,7 @@ from quadstep.identify.search import ErrorWeights, Prior, curvature, search
 from quadstep.identify.starts import setpoint_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import vector
-from quadstep.vehicle.airframe.observer import Observer
+from quadstep.vehicle.airframe_plant import Observer
 
 SHORT_WEIGHTS = ErrorWeights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
 LONG_WEIGHTS = ErrorWeights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))

@@ -20,7 +20,7 @@ from quadstep.identify.search import ErrorWeights, PredictionProblem, Prior, cos
 from quadstep.identify.starts import Starts, laid_out, starts_at, usable
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
-from quadstep.vehicle.airframe.geometry import Effects
+from quadstep.vehicle.rigid_body import Effects
 
 SHORT, LONG = (1, 3), (1, 3, 10, 25, 50)
 """Horizons [samples] of the vehicle's fit and of the predictor's."""

@@ -19,8 +19,8 @@ from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
 from quadstep.identify.predictor import PredictorParameters
 from quadstep.identify.search import Curvature, Prior
 from quadstep.metrics.statistics import student_quantile
-from quadstep.vehicle.airframe.allocation import mixing
-from quadstep.vehicle.airframe.geometry import Geometry
+from quadstep.vehicle.allocation import mixing
+from quadstep.vehicle.rigid_body import Geometry
 
 FLIGHTS = 6
 """With this many flights or more, whole flights are left out, else stretches."""

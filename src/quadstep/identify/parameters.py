@@ -11,7 +11,7 @@ from quadstep.identify.predictor import Curve, PredictorParameters
 from quadstep.identify.starts import laid_out
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, flatten, leaf_names, rebuild, vector
-from quadstep.vehicle.airframe.observer import Observer
+from quadstep.vehicle.airframe_plant import Observer
 
 PREFIX = "parameters."
 

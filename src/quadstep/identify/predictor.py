@@ -17,10 +17,8 @@ from quadstep.interfaces.closed_loop import Clock, Task
 from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maximum, total, vector, where
 from quadstep.numbers.functions import number, word
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
-from quadstep.vehicle.airframe.geometry import Effects, Geometry
-from quadstep.vehicle.airframe.motion import AirframeState, MassProperties, renormalised
-from quadstep.vehicle.airframe.observer import Observer
-from quadstep.vehicle.airframe.plant import Airframe, derivative
+from quadstep.vehicle.airframe_plant import Airframe, Observer, derivative
+from quadstep.vehicle.rigid_body import AirframeState, Effects, Geometry, MassProperties, renormalised
 
 STILL = vector(0.0, 0.0, 0.0)
 STANDING = 1e-3

@@ -42,7 +42,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, mean
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report.units import counted
-from quadstep.vehicle.airframe.observer import Observer
+from quadstep.vehicle.airframe_plant import Observer
 
 MOST_PREDICTIONS = 20_000
 

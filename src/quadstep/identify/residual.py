@@ -18,7 +18,7 @@ from quadstep.identify.search import PredictionBatch, as_states
 from quadstep.identify.starts import HORIZONS, States, laid_out, logged, starts_at, usable, voltage_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Vector, matrix
-from quadstep.vehicle.airframe.plant import INPUTS, Residual
+from quadstep.vehicle.airframe_plant import INPUTS, Residual
 
 LONGEST = 20.0
 """Longest stretch that is followed [s]."""

@@ -20,7 +20,7 @@ from quadstep.mission.airframe_tables import ResidualSection
 from quadstep.report import page
 from quadstep.report.evidence import Evidence, Table
 from quadstep.report.units import counted, listed, percent
-from quadstep.vehicle.airframe.plant import Residual
+from quadstep.vehicle.airframe_plant import Residual
 
 AHEAD = 10
 """Samples ahead of which the first sentence and the figures of a report speak."""

@@ -12,7 +12,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import describe
 from quadstep.mission.vehicle_list import numbers
 from quadstep.numbers import Vector
-from quadstep.vehicle.airframe.observer import Observer
+from quadstep.vehicle.airframe_plant import Observer
 
 GIVEN = "given; a flight cannot determine it"
 DIGITS = 6

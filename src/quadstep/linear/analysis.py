@@ -13,7 +13,7 @@ from quadstep.linear.sampled import WANTED, linearising
 from quadstep.linear.states import Array, Channel
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
-from quadstep.vehicle.plants.multirotor import Multirotor
+from quadstep.vehicle.multirotor import Multirotor
 
 SHORTEST, LONGEST = 2.0, 40.0
 """Shortest and longest time shown of a step [s]."""

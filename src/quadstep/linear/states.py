@@ -13,11 +13,11 @@ from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
 from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.dual import Seeds, slopes_of
 from quadstep.numbers.rotations import yaw_pitch_roll
-from quadstep.vehicle.airframe.allocation import thrusts_of
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.allocation import thrusts_of
+from quadstep.vehicle.lagrange import Lagrange
+from quadstep.vehicle.multirotor import AirframeParameters, Multirotor
 from quadstep.vehicle.paper import State
-from quadstep.vehicle.plants.lagrange import Lagrange
-from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor
+from quadstep.vehicle.rigid_body import Motion
 
 BODY = "thrust", "roll", "pitch", "yaw"
 PAPER = "thrust", "yaw", "pitch", "roll"

@@ -9,7 +9,7 @@ from typing import ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from quadstep.interfaces.metric import Metric
 from quadstep.numbers import Number, Vector, absolute, maximum, sqrt, total, where
-from quadstep.vehicle.airframe.plant import Airframe
+from quadstep.vehicle.airframe_plant import Airframe
 
 B = TypeVar("B", float, Vector)
 

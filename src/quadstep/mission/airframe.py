@@ -29,12 +29,11 @@ from quadstep.mission.fields import (
 )
 from quadstep.mission.presets import completed
 from quadstep.numbers import Number, cos, maximum, sin, total
-from quadstep.vehicle.airframe.agility import LATE, agility
-from quadstep.vehicle.airframe.allocation import Allocation, allocation, mixing, rank
-from quadstep.vehicle.airframe.geometry import Effects, Geometry, Mount
-from quadstep.vehicle.airframe.motion import contact
-from quadstep.vehicle.airframe.plant import NO_DRAG, Airframe, hover_drag
-from quadstep.vehicle.airframe.rotor import Battery, Drag
+from quadstep.vehicle.airframe_plant import NO_DRAG, Airframe, hover_drag
+from quadstep.vehicle.allocation import Allocation, allocation, mixing, rank
+from quadstep.vehicle.multirotor import LATE, agility
+from quadstep.vehicle.rigid_body import Effects, Geometry, Mount, contact
+from quadstep.vehicle.rotor import Battery, Drag
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""

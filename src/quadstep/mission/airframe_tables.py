@@ -19,9 +19,9 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.numbers import Vector, matrix
-from quadstep.vehicle.airframe.geometry import Mount
-from quadstep.vehicle.airframe.plant import INPUTS, OUTPUTS, Residual
-from quadstep.vehicle.airframe.rotor import Rotor
+from quadstep.vehicle.airframe_plant import INPUTS, OUTPUTS, Residual
+from quadstep.vehicle.rigid_body import Mount
+from quadstep.vehicle.rotor import Rotor
 
 
 class MountSection(Section):
@@ -162,7 +162,7 @@ def as_nested(value: object) -> object:
 
 
 class ResidualSection(Section):
-    """Weights of a small network for accelerations that the laws do not explain (`quadstep.vehicle.airframe.plant`).
+    """Weights of a small network for accelerations that the laws do not explain (`quadstep.vehicle.airframe_plant`).
 
     Shapes: (hidden, 7), (hidden), (6, hidden), (6).
     """

@@ -26,8 +26,8 @@ from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.numbers.noise import key
-from quadstep.vehicle.plants.declared import DeclaredPlant, PlantParameters
-from quadstep.vehicle.plants.planar import Planar
+from quadstep.vehicle.declared import DeclaredPlant, PlantParameters
+from quadstep.vehicle.planar import Planar
 
 PLANTS = {Planar.name: Planar}
 """Those of the package, by their `type` in [vehicle]."""

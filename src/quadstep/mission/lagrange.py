@@ -34,8 +34,8 @@ from quadstep.mission.paths import AnyPath, BuiltPath, path_warnings
 from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Vector, total
+from quadstep.vehicle.lagrange import Lagrange, Limits, Parameters
 from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, Rotors, State, Vehicle
-from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Parameters
 
 
 class RotorsSection(Section):

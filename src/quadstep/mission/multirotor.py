@@ -30,10 +30,10 @@ from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Vector
 from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import from_yaw_pitch_roll
-from quadstep.vehicle.airframe.allocation import allocate
-from quadstep.vehicle.airframe.motion import AirframeState
-from quadstep.vehicle.airframe.plant import Events, Payload, RotorFault
-from quadstep.vehicle.plants.multirotor import AirframeLimits, AirframeParameters, Multirotor
+from quadstep.vehicle.airframe_plant import Events, Payload, RotorFault
+from quadstep.vehicle.allocation import allocate
+from quadstep.vehicle.multirotor import AirframeLimits, AirframeParameters, Multirotor
+from quadstep.vehicle.rigid_body import AirframeState
 
 NEVER = 1e9
 """A time that no flight reaches [s]."""

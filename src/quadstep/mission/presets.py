@@ -30,7 +30,7 @@ def is_airframe(table: object) -> bool:
 
 def preset_folder() -> Traversable:
     """Where the vehicles of the package are."""
-    return files("quadstep.vehicle.airframe") / "presets"
+    return files("quadstep.vehicle") / "presets"
 
 
 def preset_names() -> list[str]:

@@ -14,7 +14,7 @@ from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath,
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
-from quadstep.vehicle.airframe.plant import Events
+from quadstep.vehicle.airframe_plant import Events
 from quadstep.vehicle.paper import Disturbance
 from quadstep.world.air import Wind
 

@@ -15,8 +15,8 @@ from quadstep.numbers.operation import OPERATIONS, Operation
 from quadstep.page.writing import Output, Writer
 from quadstep.program.assignments import Record, ScriptRecord
 from quadstep.program.recorded import RECORDED
+from quadstep.vehicle.lagrange import Lagrange, Parameters
 from quadstep.vehicle.paper import State
-from quadstep.vehicle.plants.lagrange import Lagrange, Parameters
 
 
 def library() -> str:

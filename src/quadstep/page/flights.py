@@ -21,7 +21,7 @@ from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_cont
 from quadstep.page.laws import Laws
 from quadstep.page.model import Cell, Control, Controller, Flight, Rate, Recorded, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
-from quadstep.vehicle.plants.declared import DeclaredPlant
+from quadstep.vehicle.declared import DeclaredPlant
 
 MOST_ROWS = 60_000
 """Rows of the longest log that the page flies."""

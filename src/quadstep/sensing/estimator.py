@@ -33,7 +33,7 @@ from quadstep.numbers.rotations import (
     rotation_vector,
 )
 from quadstep.sensing.sensors import DeclaredEstimator, Navigation, Sensors, filled, passed
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.rigid_body import Motion
 
 Triangle: TypeAlias = tuple[Vector, ...]
 """Row i holds the entries (i, i) ... (i, n - 1) of a symmetric matrix."""

@@ -25,7 +25,7 @@ from typing_extensions import TypeVar
 from quadstep.numbers import Number, Structure, Vector
 from quadstep.numbers.noise import Key, normals
 from quadstep.numbers.rotations import from_rotation_vector, multiply
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.rigid_body import Motion
 
 S = TypeVar("S")
 

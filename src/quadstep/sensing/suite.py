@@ -25,7 +25,7 @@ from quadstep.sensing.sensors import (
     passed,
     pushed,
 )
-from quadstep.vehicle.airframe.motion import Motion
+from quadstep.vehicle.rigid_body import Motion
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What flies: the paper's equations (`paper/`), a real vehicle's (`airframe/`), and the plants made of them (`plants/`).
+"""What flies: the paper's equations, a real vehicle's, and the plants made of them.
 
 Laws over numbers; rooms from `control` up may import it.
 """

@@ -29,8 +29,8 @@ from quadstep.mission.fields import Quantity
 from quadstep.mission.own_controller import FIRST_WAIT, PilotedSection
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call, raise_pending, register
-from quadstep.vehicle.airframe.geometry import Geometry, Mount
-from quadstep.vehicle.plants.multirotor import AirframeParameters, Multirotor
+from quadstep.vehicle.multirotor import AirframeParameters, Multirotor
+from quadstep.vehicle.rigid_body import Geometry, Mount
 
 QUADS = {
     1: ("X", ((45.0, 1), (-135.0, 1), (-45.0, -1), (135.0, -1))),

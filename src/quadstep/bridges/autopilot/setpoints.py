@@ -16,7 +16,7 @@ from quadstep.io.doors import optional
 from quadstep.io.errors import UserError
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import quaternion_of
-from quadstep.vehicle.plants.multirotor import Multirotor
+from quadstep.vehicle.multirotor import Multirotor
 
 HEARTBEAT_WAIT = 10.0
 """Seconds in which the vehicle is to be heard."""

@@ -10,8 +10,8 @@ from quadstep.identify.logs.read import rates_of
 from quadstep.identify.logs.signals import lag, slopes, smooth
 from quadstep.io.errors import UserError
 from quadstep.report.units import listed
-from quadstep.vehicle.airframe.allocation import mixing
-from quadstep.vehicle.airframe.geometry import Geometry
+from quadstep.vehicle.allocation import mixing
+from quadstep.vehicle.rigid_body import Geometry
 
 GRAVITY = 9.80665
 CLEAR = 0.3

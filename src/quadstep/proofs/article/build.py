@@ -37,8 +37,8 @@ from quadstep.program.assignments import Record
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.report.mathml import typeset
 from quadstep.report.symbols import rich
+from quadstep.vehicle.lagrange import Lagrange, Parameters
 from quadstep.vehicle.paper import State, coriolis, effective_inertia, thrust_direction
-from quadstep.vehicle.plants.lagrange import Lagrange, Parameters
 
 PERIOD = 0.002
 """Control period of the article's flights [s]."""

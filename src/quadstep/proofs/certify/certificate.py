@@ -15,7 +15,7 @@ from quadstep.proofs.certify.arrays import Array, Mask, as_rows, lengths
 from quadstep.proofs.certify.history import History, recall, reference_at
 from quadstep.proofs.certify.ideal_weights import IdealWeights, ideal_weights, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import ConditionMargins, Lyapunov, conditions, lyapunov, matrices
-from quadstep.vehicle.plants.lagrange import Lagrange
+from quadstep.vehicle.lagrange import Lagrange
 
 SUSPECTS, HALVINGS = 20, 24
 """How many control periods are searched for a jump, and how often each is halved (2 ms to 0.1 ns)."""

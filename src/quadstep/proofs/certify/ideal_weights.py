@@ -14,7 +14,7 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.numbers import Number
 from quadstep.proofs.certify.arrays import Array, apply, as_rows, lengths
 from quadstep.proofs.certify.history import History
-from quadstep.vehicle.plants.lagrange import Lagrange
+from quadstep.vehicle.lagrange import Lagrange
 
 RIDGES = (0.0, *(10.0**power for power in range(-14, 1)), np.inf)
 """Tried ridges, as shares of the largest squared singular value of the basis outputs; infinite: weights of zero."""

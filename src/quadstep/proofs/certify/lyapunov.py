@@ -12,6 +12,7 @@ from quadstep.numbers import Number, smallest
 from quadstep.proofs.certify.arrays import Array, apply, as_rows, as_stack, as_vector, dot
 from quadstep.proofs.certify.history import History
 from quadstep.proofs.certify.ideal_weights import IdealWeights
+from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.paper import (
     acceleration,
     angular_acceleration,
@@ -19,7 +20,6 @@ from quadstep.vehicle.paper import (
     effective_inertia,
     effective_inertia_partials,
 )
-from quadstep.vehicle.plants.lagrange import Lagrange
 
 
 class ConditionMargins(NamedTuple):

@@ -16,9 +16,9 @@ from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.proofs.prove.unknown import Unknown
+from quadstep.vehicle.lagrange import Parameters
+from quadstep.vehicle.multirotor import Multirotor
 from quadstep.vehicle.paper import Disturbance
-from quadstep.vehicle.plants.lagrange import Parameters
-from quadstep.vehicle.plants.multirotor import Multirotor
 
 PUSHES, CONSTANTS, STARTS = 6, 4, 12
 """Unknowns that may change at every sample, those that may not, and those of a start."""

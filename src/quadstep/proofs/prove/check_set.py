@@ -20,7 +20,7 @@ from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Oper
 from quadstep.proofs.prove.certificate import SetCertificate, read_set
 from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, CheckedLoop, all_finite, moved, number, pushed
 from quadstep.proofs.prove.unknown import Unknown
-from quadstep.vehicle.plants.multirotor import Multirotor
+from quadstep.vehicle.multirotor import Multirotor
 
 LONGEST = 1e6
 """Time up to which clocks are followed [s]."""

@@ -14,7 +14,7 @@ from quadstep.numbers import Number
 from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, Operand, UndefinedError, ball
 from quadstep.proofs.prove.box import image, seeded
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.vehicle.plants.multirotor import Multirotor
+from quadstep.vehicle.multirotor import Multirotor
 
 LONGEST = 1e6
 """The meaning of `for ever` here [s], eleven days: the sine of much longer times is NaN (`numbers.sin`)."""

@@ -33,8 +33,8 @@ from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.report.terminal.bars import bar
 from quadstep.report.units import quantity
+from quadstep.vehicle.lagrange import Parameters
 from quadstep.vehicle.paper import Disturbance
-from quadstep.vehicle.plants.lagrange import Parameters
 
 PUSH = 2.3e-4
 """The largest force [N] and torque [N m] of the paper's disturbance (Eq. 67) on its own first case."""

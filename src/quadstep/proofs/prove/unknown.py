@@ -17,9 +17,9 @@ from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, reb
 from quadstep.numbers.enclosure import Array, Enclosure
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.proofs.prove.box import seeded
+from quadstep.vehicle.lagrange import Parameters
+from quadstep.vehicle.multirotor import Multirotor
 from quadstep.vehicle.paper import Disturbance
-from quadstep.vehicle.plants.lagrange import Parameters
-from quadstep.vehicle.plants.multirotor import Multirotor
 
 PUSHES, CONSTANTS = 6, 4
 

@@ -26,9 +26,9 @@ from quadstep.proofs.verify.rows import (
     short,
     symbols,
 )
+from quadstep.vehicle.in_space import COLUMNS
+from quadstep.vehicle.lagrange import Lagrange, Limits, Made, Parameters
 from quadstep.vehicle.paper import effective_inertia
-from quadstep.vehicle.plants.in_space import COLUMNS
-from quadstep.vehicle.plants.lagrange import Lagrange, Limits, Made, Parameters
 from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 
 ROWS: list[EquationRow] = []
@@ -137,7 +137,7 @@ def gain_conditions() -> Checks:
 
 @row(ROWS, "55", "Lyapunov function", "L = r1^T m r1 / 2 + r2^T J r2 / 2 + int r1^T K_i1 int r1 / 2 + int r2^T K_i2 "
      "int r2 / 2 "
-     "+ tr{W_tilde^T F^-1 W_tilde} / 2", "vehicle.plants.in_space:log_row", EquationVerdict.DEFINITION,
+     "+ tr{W_tilde^T F^-1 W_tilde} / 2", "vehicle.in_space:log_row", EquationVerdict.DEFINITION,
      "logged without its last term, which contains the unknown weights; not positive definite at theta = 90 degrees, where "
      "det J = Sx Sy Sz c_th^2 is 0")  # fmt: skip
 def equation_55() -> Checks:

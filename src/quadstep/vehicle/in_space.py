@@ -10,10 +10,9 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, maximum
 from quadstep.numbers.rotations import yaw_pitch_roll
-from quadstep.vehicle.airframe.geometry import Effects
-from quadstep.vehicle.airframe.motion import AirframeState
-from quadstep.vehicle.airframe.plant import Airframe, voltage
+from quadstep.vehicle.airframe_plant import Airframe, voltage
 from quadstep.vehicle.paper import State, Vehicle, allocate, effective_inertia
+from quadstep.vehicle.rigid_body import AirframeState, Effects
 
 COLUMNS: dict[str, str] = {
     "t": "s",

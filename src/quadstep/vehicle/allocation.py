@@ -22,8 +22,8 @@ from quadstep.numbers import Matrix, Number, Vector, absolute, largest, maximum,
 from quadstep.numbers.rotations import cross
 from quadstep.numbers.solve import least_norm_inverse
 from quadstep.numbers.solve import rank as rank_of
-from quadstep.vehicle.airframe.geometry import Geometry
-from quadstep.vehicle.airframe.rotor import Rotor
+from quadstep.vehicle.rigid_body import Geometry
+from quadstep.vehicle.rotor import Rotor
 
 NONE = 1e-30
 """Added to a divisor that may be zero where its quotient is not used: lost beside any thrust or torque."""

@@ -10,8 +10,8 @@ from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.plant import Drawn, Rotor
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, where
+from quadstep.vehicle.in_space import COLUMNS, InSpace, fastest, log_row
 from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, State, Vehicle, derivative, disturb, limit
-from quadstep.vehicle.plants.in_space import COLUMNS, InSpace, fastest, log_row
 
 
 class Limits(NamedTuple):

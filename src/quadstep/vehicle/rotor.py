@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from quadstep.numbers import Matrix, Number, Vector, clip, maximum, sqrt, total, vector, where
 from quadstep.numbers.rotations import cross
-from quadstep.vehicle.airframe.geometry import Effects, Mount
+from quadstep.vehicle.rigid_body import Effects, Mount
 
 
 class Drag(NamedTuple):

@@ -14,7 +14,7 @@ from quadstep.interfaces.model import Model
 from quadstep.interfaces.plant import Drawn, Rotor
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, clip, cos, sin, vector, where
-from quadstep.vehicle.plants.declared import DeclaredPlant, PlantParameters
+from quadstep.vehicle.declared import DeclaredPlant, PlantParameters
 
 
 class PlanarNumbers(NamedTuple):

@@ -1,1 +1,0 @@
-"""A real quadrotor: a rigid body on quaternions, rotors with lag and limits, drag, ground, battery, payload, faults."""

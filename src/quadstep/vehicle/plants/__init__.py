@@ -1,1 +1,0 @@
-"""What can be flown: each plant is one file, a `Plant` over numbers."""
