@@ -12,7 +12,8 @@ from quadstep import read_mission
 from quadstep.engines.fly import fingerprint
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import loading
-from quadstep.io.user_code.loading import load, own_code
+from quadstep.io.user_code.identity import own_code
+from quadstep.io.user_code.loading import load
 from quadstep.io.user_code.places import Place, digest, place
 from tests.commands import quadstep, quadstep_process
 
@@ -112,6 +113,83 @@ def test_so_is_that_of_a_function(folder):
     (folder / "function.py").write_text(FUNCTION.replace("20.0", "21.0"))
     assert len(before) == 1
     assert before != own_code(plan_of(folder, "function.py:controller").loop)
+
+
+HOLDING = """
+from dataclasses import dataclass
+from functools import cache, partial
+import numpy as np
+from helper import K
+def made(k):
+    def controller(t, measured, reference):
+        def up():
+            return k
+        return up(), (0.0, 0.0, 0.0)
+    return controller
+def called(t, measured, reference, k):
+    return k, (0.0, 0.0, 0.0)
+def shared(t, measured, reference):
+    return TABLE["up"] * K, (0.0, 0.0, 0.0)
+class Held:
+    def __init__(self, k):
+        self.k = k
+    def __call__(self, t, measured, reference):
+        return self.k, (0.0, 0.0, 0.0)
+def typed(k):
+    class Up:
+        up = k
+        @staticmethod
+        def controller(t, measured, reference):
+            return Up.up, (0.0, 0.0, 0.0)
+    return Up.controller
+@dataclass(frozen=True)
+class Gains:
+    k: object
+TABLE = {"up": VALUE}
+closure, inner, array = made(VALUE), made({1: [VALUE]}), made(np.full(2000, VALUE))
+default, wrapped = partial(called, k=VALUE), made(cache(made(VALUE)))
+instance, own, other = Held(VALUE), made(Gains(VALUE)), typed(VALUE)
+"""
+
+
+@pytest.mark.parametrize("name", ["closure", "inner", "array", "default", "wrapped", "instance", "own", "other", "shared"])
+def test_laws_of_one_code_are_told_apart_by_the_constants_that_they_hold(folder, name):
+    """What laws of one factory hold is read from outside here, so that their files are equal."""
+    (folder / "holding.py").write_text("import json\nVALUE = json.load(open(__file__[:-10] + 'value.json'))\n" + HOLDING)
+    found = {}
+    for value in (20.0, 21.0, 20.0):
+        (folder / "value.json").write_text(str(value))
+        loading.families.clear()
+        for one in [one for one in sys.modules if one.startswith(loading.PREFIX)]:
+            del sys.modules[one]
+        found.setdefault(value, set()).add(own_code(plan_of(folder, f"holding.py:{name}").loop))
+    assert [len(one) for one in found.values()] == [1, 1]
+    assert found[20.0] != found[21.0]
+
+
+def test_two_functions_of_one_file_do_not_replace_one_another(folder):
+    (folder / "function.py").write_text(FUNCTION + FUNCTION.replace("controller", "other").replace("20.0", "21.0"))
+    assert len({own_code(plan_of(folder, f"function.py:{name}").loop) for name in ("controller", "other")}) == 2
+
+
+def test_what_a_script_says_counts(folder):
+    """As does what a notebook does, whose functions are in no file."""
+    (folder / "script.py").write_text(
+        "import sys\nfrom pathlib import Path\nfrom quadstep.io.user_code.identity import own_code\n"
+        "from quadstep import read_mission\nfrom quadstep.control import flying\n"
+        "def law(k):\n    def controller(t, measured, reference):\n        return k, (0.0, 0.0, 0.0)\n    return controller\n"
+        "class Own:\n    held = law(float(sys.argv[1]))\n"
+        "if len(sys.argv) > 2:\n    del __file__\n"
+        "print(sorted(own_code(Own())))\n"
+    )
+
+    def said(*arguments):
+        run = subprocess.run([sys.executable, "script.py", *arguments], cwd=folder, capture_output=True, text=True, check=True)
+        return run.stdout
+
+    first = said("4.0")
+    assert said("4.0") == first
+    assert len({first, said("8.0"), said("4.0", "notebook")}) == 3
 
 
 def test_two_folders_have_their_own_helpers(folder, tmp_path_factory):

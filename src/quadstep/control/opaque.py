@@ -130,7 +130,8 @@ def new_opaque_law(function: Controller, name: str, told: type) -> type[Law]:
             raise_pending(int(gains.handle))
 
     Own.name = Own.label = Own.__name__ = name
-    Own.measures, Own.__module__ = told, getattr(function, "__module__", Own.__module__)
+    inner = getattr(function, "func", function)  # of functools.partial
+    Own.measures, Own.__module__ = told, getattr(inner, "__module__", Own.__module__)
     return Own
 
 

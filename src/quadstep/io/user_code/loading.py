@@ -9,13 +9,12 @@ import traceback
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import Any, TextIO
 
 from quadstep.io.errors import UserError, cut
-from quadstep.io.user_code.places import Place, code_of, digest_of, package_code, package_files, sibling, sources
+from quadstep.io.user_code.places import Place, digest_of, package_files, sibling, sources
 
 FILES: set[str] = set()
 """Files of users that were run in this process."""
@@ -229,23 +228,3 @@ def family_of(path: Path) -> Family:
     contents = sources(path)
     name = PREFIX + digest_of([(str(path), b""), *((str(one), contents[one]) for one in sorted(contents))])[:DIGITS]
     return families.setdefault(name, Family(path.parent, contents, name))
-
-
-def own_code(part: object) -> frozenset[str]:
-    """Digests of the user's code of which a part of a flight, or anything in it, is made; none where all is this package's."""
-    inner = (
-        [getattr(part, one.name) for one in fields(part)] if is_dataclass(part) else part if isinstance(part, tuple) else ()
-    )
-    return frozenset({code_of_module(getattr(part, "__module__", "") or "")}.union(*map(own_code, inner)) - {""})
-
-
-def code_of_module(name: str) -> str:
-    """A digest of the user's code that a module belongs to; nothing for one of this package or of Python."""
-    top = name.partition(".")[0]
-    if top.startswith(PREFIX):
-        return code_of(families[top[: len(PREFIX) + DIGITS]].contents)
-    if not top or top == "quadstep" or top in sys.stdlib_module_names:
-        return ""
-    with contextlib.suppress(UserError):  # typed in by hand, or too many files
-        return package_code(top)
-    return ""

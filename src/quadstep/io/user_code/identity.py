@@ -1,0 +1,124 @@
+"""What the user's own code adds to the identity of a result: what it says, and the constants that it has captured."""
+
+import contextlib
+import hashlib
+import sys
+from collections.abc import Iterator, Mapping, Set
+from dataclasses import fields, is_dataclass
+from functools import cache, partial
+from pathlib import Path
+from types import CodeType, FunctionType, MethodType
+
+from quadstep.io.errors import UserError
+from quadstep.io.user_code.loading import DIGITS, PREFIX, families
+from quadstep.io.user_code.places import code_of, package_code, sources
+
+PLAIN = (bool, int, float, complex, str, bytes, type(None))
+"""What is told apart by how it is written."""
+
+
+def own_code(part: object) -> frozenset[str]:
+    """Digests of the user's code of which a part of a flight, or anything in it, is made; none where all is this package's."""
+    inner = (
+        [getattr(part, one.name) for one in fields(part)] if is_dataclass(part) else part if isinstance(part, tuple) else ()
+    )
+    module = getattr(part, "__module__", "") or ""
+    code = code_of_module(module)
+    own = {f"{code} {captured(part, home(module))}"} if code or home(module) == "__main__" else set()
+    return frozenset(own.union(*map(own_code, inner)))
+
+
+def code_of_module(name: str) -> str:
+    """A digest of the user's code that a module belongs to; nothing for one of this package or of Python."""
+    top = name.partition(".")[0]
+    if top.startswith(PREFIX):
+        return code_of(families[home(name)].contents)
+    if not top or top == "quadstep" or top in sys.stdlib_module_names:
+        return ""
+    with contextlib.suppress(UserError):  # typed in by hand, or too many files
+        script = getattr(sys.modules.get(top), "__file__", None) if top == "__main__" else None
+        return code_of(sources(Path(script))) if script else package_code(top)
+    return ""
+
+
+def home(module: str) -> str:
+    """What modules have in common that belong together: a script's with those beside it, or a package's."""
+    return module.partition(".")[0][: len(PREFIX) + DIGITS]
+
+
+def captured(thing: object, own: str) -> str:
+    """A digest of the constants in a thing of the user's, and in all that it refers to: they tell closures of one code apart.
+
+    These are what functions find where they were defined (values in closures, defaults, names of their module) and the
+    attributes of classes and objects: numbers, text, arrays, and tuples, lists and dicts of them. Of other people's objects
+    only the type counts. own: the `home` of what is the user's.
+    """
+    total, waiting = hashlib.sha256(), [thing]
+    seen: dict[int, tuple[int, object]] = {}  # kept alive, so that no other object gets their id
+    while waiting:
+        one = waiting.pop()
+        inner: list[object] = []
+        if isinstance(one, PLAIN):
+            said = repr(one)
+        elif id(one) in seen:
+            said = f"again {seen[id(one)][0]}"
+        else:
+            seen[id(one)] = len(seen), one
+            said = (one if isinstance(one, type | FunctionType) else type(one)).__qualname__
+            inner += inside(one, own)
+        total.update(f"{said} {len(inner)}\n".encode(errors="backslashreplace"))
+        waiting += reversed(inner)
+    return total.hexdigest()
+
+
+def inside(one: object, own: str) -> Iterator[object]:
+    """What a thing consists of or refers to."""
+    users = home(getattr(one, "__module__", "") or "") == own
+    if isinstance(one, tuple | list):
+        yield from one
+    elif isinstance(one, Mapping):
+        yield from one.items()
+    elif isinstance(one, Set):
+        yield from sorted(repr(part) for part in one if isinstance(part, PLAIN))
+    elif isinstance(one, FunctionType):
+        yield from (one.__defaults__, one.__kwdefaults__, *cells(one), *(names(one) if users else ()))
+    elif isinstance(one, type):
+        yield from (part for base in one.__mro__ if home(base.__module__) == own for part in members(base))
+    elif is_dataclass(one):
+        yield from (type(one), *(getattr(one, field.name, None) for field in fields(one)))
+    elif users:
+        yield from (type(one), object.__getstate__(one))
+    else:
+        yield from (getattr(one, name) for kind, all_ in HOLDERS.items() if isinstance(one, kind) for name in all_)
+        with contextlib.suppress(TypeError, ValueError, NotImplementedError):
+            held = memoryview(one)  # type: ignore[arg-type]
+            yield from (held.format, held.shape, held.tobytes())
+
+
+HOLDERS = {
+    MethodType: ("__self__", "__func__"), partial: ("func", "args", "keywords"), type(cache(len)): ("__wrapped__",),
+    staticmethod: ("__func__",), classmethod: ("__func__",), property: ("fget",),
+}  # fmt: skip
+"""What else holds a function, and where."""
+
+
+def members(base: type) -> Iterator[object]:
+    """What a class defines."""
+    return (value for name, value in vars(base).items() if isinstance(value, FunctionType) or not name.startswith("__"))
+
+
+def cells(function: FunctionType) -> Iterator[object]:
+    """What a function has captured of the one that it is in."""
+    for cell in function.__closure__ or ():
+        with contextlib.suppress(ValueError):  # not yet given
+            yield cell.cell_contents
+
+
+def names(function: FunctionType) -> Iterator[object]:
+    """What a function finds in its module; its code too, where that is in no file."""
+    codes, given = [function.__code__], function.__globals__
+    for code in codes:
+        codes += [one for one in code.co_consts if isinstance(one, CodeType)]
+        yield from (given[name] for name in code.co_names if name in given and not name.startswith("__"))
+        if "__file__" not in given:
+            yield from (code.co_code, *(one for one in code.co_consts if not isinstance(one, CodeType)))
