@@ -6,6 +6,7 @@ import math
 import socket
 import struct
 import threading
+from typing import ClassVar
 
 from tests.patience import PATIENCE
 
@@ -297,3 +298,80 @@ class FakePx4(threading.Thread):
 
 FAKES = {"ardupilot": (FakeArduPilot, socket.SOCK_DGRAM), "px4": (FakePx4, socket.SOCK_STREAM)}
 """Each, and its kind of socket."""
+
+
+class FakeBetaflight(threading.Thread):
+    """Hears states and sticks over UDP, answers with motors, and says its settings over MSP; follows rates by P alone.
+
+    settings: bytes of its answers that differ. arms: whether its switch arms it. places: what it has in the place of each
+    motor. silent_after: samples after which it says nothing more. off: whether its motors are.
+    """
+
+    ANSWERS: ClassVar = {
+        1: [0, 1, 46],
+        90: [1, 8],
+        42: [3, 0],
+        111: [7, 0, 67, 67, 67, 0, 50, 0, 0, 0, 0, 7, 7, 0, 0, 100, *[0] * 6, 3],
+    }
+    IDLE, GAIN, CURVE = 0.05, 0.1, (70.0, 600.0)
+
+    def __init__(self, port, settings=(), arms=True, places=(0, 1, 2, 3), silent_after=math.inf, off=False):
+        super().__init__(daemon=True)
+        self.port, self.arms, self.places, self.silent_after, self.off = port, arms, places, silent_after, off
+        self.answers = {question: list(answer) for question, answer in self.ANSWERS.items()}
+        for question, byte, value in settings:
+            self.answers[question][byte] = value
+        self.stop, self.sticks, self.states, self.armings = threading.Event(), [], 0, []
+        self.console = socket.create_server(("127.0.0.1", 0))
+        self.console.settimeout(0.1)
+        threading.Thread(target=self.talk, daemon=True).start()
+
+    def talk(self):
+        """MSP, one connection after the other."""
+        while not self.stop.is_set():
+            with contextlib.suppress(OSError), self.console.accept()[0] as peer, peer.makefile("rb") as stream:
+                while head := stream.read(6):
+                    answer = self.answers[head[4]]
+                    sent = bytes((len(answer), head[4], *answer))
+                    check = 0
+                    for byte in sent:
+                        check ^= byte
+                    peer.sendall(b"$M>" + sent + bytes((check,)))
+        self.console.close()
+
+    def run(self):
+        with contextlib.ExitStack() as opened:
+            heard, sticks = (opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(2))
+            heard.bind(("127.0.0.1", self.port + 1))
+            sticks.bind(("127.0.0.1", self.port + 2))
+            heard.settimeout(0.1)
+            sticks.setblocking(False)
+            while not self.stop.is_set():
+                try:
+                    state = struct.unpack("<18d", heard.recv(4096))
+                except TimeoutError:
+                    continue
+                self.states += 1
+                self.hear(sticks)
+                if self.states <= self.silent_after and not (self.off and self.states > 1):
+                    heard.sendto(struct.pack("<4f", *self.motors(state[1:4])), ("127.0.0.1", self.port))
+            self.hear(sticks)
+
+    def hear(self, sticks):
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                self.sticks = struct.unpack("<d16H", sticks.recv(4096))[1:]
+                self.armings.append(self.sticks[4] > 1700)
+
+    def motors(self, rates):
+        """Front right, back left, front left, back right. rates: to the right, nose up, to the right [rad/s]."""
+        if not (self.arms and self.sticks and self.sticks[4] > 1700):
+            return [0.0] * 4
+        roll, pitch, throttle, yaw = ((stick - 1500.0) / 500.0 for stick in self.sticks[:4])
+        asked = [self.CURVE[0] * x + self.CURVE[1] * x * abs(x) for x in (roll, pitch, yaw)]
+        turn = [math.radians(one) for one in asked]
+        roll, pitch, yaw = (self.GAIN * one for one in (turn[0] - rates[0], turn[1] + rates[1], 2.0 * (turn[2] - rates[2])))
+        lift = self.IDLE + (1.0 - self.IDLE) * max(500.0 * throttle + 450.0, 0.0) / 950.0
+        signs = (-1, -1, 1), (1, 1, 1), (1, -1, -1), (-1, 1, -1)
+        shares = [min(max(lift + r * roll + p * pitch + y * yaw, self.IDLE), 1.0) for r, p, y in signs]
+        return [shares[place] for place in self.places]

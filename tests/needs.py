@@ -147,7 +147,15 @@ ARDUCOPTER = Need(
 BETAFLIGHT_TREE = Need(
     "a tree of Betaflight 4.5",
     "name one: QUADSTEP_BETAFLIGHT=DIRECTORY (docs/stock.md)",
-    lambda: bool(os.environ.get("QUADSTEP_BETAFLIGHT")),
+    (Path(os.environ.get("QUADSTEP_BETAFLIGHT", "none")) / "src/main").is_dir,
+    spared=True,
+)
+NAMED = Path(os.environ.get("QUADSTEP_BETAFLIGHT", ".")).resolve()
+BETAFLIGHT = NAMED if NAMED.is_file() else NAMED / "obj/main/betaflight_SITL.elf"
+BETAFLIGHT_SITL = Need(
+    "Betaflight's simulator and network namespaces",
+    "name it, or a tree in which it was built (docs/autopilot.md): QUADSTEP_BETAFLIGHT=PATH",
+    lambda: BETAFLIGHT.is_file() and bool(said("unshare", "-rn", "echo", "yes")),
     spared=True,
 )
 
@@ -155,6 +163,7 @@ NEEDS = (
     CHROMIUM, FIREFOX, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
     GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, FLIGHTS, C_COMPILER, CXX_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK, CMAKE,
     PS, SITE, BASH, ZSH, FISH, CRAZYFLIE_TREE, PX4_TREE, ARDUPILOT_TREE, ARDUCOPTER, BETAFLIGHT_TREE,
+    BETAFLIGHT_SITL,
 )  # fmt: skip
 
 

@@ -137,7 +137,7 @@ def test_bad_connections_are_one_line(tmp_path):
     mission = write(tmp_path, MISSION)
     out = ("--out", tmp_path / "out")
     for arguments, said in (
-        (("--autopilot", "betaflight"), "--autopilot: unknown value 'betaflight'; allowed: px4, ardupilot"),
+        (("--autopilot", "inav"), "--autopilot: unknown value 'inav'; allowed: px4, ardupilot, betaflight"),
         (("--autopilot", "px4", "--connect", "here:99999"), "the port should be a number from 1 to 65535"),
         (("--autopilot", "px4", "--connect", "::1"), "::1: IPv6 is not supported; allowed: PORT or HOST:PORT"),
         (("--autopilot", "px4", "--connect", "[::1]:4560"), "[::1]:4560: IPv6 is not supported"),

@@ -42,7 +42,7 @@ def fly(
     autopilot: Annotated[
         str | None,
         typer.Option(
-            help="Let an autopilot fly it, in lockstep through its simulator interface: px4 or ardupilot.",
+            help="Let an autopilot fly it, in lockstep through its simulator interface: px4, ardupilot or betaflight.",
             show_default=False,
         ),
     ] = None,
@@ -50,7 +50,7 @@ def fly(
         str | None,
         typer.Option(
             metavar="HOST:PORT",
-            help="With --autopilot: where to listen; 127.0.0.1:4560 (px4), :9002 (ardupilot).",
+            help="With --autopilot: where to listen; 127.0.0.1:4560 (px4), :9002 (ardupilot, betaflight).",
             show_default=False,
         ),
     ] = None,
@@ -65,8 +65,8 @@ def fly(
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="With --pilot: the autopilot's MAVLink address, in pymavlink's form; "
-            "udpin:127.0.0.1:14540 (px4), tcp:127.0.0.1:5760 (ardupilot).",
+            help="With --pilot: the autopilot's MAVLink address, in pymavlink's form, Betaflight's MSP address; "
+            "udpin:127.0.0.1:14540 (px4), tcp:127.0.0.1:5760 (ardupilot), tcp:127.0.0.1:5761 (betaflight).",
             show_default=False,
         ),
     ] = None,
@@ -140,6 +140,7 @@ def check_autopilot(
         from quadstep.bridges.autopilot.setpoints import check_place
         from quadstep.io.doors import optional
 
-        optional("`quadstep fly --pilot`", "pymavlink.mavutil")
+        if autopilot != "betaflight":
+            optional("`quadstep fly --pilot`", "pymavlink.mavutil")
         if pilot_connect is not None:
             check_place(pilot_connect, "--pilot-connect")

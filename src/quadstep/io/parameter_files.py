@@ -210,6 +210,9 @@ def number_of(text: str, what: str) -> float:
     return value
 
 
+PROTOCOLS = (
+    "PWM", "ONESHOT125", "ONESHOT42", "MULTISHOT", "BRUSHED", "DSHOT150", "DSHOT300", "DSHOT600", "PROSHOT1000", "DISABLED",
+)  # fmt: skip
 LOWPASS = ("PT1", "BIQUAD", "PT2", "PT3")
 CHOICES: Mapping[str, tuple[str, ...]] = {
     "dterm_lpf1_type": LOWPASS,
@@ -219,6 +222,8 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
     "iterm_relax": ("OFF", "RP", "RPY", "RP_INC", "RPY_INC"),
     "iterm_relax_type": ("GYRO", "SETPOINT"),
     "tpa_mode": ("PD", "D"),
+    "motor_pwm_protocol": PROTOCOLS,
+    "yaw_motors_reversed": ("OFF", "ON"),
 }
 """Settings whose values have names, which stand for numbers from 0."""
 

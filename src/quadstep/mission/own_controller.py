@@ -18,6 +18,7 @@ from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import controller, names
 from quadstep.interfaces.controller import BodyRates, Command, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import Gain, declared
+from quadstep.interfaces.model import Model
 from quadstep.io.doors import Door
 from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.io.user_code.installed import CONTROLLERS, own_place
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from quadstep.engines.fly import FlightPlan
 
 SECTION = "quadstep.bridges.autopilot.controller:AutopilotSection"
-AUTOPILOTS = Door("quadstep.autopilots", {"px4": SECTION, "ardupilot": SECTION})
+AUTOPILOTS = Door("quadstep.autopilots", {"px4": SECTION, "ardupilot": SECTION, "betaflight": SECTION})
 """Classes of `PilotedSection` by the `type` in [controller]."""
 
 FIRST_WAIT = 60.0
@@ -67,9 +68,9 @@ class PilotedSection(ControllerSection):
     def watch(self, told: Callable[[str], None], first_wait: float) -> None:
         """Tells what the next flight waits for; it waits so long for an autopilot to appear [s]. Its user leads it."""
 
-    def lead(self, plan: "FlightPlan", where: str, said: Callable[[str], None]) -> None:
-        """Leads the next flight instead of its user: arms, takes off, sends the plan's path. where: it is reached; empty:
-        where it usually is. said: of what the user should know. Raises UserError where that is not possible.
+    def lead(self, plan: "FlightPlan", model: Model, where: str, said: Callable[[str], None]) -> None:
+        """Leads the next flight instead of its user: arms, takes off, sends the plan's path. model: of its vehicle. where: it
+        is reached; empty: where it usually is. said: of what the user should know. Raises UserError where it cannot.
         """
         raise UserError("--pilot: is not supported with this autopilot")
 

@@ -1,4 +1,4 @@
-"""An autopilot at the other end of a socket as a controller: `type = "px4"` or `type = "ardupilot"` in a mission.
+"""An autopilot at the other end of a socket as a controller: `type = "px4"`, `"ardupilot"` or `"betaflight"` in a mission.
 
 What it must be told of the vehicle that it flies (frame, motors, thrust curve) is written as its own parameter file.
 """
@@ -6,17 +6,19 @@ What it must be told of the vehicle that it flies (frame, motors, thrust curve) 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator
 
-from quadstep.bridges.autopilot import ardupilot, px4
+from quadstep.bridges.autopilot import ardupilot, betaflight, px4
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
+from quadstep.bridges.autopilot.betaflight import Betaflight, Sticks, console
 from quadstep.bridges.autopilot.link import Address, AutopilotLink, Piloted, address, sample_of
 from quadstep.bridges.autopilot.pilot import STATIONS, Pilot
 from quadstep.bridges.autopilot.px4 import Px4
+from quadstep.control.mixers import quarters
 from quadstep.control.opaque import NoGains, Opaque
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
@@ -53,13 +55,14 @@ HEAD = "# The vehicle of this mission: what must match. Written by quadstep.\n"
 
 class Matching(NamedTuple):
     """Parameters by name: of the frame, and of the thrust curve. file: name of the autopilot's own file of them. note: what
-    they do not settle; may be empty.
+    they do not settle; may be empty. more: lines of that file that set no parameter.
     """
 
     frame: Mapping[str, float]
     curve: Mapping[str, float]
     file: str
     note: str = ""
+    more: str = ""
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -71,10 +74,10 @@ class Matching(NamedTuple):
         )
 
     def text(self) -> str:
-        """The file: ArduPilot's, or QGroundControl's for PX4."""
+        """The file: ArduPilot's, QGroundControl's for PX4, lines for Betaflight's command line."""
         head = HEAD + (f"# {self.note}\n" if self.note else "")
-        form = FORMATS.load("px4" if self.file == "px4.params" else "ardupilot")
-        return head + str(form.write(self.parameters, {}))
+        form = FORMATS.load(self.file.partition(".")[0])
+        return head + self.more + str(form.write(self.parameters, {}))
 
 
 def bearing(mount: Mount) -> float:
@@ -130,17 +133,31 @@ def for_px4(p: AirframeParameters, geometry: Geometry) -> Matching:
     return Matching({name: value + 0.0 for name, value in frame.items()}, curve, "px4.params")
 
 
-MATCHING = {"ardupilot": for_ardupilot, "px4": for_px4}
+def for_betaflight(p: AirframeParameters, geometry: Geometry) -> Matching:  # noqa: ARG001 (as for the others)
+    """Of Betaflight: a loop at 1 kHz, its directions of spin, motors that are on, and a switch that arms."""
+    mirrored = any(x > 0.0 > y and mount.spin < 0 for mount in geometry.mounts for x, y, _ in [mount.position])
+    frame = {"pid_process_denom": 8.0, "yaw_motors_reversed": float(mirrored), "motor_pwm_protocol": 0.0}
+    return Matching(frame, {}, "betaflight.txt", more="aux 0 0 0 1700 2100 0 0\n")
+
+
+MATCHING = {"ardupilot": for_ardupilot, "px4": for_px4, "betaflight": for_betaflight}
 
 
 class AutopilotKind(NamedTuple):
-    """An autopilot that is spoken to. link: waits for it somewhere, so long [s]; port: where it is expected."""
+    """An autopilot that is spoken to. link: waits for it somewhere, so long [s]; port: where it is expected. order: of the
+    vehicle's rotors in its answers, where it has one of its own. Raises UserError for a vehicle that it cannot fly.
+    """
 
     link: Callable[[Address, float], AutopilotLink]
     port: int
+    order: Callable[[Model], tuple[int, ...]] = lambda model: tuple(range(model.rotors))
 
 
-KINDS = {"px4": AutopilotKind(Px4, px4.PORT), "ardupilot": AutopilotKind(ArduPilot, ardupilot.PORT)}
+KINDS = {
+    "px4": AutopilotKind(Px4, px4.PORT),
+    "ardupilot": AutopilotKind(ArduPilot, ardupilot.PORT),
+    "betaflight": AutopilotKind(Betaflight, betaflight.PORT, lambda model: quarters(model, "betaflight")[0]),
+}
 
 
 class PilotedGains(NamedTuple):
@@ -203,12 +220,17 @@ CONNECTIONS: dict[int, Piloted] = {}
 
 
 @cache
-def connection(autopilot: str, where: Address) -> int:
-    """The handle of the connection to an autopilot, the same for all flights."""
-    piloted = Piloted(lambda wait: KINDS[autopilot].link(where, wait))
+def connection(autopilot: str, where: Address, order: tuple[int, ...]) -> int:
+    """The handle of the connection to an autopilot, the same for all flights. order: of its answers."""
+    piloted = Piloted(lambda wait: KINDS[autopilot].link(where, wait), order)
     handle = register(piloted)
     CONNECTIONS[handle] = piloted
     return handle
+
+
+def last_of(piloted: Piloted) -> list[float]:
+    """What an autopilot last answered."""
+    return piloted.last
 
 
 def checked_address(text: str) -> str:
@@ -225,7 +247,7 @@ class AutopilotSection(PilotedSection):
 
     controller: ClassVar[type[Controller]] = PilotedLaw
 
-    type: Literal["px4", "ardupilot"]
+    type: Literal["px4", "ardupilot", "betaflight"]
     connect: Annotated[
         str, AfterValidator(checked_address), Quantity("", "where to listen, [HOST:]PORT; 127.0.0.1 and its usual port")
     ] = ""
@@ -233,20 +255,30 @@ class AutopilotSection(PilotedSection):
     def matching(self, plan: FlightPlan) -> Matching:
         plant = plan.loop.plant
         assert isinstance(plant, Multirotor)
+        every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))["law"]
+        if self.type == "betaflight" and not math.isclose(every * plan.ticks.step, Betaflight.period):
+            raise UserError(
+                f"simulation.control_period: should be {Betaflight.period:g} s for Betaflight, a round of its loop a sample"
+            )
         return MATCHING[self.type](plan.parameters, plant.geometry)
 
     def watch(self, told: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
         for one in CONNECTIONS.values():
             one.told, one.first_wait, one.pilot, one.kept = told, first_wait, None, True
 
-    def lead(self, plan: FlightPlan, where: str, said: Callable[[str], None]) -> None:
+    def lead(self, plan: FlightPlan, model: Model, where: str, said: Callable[[str], None]) -> None:
         found = self.matching(plan)
         for one in CONNECTIONS.values():
-            one.pilot = lambda: Pilot(STATIONS[self.type], where, plan, found.frame, found.curve, said)
+            if self.type == "betaflight":
+                port = address(self.connect, betaflight.PORT).port
+                one.pilot = partial(Sticks, plan, model, console(where), found.frame, port, partial(last_of, one), said)
+            else:
+                one.pilot = partial(Pilot, STATIONS[self.type], where, plan, found.frame, found.curve, said)
 
     def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
         """The law, and where its autopilot is."""
         model = vehicle.model()
-        handle = connection(self.type, address(self.connect, KINDS[self.type].port))
+        kind = KINDS[self.type]
+        handle = connection(self.type, address(self.connect, kind.port), kind.order(model))
         lift = model.mass * model.gravity / (model.per_speed * model.fastest * model.fastest)
         return BuiltController(PilotedLaw(model.rotors), PilotedGains(float(handle), model.fastest, lift))

@@ -128,13 +128,15 @@ class GroundStation(Protocol):
 class Piloted:
     """The function that a flight asks: 17 numbers of a sample in, a share of full speed for each rotor out.
 
-    connect: makes a new link for each flight, given how long to wait for it [s]. lost: why the last flight ended before its
+    connect: makes a new link for each flight, given how long to wait for it [s]. order: of the vehicle's rotors in its
+    answers. last: the last one, in the vehicle's order. lost: why the last flight ended before its
     time; empty where it did not. told: of what is waited for. pilot: makes who leads the autopilot; None where its user does.
     kept: whether Ctrl-C or a request to end only ends the flight in the air, since its log is kept; else it raises as ever.
     """
 
-    def __init__(self, connect: Callable[[float], AutopilotLink]) -> None:
-        self.connect, self.rotors, self.lost = connect, 0, ""
+    def __init__(self, connect: Callable[[float], AutopilotLink], order: tuple[int, ...] = ()) -> None:
+        self.connect, self.order, self.rotors, self.lost = connect, order, 0, ""
+        self.last: list[float] = []
         self.first_wait = FIRST_WAIT
         self.told: Callable[[str], None] = lambda _: None
         self.link: AutopilotLink | None = None
@@ -151,7 +153,7 @@ class Piloted:
         lift: the sum of the squares of the rotors' shares that carries the weight. Raises UserError.
         """
         self.end()
-        self.rotors, self.lost, self._asked, self.stood = rotors, "", b"", 0.0
+        self.rotors, self.lost, self._asked, self.stood, self.last = rotors, "", b"", 0.0, [0.0] * rotors
         self.link = self.connect(self.first_wait)
         try:
             self.told("waiting for the autopilot")
@@ -187,8 +189,10 @@ class Piloted:
         )
 
     def within(self, outputs: list[float]) -> list[float]:
-        """The rotors' shares of full speed."""
-        return [min(max(one, 0.0), 1.0) for one in outputs[: self.rotors]]
+        """The rotors' shares of full speed, in the vehicle's order."""
+        shares = [min(max(one, 0.0), 1.0) for one in outputs[: self.rotors]]
+        self.last = [shares[self.order.index(rotor)] for rotor in range(len(shares))] if self.order else shares
+        return self.last
 
     def _hold(self) -> None:
         """From now on `STOPPING` are a flag: an exception at any instruction of a call from compiled code would be lost."""

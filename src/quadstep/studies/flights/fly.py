@@ -118,7 +118,7 @@ def fly_mission(
         section = cast(PilotedSection, mission.controller)
         section.watch(lambda stage: told(stage, 0, 1), pilot.first_wait)
         if pilot.pilot:
-            section.lead(plan, pilot.where, pilot.said)
+            section.lead(plan, mission.modelled.model(), pilot.where, pilot.said)
     summary = fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet, grading)
     if found is not None and not pilot.pilot and not plan.loop.controller.why_lost(plan.parameters.gains):
         return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
