@@ -180,6 +180,8 @@ def test_figures_follow_the_finger_and_the_keyboard_and_symbols_light_up(opened)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     assert page.locator("#inversion .name sub").all_inner_texts() == ["x", "y", "z"]
     assert page.locator("#nested .legend sub").all_inner_texts() == ["d"]
+    assert page.locator("#inversion .low").all_text_contents() == list("ddddd")
+    assert not any("_" in said for said in page.locator(".drawing text").all_text_contents())
     for name in FIGURES:
         before = page.locator(f"#{name} .drawing").inner_html()
         page.locator(f"#{name} input").first.press("ArrowRight" if name == "lyapunov" else "ArrowLeft")

@@ -24,6 +24,9 @@ from quadstep.report.symbols import label, power_of_ten, rich, typed
         ("$r$", "$r$", "$r$"),
         ("|r|^2", "|r|²", "|$r$|²"),
         ("C^T", "C<sup>T</sup>", "$C$^$T$"),
+        ("2 l_2 sqrt(k_1 k_2)", "2 l<sub>2</sub> √(k<sub>1</sub> k<sub>2</sub>)", "2 $l_{2}$ √($k_{1}$ $k_{2}$)"),
+        ("rad/s/sqrt(Hz)", "rad/s/√Hz", "rad/$s$/√Hz"),
+        ("T1, T10", "T1, T10", "T1, T10"),
         ("pitch_d, pitch", "pitch<sub>d</sub>, pitch", r"$\mathrm{pitch}_{d}$, pitch"),
     ],
 )

@@ -105,8 +105,10 @@ export function arrow(x0: number, y0: number, x1: number, y1: number, look: stri
   return `<g class="arrow ${look}"${lit(symbol)}><path class="shaft" d="M${px(x0)} ${px(y0)}L${px(bx)} ${px(by)}"/><path class="head" d="M${tip}"/></g>`;
 }
 
+/** What stands after an underscore is set low. */
 export function text(x: number, y: number, said: string, look = "", anchor = "start"): string {
-  return `<text class="note ${look}" text-anchor="${anchor}" x="${px(x)}" y="${px(y)}">${said}</text>`;
+  const set = said.replace(/_(\p{L}+)([^_]*)/gu, '<tspan class="low" dy="3">$1</tspan><tspan dy="-3">$2</tspan>');
+  return `<text class="note ${look}" text-anchor="${anchor}" x="${px(x)}" y="${px(y)}">${set}</text>`;
 }
 
 /** The least and the most of some columns, within limits and at least so far apart, with a margin. */

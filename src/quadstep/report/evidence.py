@@ -96,8 +96,10 @@ class Evidence(NamedTuple):
 
     @property
     def shown(self) -> list[Table]:
-        """The tables of the terminal."""
-        return [one for one in self.sections if isinstance(one, Table) and one.shown]
+        """The tables of the terminal, without the columns that the report leaves out too."""
+        tables = [one for one in self.sections if isinstance(one, Table) and one.shown]
+        cut = [page.without_blank(one.header, one.rows) for one in tables]
+        return [one._replace(header=header, rows=rows) for one, (header, rows) in zip(tables, cut, strict=True)]
 
     @property
     def content(self) -> dict[str, object]:

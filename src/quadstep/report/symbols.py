@@ -13,8 +13,9 @@ ACCENTS = {"dot": ("dot", "\u0307"), "ddot": ("ddot", "\u0308"), "tilde": ("tild
 ANGLES = frozenset(("roll", "pitch", "yaw"))
 """Words that are symbols where something stands below them."""
 
-NAME = re.compile(r"(?<![\w.])([^\W\d_]+)(\d?)((?:_[^\W_]+)*)(?![\w]|\.\w)")
-"""A letter or word, perhaps a digit, perhaps parts after underscores; nothing with dots, which are keys of files."""
+NAME = re.compile(r"(?<![\w.])(?!T\d\b)([^\W\d_]+)(\d?)((?:_[^\W_]+)*)(?![\w]|\.\w)")
+"""A letter or word, perhaps a digit, perhaps parts after underscores; nothing with dots, which are keys of files, and no
+number of a statement (T1 to T16)."""
 
 UNITS = frozenset(("m", "s", "N", "J", "W", "V", "g"))
 MEASURE = re.compile(r"(?<=[\d\]∞⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=(?:%|[nµmkMG]?(?:m|s|g|N|J|W|V|Hz|rad)[²³]?)(?![\w²³]))")
@@ -102,8 +103,8 @@ def unbroken(text: str) -> str:
 
 
 def prose(text: str) -> str:
-    """Minus, plus or minus, micro and powers as such."""
-    text = re.sub(r"\+-(?=[ \d])", "±", text)
+    """Minus, plus or minus, roots, micro and powers as such."""
+    text = re.sub(r"\+-(?=[ \d])", "±", re.sub(r"\bsqrt\((?:(\w+)\))?", lambda match: f"√{match[1] or '('}", text))
     text = re.sub(r"(?<=\d )u(?=(?:m|rad|N|J|W)\b)", "µ", text).replace(" - ", " − ")
     return re.sub(r"\^(-?\d)\b", lambda match: match[1].translate(POWERS), text)
 

@@ -101,7 +101,7 @@ def error_rows(metrics: Metrics) -> list[list[str]]:
     rows = []
     for kind, base in (("position", "m"), ("attitude", "rad")):
         largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
-        unit, factor = units.handy(base, largest)
+        unit, factor = (units.of_angle if base in units.ANGLES else units.handy)(base, largest)
         for axis, one in group(metrics, kind).items():
             values = (one[f"{key}[{base}]"] for key in ("rmse", "largest", "final"))
             rows.append([axis, *(units.number(factor * value) for value in values), unit])
