@@ -11,8 +11,7 @@ from benchmarks.flights import seconds
 from quadstep.control.opaque import Known, Wanted, flying
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fly
-from quadstep.engines.kernel import host_width
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.kernel import fly_lanes, host_width
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, places
 from quadstep.mission.multirotor import MultirotorMission

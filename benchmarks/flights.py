@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from quadstep.engines import lanes
+from quadstep.engines import kernel
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.engines.kernel import host_width
@@ -47,9 +47,9 @@ def compilation(folder: Path) -> tuple[str, str, str, str, str]:
     """First flight of a kind: traced and compiled, or taken from the cache."""
 
     def first() -> None:
-        lanes.KERNELS.clear()
+        kernel.KERNELS.clear()
         one = plan()
-        lanes.prepare(one.loop, one.parameters, one.start, lanes.shared_leaves(one.parameters), True, host_width(True))
+        kernel.prepare(one.loop, one.parameters, one.start, kernel.shared_leaves(one.parameters), True, host_width(True))
 
     def cold() -> None:
         os.environ["QUADSTEP_CACHE"] = str(folder / f"cache{time.perf_counter_ns()}")
@@ -108,7 +108,7 @@ def throughput(_: Path) -> tuple[str, str, str, str, str]:
     short = one._replace(ticks=one.ticks._replace(last=2000))
 
     def batch() -> list[FlightLog]:
-        return lanes.fly_lanes(short.loop, [short.parameters] * count, [short.start] * count, short.ticks)
+        return kernel.fly_lanes(short.loop, [short.parameters] * count, [short.start] * count, short.ticks)
 
     took, alone = seconds(batch, 3), seconds(lambda: fly(short))
     rate, single = count * short.ticks.last / took, short.ticks.last / alone

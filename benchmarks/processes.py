@@ -23,7 +23,7 @@ def import_time(_: Path) -> tuple[str, str, str, str, str]:
     """Importing the package, and everything that a flight needs, beyond a bare interpreter."""
     bare = min(run("-c", "") for _ in range(5))
     package = min(run("-c", "import quadstep") for _ in range(5)) - bare
-    flight = min(run("-c", "from quadstep import fly, Mission; import quadstep.engines.lanes") for _ in range(5)) - bare
+    flight = min(run("-c", "from quadstep import fly, Mission; import quadstep.engines.kernel") for _ in range(5)) - bare
     numpy = min(run("-c", "import numpy") for _ in range(5)) - bare
     return (
         "import quadstep",

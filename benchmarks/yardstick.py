@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.engines.lanes import shared_leaves
+from quadstep.engines.kernel import shared_leaves
 from quadstep.engines.sweep import Sweep
 from quadstep.numbers import flatten, rebuild
 

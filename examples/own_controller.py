@@ -7,7 +7,7 @@ a number, no `math`, but `where`, `sin`, ... from `quadstep.numbers`.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.own import Command, Controller, Model, Number, Reference, State, believed, gain, given, vector
 
 

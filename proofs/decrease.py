@@ -17,11 +17,10 @@ from quadstep.control.backstepping import (
     torque_basis,
     wanted_force,
 )
-from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.completed_backstepping import CompletedGains, CompletedMemory, counter_rate, coupling_columns, with_yaw
-from quadstep.control.networks import output
-from quadstep.control.wanted_attitude import shrink
-from quadstep.interfaces.learning import Net
+from quadstep.control.filters import Filtered, command_filter
+from quadstep.control.vectoring import shrink
+from quadstep.interfaces.learning import Net, output
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total
 from quadstep.program.terms import variable

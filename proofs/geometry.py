@@ -2,7 +2,7 @@
 
 from proofs.statement import Statement, above, at_most, equal, state, vector_of
 from quadstep.control.completed_backstepping import coupling_columns, half_sine_ratio
-from quadstep.control.wanted_attitude import invert_force, project
+from quadstep.control.vectoring import invert_force, project
 from quadstep.numbers import Vector, sin
 from quadstep.program.terms import variable
 from quadstep.vehicle.paper import thrust_direction

@@ -1,9 +1,8 @@
 """Learning, the command filter and the form of Theorem A: statements emitted from `control`."""
 
 from proofs.statement import Statement, above, at_most, equal, matrix_of, state, vector_of
-from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.networks import weight_rate
-from quadstep.interfaces.learning import Net
+from quadstep.control.filters import Filtered, command_filter
+from quadstep.interfaces.learning import Net, weight_rate
 from quadstep.numbers import Matrix, Vector, exp
 from quadstep.program.terms import generalised, term, variable
 from quadstep.proofs.theory.lyapunov import inner

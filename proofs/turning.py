@@ -5,7 +5,7 @@ Emitted from `control.inversion` and `control.completed_backstepping`.
 
 from proofs.statement import Stated, vector_of
 from quadstep.control.completed_backstepping import coupling_columns
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.numbers import Vector
 from quadstep.program.terms import coq, term, variable
 from quadstep.proofs.theory.region import BENDING

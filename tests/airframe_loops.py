@@ -10,7 +10,7 @@ import numpy as np
 from quadstep.control.registry import controllers
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.kernel import fly_lanes
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Number, Vector, vector, where

@@ -50,7 +50,7 @@ def optimised() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("QUADSTEP_OPTIMISE", "1")
-        for engine in ("lanes", "sweep"):
+        for engine in ("kernel", "sweep"):
             patch.setattr(f"quadstep.engines.{engine}.KERNELS", Kernels())
         yield
 

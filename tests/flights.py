@@ -17,7 +17,7 @@ from quadstep.program.emitter import Emitter
 from quadstep.program.recorded import RecordedNumber, RecordedTable
 from quadstep.vehicle.lagrange import Lagrange, Limits, Parameters
 from quadstep.vehicle.paper import Disturbance, Rotors, State, Vehicle
-from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.world.paths import MinimumJerk, MinimumJerkParameters
 
 METRICS = score_names(Lagrange())
 """Of the paper's plant and of real vehicles."""

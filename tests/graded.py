@@ -1,4 +1,4 @@
-"""Flights, and the rules of `quadstep.metrics.judging.verdict` that each of them breaks."""
+"""Flights, and the rules of `quadstep.metrics.verdict` that each of them breaks."""
 
 X500 = {"preset": "x500"}
 CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 4.0], "radius": 3.0, "period": 9.0, "ramp": 1.0}

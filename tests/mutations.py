@@ -32,9 +32,9 @@ LAWS = {
         "law",
     ),
     "control.rotation_backstepping": ("pull", "law", "follow", "share_made"),
-    "control.command_filter": ("command_filter",),
-    "control.networks": ("basis", "output", "weight_rate"),
-    "control.wanted_attitude": ("invert_force", "project", "project_weights", "shrink"),
+    "control.filters": ("command_filter",),
+    "interfaces.learning": ("basis", "output", "weight_rate"),
+    "control.vectoring": ("invert_force", "project", "project_weights", "shrink"),
     "vehicle.paper": (
         "effective_inertia", "effective_inertia_partials", "coriolis", "coriolis_torque", "acceleration",
         "angular_acceleration", "thrust_direction",

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from quadstep.page.emit import library
+from quadstep.page.laws import library
 from quadstep.page.writing import Output, Writer
 from quadstep.program.assignments import ScriptRecord
 from quadstep.program.operations import constant_text

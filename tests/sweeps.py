@@ -9,7 +9,7 @@ from quadstep.engines.sweep import Sweep, places
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.numbers import flatten, vector
 from quadstep.vehicle.paper import Disturbance, Rotors
-from quadstep.world.guidance.piecewise import through_waypoints
+from quadstep.world.pieces import through_waypoints
 from tests.flights import CASE_1, parameters, same, state, vehicle
 
 TICKS = Ticks(0.004, (1,), 5, 10000)

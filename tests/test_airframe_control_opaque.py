@@ -7,8 +7,8 @@ from quadstep.control.opaque import Opaque, OpaqueGains, flying, friendly
 from quadstep.interfaces.controller import NOT_SAID, Measured
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Vector, vector
-from quadstep.numbers.opaque import FUNCTIONS
 from quadstep.numbers.rotations import from_yaw_pitch_roll
+from quadstep.numbers.scan import FUNCTIONS
 
 ATTITUDE = from_yaw_pitch_roll(vector(0.4, -0.2, 0.1))
 MEASURED = Measured(vector(1, 2, 3), vector(4, 5, 6), ATTITUDE, vector(7, 8, 9), 10.0, vector(11, 12, 13))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.engines import eager
+from quadstep.engines import fly
 from quadstep.engines.fly import fly_all
 from quadstep.io.errors import UserError
 from quadstep.mission.multirotor import MultirotorMission
@@ -34,7 +34,7 @@ def plan(gains=None, **vehicle):
 
 def fly_floats(flown):
     """The flight on Python floats."""
-    return eager.fly_floats(flown.loop, flown.parameters, flown.start, flown.ticks)
+    return fly.fly_floats(flown.loop, flown.parameters, flown.start, flown.ticks)
 
 
 def rotors(log, flown):

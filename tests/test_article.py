@@ -10,7 +10,7 @@ import pytest
 from docs.article import FIGURES, STILLS, WIDTH, stills
 from quadstep import fly
 from quadstep.commands.page import explain
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
 from quadstep.proofs.article.build import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools

@@ -14,7 +14,7 @@ from benchmarks.beside_c import summary
 from benchmarks.vehicles import NOISY, QUIET, Vehicles
 from benchmarks.yardstick import PAPER, Yardstick
 from quadstep.engines.fly import FlightPlan
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, places
 from quadstep.numbers import flatten, leaf_names, rebuild

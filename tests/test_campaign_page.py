@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.engines.wasm import exporting, imported, leb, sections, whole
+from quadstep.engines.sweep import exporting, imported, leb, sections, whole
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import share
 from quadstep.page import serve

@@ -407,7 +407,7 @@ def test_what_varies_without_an_effect_makes_copies_of_one_flight(tmp_path):
 
 def test_a_metric_that_no_campaign_could_compile_is_refused_by_fly_too(tmp_path):
     (tmp_path / "own.py").write_text(
-        "from quadstep.interfaces.metric import Metric\n\n\nclass Square(Metric):\n    name = 'square'\n\n"
+        "from quadstep.interfaces.log import Metric\n\n\nclass Square(Metric):\n    name = 'square'\n\n"
         "    def start(self):\n        return 0.0\n\n"
         "    def add(self, sums, sample):\n        return sums + sample['x'] ** 2\n\n"
         "    def value(self, sums):\n        return sums\n"

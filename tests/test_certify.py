@@ -22,7 +22,7 @@ from quadstep.proofs.certify.ideal_weights import fit_all, residual_bound, targe
 from quadstep.proofs.certify.lyapunov import conditions, matrices
 from quadstep.proofs.certify.record import kind, record, verdict
 from quadstep.vehicle.paper import acceleration, derivative, disturb
-from quadstep.world.guidance.minimum_jerk import MinimumJerk
+from quadstep.world.paths import MinimumJerk
 from tests.certificates import LINE, plan
 
 UNEQUAL = {"mass": 1.3, "inertia": [4.0, 5.0, 6.0]}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from quadstep.control.backstepping import Backstepping, BacksteppingMemory, wanted_force, wanted_torque
-from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.filters import Filtered, command_filter
+from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import matrix, vector

@@ -6,7 +6,7 @@ import pytest
 from quadstep.control.registry import STOCK
 from quadstep.engines.eager import fly_arrays, fly_floats
 from quadstep.engines.gpu_sweep import GpuSweep, ptx
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, places
 from quadstep.mission.read import check_mission

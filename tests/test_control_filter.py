@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from quadstep.control.command_filter import Filtered, command_filter
+from quadstep.control.filters import Filtered, command_filter
 from quadstep.numbers import vector
 from tests.flights import array
 

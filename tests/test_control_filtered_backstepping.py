@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.command_filter import Filtered, FilteredAttitude, LedAttitude
 from quadstep.control.filtered_backstepping import FilteredBackstepping, FilteredBacksteppingMemory
-from quadstep.control.networks import NODES, growth, hats, values
+from quadstep.control.filters import Filtered, FilteredAttitude, LedAttitude
+from quadstep.interfaces.learning import NODES, growth, hats, values
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.command_filter import FilteredAttitude
+from quadstep.control.filters import FilteredAttitude
 from quadstep.control.hedged_backstepping import LAW, HedgedBackstepping
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset

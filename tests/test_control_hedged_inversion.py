@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.command_filter import FilteredAttitude, LedAttitude
+from quadstep.control.filters import FilteredAttitude, LedAttitude
 from quadstep.control.hedged_inversion import HedgedInversion, HedgedInversionMemory
-from quadstep.control.networks import basis
+from quadstep.interfaces.learning import basis
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.numbers import Vector, vector
 from quadstep.vehicle.paper import thrust_direction
 from tests.flights import array, column, through_lanes

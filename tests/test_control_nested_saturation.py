@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadstep.control.nested_saturation import NestedSaturation, NoMemory, nested
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.kernel import fly_lanes
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference

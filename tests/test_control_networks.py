@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.control.networks import basis, output, weight_rate
-from quadstep.interfaces.learning import Net, random_input_weights
+from quadstep.interfaces.learning import Net, basis, output, random_input_weights, weight_rate
 from quadstep.numbers import matrix, vector
 from tests.flights import array, column
 

@@ -11,7 +11,7 @@ from quadstep.control.lqr import HORIZON, Lqr, PlannedLqr
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
-from quadstep.world.guidance.minimum_jerk import Point, along, quintic
+from quadstep.world.paths import Point, along, quintic
 from tests.flights import array, column
 from tests.followed import EIGHT, FAST, HERE, error
 from tests.rigid import told

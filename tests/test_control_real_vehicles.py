@@ -10,11 +10,10 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 from quadstep import fly, fly_all
-from quadstep.control.command_filter import FilteredAttitude, attitude_filter
+from quadstep.control.filters import FilteredAttitude, attitude_filter
 from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.rotation_backstepping import RotationBackstepping
-from quadstep.control.vectoring import vee_error
-from quadstep.control.wanted_attitude import project, project_weights, tilted_within, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import project, project_weights, tilted_within, up_axis, vee_error, wanted_attitude, within
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference

@@ -7,8 +7,15 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from quadstep.control.dynamic_linearisation import DynamicLinearisation
-from quadstep.control.thrust_extended_backstepping import ThrustExtendedBackstepping, backstepped
-from quadstep.control.thrust_extension import Push, driven, inputs, motion, turning
+from quadstep.control.thrust_extended_backstepping import (
+    Push,
+    ThrustExtendedBackstepping,
+    backstepped,
+    driven,
+    inputs,
+    motion,
+    turning,
+)
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.reference import Reference
 from quadstep.mission.vehicle_list import load_preset

@@ -9,7 +9,7 @@ from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.engines.eager import always, fly_arrays, fly_floats
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fly, fly_all
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.loop import Loop
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.model import Kinematics
@@ -17,8 +17,8 @@ from quadstep.numbers import Table, exp, flatten, rebuild, vector, where
 from quadstep.vehicle.in_space import COLUMNS
 from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.paper import Disturbance, derivative
-from quadstep.world.guidance.orbit import Orbit, OrbitParameters
-from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.paths import Orbit, OrbitParameters
+from quadstep.world.pieces import Piecewise
 from tests.flights import CASE_1, NESTED, gains, nested_gains, parameters, same, state, vehicle
 from tests.sweeps import TICKS, TILTED, UNEQUAL, WAYPOINTS
 

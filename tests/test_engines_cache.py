@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 from llvmlite import binding as llvm
 
-from quadstep.engines import lanes
-from quadstep.engines.kernel import MOST, Kernel, Kernels, host, object_code
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines import kernel
+from quadstep.engines.kernel import MOST, Kernel, Kernels, fly_lanes, host, object_code
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io import code_cache
 from tests.flights import NESTED, nested_gains, parameters, state
@@ -33,7 +32,7 @@ def fly(monkeypatch):
     """A flight by a process that has compiled nothing yet."""
 
     def fresh():
-        monkeypatch.setattr(lanes, "KERNELS", Kernels())
+        monkeypatch.setattr(kernel, "KERNELS", Kernels())
         return fly_lanes(NESTED, [parameters(gains=nested_gains())], [state()], TICKS)[0].rows
 
     return fresh

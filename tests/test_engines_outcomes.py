@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from quadstep.engines.eager import fly_arrays, fly_floats
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.loop import Cycle, Loop
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command

@@ -22,7 +22,7 @@ from quadstep.mission.read import read_mission
 from quadstep.numbers import flatten
 from quadstep.numbers.noise import flight_key, key, normals, uniforms
 from quadstep.vehicle.lagrange import Lagrange
-from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.pieces import Piecewise
 from tests.flights import parameters, state
 from tests.needs import GRAPHICS, NO_GRAPHICS, PTXAS, needs
 from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, TILTED, WAYPOINTS, table, values

@@ -10,9 +10,9 @@ import pytest
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.judging.verdict import RULES, FlightGrade, graded
 from quadstep.metrics.reductions import LateGrowth
 from quadstep.metrics.registry import flight_metrics
+from quadstep.metrics.verdict import RULES, FlightGrade, graded
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
 from tests.commands import quadstep

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import vector
-from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend
+from quadstep.world.paths import MinimumJerk, MinimumJerkParameters, blend
 from tests.flights import array
 
 PATH = MinimumJerk()

@@ -4,10 +4,18 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import vector
-from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend_bend
-from quadstep.world.guidance.orbit import Orbit, OrbitParameters, ramp_bend, ramped_time
-from quadstep.world.guidance.piecewise import Piecewise, near_recording, through_waypoints
-from quadstep.world.guidance.setpoints import Step, StepParameters
+from quadstep.world.paths import (
+    MinimumJerk,
+    MinimumJerkParameters,
+    Orbit,
+    OrbitParameters,
+    Step,
+    StepParameters,
+    blend_bend,
+    ramp_bend,
+    ramped_time,
+)
+from quadstep.world.pieces import Piecewise, near_recording, through_waypoints
 from tests.flights import array, through_lanes
 
 RNG = np.random.default_rng(21)

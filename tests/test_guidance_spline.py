@@ -4,8 +4,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from quadstep.world.guidance.minimum_jerk import blend
-from quadstep.world.guidance.piecewise import (
+from quadstep.world.paths import blend
+from quadstep.world.pieces import (
     LEAST_SPAN,
     MOST_KNOTS,
     Piecewise,

@@ -13,9 +13,9 @@ import pytest
 
 from quadstep.commands.deliver import Delivery
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging import metrics
-from quadstep.metrics.judging.verdict import Case, Verdict, junit_xml, scalars
+from quadstep.metrics import requirements
 from quadstep.metrics.statistics import share as interval
+from quadstep.metrics.verdict import Case, Verdict, junit_xml, scalars
 from quadstep.report.evidence import Evidence
 from tests.commands import LINE, quadstep
 from tests.verdicts import checked, properties
@@ -84,7 +84,7 @@ def test_every_number_in_metrics_json_may_be_named(mission, tmp_path, no_figures
 
 
 def test_a_time_that_is_never_reached_meets_no_requirement():
-    one = metrics.judge(metrics.Requirement("settling[s]", 1e9), {"settling[s]": None}, None)
+    one = requirements.judge(requirements.Requirement("settling[s]", 1e9), {"settling[s]": None}, None)
     assert one.failure == "settling should be at most 1e+09 s, but is never reached"
 
 
@@ -216,23 +216,23 @@ def test_a_junit_file_that_cannot_be_written_is_refused_before_the_flight(missio
 @pytest.mark.parametrize("text", ["nan", "1.5", "-1", "", "abc", "0", "1", "inf", "99.9%", "1e-400"])
 def test_a_share_that_is_none_is_refused(text):
     with pytest.raises(UserError, match="between 0 and 1"):
-        metrics.parsed_share(text)
+        requirements.parsed_share(text)
 
 
 def test_the_lower_end_of_the_exact_interval_decides():
     found = interval(998, 1000)
-    assert metrics.JudgedShare(found.low, found, 1000).met
-    missed = metrics.JudgedShare(math.nextafter(found.low, 1.0), found, 1000)
+    assert requirements.JudgedShare(found.low, found, 1000).met
+    missed = requirements.JudgedShare(math.nextafter(found.low, 1.0), found, 1000)
     assert not missed.met
     assert "success rate should be at least" in missed.case.failure
 
 
 @pytest.mark.parametrize("least", [0.5, 0.9, 0.999, 0.99999])
 def test_the_flights_that_a_share_needs_are_the_fewest(least):
-    needed = metrics.flights_needed(least)
+    needed = requirements.flights_needed(least)
     assert interval(needed, needed).low >= least
     assert interval(needed - 1, needed - 1).low < least
-    judged = metrics.JudgedShare(least, interval(needed - 1, needed - 1), needed - 1)
+    judged = requirements.JudgedShare(least, interval(needed - 1, needed - 1), needed - 1)
     assert f"{needed} could, if none fails" in judged.case.failure
 
 

@@ -13,8 +13,7 @@ from quadstep.linear.margins import MarginLimits
 from quadstep.linear.run import flown_from_rest, record
 from quadstep.linear.tables import sentences
 from quadstep.mission.read import read_mission
-from quadstep.page.folder import results
-from quadstep.page.opened import open_result
+from quadstep.page.folder import open_result, results
 from tests.commands import quadstep, strict_json, write
 from tests.missions import EXAMPLES
 from tests.pages import data_of

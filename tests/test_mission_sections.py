@@ -12,9 +12,8 @@ from quadstep.interfaces.learning import random_input_weights
 from quadstep.interfaces.model import Kinematics
 from quadstep.mission.read import check_mission
 from quadstep.vehicle.lagrange import Limits
-from quadstep.world.guidance.minimum_jerk import MinimumJerk
-from quadstep.world.guidance.orbit import Orbit
-from quadstep.world.guidance.piecewise import Piecewise
+from quadstep.world.paths import MinimumJerk, Orbit
+from quadstep.world.pieces import Piecewise
 
 LINE = {"type": "minimum-jerk", "end": [1.0, 2.0, 3.0], "duration": 4.0}
 

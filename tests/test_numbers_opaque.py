@@ -13,7 +13,7 @@ from llvmlite import ir
 
 from quadstep.engines.kernel import compile_module
 from quadstep.numbers import Vector
-from quadstep.numbers.opaque import call, raise_pending, register, release
+from quadstep.numbers.scan import call, raise_pending, register, release
 from quadstep.program.emitter import Emitter
 from quadstep.program.recorded import RecordedNumber
 from tests.flights import through_lanes
@@ -214,7 +214,7 @@ def test_symbols_are_refused(registered):
 # Kept between runs
 
 IN_ANOTHER_PROCESS = """
-from quadstep.numbers.opaque import register
+from quadstep.numbers.scan import register
 from quadstep.io import code_cache
 from tests.test_numbers_opaque import loop, run
 kept = []

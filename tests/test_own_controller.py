@@ -95,7 +95,7 @@ def on_a_real_vehicle(engine):
 
 
 FUNCTION = """
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.numbers import vector
 
 

@@ -21,7 +21,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import believed, from_gains, gain
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.closed_loop import Outcome, finite
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import Metric
 from quadstep.numbers import Number, Vector, absolute, clip, maximum, vector, where
 from quadstep.vehicle.declared import DeclaredPlant
 

@@ -66,7 +66,8 @@ WRONG_PATHS = {
 BROKEN = """
 from typing import NamedTuple
 from quadstep.interfaces.gain import gain
-from quadstep.world.guidance import DeclaredPath, Reference
+from quadstep.interfaces.reference import Reference
+from quadstep.world.paths import DeclaredPath
 from quadstep.numbers import vector
 
 class Numbers(NamedTuple):
@@ -309,7 +310,7 @@ HEIGHT = '"path.end.2" = { type = "uniform", low = 0.2, high = 1.0 }'
 NOISY = f"{REAL}[sensors]\nposition_noise = 0.01\n"
 
 ONE = """
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import Metric
 
 class One(Metric):
     name, unit = NAME

@@ -3,7 +3,7 @@
 import pytest
 
 from quadstep.engines.fly import fly
-from quadstep.metrics.judging.verdict import graded
+from quadstep.metrics.verdict import graded
 from quadstep.mission.schema import Mission
 from quadstep.page.build import missions_page
 from quadstep.page.flights import SUMMED_UP

@@ -22,8 +22,7 @@ from hypothesis import strategies as st
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
 from quadstep.page import build
-from quadstep.page.folder import manifest, read_log, results
-from quadstep.page.opened import names_files, open_result, plan_again
+from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from quadstep.report.page import page_text, summary

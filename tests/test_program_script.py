@@ -28,7 +28,7 @@ from quadstep.numbers import (
 )
 from quadstep.numbers.noise import key, normals, uniforms
 from quadstep.numbers.operation import OPERATIONS
-from quadstep.page.emit import library
+from quadstep.page.laws import library
 from quadstep.page.writing import Output, Writer
 from quadstep.program.assignments import CONSTANT, Record
 from quadstep.program.operations import FORMS, constant_text

@@ -32,7 +32,7 @@ from proofs.kernels import (
 from proofs.rounding import script
 from proofs.statement import Claim, Statement, variables_of
 from quadstep.control.completed_backstepping import coupling_columns
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import atan2, cos, exp, flatten, log, sigmoid, sin, sqrt, vector, where
 from quadstep.numbers.elementary import limited
@@ -214,7 +214,7 @@ def test_what_is_stated_of_l_dot_holds_at_random_numbers():
     assert {s.name for s in decrease.statements() if refuted(s)} == set()
 
 
-COMPLETED, LAW, NETS = "control.completed_backstepping", "control.backstepping", "control.networks"
+COMPLETED, LAW, NETS = "control.completed_backstepping", "control.backstepping", "interfaces.learning"
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ COMPLETED, LAW, NETS = "control.completed_backstepping", "control.backstepping",
         (LAW, "+ gains.gain_2 * r2 +", "- gains.gain_2 * r2 +", {"T9", "T11"}),
         (LAW, "+ estimate + feedback", "+ feedback", {"T9", "T11"}),
         (LAW, "integral_2=memory.integral_2 + period * r2", "integral_2=memory.integral_2 + 0.5 * period * r2", {"T9", "T11"}),
-        ("control.wanted_attitude", "atan2(-f_x, b)", "atan2(f_x, b)", {"T17", "T9", "T11"}),
+        ("control.vectoring", "atan2(-f_x, b)", "atan2(f_x, b)", {"T17", "T9", "T11"}),
         ("vehicle.paper", "torque - coriolis_torque", "torque + coriolis_torque", {"T9", "T11"}),
     ],
 )  # fmt: skip

@@ -167,7 +167,7 @@ from typing import NamedTuple
 
 from quadstep.interfaces.controller import Command, Controller
 from quadstep.interfaces.gain import believed, gain, given
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.numbers import Number, minimum, vector
 from quadstep.vehicle.paper import State
 

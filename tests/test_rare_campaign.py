@@ -18,7 +18,7 @@ from tests.campaigns import NOISY, of, refused
 from tests.commands import quadstep
 
 METRIC = """
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import Metric
 from quadstep.numbers import maximum
 
 

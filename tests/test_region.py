@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.completed_backstepping import coupling_columns
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.filters import Filtered, command_filter
+from quadstep.control.vectoring import invert_force
 from quadstep.engines.fly import fly
 from quadstep.io.errors import UserError
 from quadstep.numbers import vector

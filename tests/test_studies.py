@@ -13,7 +13,7 @@ from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging.verdict import junit_xml
+from quadstep.metrics.verdict import junit_xml
 from quadstep.studies.campaign.replay import replay
 from quadstep.studies.study import run
 from tests.campaigns import SHORT

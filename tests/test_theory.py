@@ -8,9 +8,9 @@ import pytest
 
 from quadstep.control import completed_backstepping
 from quadstep.control.backstepping import BacksteppingMemory
-from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedBackstepping, coupling_columns, half_sine_ratio
-from quadstep.control.wanted_attitude import project
+from quadstep.control.filters import Filtered
+from quadstep.control.vectoring import project
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome

@@ -16,8 +16,8 @@ from tests.equivalents import EQUIVALENT
 from tests.mutations import REVIEWED, caught_by, exchanged, functions, source
 
 LAGRANGE, KINEMATICS, ROTORS = "vehicle.paper", "vehicle.paper", "vehicle.paper"
-LAW, NETS, FILTER = "control.backstepping", "control.networks", "control.command_filter"
-INVERSION, NESTED, JERK = "control.wanted_attitude", "control.nested_saturation", "world.guidance.minimum_jerk"
+LAW, NETS, FILTER = "control.backstepping", "interfaces.learning", "control.filters"
+INVERSION, NESTED, JERK = "control.vectoring", "control.nested_saturation", "world.paths"
 LINEAR, FUNCTIONS, LOG = "numbers.vectors", "numbers.elementary", "vehicle.in_space"
 
 MUTANTS = [
@@ -97,7 +97,7 @@ MUTANTS = [
     (JERK, "(-15.0 + 6.0 * s)", "(-15.0 - 6.0 * s)", "75"),
     (JERK, "per_time = 1.0 - s", "per_time = 1.0 + s", "68"),
     (JERK, "(1.0 - 2.0 * s)", "(1.0 + 2.0 * s)", "69"),
-    (JERK, "parameters.end - parameters.start", "parameters.end + parameters.start", "70"),
+    (JERK, "way = parameters.end - parameters.start", "way = parameters.end + parameters.start", "70"),
     (JERK, "parameters.start + share * way", "parameters.start - share * way", "73"),
     (JERK, "parameters.yaw_end - parameters.yaw_start", "parameters.yaw_end + parameters.yaw_start", "68"),
     (LOG, "kinetic + command.stored", "kinetic - command.stored", "55"),

@@ -12,12 +12,11 @@
 
 from quadstep.control.opaque import Known as MeasuredArrays
 from quadstep.control.opaque import Wanted as ReferenceArrays
-from quadstep.control.vectoring import vee_error
-from quadstep.control.wanted_attitude import project, up_axis, wanted_attitude
+from quadstep.control.vectoring import project, up_axis, vee_error, wanted_attitude
 from quadstep.interfaces.closed_loop import Clock, Outcome, finite
 from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import Metric
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.plant import Drawn, Rotor
 from quadstep.interfaces.reference import Reference
@@ -67,7 +66,7 @@ from quadstep.vehicle.paper import DeclaredDisturbance as Disturbance
 from quadstep.vehicle.paper import State
 from quadstep.vehicle.rigid_body import Motion
 from quadstep.world.air import DeclaredWind as Wind
-from quadstep.world.guidance.declared import DeclaredPath as Path
+from quadstep.world.paths import DeclaredPath as Path
 
 __all__ = [
     "BodyRates", "Clock", "Command", "Condition", "Controller", "Disturbance", "Drawn", "Estimator", "Matrix",

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.engines.lanes import fly_lanes
+from quadstep.engines.kernel import fly_lanes
 from quadstep.metrics.registry import flight_metrics
 from quadstep.numbers import atan2, cos, exp, log, sigmoid, sin, sqrt
 from quadstep.studies.campaign.flyer import Flyer

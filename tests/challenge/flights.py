@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.metrics.judging.verdict import FlightGrade, graded
+from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.schema import Mission
 from tests.challenge.search import Attempt, Search
 

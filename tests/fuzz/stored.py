@@ -15,8 +15,7 @@ import pyarrow.parquet as pq
 from quadstep.engines.eager import fly_floats
 from quadstep.io.results.parts import sealed
 from quadstep.mission.read import check_mission, plan_mission, read_mission
-from quadstep.page.folder import results
-from quadstep.page.opened import open_result
+from quadstep.page.folder import open_result, results
 from quadstep.page.serve import list_page
 from quadstep.report.publish import MANIFEST, files_to_replace, write_json
 from quadstep.report.tables import write_log

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import ClassVar, NamedTuple
 
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import Metric
 from quadstep.numbers import Number, absolute, minimum, sqrt, where
 
 UNIT = 0.01

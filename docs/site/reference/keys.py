@@ -17,12 +17,11 @@ from quadstep.identify.logs.mapping import Mapping
 from quadstep.interfaces.controller import Measured
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.declared import declared_kind
-from quadstep.mission.derived import ControllerSection, section_of
+from quadstep.mission.derived import ControllerSection, NetsSection, section_of
 from quadstep.mission.distributions import Choice, Correlated, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.mission.fields import Quantity, as_diagonal, non_negative, positive
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.mission.nets import NetsSection
 from quadstep.mission.schema import Mission
 from quadstep.studies.campaign.schema import CampaignFile
 from quadstep.studies.comparison.schema import StudyFile

@@ -17,7 +17,7 @@ What `quadstep` and its public packages offer, from their docstrings; the exampl
 [From Python](../python.md) is an introduction.
 """
 
-FRONTS = ("quadstep", "quadstep.own", "quadstep.control", "quadstep.world.guidance", "quadstep.numbers")
+FRONTS = ("quadstep", "quadstep.own", "quadstep.control", "quadstep.world.paths", "quadstep.world.pieces", "quadstep.numbers")
 """Packages whose names are public."""
 
 

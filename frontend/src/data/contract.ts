@@ -17,7 +17,7 @@ export interface PageData {
   readonly tables: Readonly<Record<string, Packed>>;
   /** By code; code 0 is completed. */
   readonly outcomes: readonly { name: string; text: string; ended: boolean; limit: Limit | null }[];
-  /** What grades a flight, as quadstep/metrics/judging/verdict.py says. */
+  /** What grades a flight, as quadstep/metrics/verdict.py says. */
   readonly rules: readonly Rule[];
   readonly flights: readonly FlightData[];
   readonly claims: readonly Claim[];

@@ -1,4 +1,4 @@
-// How good a flight was, by the rules that Python left in the page (src/quadstep/metrics/judging/verdict.py).
+// How good a flight was, by the rules that Python left in the page (src/quadstep/metrics/verdict.py).
 
 import type { Grade, Rule } from "../data/contract";
 import { short } from "../view/format";

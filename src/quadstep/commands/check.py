@@ -7,7 +7,7 @@ import typer
 
 from quadstep.commands.deliver import Delivery
 from quadstep.io.errors import UNMET
-from quadstep.metrics.judging.verdict import Case, Verdict
+from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report.terminal.screen import say
 
 

@@ -13,7 +13,7 @@ import typer
 from quadstep.commands.options import JsonOption, JunitOption, Options
 from quadstep.io.errors import UserError
 from quadstep.io.results.interrupts import signals_ignored
-from quadstep.metrics.judging.verdict import Verdict
+from quadstep.metrics.verdict import Verdict
 from quadstep.report.sheet import FORMATS
 from quadstep.report.terminal.screen import complain, say, say_whole, show_table
 
@@ -66,7 +66,7 @@ class Delivery(Options):
         With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.
         """
         if self.junit:
-            from quadstep.metrics.judging.verdict import write_junit
+            from quadstep.metrics.verdict import write_junit
 
             write_junit(self.junit, verdict, time.perf_counter() - self.started)
         if self.as_json:

@@ -13,7 +13,7 @@ from quadstep.commands.options import EngineOption, OverwriteOption, QuickDrawin
 from quadstep.engines.engine import Engine
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging.metrics import parsed
+from quadstep.metrics.requirements import parsed
 from quadstep.report.pool import start_server
 from quadstep.report.terminal.bars import bar
 from quadstep.report.terminal.screen import complain, say, say_whole, show_table

@@ -3,7 +3,7 @@
 Laws over numbers that know neither files nor engines; rooms above may import it, `sensing` excepted.
 
 And controllers for real vehicles. Your own controller is a law over numbers (`controller.py`; `examples/own_controller.py` is
-one), or any callable (`opaque.py`). Its input is a `Measured`, or on the paper's plant a `State` of Euler angles, and
+one), or any callable (`control/opaque.py`). Its input is a `Measured`, or on the paper's plant a `State` of Euler angles, and
 its output a `Command`: thrust [N] and torque [N m].
 
 >>> from quadstep.control import Command, invert_force
@@ -26,7 +26,7 @@ Give a plan another controller and fly it:
 """
 
 from quadstep.control.opaque import flying
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.controller import Command, Measured
 
 __all__ = ["Command", "Measured", "flying", "invert_force"]

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.networks import basis, output, weight_rate
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.filters import Filtered, command_filter
+from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import ANGLES, AXES, believed, gain, given
-from quadstep.interfaces.learning import Net, net, nets_start, weights
+from quadstep.interfaces.learning import Net, basis, net, nets_start, output, weight_rate, weights
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, largest, maximum, smallest, sqrt, vector, where

@@ -17,7 +17,7 @@ from quadstep.control.betaflight_parameters import Filters, Pitch, Roll, Shared,
 from quadstep.control.cascaded_pid import OuterGains, OuterMemory, asked_rates, begun, guided
 from quadstep.control.filters import SHARPER, cut_off, low_passed, notch, share_in_a_sample, twice
 from quadstep.control.mixers import FULL, OnQuarters
-from quadstep.control.wanted_attitude import up_axis
+from quadstep.control.vectoring import up_axis
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference

@@ -5,8 +5,7 @@ other.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.vectoring import push_against
-from quadstep.control.wanted_attitude import project, tilted_within, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import project, push_against, tilted_within, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.reference import Reference

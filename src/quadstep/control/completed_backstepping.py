@@ -22,11 +22,11 @@ from quadstep.control.backstepping import (
     torque_basis,
     wanted_torque,
 )
-from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.networks import output
-from quadstep.control.wanted_attitude import project, project_weights
+from quadstep.control.filters import Filtered, command_filter
+from quadstep.control.vectoring import project, project_weights
 from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import ANGLES, NETS, believed, from_gains, gain
+from quadstep.interfaces.learning import output
 from quadstep.interfaces.model import Kinematics, Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, cos, sin, vector, where

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.mixers import FULL, OnQuarters, crazyflie_thrusts
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude
+from quadstep.control.vectoring import up_axis, wanted_attitude
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter
 from quadstep.interfaces.reference import Reference

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.super_twisting import smooth_root, smooth_sign
-from quadstep.control.thrust_extension import Push, driving, motion
-from quadstep.control.wanted_attitude import project
+from quadstep.control.thrust_extended_backstepping import Push, driving, motion
+from quadstep.control.vectoring import project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.reference import Reference

@@ -21,20 +21,12 @@ What a path is known to do (velocity, acceleration, the turn of its wanted attit
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.command_filter import (
-    Filtered,
-    FilteredAttitude,
-    LedAttitude,
-    command_filter,
-    led_acceleration,
-    led_filter,
-)
-from quadstep.control.networks import NODES, growth, hats, values
+from quadstep.control.filters import Filtered, FilteredAttitude, LedAttitude, command_filter, led_acceleration, led_filter
 from quadstep.control.rotation_backstepping import AIRBORNE
-from quadstep.control.vectoring import attitude_for
-from quadstep.control.wanted_attitude import project_weights, up_axis, within
+from quadstep.control.vectoring import attitude_for, project_weights, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import NETS, believed, gain, given, usual
+from quadstep.interfaces.learning import NODES, growth, hats, values
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, maximum, vector, where
 from quadstep.numbers.rotations import (

@@ -12,8 +12,7 @@ goes with the square of the speed across, v_x^2 + v_y^2, not of v_x + v_y.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.vectoring import ZERO
-from quadstep.control.wanted_attitude import project, up_axis, within
+from quadstep.control.vectoring import ZERO, project, up_axis, within
 from quadstep.interfaces.controller import BodyRates, Controller, Measured
 from quadstep.interfaces.gain import BELIEF, believed, gain, given, usual
 from quadstep.interfaces.reference import Reference

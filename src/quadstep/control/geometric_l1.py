@@ -37,8 +37,8 @@ from quadstep.control.vectoring import (
     push_against,
     torque_for,
     turned,
+    up_axis,
 )
-from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
 from quadstep.interfaces.reference import Reference

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from quadstep.control.thrust_extension import Push, driving, motion
-from quadstep.control.wanted_attitude import project
+from quadstep.control.thrust_extended_backstepping import Push, driving, motion
+from quadstep.control.vectoring import project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model

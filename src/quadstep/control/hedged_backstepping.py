@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.command_filter import LedAttitude, led_acceleration, led_filter
+from quadstep.control.filters import LedAttitude, led_acceleration, led_filter
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
     TORQUE_INPUTS,
@@ -23,8 +23,7 @@ from quadstep.control.rotation_backstepping import (
     RotationMemory,
     share_made,
 )
-from quadstep.control.vectoring import AchievedCommand, attitude_for, commanded, lagged, push_against
-from quadstep.control.wanted_attitude import up_axis
+from quadstep.control.vectoring import AchievedCommand, attitude_for, commanded, lagged, push_against, up_axis
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import given, usual
 from quadstep.interfaces.learning import net

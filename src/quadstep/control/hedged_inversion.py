@@ -18,8 +18,7 @@ the command's error alone. The nets are linear in their weights as those of [16]
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.command_filter import FilteredAttitude, LedAttitude, led_acceleration, led_filter
-from quadstep.control.networks import basis, output, weight_rate
+from quadstep.control.filters import FilteredAttitude, LedAttitude, led_acceleration, led_filter
 from quadstep.control.rotation_backstepping import (
     AIRBORNE,
     FORCE_INPUTS,
@@ -29,11 +28,10 @@ from quadstep.control.rotation_backstepping import (
     TORQUE_INPUTS,
     TURN,
 )
-from quadstep.control.vectoring import attitude_for
-from quadstep.control.wanted_attitude import project_weights, up_axis, within
+from quadstep.control.vectoring import attitude_for, project_weights, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import NETS, believed, gain, given, usual
-from quadstep.interfaces.learning import Net, net, nets_start, weights
+from quadstep.interfaces.learning import Net, basis, net, nets_start, output, weight_rate, weights
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, maximum, vector, where
 from quadstep.numbers.functions import length

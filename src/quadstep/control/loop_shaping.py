@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.wanted_attitude import project, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import project, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import BodyRates, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model

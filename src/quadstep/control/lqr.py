@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.wanted_attitude import integral_for, project
+from quadstep.control.vectoring import integral_for, project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model
@@ -22,7 +22,7 @@ from quadstep.numbers.rotations import (
     rotation_vector,
 )
 from quadstep.numbers.solve import solve_square
-from quadstep.world.guidance.minimum_jerk import Point, Quintic, along, quintic
+from quadstep.world.paths import Point, Quintic, along, quintic
 
 MOST_STEPS, SMALL = 1000, 1e-13
 """Of Newton's method, and the relative step after which it has converged: the one before was a few digits of that."""

@@ -23,8 +23,7 @@ from quadstep.control.admm import (
 )
 from quadstep.control.admm import within as bounded
 from quadstep.control.filters import observed
-from quadstep.control.vectoring import boxed
-from quadstep.control.wanted_attitude import WantedAttitude, project, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import WantedAttitude, boxed, project, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model

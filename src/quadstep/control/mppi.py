@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.filters import observed
-from quadstep.control.vectoring import torque_for, turning_errors
-from quadstep.control.wanted_attitude import project, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import project, torque_for, turning_errors, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
 from quadstep.interfaces.reference import Reference

@@ -25,7 +25,7 @@ from quadstep.interfaces.controller import Controller as Law
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector
-from quadstep.numbers.opaque import call, raise_pending, register, release
+from quadstep.numbers.scan import call, raise_pending, register, release
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ class NoGains(NamedTuple):
 
 
 class OpaqueGains(NamedTuple):
-    """handle: of the callable, as `quadstep.numbers.opaque.register` gave it."""
+    """handle: of the callable, as `quadstep.numbers.scan.register` gave it."""
 
     handle: Number
 

@@ -18,8 +18,7 @@ from quadstep.control.backstepping import (
     BacksteppingMemory,
     largest_inertia,
 )
-from quadstep.control.vectoring import push_against
-from quadstep.control.wanted_attitude import integral_for
+from quadstep.control.vectoring import integral_for, push_against
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import from_gains
 from quadstep.interfaces.learning import net

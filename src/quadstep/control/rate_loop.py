@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self
 
-from quadstep.control.vectoring import angular_of, torque_for
-from quadstep.control.wanted_attitude import project
+from quadstep.control.vectoring import angular_of, project, torque_for
 from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import believed, cached_by_class, gain, usual
 from quadstep.interfaces.model import Model

@@ -23,7 +23,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "indi": "indi.Indi",
         "indi-velocity": "indi.IndiVelocity",
         "geometric-l1": "geometric_l1.GeometricL1",
-        "geometric-adaptive": "geometric_adaptive.GeometricAdaptive",
+        "geometric-adaptive": "geometric.GeometricAdaptive",
         "adrc": "adrc.Adrc",
         "super-twisting": "super_twisting.SuperTwisting",
         "flatness": "flatness.Flatness",

@@ -17,13 +17,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.command_filter import FilteredAttitude, attitude_filter
-from quadstep.control.networks import basis, output, weight_rate
-from quadstep.control.vectoring import angular_of, push_against
-from quadstep.control.wanted_attitude import integral_for, project, project_weights, up_axis, wanted_attitude, within
+from quadstep.control.filters import FilteredAttitude, attitude_filter
+from quadstep.control.vectoring import (
+    angular_of,
+    integral_for,
+    project,
+    project_weights,
+    push_against,
+    up_axis,
+    wanted_attitude,
+    within,
+)
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import AXES, NETS, believed, gain, given, usual
-from quadstep.interfaces.learning import Net, net, nets_start, weights
+from quadstep.interfaces.learning import Net, basis, net, nets_start, output, weight_rate, weights
 from quadstep.interfaces.model import Model
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, outer, vector, where

@@ -14,9 +14,8 @@ along the motion that the model predicts from one sample to the next.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.thrust_extension import turning
-from quadstep.control.vectoring import torque_for
-from quadstep.control.wanted_attitude import project, up_axis
+from quadstep.control.thrust_extended_backstepping import turning
+from quadstep.control.vectoring import project, torque_for, up_axis
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.reference import Reference

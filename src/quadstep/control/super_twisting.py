@@ -21,8 +21,8 @@ from quadstep.control.vectoring import (
     force_for,
     push_against,
     torque_for,
+    up_axis,
 )
-from quadstep.control.wanted_attitude import up_axis
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
 from quadstep.interfaces.model import Model

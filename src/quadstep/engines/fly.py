@@ -80,7 +80,7 @@ def on_floats(plans: Sequence[FlightPlan]) -> Flown:
 def on_lanes(plans: Sequence[FlightPlan]) -> Flown:
     """What flies these in groups of the same structure and clock. Raises UserError where there is no compiler."""
     try:
-        from quadstep.engines.lanes import fly_lanes  # noqa: PLC0415 (the compiler is loaded only where it is used)
+        from quadstep.engines.kernel import fly_lanes  # noqa: PLC0415 (the compiler is loaded only where it is used)
     except ModuleNotFoundError as error:
         if error.name != "llvmlite":
             raise

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from quadstep.engines.eager import always
 from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
-from quadstep.interfaces.log import FlightLog
-from quadstep.interfaces.metric import Metric, Summed, added, started
+from quadstep.interfaces.log import FlightLog, Metric, Summed, added, started
 from quadstep.interfaces.plant import Plant
 from quadstep.metrics.reductions import Sums
 from quadstep.metrics.registry import LARGEST as FARTHEST

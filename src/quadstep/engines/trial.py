@@ -13,7 +13,7 @@ from quadstep.engines.eager import always
 from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
-from quadstep.interfaces.metric import Metric, added, started
+from quadstep.interfaces.log import Metric, added, started
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.loading import blamed
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector

@@ -20,7 +20,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Table, Vector
 from quadstep.vehicle.rigid_body import AirframeState
-from quadstep.world.guidance.setpoints import SetpointParameters, Setpoints
+from quadstep.world.paths import SetpointParameters, Setpoints
 
 SETTLING = 1.0
 """Time at the start that is not compared [s]."""

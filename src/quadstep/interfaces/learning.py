@@ -5,9 +5,12 @@ torque_net: Net = net(2, inputs=9, rate=5.0, damping=0.01)
 learning_start: Number = nets_start()
 weights_1: Matrix = weights(1)
 weights_2: Matrix = weights(2)
+
+And the nets: linear in the weights, sigmoid basis, fixed random input weights (Eq. 22, Eq. 23, Eq. 34, Eq. 54).
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
@@ -15,7 +18,7 @@ import numpy as np
 
 from quadstep.interfaces.gain import Default, resolved
 from quadstep.interfaces.model import Model
-from quadstep.numbers import Matrix, Number, Vector
+from quadstep.numbers import Matrix, Number, Vector, absolute, clip, maximum, outer, sigmoid, total
 
 NEURONS, SEED = 10, 1
 """Of each net, and of its fixed input weights, where a mission says nothing."""
@@ -111,3 +114,48 @@ def nets_start() -> Any:
 def weights(number: int) -> Any:
     """Declares the weights of the net of this number at the start."""
     return StartWeights(number)
+
+
+NODES = 9
+
+
+def hats(x: Number, spacing: Number) -> Vector:
+    """The hats at x: at most two are not 0, and all add up to 1. Nodes stand about 0; beyond the last, its value holds."""
+    middle = 0.5 * (NODES - 1)
+    place = clip(x / spacing, -middle, middle)
+    return Vector(maximum(1.0 - absolute(place - (j - middle)), 0.0) for j in range(NODES))
+
+
+def values(weights: Matrix, regressors: tuple[Vector, ...]) -> Vector:
+    """The functions, one a column of the weights, each at its own regressor."""
+    return Vector(
+        total([row[i] * phi for row, phi in zip(weights, regressor, strict=True)]) for i, regressor in enumerate(regressors)
+    )
+
+
+def growth(regressors: tuple[Vector, ...], errors: Vector) -> Matrix:
+    """phi_i e_i of every function i, a column each."""
+    return Matrix(
+        Vector(regressor[j] * error for regressor, error in zip(regressors, errors, strict=True)) for j in range(NODES)
+    )
+
+
+def basis(net: Net, inputs: Iterable[Number]) -> Vector:
+    """mu(chi), the N neurons' outputs: sigmoid of the weighted inputs and a bias."""
+    chi = tuple(inputs)
+
+    def neuron(row: Vector) -> Number:
+        return sigmoid(total([row[-1], *[w * x for w, x in zip(row, chi, strict=False)]]))
+
+    return net.input_weights.map_rows(neuron)
+
+
+def output(weights: Matrix, mu: Vector) -> Vector:
+    """W_hat^T mu, the net's estimate (Eq. 23, Eq. 34), shape (3,)."""
+    return weights.T @ mu
+
+
+def weight_rate(net: Net, weights: Matrix, mu: Vector, error: Vector, error_norm: Number) -> Matrix:
+    """W_hat_dot = F mu r_i^T - kappa |r| F W_hat, shape (N, 3) (Eq. 54). error: r_i; error_norm: |r| of both, (r_1, r_2)."""
+    growth = outer(net.learning_rate * mu, error)
+    return growth - (net.damping * error_norm * net.learning_rate) * weights

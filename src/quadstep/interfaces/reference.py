@@ -14,7 +14,7 @@ class Reference(NamedTuple):
     path does not provide them. Vectors have length 3. ahead: the reference motion at the times of a controller's `preview`;
     paths leave it empty.
 
-    >>> from quadstep.world.guidance import Reference
+    >>> from quadstep.interfaces.reference import Reference
     >>> from quadstep.numbers import vector
     >>> hover = Reference(vector(0.0, 0.0, 2.0), vector(0.0, 0.0, 0.0), vector(0.0, 0.0, 0.0), yaw=0.0, yaw_rate=0.0)
     >>> hover.position, hover.jerk
@@ -36,7 +36,7 @@ class PathLaw(Protocol):
     """A path as a law over numbers. Its numbers live in `parameters`; the law itself holds only structure and is hashable.
 
     >>> from dataclasses import dataclass
-    >>> from quadstep.world.guidance import Reference
+    >>> from quadstep.interfaces.reference import Reference
     >>> from quadstep.numbers import vector
     >>> @dataclass(frozen=True)
     ... class Climb:  # parameters: the speed [m/s]

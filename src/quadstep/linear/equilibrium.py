@@ -11,8 +11,7 @@ from quadstep.interfaces.reference import Reference
 from quadstep.linear.modes import Reduced, reduced
 from quadstep.linear.nearby import MOVED, NEAR, bending, changed, keeping, later_ticks, nearby
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
-from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
-from quadstep.linear.states import Array, LoopState, commanded, states, with_states
+from quadstep.linear.states import SAME, Array, LoopState, NoSlopeError, NotLinearError, apart, commanded, states, with_states
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.lagrange import LagrangeMission, VehicleSection

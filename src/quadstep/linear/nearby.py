@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from quadstep.linear.modes import Reduced, reduced, scales
 from quadstep.linear.sampled import Loops, approached
-from quadstep.linear.side import SAME, apart
-from quadstep.linear.states import Array, LoopState, states, with_states
+from quadstep.linear.states import SAME, Array, LoopState, apart, states, with_states
 from quadstep.numbers import Number
 
 NEAR = 1e-4

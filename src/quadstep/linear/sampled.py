@@ -16,12 +16,16 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Numbers
 from quadstep.interfaces.closed_loop import Clock
 from quadstep.interfaces.reference import PathLaw, Reference
-from quadstep.linear.side import SAME, EdgeSide, NoSlopeError, NotLinearError, apart
 from quadstep.linear.states import (
+    SAME,
     Array,
     Channel,
+    EdgeSide,
     LoopState,
+    NoSlopeError,
+    NotLinearError,
     Pose,
+    apart,
     channels,
     commanded,
     moved,

@@ -20,7 +20,7 @@ from quadstep.linear.margins import MarginLimits
 from quadstep.linear.modes import reduced
 from quadstep.linear.run import MARGIN_COLUMNS, margin_numbers, record
 from quadstep.linear.sampled import Loops, linearised, linearising
-from quadstep.linear.side import NotLinearError
+from quadstep.linear.states import NotLinearError
 from quadstep.linear.tables import draw_over
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.own_controller import own_section

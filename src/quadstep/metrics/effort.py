@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Generic, NamedTuple, Self, TypeVar
 
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import Metric
 from quadstep.numbers import Number, Vector, absolute, maximum, sqrt, total, where
 from quadstep.vehicle.airframe_plant import Airframe
 

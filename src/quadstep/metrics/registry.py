@@ -1,7 +1,7 @@
 """The metrics that the package has of a flight, each declared once: of which quantity, reduced how, and what it means.
 
 `REPORTED` are computed from a log, for `metrics.json`; `SCORED` are summed while flying, for campaigns. Those that a mission
-names, the package's (`effort.py`) and a user's own, are classes of their own: `quadstep.interfaces.metric`.
+names, the package's (`effort.py`) and a user's own, are classes of their own: `quadstep.interfaces.log`.
 """
 
 from collections.abc import Iterable, Mapping

@@ -9,9 +9,8 @@ from pydantic import BaseModel
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.learning import DeclaredNet
 from quadstep.interfaces.model import Model
-from quadstep.mission.derived import ControllerSection
+from quadstep.mission.derived import ControllerSection, NetsSection
 from quadstep.mission.fields import Quantity
-from quadstep.mission.nets import NetsSection
 from quadstep.numbers import Vector
 
 WIDTH = 27

@@ -9,8 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.control.geometric import Geometric
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.log import FlightLog
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import FlightLog, Metric
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
 from quadstep.metrics.effort import EffortMetric

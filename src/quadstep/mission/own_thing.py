@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, Validati
 from pydantic_core import PydanticCustomError
 
 from quadstep.interfaces.gain import Gain, cached_by_class, declared, gains_in
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import Metric
 from quadstep.io.errors import UserError, listed, unknown_name
 from quadstep.io.user_code.installed import METRICS, OWN, named, own_place
 from quadstep.io.user_code.loading import load

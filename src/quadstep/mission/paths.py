@@ -16,15 +16,12 @@ from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positiv
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
 from quadstep.numbers import Vector, vector
-from quadstep.world.guidance.declared import DeclaredPath
-from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
-from quadstep.world.guidance.orbit import Orbit, OrbitParameters
-from quadstep.world.guidance.piecewise import LEAST_SPAN, Piecewise, near_recording, through_waypoints
-from quadstep.world.guidance.setpoints import Step, StepParameters
+from quadstep.world.paths import DeclaredPath, MinimumJerk, MinimumJerkParameters, Orbit, OrbitParameters, Step, StepParameters
+from quadstep.world.pieces import LEAST_SPAN, Piecewise, near_recording, through_waypoints
 
 
 class BuiltPath(NamedTuple):
-    """law and parameters as in `quadstep.world.guidance`; length: how long the path takes [s]."""
+    """law and parameters as in `quadstep.world.paths`; length: how long the path takes [s]."""
 
     law: PathLaw
     parameters: object

@@ -20,8 +20,7 @@ from quadstep.engines.scored import bare, of_log, score_names
 from quadstep.engines.trial import NotFiniteError, try_metrics, try_out, try_plant
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.interfaces.controller import Controller
-from quadstep.interfaces.log import FlightLog
-from quadstep.interfaces.metric import Metric
+from quadstep.interfaces.log import FlightLog, Metric
 from quadstep.interfaces.plant import Air, Plant
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError

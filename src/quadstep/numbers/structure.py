@@ -113,7 +113,7 @@ def replaced(structure: S, **fields: object) -> S:
 def leaf_names(structure: object, prefix: str = "") -> list[str]:
     """A dotted name for each leaf, in the order of `flatten`: `vehicle.inertia.0`.
 
-    >>> from quadstep.world.guidance import StepParameters
+    >>> from quadstep.world.paths import StepParameters
     >>> from quadstep.numbers import leaf_names, vector
     >>> leaf_names(StepParameters(vector(0.0), vector(1.0), 2.0, 0.0))
     ['start.0', 'end.0', 'time', 'yaw']

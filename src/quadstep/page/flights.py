@@ -9,9 +9,9 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.log import LIMITS as LIMITS_PASSED
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging.verdict import RULES, graded
 from quadstep.metrics.margins import SOUND, at_rest_sentences, rest_of
 from quadstep.metrics.registry import Metrics, group, metric
+from quadstep.metrics.verdict import RULES, graded
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.schema import Mission
@@ -72,7 +72,7 @@ def outcomes() -> list[dict[str, object]]:
 
 
 def rules() -> list[dict[str, object]]:
-    """The rules of `quadstep.metrics.judging.verdict`, by the front end's names of their measures."""
+    """The rules of `quadstep.metrics.verdict`, by the front end's names of their measures."""
     names = {metric: name for name, metric in SUMMED_UP.items()}
     return [{**rule._asdict(), "metric": names[rule.metric]} for rule in RULES]
 

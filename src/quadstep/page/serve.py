@@ -20,12 +20,10 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 from quadstep.io import files
 from quadstep.io.errors import UserError
 from quadstep.io.results.folder import opened
-from quadstep.metrics.judging.verdict import FlightGrade
-from quadstep.page.cards import list_page, thumbnail
-from quadstep.page.compared import compared_page
-from quadstep.page.folder import grade, manifest, result_in, results
+from quadstep.metrics.verdict import FlightGrade
+from quadstep.page.cards import compared_page, list_page, thumbnail
+from quadstep.page.folder import grade, manifest, open_result, open_two, result_in, results
 from quadstep.page.model import Link
-from quadstep.page.opened import open_result, open_two
 from quadstep.page.sharing import COOKIE, LOCAL, Access, qr_drawing
 
 POLICY = (

@@ -25,8 +25,7 @@ from llvmlite import binding as llvm
 from llvmlite import ir
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.opaque import answer
-from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
+from quadstep.numbers.scan import C, Rows, Step, answer, matrices, same_shape, shaped
 from quadstep.numbers.structure import flatten, rebuild
 from quadstep.numbers.vectors import Matrix, Vector
 from quadstep.program.instructions import Instructions, Stored

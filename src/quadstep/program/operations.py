@@ -127,7 +127,7 @@ FORMS = {
     "word >>": Forms("({}>>>{}|0)", "({} >> {})", "{} >> {}", built("lshr")),
     "entry": Forms("{}[{}]", "{}[(int32_t){}]", "real({}[int({})])", looked_up),
 }  # fmt: skip
-"""In JavaScript, D and W are the bits of one number, see `page/emit.py`."""
+"""In JavaScript, D and W are the bits of one number, see `page/laws.py`."""
 
 CONDITIONS = frozenset(("<", "<=", ">", ">=", "==", "!=", "and", "or", "not", "bit"))
 COMMUTATIVE = frozenset("+*")

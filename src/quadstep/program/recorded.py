@@ -86,7 +86,7 @@ class Recording(ABC):
         return law(structure)
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
-        """See `quadstep.numbers.opaque`."""
+        """See `quadstep.numbers.scan`."""
         raise TypeError("an opaque function takes floats, arrays and lanes; it has no equations")
 
 
@@ -302,7 +302,7 @@ class RecordedFunctions(Kind):
         return record_of(flatten(structure)).call(memory, law, structure)
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
-        """See `quadstep.numbers.opaque`."""
+        """See `quadstep.numbers.scan`."""
         return record_of((handle, *inputs)).opaque(handle, inputs, outputs)
 
 

@@ -7,9 +7,9 @@ from typing import NamedTuple, TypeAlias
 
 from quadstep.io.errors import UNMET
 from quadstep.io.results.record import REPORT
-from quadstep.metrics.judging.metrics import JudgedShare
-from quadstep.metrics.judging.verdict import Case, Verdict
 from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
+from quadstep.metrics.requirements import JudgedShare
+from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.symbols import rich

@@ -32,8 +32,8 @@ from quadstep.io.documents import parse_toml, read_toml
 from quadstep.io.errors import UserError, cut
 from quadstep.io.results.folder import opened
 from quadstep.io.user_code.loading import refuse
-from quadstep.metrics.judging.metrics import Requirement, with_full_names
-from quadstep.metrics.judging.verdict import graded, scalars
+from quadstep.metrics.requirements import Requirement, with_full_names
+from quadstep.metrics.verdict import graded, scalars
 from quadstep.mission.check import check
 from quadstep.mission.controller_lines import commented, learning_numbers, net_lines, rounded, written
 from quadstep.mission.fields import Positive, Section, as_tuple, plain
@@ -42,8 +42,7 @@ from quadstep.mission.own_controller import PilotedSection
 from quadstep.mission.read import check_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.page.build import write_mission_page
-from quadstep.page.folder import manifest
-from quadstep.page.opened import names_files
+from quadstep.page.folder import manifest, names_files
 from quadstep.report.pool import end_with_parent, starting
 from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.tables import write_log

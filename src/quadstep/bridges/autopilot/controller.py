@@ -30,7 +30,7 @@ from quadstep.mission.derived import BuiltController, Modelled
 from quadstep.mission.fields import Quantity
 from quadstep.mission.own_controller import FIRST_WAIT, PilotedSection
 from quadstep.numbers import Number, Vector
-from quadstep.numbers.opaque import call, raise_pending, register
+from quadstep.numbers.scan import call, raise_pending, register
 from quadstep.vehicle.multirotor import AirframeParameters, Multirotor
 from quadstep.vehicle.rigid_body import Geometry, Mount
 

@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import NamedTuple, Protocol, cast
 
 from quadstep.bridges.autopilot.link import refuse_strange
-from quadstep.control.wanted_attitude import wanted_attitude
+from quadstep.control.vectoring import wanted_attitude
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.reference import Reference
 from quadstep.io.doors import optional

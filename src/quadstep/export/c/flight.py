@@ -31,7 +31,7 @@ from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
 from quadstep.io.user_code.loading import blamed
 from quadstep.numbers import Number, flatten, leaf_names, rebuild
-from quadstep.numbers.opaque import call, raise_pending, register, release
+from quadstep.numbers.scan import call, raise_pending, register, release
 
 
 class Planned(Protocol):

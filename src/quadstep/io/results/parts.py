@@ -33,7 +33,7 @@ ROOTS = (
 )  # fmt: skip
 """Modules that count with all that they import."""
 
-SHOWING = ("commands", "metrics.judging", "page", "report")
+SHOWING = ("commands", "metrics.requirements", "metrics.verdict", "page", "report")
 """Packages that never count."""
 
 EMPTY = ((re.compile(r", \w+=(?:\[\]|Load\(\))"), ""), (re.compile(r"\b\w+=(?:\[\]|Load\(\))(?:, )?"), ""))

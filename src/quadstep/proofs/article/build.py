@@ -1,7 +1,7 @@
 """The article as one HTML file: its text with formulas set, still figures for paper, and the law that its figures fly.
 
 Beside a flight's log they show what the paper's law wants on its way, and the terms of L and its rate: one row of numbers per
-log row, from the functions that fly (`page/emit.py` records them), in the order of `SHOWN`; the net's numbers follow.
+log row, from the functions that fly (`page/laws.py` records them), in the order of `SHOWN`; the net's numbers follow.
 """
 
 import json
@@ -18,19 +18,19 @@ from quadstep.control.backstepping import (
     position_loop,
     torque_basis,
 )
-from quadstep.control.command_filter import command_filter
-from quadstep.control.networks import output
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.filters import command_filter
+from quadstep.control.vectoring import invert_force
 from quadstep.engines.loop import Cycle, Loop
 from quadstep.interfaces.closed_loop import ClosedLoop, Outcome
 from quadstep.interfaces.controller import Command
+from quadstep.interfaces.learning import output
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import Number, Vector, atan2, flatten, where
 from quadstep.page.build import fill
-from quadstep.page.emit import emit, library, net_row
 from quadstep.page.flights import words
+from quadstep.page.laws import emit, library, net_row
 from quadstep.page.model import numbers_text
 from quadstep.page.writing import Output, Writer
 from quadstep.program.assignments import Record

@@ -9,11 +9,10 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from quadstep.control.backstepping import BacksteppingGains, wanted_force, wanted_torque
-from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.networks import basis, weight_rate
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.filters import Filtered, command_filter
+from quadstep.control.vectoring import invert_force
 from quadstep.engines.fly import FlightPlan
-from quadstep.interfaces.learning import Net
+from quadstep.interfaces.learning import Net, basis, weight_rate
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector

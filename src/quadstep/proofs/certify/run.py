@@ -9,7 +9,7 @@ from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging.verdict import Case
+from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.arrays import Array, lengths
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
 from quadstep.io import __version__
-from quadstep.metrics.judging.verdict import Case
+from quadstep.metrics.verdict import Case
 from quadstep.proofs.theory.comparison import (
     COMPLETED,
     INNER_LOOPS,

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.control.backstepping import BacksteppingMemory, attitude_errors, position_loop
-from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.completed_backstepping import (
     CompletedBackstepping,
     CompletedGains,
@@ -14,6 +13,7 @@ from quadstep.control.completed_backstepping import (
     counter_rate,
     with_yaw,
 )
+from quadstep.control.filters import Filtered, command_filter
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference

@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.completed_backstepping import coupling_columns, with_yaw
-from quadstep.control.wanted_attitude import project
+from quadstep.control.vectoring import project
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Number, Vector, absolute, largest, smallest, total
 from quadstep.proofs.theory.lyapunov import inner, lyapunov_rate, sum_squares

@@ -11,9 +11,9 @@ from quadstep.control.backstepping import (
     position_loop,
     torque_basis,
 )
-from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedBackstepping, coupling_columns, with_yaw
-from quadstep.control.networks import output
+from quadstep.control.filters import Filtered
+from quadstep.interfaces.learning import output
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Number, Vector, exp, largest, smallest, sqrt, total
 from quadstep.proofs.theory.samples import LoopBatch

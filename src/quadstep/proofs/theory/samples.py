@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, BacksteppingGains, BacksteppingMemory, position_loop
-from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedGains, CompletedMemory
+from quadstep.control.filters import Filtered
 from quadstep.interfaces.learning import Net
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector

@@ -3,8 +3,8 @@
 import sympy
 
 from quadstep.control.backstepping import wanted_torque
-from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.networks import output
+from quadstep.control.filters import Filtered, command_filter
+from quadstep.interfaces.learning import output
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Vector
 from quadstep.proofs.verify import closed_loop as loop
@@ -150,7 +150,7 @@ def printed_torque() -> Expression:
     return array(W_HAT_2).T * loop.mu(loop.NET_2, CHI_2) + K_R2 * R2 + K_I2 * INTEGRAL
 
 
-@row(ROWS, "34", "second net", "v_NN2_hat = W_hat_2^T mu_2(chi_2)", "control.networks:output", EquationVerdict.AS_PRINTED)
+@row(ROWS, "34", "second net", "v_NN2_hat = W_hat_2^T mu_2(chi_2)", "interfaces.learning:output", EquationVerdict.AS_PRINTED)
 def equation_34() -> Checks:
     spoken = array(loop.sample().command.torque) - array(loop.sample(learning=False).command.torque)
     return Checks([
@@ -181,7 +181,7 @@ def net_error() -> tuple[Expression, Expression]:
 V_TILDE = "v_tilde_NN2 = v_NN2 - v_hat_NN2 = W_2^T mu_2 - W_hat_2^T mu_2 + eps_2 = W_tilde_2^T mu_2 + eps_2"
 
 
-@row(ROWS, "36", "error of the second net", V_TILDE, "control.networks:output", EquationVerdict.DEFINITION)
+@row(ROWS, "36", "error of the second net", V_TILDE, "interfaces.learning:output", EquationVerdict.DEFINITION)
 def equation_36() -> Checks:
     return Checks([same("v_NN2 - v_hat_NN2", *net_error())])
 
@@ -217,7 +217,7 @@ def equation_38() -> Checks:
     "39",
     "error of the second net, again",
     V_TILDE,
-    "control.networks:output",
+    "interfaces.learning:output",
     EquationVerdict.DEFINITION,
     "Eq. 36 repeated",
 )
@@ -243,7 +243,7 @@ def chi_2() -> Checks:
 
 
 @row(ROWS, "eta_d_dot", "rate of the desired attitude", "used in Eq. 28, never "
-     "defined", "control.command_filter:command_filter",
+     "defined", "control.filters:command_filter",
      EquationVerdict.DEFINITION, "theta_d and phi_d pass through x_dd = w^2 (command - x) - 2 w x_dot, solved "
                                  "exactly: the true rate "
      "contains eta_dd, and so the torque itself")  # fmt: skip

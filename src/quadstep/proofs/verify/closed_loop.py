@@ -11,10 +11,9 @@ from quadstep.control.backstepping import (
     BacksteppingGains,
     BacksteppingMemory,
 )
-from quadstep.control.command_filter import Filtered
-from quadstep.control.networks import basis
+from quadstep.control.filters import Filtered
 from quadstep.interfaces.controller import Command
-from quadstep.interfaces.learning import Net
+from quadstep.interfaces.learning import Net, basis
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Vector

@@ -4,8 +4,8 @@ from typing import cast
 
 import numpy as np
 
-from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
+from quadstep.control.filters import Filtered
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Number, Vector
 from quadstep.proofs.theory.samples import LoopBatch, draw_sample

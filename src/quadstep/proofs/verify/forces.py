@@ -55,7 +55,7 @@ from quadstep.vehicle.paper import (
     rotor_map,
     thrust_direction,
 )
-from quadstep.world.guidance.minimum_jerk import blend
+from quadstep.world.paths import blend
 
 ROWS: list[EquationRow] = []
 STATE = State(symbols("xi"), symbols("xi_dot"), ATTITUDE, RATES)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import sympy
 
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
 from quadstep.numbers import vector
 from quadstep.proofs.verify.forces import printed_direction
 from quadstep.proofs.verify.rows import (
@@ -28,7 +28,7 @@ from quadstep.proofs.verify.rows import (
 )
 
 ROWS: list[EquationRow] = []
-PLACE = "control.wanted_attitude:invert_force"
+PLACE = "control.vectoring:invert_force"
 FORCE = symbols("f_d")
 F_X, F_Y, F_Z = FORCE
 FAR_SIDE = (1.0, 2.0, -3.0)

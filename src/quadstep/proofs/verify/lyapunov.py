@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains, BacksteppingMemory
-from quadstep.control.command_filter import Filtered
-from quadstep.control.networks import basis
-from quadstep.interfaces.learning import Net, random_input_weights
+from quadstep.control.filters import Filtered
+from quadstep.interfaces.learning import Net, basis, random_input_weights
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, total

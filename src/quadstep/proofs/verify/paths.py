@@ -22,10 +22,10 @@ from quadstep.proofs.verify.rows import (
     symbol,
     symbols,
 )
-from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend
+from quadstep.world.paths import MinimumJerk, MinimumJerkParameters, blend
 
 ROWS: list[EquationRow] = []
-PATH, BLEND = "world.guidance.minimum_jerk:MinimumJerk.reference", "world.guidance.minimum_jerk:blend"
+PATH, BLEND = "world.paths:MinimumJerk.reference", "world.paths:blend"
 T, DURATION = symbol("t"), symbol("t_f")
 START, END = symbols("start"), symbols("end")
 YAW_START, YAW_END = symbol("psi_0", positive=False), symbol("psi_f", positive=False)

@@ -4,8 +4,8 @@ import numpy as np
 import sympy
 
 from quadstep.control.backstepping import wanted_force
-from quadstep.control.networks import output
-from quadstep.control.wanted_attitude import invert_force
+from quadstep.control.vectoring import invert_force
+from quadstep.interfaces.learning import output
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.closed_loop import (
@@ -173,7 +173,7 @@ def equation_19() -> Checks:
 
 
 @row(ROWS, "22", "function approximated by the first net", "v_NN1 = -A_xyz = W_1^T mu_1(chi_1) + eps_1",
-     "control.networks:basis", EquationVerdict.DEFINITION)  # fmt: skip
+     "interfaces.learning:basis", EquationVerdict.DEFINITION)  # fmt: skip
 def equation_22() -> Checks:
     weights = [list(row) for row in loop.NET_1.input_weights]
     sigmoids = [1 / (1 + sympy.exp(-sum(w * x for w, x in zip(row, (*CHI_1, 1), strict=True)))) for row in weights]
@@ -185,7 +185,7 @@ def equation_22() -> Checks:
     "23",
     "first net",
     "v_NN1_hat = -A_hat = W_hat_1^T mu_1(chi_1)",
-    "control.networks:output",
+    "interfaces.learning:output",
     EquationVerdict.AS_PRINTED,
 )
 def equation_23() -> Checks:
@@ -214,7 +214,7 @@ def ideal_1() -> Expression:
 
 # Eq. 25
 @row(ROWS, "25", "error of the first net", "-A_tilde = W_1^T mu_1 - W_hat_1^T mu_1 + eps_1 = W_tilde_1^T mu_1 + eps_1",
-     "control.networks:output", EquationVerdict.DEFINITION)  # fmt: skip
+     "interfaces.learning:output", EquationVerdict.DEFINITION)  # fmt: skip
 def equation_25() -> Checks:
     basis = loop.mu(loop.NET_1, CHI_1)
     a, a_hat = -ideal_1(), -array(output(loop.W_HAT_1, Vector(basis)))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quadstep.control.command_filter import FilteredAttitude, attitude_filter
+from quadstep.control.filters import FilteredAttitude, attitude_filter
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
     TORQUE_INPUTS,

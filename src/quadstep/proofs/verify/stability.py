@@ -5,8 +5,8 @@ import sympy
 from numpy.typing import ArrayLike, NDArray
 
 from quadstep.control.backstepping import Backstepping
-from quadstep.control.networks import weight_rate
 from quadstep.engines.loop import Cycle, Loop
+from quadstep.interfaces.learning import weight_rate
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
@@ -29,10 +29,10 @@ from quadstep.proofs.verify.rows import (
 from quadstep.vehicle.in_space import COLUMNS
 from quadstep.vehicle.lagrange import Lagrange, Limits, Made, Parameters
 from quadstep.vehicle.paper import effective_inertia
-from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.world.paths import MinimumJerk, MinimumJerkParameters
 
 ROWS: list[EquationRow] = []
-LAW, TUNING = "control.backstepping:Backstepping.law", "control.networks:weight_rate"
+LAW, TUNING = "control.backstepping:Backstepping.law", "interfaces.learning:weight_rate"
 NORM = sympy.sqrt((R1.T * R1)[0] + (R2.T * R2)[0])
 SLOPES = (1.0, 5.0, 25.0)
 

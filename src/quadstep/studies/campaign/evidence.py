@@ -5,8 +5,8 @@ from pathlib import Path
 from quadstep.engines.engine import Engine
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging.metrics import JudgedShare
-from quadstep.metrics.judging.verdict import Case
+from quadstep.metrics.requirements import JudgedShare
+from quadstep.metrics.verdict import Case
 from quadstep.report.evidence import Evidence, Table
 from quadstep.studies.campaign import until
 from quadstep.studies.campaign.planner import is_random

@@ -8,9 +8,8 @@ import numpy as np
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
 from quadstep.engines.scored import LARGEST, RMSE, bare
-from quadstep.engines.sweep import given_names
+from quadstep.engines.sweep import given_names, sweep_module
 from quadstep.engines.sweep_trace import OUTCOME
-from quadstep.engines.wasm import sweep_module
 from quadstep.io.errors import UserError
 from quadstep.mission.read import plan_mission
 from quadstep.mission.schema import Grading, ungraded

@@ -20,9 +20,9 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import __version__
 from quadstep.io.atomic import write_beside
 from quadstep.io.errors import DIVERGED, UNMET, UserError, unknown_name
-from quadstep.metrics.judging.metrics import JudgedMetric, Requirement, judge, with_full_names
-from quadstep.metrics.judging.verdict import Case, Verdict, graded, scalars
 from quadstep.metrics.registry import Metrics, group, metric
+from quadstep.metrics.requirements import JudgedMetric, Requirement, judge, with_full_names
+from quadstep.metrics.verdict import Case, Verdict, graded, scalars
 from quadstep.mission.check import check
 from quadstep.mission.own_controller import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.read import REAL, plan_mission, read_mission

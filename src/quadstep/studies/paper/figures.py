@@ -12,7 +12,7 @@ from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
 from quadstep.report.panels import attitude_panels, input_panels, position_panels
 from quadstep.studies.paper.cases import FIGURE_3_ENDS, FIGURE_3_TIME
-from quadstep.world.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.world.paths import MinimumJerk, MinimumJerkParameters
 
 CAPTIONS = {
     3: "Example trajectory simulation for different final positions",

@@ -9,9 +9,9 @@ from matplotlib.ticker import AsinhLocator, NullLocator
 
 from quadstep.io import __version__
 from quadstep.io.results.record import FIGURES
-from quadstep.metrics.judging.metrics import JudgedShare
-from quadstep.metrics.judging.verdict import Case
+from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.statistics import Estimate
+from quadstep.metrics.verdict import Case
 from quadstep.report import page, units
 from quadstep.report.axes import powers
 from quadstep.report.canvas import drawing, margins, new_figure, write

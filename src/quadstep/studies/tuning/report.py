@@ -8,8 +8,8 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
-from quadstep.metrics.judging.verdict import Case
 from quadstep.metrics.statistics import Estimate
+from quadstep.metrics.verdict import Case
 from quadstep.mission.keys import label
 from quadstep.report import page, units
 from quadstep.report.axes import plain_decades

@@ -19,6 +19,8 @@ from quadstep.numbers import Number, Table, Vector, maximum, total, where
 from quadstep.numbers.functions import evenly_spaced
 from quadstep.numbers.solve import solve_definite
 
+__all__ = ["Piecewise", "PiecewiseParameters", "near_recording", "piecewise_parameters", "through_waypoints"]
+
 
 class PiecewiseParameters(NamedTuple):
     """knots: start time of each piece [s], padded with infinity to a power of two.
@@ -130,7 +132,7 @@ def through_waypoints(times: Array, points: Array) -> PiecewiseParameters:
     times must increase. The paper's Eq. 72 for more than two points.
 
     >>> import numpy as np
-    >>> from quadstep.world.guidance import Piecewise, through_waypoints
+    >>> from quadstep.world.pieces import Piecewise, through_waypoints
     >>> times = np.array([0.0, 2.0, 4.0])
     >>> path = through_waypoints(times, np.array([[0.0, 0.0, 1.0, 0.0], [1.0, 0.5, 1.5, 0.0], [2.0, 0.0, 1.0, 0.0]]))
     >>> Piecewise().reference(2.0, path).position
@@ -153,7 +155,7 @@ def near_recording(times: Array, points: Array, smoothing: float) -> PiecewisePa
     recording lasts `LEAST_SPAN` of it or longer. Raises ValueError where its steps are too unlike for numbers to hold.
 
     >>> import numpy as np
-    >>> from quadstep.world.guidance import Piecewise, near_recording
+    >>> from quadstep.world.pieces import Piecewise, near_recording
     >>> t = np.linspace(0.0, 4.0, 41)
     >>> path = near_recording(t, np.stack([t, 0.0 * t, 1.0 + 0.0 * t, 0.0 * t], axis=1), smoothing=0.1)
     >>> round(Piecewise().reference(2.0, path).position[0], 3)

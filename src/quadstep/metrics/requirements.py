@@ -7,8 +7,8 @@ from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from quadstep.io.errors import UserError
-from quadstep.metrics.judging.verdict import Case
 from quadstep.metrics.statistics import LEVEL, Estimate
+from quadstep.metrics.verdict import Case
 
 OPTION = "--require"
 

@@ -1,1 +1,0 @@
-"""Whether flights are good enough, for machines: verdicts as one JSON object, a JUnit file, an exit code."""
