@@ -44,12 +44,12 @@ WRONG_PATHS = {
     ),
     "abstract": (
         'type = "own.py:Loop"',
-        "from quadstep.world.guidance import DeclaredPath\nclass Loop(DeclaredPath): pass",
+        "from quadstep.world.paths import DeclaredPath\nclass Loop(DeclaredPath): pass",
         "path.type: own.py:Loop: has no `length` and no `reference`",
     ),
     "no numbers": (
         'type = "own.py:Loop"',
-        "from quadstep.world.guidance import DeclaredPath\nclass Loop(DeclaredPath):\n"
+        "from quadstep.world.paths import DeclaredPath\nclass Loop(DeclaredPath):\n"
         "    def length(self, numbers): return 1.0\n    def reference(self, t, numbers): return None",
         "path.type: own.py:Loop: has no `Numbers`",
     ),

@@ -293,7 +293,7 @@ class SetpointParameters(NamedTuple):
 class Setpoints:
     """What a vehicle was told while it flew.
 
-    >>> from quadstep.world.guidance.setpoints import SetpointParameters, Setpoints
+    >>> from quadstep.world.paths import SetpointParameters, Setpoints
     >>> from quadstep.numbers import Table
     >>> still = Table([0.0, 0.0])
     >>> Setpoints().reference(0.15, SetpointParameters((Table([1.0, 2.0]), still, still), still, 0.1)).position

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample, address
 from quadstep.control.betaflight_rates import BetaflightRates
 from quadstep.control.cascaded_pid import OuterMemory, asked_rates, begun, guided
-from quadstep.control.wanted_attitude import up_axis
+from quadstep.control.vectoring import up_axis
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.model import Model
