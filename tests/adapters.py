@@ -28,7 +28,7 @@ def adapter(folder, target, kind="pid", vehicle="crazyflie"):
     return law.name, plan
 
 
-def flown(folder, target, name, program, *units):
+def flown(folder, target, name, program, *units, level="-O1"):
     """What a program prints that flies the adapter."""
     driver = STUBS / target / program
     if not (folder / program).exists():
@@ -41,17 +41,8 @@ def flown(folder, target, name, program, *units):
         if compiled.exists() and compiled.stat().st_mtime > (folder / unit).stat().st_mtime:
             continue
         plus = unit.endswith(".cpp")
-        line = [
-            "g++" if plus else "gcc",
-            "-std=c++17" if plus else "-std=gnu11",
-            "-O1",
-            *BITS,
-            *strict,
-            "-c",
-            unit,
-            "-o",
-            f"{unit}.o",
-        ]
+        language = ("g++", "-std=c++17") if plus else ("gcc", "-std=gnu11")
+        line = [*language, level, *BITS, *strict, "-c", unit, "-o", f"{unit}.o"]
         built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
         assert built.returncode == 0, built.stderr
     subprocess.run(["g++", *objects, "-lm", "-o", "fly"], cwd=folder, check=True)

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import forked
+
 PLACE = Path(__file__).with_suffix(".json")
 SLOW = 0.5
 """[s] of a processor."""
@@ -30,9 +32,9 @@ def recorded() -> dict[str, float]:
 
 
 def spent() -> float:
-    """Processor's time of this process and of its children that have ended."""
+    """Processor's time of this process, of its children that have ended, and of commands that were forked elsewhere."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(one.ru_utime + one.ru_stime for one in used)
+    return sum(one.ru_utime + one.ru_stime for one in used) + sum(forked.spent)
 
 
 class Recorder:

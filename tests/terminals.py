@@ -4,7 +4,7 @@ import fcntl
 import os
 import pty
 import re
-import signal
+import select
 import struct
 import subprocess
 import sys
@@ -12,11 +12,9 @@ import termios
 from contextlib import ExitStack
 from typing import NamedTuple
 
+from tests.forked import Command
 from tests.patience import PATIENCE
 
-COMMAND = (sys.executable, "-m", "quadstep")
-PROGRAM = (sys.executable, "-c")
-"""What runs a text of Python before the arguments."""
 ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 SPOKEN_FOR = ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "PYTHONIOENCODING", "PYTHONUTF8")
 ASCII = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
@@ -52,24 +50,14 @@ def environment(changes):
     return {key: value for key, value in kept.items() if value is not None}
 
 
-def owns_terminal():
-    """Ctrl-C goes to whom the terminal belongs, and is heard there even where the tests run in the background."""
-    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-def in_terminal(*arguments, columns=80, cwd=None, stop_at=None, program=COMMAND, **changes):
+def in_terminal(*arguments, columns=80, cwd=None, stop_at=None, program="", **changes):
     """A command whose streams are all a terminal of this width. changes: of the environment.
 
-    stop_at: press Ctrl-C once this has been read.
+    stop_at: press Ctrl-C once this has been read. program: a text of Python to run instead of the command line.
     """
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-    process = subprocess.Popen(
-        [*program, *map(str, arguments)],
-        stdin=theirs, stdout=theirs, stderr=theirs, cwd=cwd, env=environment(changes), start_new_session=True,
-        preexec_fn=owns_terminal,  # noqa: PLW1509 (it starts no thread)
-    )  # fmt: skip
+    process = Command(os.ttyname(theirs), program, arguments, cwd, environment(changes))
     os.close(theirs)
     received = bytearray()
     try:
@@ -78,10 +66,10 @@ def in_terminal(*arguments, columns=80, cwd=None, stop_at=None, program=COMMAND,
             if stop_at and stop_at.encode() in received:
                 os.write(ours, CTRL_C)
                 stop_at = None
-        code = process.wait(PATIENCE)
+        code = process.wait()
     finally:
         os.close(ours)
-        if process.poll() is None:
+        if process.returncode is None:
             process.kill()
             process.wait()
     return Shown(code, received.decode(errors="replace"))
@@ -89,6 +77,8 @@ def in_terminal(*arguments, columns=80, cwd=None, stop_at=None, program=COMMAND,
 
 def read(descriptor):
     """What there is to read; nothing once the other side is closed, which Linux says with an error."""
+    if not select.select([descriptor], [], [], PATIENCE)[0]:
+        raise TimeoutError(f"nothing in {PATIENCE} s")
     try:
         return os.read(descriptor, 65536)
     except OSError:
@@ -107,7 +97,7 @@ def with_streams(*arguments, out="pipe", err="pipe", cwd=None, **changes):
                 os.close(number)
 
         process = subprocess.Popen(
-            [*COMMAND, *map(str, arguments)],
+            [sys.executable, "-m", "quadstep", *map(str, arguments)],
             stdin=subprocess.DEVNULL, stdout=streams[out], stderr=streams[err], cwd=cwd, env=environment(changes),
             preexec_fn=close,  # noqa: PLW1509 (set before any thread of the child)
         )  # fmt: skip

@@ -12,7 +12,6 @@ import pytest
 
 from quadstep.io.errors import UserError
 from quadstep.studies.campaign import cluster_connection
-from tests import terminals
 from tests.campaigns import (
     MASS,
     SHORT,
@@ -27,6 +26,7 @@ from tests.campaigns import (
     written,
 )
 from tests.needs import package
+from tests.terminals import in_terminal
 
 LONG = SHORT.replace("duration = 0.4", "duration = 16.0")
 
@@ -91,10 +91,9 @@ def test_nobody_else_reaches_it_and_it_ends_with_its_driver(tmp_path, number):
     assert soon(lambda: not running.keys() & {process for process, *_ in processes()}), "its cluster runs on"
 
 
-def test_in_a_terminal_it_flies_the_same_and_says_nothing_of_itself(tmp_path, monkeypatch):
+def test_in_a_terminal_it_flies_the_same_and_says_nothing_of_itself(tmp_path):
     path = written(tmp_path, MASS, LONG, "chunk = 1000\nflights = 4000\n")
-    monkeypatch.setattr(terminals, "COMMAND", (sys.executable, "-c", WITHOUT_REPORT))
-    shown = terminals.in_terminal("campaign", path, "--out", tmp_path / "ray", "--engine", "ray")
+    shown = in_terminal("campaign", path, "--out", tmp_path / "ray", "--engine", "ray", program=WITHOUT_REPORT)
     assert shown.code == 0, shown.text
     bars, said = sides = [], []
     for line in filter(None, re.split(r"[\r\n]+", shown.text)):

@@ -214,7 +214,7 @@ def test_flights_of_a_batch_are_those_built_alone(name, tmp_path):
     if '"controller" = ' not in vary and "nested" not in vary:
         mission = mission if "[controller]" in mission else mission + '[controller]\ntype = "backstepping"\n'
     one = campaign(tmp_path, vary, mission)
-    agree(one, range(20))
+    agree(one, range(8))
     agree(one, range(70_000, 70_005))
     agree(one, [3])
 

@@ -53,8 +53,8 @@ def digests(tmp_path_factory):
     """What `tests.bits.flights` prints in a process with these variables set; None where an instruction kills it."""
     cache = str(tmp_path_factory.mktemp("cache"))
 
-    def run(**variables):
-        command = [sys.executable, "-m", "tests.bits.flights"]
+    def run(*turn, **variables):
+        command = [sys.executable, "-m", "tests.bits.flights", *turn]
         answer = subprocess.run(
             command,
             env={**os.environ, "QUADSTEP_OPTIMISE": "1", "QUADSTEP_CACHE": cache, **variables},
@@ -76,16 +76,21 @@ def native(digests):
 
 
 @pytest.mark.parametrize(
-    "machine", [pytest.param(name, marks=() if name in USUAL else pytest.mark.thorough) for name in MACHINES]
+    ("machine", "turn"),
+    [
+        pytest.param(name, turn, marks=() if (name, turn) in zip(USUAL, "01", strict=True) else pytest.mark.thorough)
+        for name in MACHINES
+        for turn in "01"
+    ],
 )
-def test_flights_campaigns_and_functions_are_the_same_bytes_on_another_processor(machine, digests, native):
+def test_flights_campaigns_and_functions_are_the_same_bytes_on_another_processor(machine, turn, digests, native):
     if "QUADSTEP_CPU" in MACHINES[machine] and not X86:
         without(PROCESSOR, f"this one is no x86-64, so none of {machine} is run")
-    other = digests(**MACHINES[machine])
+    other = digests(turn, **MACHINES[machine])
     if other is None:
         without(PROCESSOR, machine)
-    assert len(native) == 10
-    assert other == native
+    assert (len(native), len(other)) == (10, 7)
+    assert other.items() <= native.items()
 
 
 def test_what_is_not_known_of_a_processor_or_its_code_is_refused_in_one_line(monkeypatch):

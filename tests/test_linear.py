@@ -166,11 +166,11 @@ def test_a_command_on_its_way_to_the_rotors_takes_its_delay_off_the_margin(found
         assert one.delay == pytest.approx(other.delay - 0.004, abs=2e-5), channel.name
 
 
-@pytest.mark.parametrize(("law", "periods"), [("geometric", {}), ("planned-lqr", {"plan": 0.1})])
+@pytest.mark.parametrize(("law", "periods"), [("geometric", {}), ("planned-lqr", {"plan": 0.04})])
 def test_slopes_are_those_of_finite_differences(law, periods):
     """Of a whole period, in every state, away from hover as well: Richardson's rule on central differences.
 
-    In a period of planned-lqr the law follows one plan for 50 samples, each at its own time since the plan was made.
+    In a period of planned-lqr the law follows one plan for 20 samples, each at its own time since the plan was made.
     """
     simulation = {"loop_periods": periods}
     rest = at_rest(hovering(hover({"type": law}, 0.02, wind={"mean": [6.0, 2.0, 0.0]}, simulation=simulation)))

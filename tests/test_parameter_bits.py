@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from quadstep.studies.campaign import draws
 from tests.needs import PROCESSOR, without
@@ -52,10 +53,13 @@ def of_machine(name):
     return json.loads(done.stdout)
 
 
-def test_the_numbers_of_every_flight_are_the_same_to_the_bit_whatever_the_processor():
+@pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.thorough)])
+def test_the_numbers_of_every_flight_are_the_same_to_the_bit_whatever_the_processor(every):
+    """An ordinary run tries the oldest instructions and the newest ones."""
     names = [name for name, (*_, needed) in MACHINES.items() if features.get(needed)]
     if len(names) < 2:
         without(PROCESSOR, "only one of the kernels of OpenBLAS runs on this one")
+    names = names if every else [names[0], names[-1]]
     with ThreadPoolExecutor(2) as pool:
         found = dict(zip(names, pool.map(of_machine, names), strict=True))
     first = found[names[0]]

@@ -115,13 +115,12 @@ def test_the_same_figure_in_another_process_is_the_same_bytes(tmp_path):
         "import sys; from pathlib import Path; from tests.test_report_sheet import job, sheet\n"
         "job().draw(Path(sys.argv[1]), sheet('png,svg,pdf', 88.0, 'paper'))"
     )
-    for seed in ("1", "2"):
-        (tmp_path / seed).mkdir()
-        environment = {**os.environ, "PYTHONHASHSEED": seed}
-        subprocess.run([sys.executable, "-c", code, tmp_path / seed], check=True, env=environment)
+    there = tmp_path / "there"
+    there.mkdir()
+    subprocess.run([sys.executable, "-c", code, there], check=True, env={**os.environ, "PYTHONHASHSEED": "1"})
+    job().draw(tmp_path, sheet("png,svg,pdf", 88.0, "paper"))
     for kind in ("png", "svg", "pdf"):
-        one, two = ((tmp_path / seed / f"curve.{kind}").read_bytes() for seed in ("1", "2"))
-        assert one == two, kind
+        assert (tmp_path / f"curve.{kind}").read_bytes() == (there / f"curve.{kind}").read_bytes(), kind
 
 
 def test_commands_draw_what_is_asked_for(tmp_path):

@@ -12,7 +12,7 @@ from tests.autopilots import free_port, listening
 from tests.commands import quadstep
 from tests.needs import package
 from tests.sheets import SHEET
-from tests.terminals import ASCII, COMMAND, PROGRAM, in_terminal, with_streams
+from tests.terminals import ASCII, in_terminal, with_streams
 
 CALM = """
 [vehicle]
@@ -156,9 +156,7 @@ cli.main()
 
 def shown_of(folder, name, columns, **changes):
     """What a terminal has been shown of a command."""
-    words = [SHORTENED[name], *COMMANDS[name]] if name in SHORTENED else COMMANDS[name]
-    program = PROGRAM if name in SHORTENED else COMMAND
-    shown = in_terminal(*words, cwd=folder, columns=columns, program=program, **changes)
+    shown = in_terminal(*COMMANDS[name], cwd=folder, columns=columns, program=SHORTENED.get(name, ""), **changes)
     assert shown.code == 0, shown.text
     assert good(shown, columns)
     return shown
@@ -194,7 +192,7 @@ def test_in_a_wide_and_dumb_terminal_of_ascii_without_colours(folder, name):
 @pytest.mark.parametrize("columns", WIDTHS)
 @pytest.mark.parametrize("study", STUDIES)
 def test_a_study_in_a_terminal(folder, study, columns):
-    shown = in_terminal(STUDIES[study], "study", *study.split(), cwd=folder, program=PROGRAM, columns=columns)
+    shown = in_terminal("study", *study.split(), cwd=folder, program=STUDIES[study], columns=columns)
     assert shown.code == 0, shown.text
     assert good(shown, columns)
 
@@ -204,18 +202,8 @@ def test_setpoints_in_a_terminal(folder, columns):
     package("pymavlink")
     port = free_port()
     vehicle, stop = listening(port)
-    shown = in_terminal(
-        "serve-setpoints",
-        "calm.toml",
-        "--connect",
-        f"udpin:127.0.0.1:{port}",
-        "--rate",
-        "20",
-        "--hold",
-        "0.2",
-        cwd=folder,
-        columns=columns,
-    )
+    words = f"serve-setpoints calm.toml --connect udpin:127.0.0.1:{port} --rate 20 --hold 0.2"
+    shown = in_terminal(*words.split(), cwd=folder, columns=columns)
     stop.set()
     vehicle.close()
     assert shown.code == 0, shown.text
