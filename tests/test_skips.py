@@ -62,6 +62,7 @@ def test_only_what_a_machine_may_well_lack_is_spared():
         "a tree of ArduPilot",
         "ArduPilot's simulator",
         "a tree of Betaflight 4.5",
+        "Betaflight's simulator and network namespaces",
         "Firefox",
         "version 12.2 of the compiler for Cortex-M, whose sizes docs/export.md gives",
     }
