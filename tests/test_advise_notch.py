@@ -3,16 +3,17 @@
 import math
 import re
 from functools import cache
+from unittest import mock
 
 import numpy as np
 import pytest
 
 from quadstep.identify.autopilot_logs import PX4_MOTORS
-from quadstep.identify.changes import NOISY, changes, loud, notches
+from quadstep.identify.changes import NOISY, changes, loud, notches, since
 from quadstep.identify.logs.series import Series
 from quadstep.identify.measured import measured
 from quadstep.identify.peaks import highest
-from quadstep.identify.rate_loops import ARDUPILOT, PX4
+from quadstep.identify.rate_loops import ARDUPILOT, BETAFLIGHT, PX4
 from quadstep.identify.symptoms import peak
 from quadstep.io.parameter_files import read_parameters
 from quadstep.report.sheet import sheet
@@ -130,7 +131,8 @@ def test_a_resonance_gets_a_notch_and_flown_with_it_the_command_is_as_quiet_as_s
         (lambda: heard(FRAME)._replace(parameters=told(IMU_GYRO_RATEMAX=0.0)), "an alias is not excluded"),
         (lambda: heard(FRAME)._replace(parameters=told(IMU_GYRO_NF0_FRQ=81.0)), "one covers it already"),
         (lambda: heard(FRAME)._replace(parameters=told(IMU_GYRO_NF0_FRQ=150.0)), "of IMU_GYRO_NF0_FRQ, .* none that is 0"),
-        (lambda: heard(FRAME)._replace(loop=ARDUPILOT[0]), "how notches of ardupilot change the loop is not modelled"),
+        (lambda: heard(FRAME)._replace(loop=ARDUPILOT[0]), "of INS_HNTCH_ENABLE, INS_HNTC2_ENABLE the .* none that is 0"),
+        (lambda: heard(FRAME)._replace(loop=BETAFLIGHT[0]), "how notches of betaflight change the loop is not modelled"),
         (lambda: heard(FAINT), "noise makes .* % of the whole command, less than 5 %"),
         (lambda: heard(FRAME)._replace(others=()), "are all three axes known to be sound"),
         (lambda: with_strange_command(heard(FRAME)), "of the command there are what the gains make of it"),
@@ -148,6 +150,33 @@ def with_strange_command(one):
     """A flight whose command has a tone at the peak which is not the gyro's."""
     time = one.period * np.arange(len(one.command))
     return one._replace(command=one.command + 0.3 * np.sin(2.0 * math.pi * highest(one).middle * time))
+
+
+def test_ardupilots_notch_is_switched_on_at_one_frequency_and_its_shape_is_its_own():
+    """The table of INS_HNTCH_*: 4 dB and half the attenuation's, from its definition of bandwidth in octaves."""
+    loop, told = ARDUPILOT[0], {"INS_HNTCH_ENABLE": 1.0, "INS_HNTCH_MODE": 0.0, "INS_HNTCH_FREQ": 80.0, "INS_HNTCH_BW": 40.0}
+    told["INS_HNTCH_HMNCS"] = 1.0
+
+    def stopped(hertz, **more):
+        return abs(loop.notched({**told, **more}, np.array([2j * math.pi * hertz]))[0])
+
+    assert stopped(80.0) == pytest.approx(0.01)  # INS_HNTCH_ATT is 40 dB unless the log says another
+    assert stopped(80.0, INS_HNTCH_ATT=20.0) == pytest.approx(0.1)
+    edges = 60.0, 80.0 * 80.0 / 60.0  # half of the bandwidth below, as many octaves above
+    assert [stopped(one) for one in edges] == pytest.approx([math.sqrt(0.5)] * 2, rel=1e-3)
+    assert stopped(160.0) > 0.8
+    assert stopped(160.0, INS_HNTCH_HMNCS=3.0) < 0.011
+    assert stopped(80.0, INS_HNTCH_MODE=1.0) == stopped(80.0, INS_HNTCH_ENABLE=0.0) == 1.0
+    hidden = {"INS_HNTCH_ENABLE": 0.0, "SCHED_LOOP_RATE": 400.0}
+    one = heard(FRAME)._replace(loop=loop, parameters={**parameters(loop, Axis(*(f[0] for f in axes()))), **hidden})
+    with mock.patch("quadstep.identify.changes.unfit", return_value=""):
+        first = notches(one, loop)[0]
+    switches = {"INS_HNTCH_ENABLE": 1.0, "INS_HNTCH_MODE": 0.0, "INS_HNTCH_HMNCS": 1.0}
+    assert first.items() >= switches.items()
+    assert first["INS_HNTCH_FREQ"] == pytest.approx(80.0, rel=0.02)
+    assert {*first} - {*switches} == {"INS_HNTCH_FREQ", "INS_HNTCH_BW"}
+    assert since(one, first)["INS_HNTCH_MODE"] == (1.0, 0.0)
+    assert loop.changed("INS_HNTCH_MODE", 1.0, 0.0) == "INS_HNTCH_MODE from 1 to 0"
 
 
 def test_a_white_gyro_gets_no_notch():

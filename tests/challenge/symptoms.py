@@ -11,24 +11,31 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.autopilot_logs import PX4_MOTORS, SINKING
+from quadstep.identify.autopilot_logs import COLUMNS, PX4_MOTORS, SINKING
 from quadstep.identify.changes import changes
 from quadstep.identify.excited import Excited
 from quadstep.identify.logs.series import Series
 from quadstep.identify.measured import measured
 from quadstep.identify.peaks import STANDS
-from quadstep.identify.rate_loops import PX4
+from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.identify.response import Response
 from quadstep.identify.symptoms import peak, saturation, wash
 from quadstep.io.errors import UserError
 from tests.challenge.advice import CLOSE
 from tests.challenge.search import Attempt, Search
 from tests.challenge.setpoints import NOISY_SAMPLES, OMEGA, least, parameters, read
-from tests.rate_flights import PERIOD as PX4_PERIOD
 from tests.rate_flights import Axis, Ring, flown, random_axes, stepped
 
 PERIOD, DURATION, HIGHEST = 0.004, 120.0, 150.0
 AXES = [one.axis for one in PX4[:3]]
+
+WHOLE_RANGE = {
+    "ardupilot": {
+        **{"MOT_PWM_MIN": 0.0 + 1e-9, "MOT_PWM_MAX": 1.0, "MOT_SPIN_MIN": 0.0, "MOT_SPIN_MAX": 1.0},
+        **{f"SERVO{number}_FUNCTION": 32.0 + number for number in range(1, 5)},
+    }
+}
+"""Of motors that are logged from 0 to 1."""
 
 
 def slow(random: np.random.Generator, count: int, span: float) -> np.ndarray:
@@ -130,14 +137,16 @@ class Rung(NamedTuple):
     louder: tuple[float, float] | None = None
 
 
-def ringing(random: np.random.Generator, count: int, duration: float = 60.0) -> Iterator[Rung]:
-    """Sound vehicles with PX4's structure, logged whole, whose gyro has a resonance, a rotor's tone, or noise alone; thrice as
-    many as are wanted are drawn.
+def ringing(random: np.random.Generator, count: int, loop: RateLoop = PX4[0], duration: float = 60.0) -> Iterator[Rung]:
+    """Sound vehicles with the structure of an autopilot, logged whole, whose gyro has a resonance, a rotor's tone, or noise
+    alone; thrice as many as are wanted are drawn.
     """
-    loop, axes = PX4[0], random_axes(random, 3 * count)
+    axes = random_axes(random, 3 * count, after=loop.form == "ardupilot")
+    period, names, motor_names = float(axes.period[0]), loop.notches, COLUMNS[loop.form][:4]
+    stem = names.stems[0]
     kinds = random.choice(["resonance", "rotor", "noise"], 3 * count, p=[0.6, 0.3, 0.1])
-    angle = stepped(random, duration)
-    time = PX4_PERIOD * np.arange(len(angle))
+    angle = stepped(random, duration, period=period)
+    time = period * np.arange(len(angle))
     throttle = np.exp(0.04 * np.interp(time, PERIOD * np.arange(len(angle)), slow(random, len(angle), 2.0)))
     ring = rings(random, axes, kinds)
     noise = np.where(kinds == "noise", 10.0 ** random.uniform(-2.0, -0.5, len(kinds)), 1e-3)
@@ -151,9 +160,9 @@ def ringing(random: np.random.Generator, count: int, duration: float = 60.0) -> 
         mine = Ring(*(field[[place]] for field in ring))
         before = least(one.opened(OMEGA, mine)[0])[2]
         told = parameters(loop, Axis(*(field[place] for field in axes)))
-        told |= {"IMU_GYRO_NF0_FRQ": 0.0, "IMU_GYRO_NF0_BW": 20.0, "IMU_GYRO_RATEMAX": 1.0 / PX4_PERIOD}
+        told |= {f"{stem}{names.off}": 0.0, names.rate: 1.0 / period, **WHOLE_RANGE.get(loop.form, {})}
         motors = 0.5 * throttle[:, None] + 0.1 * np.outer(signals[2], [1.0, -1.0, 1.0, -1.0])
-        more = {name: Series(time, np.clip(motors[:, number], 0.0, 1.0)) for number, name in enumerate(PX4_MOTORS[:4])}
+        more = {name: Series(time, np.clip(motors[:, number], 0.0, 1.0)) for number, name in enumerate(motor_names)}
         try:
             read_flight = read(loop, time, signals, told, more)
         except UserError:
@@ -163,10 +172,10 @@ def ringing(random: np.random.Generator, count: int, duration: float = 60.0) -> 
             continue
         said = next((seen.said for seen in peak(read_flight)), "")
         advice = changes(read_flight, now)
-        if not advice or "IMU_GYRO_NF0_FRQ" not in advice.filters:
+        if not advice or f"{stem}{names.centre}" not in advice.filters:
             yield Rung(str(kinds[place]), said, before)
             continue
-        stops = [np.array([0.0, advice.filters[f"IMU_GYRO_NF0_{name}"][1]]) for name in ("FRQ", "BW")]
+        stops = [np.array([0.0, advice.filters[f"{stem}{name}"][1]]) for name in (names.centre, names.band)]
         after = least(one.opened(OMEGA, mine, [stop[1:] for stop in stops])[0])[2]
         both, same = Axis(*(field[[0, 0]] for field in one)), Ring(*(field[[0, 0]] for field in mine))
         part = slice(0, NOISY_SAMPLES)
@@ -175,7 +184,7 @@ def ringing(random: np.random.Generator, count: int, duration: float = 60.0) -> 
                 both, angle[part, None] * both.attitude, noise[place], 0.3, number + 1, 1, same, stops, throttle[part]
             )
         command = again[2] - again[2].mean(axis=0)
-        above = 2.0 * math.pi * np.fft.rfftfreq(len(command), PX4_PERIOD) > read_flight.beyond
+        above = 2.0 * math.pi * np.fft.rfftfreq(len(command), period) > read_flight.beyond
         first, second = np.linalg.norm(np.fft.rfft(command * np.hanning(len(command))[:, None], axis=0)[above], axis=0)
         yield Rung(str(kinds[place]), said, before, after, (advice.louder, float(second / first)))
 
@@ -194,7 +203,7 @@ def rings(random: np.random.Generator, axes: Axis, kinds: np.ndarray) -> Ring:
 def notching(seed: int) -> Iterable[Attempt]:
     random = np.random.default_rng(seed)
     while True:
-        for one in ringing(random, 10):
+        for one in ringing(random, 10, PX4[0] if random.random() < 0.5 else ARDUPILOT[0]):
             if one.louder:
                 right = one.kind == "resonance" and one.after > min(one.before, CLOSE) and one.louder[1] < 1.0
                 case = (
@@ -225,23 +234,31 @@ def main() -> None:
     winds = [one for one in (stirred(random) for _ in range(wanted)) if one]
     held = sum(low <= ratio <= high for ratio, low, high in winds)
     blamed = [low > 1.0 for ratio, low, _ in winds if ratio == 1.0]
-    rung = [one for _ in range(wanted // 20) for one in ringing(random, 16)]
+    lines = [
+        f"{wanted} logs with motors at a limit: worst {worst.reached:.2f} of what is allowed: {worst.case}",
+        f"{false} of {sum(not told for told, *_ in tones)} gyros without a tone have a peak of {STANDS:g} dB; of "
+        f"{sum(told for told, *_ in tones)} with one {len(found)}, off by at most {100.0 * max(map(abs, found)):.2g} %",
+        *(notch_counts(random, wanted, loop) for loop in (PX4[0], ARDUPILOT[0])),
+        f"{held} of {len(winds)} intervals hold how much descents stir; {sum(blamed)} of {len(blamed)} are blamed for nothing",
+    ]
+    sys.stdout.write("\n".join([*lines, ""]))
+
+
+def notch_counts(random: np.random.Generator, wanted: int, loop: RateLoop) -> str:
+    """Of sound vehicles of an autopilot: which got a notch, and what it brought."""
+    rung = [one for _ in range(wanted // 20) for one in ringing(random, 16 if loop.form == "px4" else 48, loop)]
     advised = [one for one in rung if one.louder]
     off = [one.louder[1] / one.louder[0] for one in advised]
     counts = {
         kind: (sum(o.kind == kind for o in advised), sum(o.kind == kind for o in rung)) for kind in {o.kind for o in rung}
     }
     why = Counter(re.sub(r"[\d.]+", "#", one.said.rpartition("advised: ")[2])[:60] for one in rung if not one.louder)
-    lines = [
-        f"{wanted} logs with motors at a limit: worst {worst.reached:.2f} of what is allowed: {worst.case}",
-        f"{false} of {sum(not told for told, *_ in tones)} gyros without a tone have a peak of {STANDS:g} dB; of "
-        f"{sum(told for told, *_ in tones)} with one {len(found)}, off by at most {100.0 * max(map(abs, found)):.2g} %",
-        f"sound loops with a notch: {counts}; margins {min((one.after for one in advised), default=math.nan):.3g} or more (of "
-        f"those flown with {min((one.before for one in advised), default=math.nan):.3g} or more); noise flown "
-        f"{[round(o.louder[1], 2) for o in advised]}, over that expected {[round(one, 2) for one in off]}; none: {why}",
-        f"{held} of {len(winds)} intervals hold how much descents stir; {sum(blamed)} of {len(blamed)} are blamed for nothing",
-    ]
-    sys.stdout.write("\n".join([*lines, ""]))
+    before, after = (min((found[place] for found in advised), default=math.nan) for place in (2, 3))
+    return (
+        f"sound loops of {loop.form} with a notch: {counts}; margins {after:.3g} or more (of those flown with {before:.3g} or "
+        f"more); noise flown "
+        f"{[round(o.louder[1], 2) for o in advised]}, over that expected {[round(one, 2) for one in off]}; none: {why}"
+    )
 
 
 if __name__ == "__main__":

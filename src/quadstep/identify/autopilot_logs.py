@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from quadstep.identify.rate_loops import harmonics
+
 Limits = dict[str, tuple[float, float]]
 """Least and largest value in flight of each motor, by column."""
 
@@ -75,7 +77,7 @@ def notches(form: str, parameters: Mapping[str, float]) -> list[Notch]:
         at, wide = (parameters.get(f"{stem}{name}", 0.0) for name in ("FREQ", "BW"))
         if parameters.get(f"{stem}ENABLE", 0.0) > 0.0 and at > 0.0:
             fixed = parameters.get(f"{stem}MODE", 1.0) == 0.0
-            harmonics = [number for number in range(1, 9) if int(parameters.get(f"{stem}HMNCS", 3.0)) >> (number - 1) & 1]
-            ends = [(k * at - 0.5 * wide, k * at + 0.5 * wide) for k in harmonics] if fixed else [(at - 0.5 * wide, math.inf)]
+            each = harmonics(parameters.get(f"{stem}HMNCS", 3.0))
+            ends = [(k * at - 0.5 * wide, k * at + 0.5 * wide) for k in each] if fixed else [(at - 0.5 * wide, math.inf)]
             found += [Notch(stem.removesuffix("_"), *one, follows=not fixed) for one in ends]
     return found

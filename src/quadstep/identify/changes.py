@@ -119,10 +119,12 @@ def quietest(flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]])
 def notches(flight: Excited, loop: RateLoop) -> list[dict[str, float]]:
     """Against the gyro's peak, from its bandwidth on wider and wider; none where it is not significant, or none would fit."""
     peak, stem = highest(flight), free(loop, flight.parameters)
-    if not stem or not peak or peak.tall <= STANDS or not known(flight, loop) or unfit(flight, peak):
+    names = loop.notches
+    if not stem or not names or not peak or peak.tall <= STANDS or not known(flight, loop) or unfit(flight, peak):
         return []
     widths = [float(f"{peak.width * STEP**place:.3g}") for place in range(STEPS + 1)]
-    return [{f"{stem}FRQ": float(f"{peak.middle:.3g}"), f"{stem}BW": one} for one in widths]
+    on = {f"{stem}{ending}": value for ending, value in names.on.items()}
+    return [{**on, f"{stem}{names.centre}": float(f"{peak.middle:.3g}"), f"{stem}{names.band}": one} for one in widths]
 
 
 def unnotched(flight: Excited, peak: Peak) -> str:
@@ -138,7 +140,7 @@ def unnotched(flight: Excited, peak: Peak) -> str:
     if advice is None:
         return "with none are all three axes known to be sound and the command quieter by a tenth"
     named = free(flight.loop, flight.parameters) if flight.loop else None
-    return "" if f"{named}FRQ" in advice.filters else "a lower cut-off makes the command quieter"
+    return "" if any(one.startswith(f"{named}") for one in advice.filters) else "a lower cut-off makes the command quieter"
 
 
 def known(flight: Excited, loop: RateLoop) -> list[Filter]:
@@ -157,7 +159,9 @@ def stepped(flight: Excited, one: Filter, step: float) -> list[dict[str, float]]
 
 def since(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Parameters as they were in the log, and as they would be."""
-    return {name: (flight.parameters[name], value) for name, value in other.items()}
+    names = flight.loop.notches if flight.loop else None
+    hidden = {f"{stem}{ending}": value for stem in names.stems for ending, value in names.usual.items()} if names else {}
+    return {name: ({**hidden, **flight.parameters}[name], value) for name, value in other.items()}
 
 
 def ways(flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]]) -> Iterator[tuple[dict[str, float], Response]]:
@@ -204,12 +208,17 @@ def quieter(flight: Excited, other: dict[str, float]) -> float:
 
 
 def told(flight: Excited, advice: Advice) -> bool:
-    """Whether no more than three parameters change, none of which scales only part of the command, and each other axis whose
-    command passes the same low-pass is measured and sound with it too.
+    """Whether no more than three parameters change besides switches of a notch, none of which scales only part of the command,
+    and each other axis whose command passes the same low-pass is measured and sound with it too.
     """
     assert flight.loop
     gains = flight.loop.gains(flight.parameters) if advice.factor != 1.0 else {}
-    if gains is None or len(gains) + len(advice.filters) > MOST or (gains and flight.loop.bypassed(flight.parameters)):
+    switches = [one for one in advice.filters if flight.loop.notches and flight.loop.notches.switches(one)]
+    if (
+        gains is None
+        or len(gains) + len(advice.filters) - len(switches) > MOST
+        or (gains and flight.loop.bypassed(flight.parameters))
+    ):
         return False
     shared = {*advice.filters} - {one.name for one in flight.loop.filters if not one.shared}
     return not shared or (len(flight.others) == 2 and all(bears(one, advice) for one in flight.others))

@@ -100,17 +100,17 @@ def unset(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     if not loop.notches:
         return f"how notches of {loop.form} change the loop is not modelled"
     if free(loop, parameters) is None:
-        wanted = ", ".join(f"{one}FRQ" for one in loop.notches)
+        wanted = ", ".join(f"{one}{loop.notches.off}" for one in loop.notches.stems)
         return f"of {wanted} the log's parameters have none that is 0"
     return ""
 
 
 def strange(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     """Why a peak may lie elsewhere, or not be the gyro's in the command."""
-    parameters = flight.parameters
-    rate = parameters.get("IMU_GYRO_RATEMAX", 0.0)
+    name = loop.notches.rate if loop.notches else ""
+    rate = flight.parameters.get(name, 0.0)
     if not 0.0 < EVERY_SAMPLE * rate <= 1.0 / flight.period:
-        known = f"IMU_GYRO_RATEMAX is {rate:g} Hz" if rate > 0.0 else "IMU_GYRO_RATEMAX is not among its parameters"
+        known = f"{name} is {rate:g} Hz" if rate > 0.0 else f"{name} is not among its parameters"
         return f"an alias is not excluded, since the log has {1.0 / flight.period:.3g} samples a second and {known}"
     made = passed(flight, loop, peak)
     if made < EXPLAINED:
@@ -132,8 +132,8 @@ def adrift(flight: Excited, loop: RateLoop, peak: Peak) -> str:
 
 def free(loop: RateLoop, parameters: Mapping[str, float]) -> str | None:
     """The first notch that is off, by what its names begin with."""
-    known = (one for one in loop.notches if f"{one}BW" in parameters)
-    return next((one for one in known if parameters.get(f"{one}FRQ", math.nan) == 0.0), None)
+    names = loop.notches
+    return next((one for one in names.stems if parameters.get(f"{one}{names.off}") == 0.0), None) if names else None
 
 
 def passed(flight: Excited, loop: RateLoop, peak: Peak) -> float:
@@ -143,7 +143,8 @@ def passed(flight: Excited, loop: RateLoop, peak: Peak) -> float:
     y, u = (np.fft.rfft(window * (one - one.mean())) for one in (flight.rate, flight.command))
     frequencies = np.fft.rfftfreq(len(flight.rate), flight.period)
     band = np.abs(frequencies - peak.middle) <= peak.width
-    s: Complex = (2j * math.pi * frequencies[band]).astype(np.complex128)
+    turned = np.exp(-2j * math.pi * frequencies[band] * flight.period)
+    s: Complex = (1.0 - turned) / flight.period  # as the loop differentiates, sums and filters from sample to sample
     rest = u[band] + loop.transfers(flight.parameters, s)[1] * y[band]
     return 1.0 - float((np.abs(rest) ** 2).sum() / max(float((np.abs(u[band]) ** 2).sum()), 1e-300))
 

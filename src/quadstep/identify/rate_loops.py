@@ -7,6 +7,7 @@ u = F w - (K + F P / s) G u: d = F w excites the command as if it were added the
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -25,11 +26,51 @@ RISING = "d_min", "d_max"
 AXES = "roll", "pitch", "yaw"
 
 
+def harmonics(bits: float) -> list[int]:
+    """The multiples of its frequency that a harmonic notch stops, of the bits of `INS_HNTCH_HMNCS`."""
+    return [number for number in range(1, 9) if int(bits) >> (number - 1) & 1]
+
+
 class Filter(NamedTuple):
     """A low-pass: the name of its cut-off [Hz], 0 where it is off; shared: whether it is that of other axes too."""
 
     name: str
     shared: bool
+
+
+class Notches(NamedTuple):
+    """Fixed notches of an autopilot's gyro, as the loops here have them. stems: what names begin with; centre, band: how those
+    of the frequency and the bandwidth [Hz] end. rate: parameter of the loop's rate [Hz]. on: endings that switch one on, the
+    first being 0 where it is off; usual: what a log does not tell while it is.
+    """
+
+    stems: tuple[str, ...]
+    centre: str
+    band: str
+    rate: str
+    on: Mapping[str, float] = MappingProxyType({})
+    usual: Mapping[str, float] = MappingProxyType({})
+
+    @property
+    def off(self) -> str:
+        """The ending that is 0 where a notch is off."""
+        return next(iter(self.on), self.centre)
+
+    def switches(self, name: str) -> bool:
+        """Whether a parameter only switches a notch."""
+        return any(name == f"{stem}{ending}" for stem in self.stems for ending in self.on)
+
+
+HARMONIC = {"ENABLE": 1.0, "MODE": 0.0, "HMNCS": 1.0}
+"""Of ArduPilot's harmonic notch: on, at a fixed frequency, at that alone."""
+
+NOTCHES = {
+    "px4": Notches(("IMU_GYRO_NF0_", "IMU_GYRO_NF1_"), "FRQ", "BW", "IMU_GYRO_RATEMAX", usual={"BW": 20.0}),
+    "ardupilot": Notches(
+        ("INS_HNTCH_", "INS_HNTC2_"), "FREQ", "BW", "SCHED_LOOP_RATE", HARMONIC,
+        {"MODE": 1.0, "HMNCS": 3.0, "FREQ": 80.0, "BW": 40.0},
+    ),
+}  # fmt: skip
 
 
 class RateLoop(NamedTuple):
@@ -95,18 +136,27 @@ class RateLoop(NamedTuple):
         return back * self.notched(parameters, s) / self.unfiltered(parameters, s) + forward * around / s
 
     @property
-    def notches(self) -> tuple[str, ...]:
-        """What the names of the fixed notches of its gyro begin with; none where `controller` does not count them."""
-        return ("IMU_GYRO_NF0_", "IMU_GYRO_NF1_") if self.form == "px4" else ()
+    def notches(self) -> Notches | None:
+        """The fixed notches of its gyro; None where `controller` does not count them."""
+        return NOTCHES.get(self.form)
 
     def notched(self, parameters: Mapping[str, float], s: Complex) -> Complex:
-        """What its notches make of the rate at s = j omega [rad/s]; 60 dB deep, so that controllers have a ratio."""
+        """What its notches make of the rate at s = j omega [rad/s]; PX4's 60 dB deep, so that controllers have a ratio."""
         found: Complex = 1.0 + 0.0 * s
-        for stem in self.notches:
-            centre, band = (2.0 * math.pi * parameters.get(f"{stem}{name}", 0.0) for name in ("FRQ", "BW"))
-            if centre > 0.0 and band > 0.0:
-                found = found * (s**2 + 1e-3 * band * s + centre**2) / (s**2 + band * s + centre**2)
+        for stem in self.notches.stems if self.notches else ():
+            one = {ending: parameters.get(f"{stem}{ending}", 0.0) for ending in ("FRQ", "FREQ", "BW", "ENABLE", "MODE")}
+            centre, band, depth = one["FRQ"], one["BW"], 1e-3
+            if self.form == "ardupilot" and one["ENABLE"] > 0.0 and one["MODE"] == 0.0 and one["FREQ"] > 0.5 * band:
+                centre, edge = one["FREQ"], one["FREQ"] / (one["FREQ"] - 0.5 * band)  # bandwidths are octaves there
+                band, depth = (edge - 1.0 / edge) * centre, 10.0 ** (-parameters.get(f"{stem}ATT", 40.0) / 20.0)
+            for number in harmonics(parameters.get(f"{stem}HMNCS", 1.0)) if centre > 0.0 and band > 0.0 else ():
+                at, wide = (2.0 * math.pi * number * value for value in (centre, band))
+                found = found * (s**2 + depth * wide * s + at**2) / (s**2 + wide * s + at**2)
         return found
+
+    def changed(self, name: str, before: float, after: float) -> str:
+        """That a parameter of a filter changes, in words."""
+        return f"{name} from {before:.4g} to {after:.4g}{'' if self.notches and self.notches.switches(name) else ' Hz'}"
 
     @property
     def whole_gains(self) -> bool:

@@ -313,8 +313,8 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
 
 def cut_off(flight: Excited, advice: Advice) -> str:
     """What another cut-off or a notch would bring, in a sentence."""
-    assert advice.expected.phase
-    filters = ", ".join(f"{name} from {before:.4g} to {after:.4g} Hz" for name, (before, after) in advice.filters.items())
+    assert advice.expected.phase and flight.loop
+    filters = ", ".join(flight.loop.changed(name, *both) for name, both in advice.filters.items())
     phase = degrees(advice.expected.phase.value)
     gains = "" if advice.factor == 1.0 else f" and {', '.join(changed_gains(flight, advice))} times {advice.factor:.2f}"
     noise = f"{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise in the command"
