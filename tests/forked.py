@@ -6,16 +6,12 @@ Run as a program it is that process: it reads a request a line, and answers with
 import atexit
 import functools
 import gc
-import importlib
 import json
 import os
 import signal
 import subprocess
 import sys
 import types
-
-LOADED = ("quadstep.engines.lanes", "quadstep.mission.read", "quadstep.studies.flights.fly", "rich.table", "rich.progress")
-
 
 spent = []
 """[s] of a processor, of each command that has ended."""
@@ -54,12 +50,12 @@ def server():
 
 def main():
     """Serve requests for as long as there are any."""
+
+    import quadstep.studies.flights.fly  # noqa: F401
     from quadstep.commands import cli
     from quadstep.control import registry
     from quadstep.interfaces.controller import Measured
 
-    for name in LOADED:
-        importlib.import_module(name)
     cli.built()
     registry.names(Measured)
     gc.freeze()
