@@ -51,6 +51,7 @@ def server():
 def main():
     """Serve requests for as long as there are any."""
 
+    import quadstep.engines.kernel
     import quadstep.studies.flights.fly  # noqa: F401
     from quadstep.commands import cli
     from quadstep.control import registry
