@@ -48,7 +48,7 @@ def test_commands_that_answer_to_noise_do_not_determine_their_exponent():
     random = np.random.default_rng(0)
     flight, command = np.zeros(200, dtype=np.int64), random.normal(0.0, 0.02, 200)
     still = np.zeros(200)
-    free, why = exponents(flight, command, still, random.normal(0.0, 0.02, 200), False)
+    free, why, _ = exponents(flight, command, still, random.normal(0.0, 0.02, 200), False)
     assert free == []
     assert "of the changes in thrust" in why["command.exponent"]
     assert why["command.voltage_exponent"] == "the voltage never changes, or was not logged"
@@ -64,6 +64,18 @@ def test_a_full_speed_is_no_surer_than_the_exponent_that_leads_to_it():
     assert "command.exponent" in why
     away = abs(np.log(told["command.speed"].value / vehicle.rotor.fastest))
     assert 0.05 < away < moved["command.speed"] < 0.5
+
+
+def test_what_the_averages_tell_holds_under_structures_that_the_log_does_not_show():
+    """A battery that sags and was not logged: commands rise, and so an exponent near 0 explains that thrust does not."""
+    flight, vehicle = logged("x500", "circle", 1, 12.0, 0.1), start("x500")
+    sagging = replace(flight, motors=flight.motors / np.linspace(1.0, 0.85, flight.rows)[:, None])
+    every = (*DYNAMIC, *AVERAGED)
+    p, told, _, _ = from_averages([sagging], vehicle, numbers_of(vehicle, [sagging]))
+    moved = by_rotors([sagging], vehicle, p, every, np.zeros(len(every)))
+    assert "command.exponent" not in told  # at the end of its range
+    ends = np.log(vehicle.rotor.fastest * np.array([1.0, 0.85]) / told["command.speed"].value)
+    assert 0.05 < np.abs(ends).max() < moved["command.speed"]
 
 
 def test_torques_whose_commands_answer_to_the_gyros_noise_tell_less():

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from quadstep.identify.logs.judge import judge, never_flew
+from quadstep.identify.logs.judge import FASTER, judge, never_flew
 from quadstep.identify.logs.mapping import Mapping, load_mapping, mapping_names
 from quadstep.identify.logs.read import read_log
 from quadstep.identify.logs.signals import lag, slopes
@@ -204,3 +204,10 @@ def test_rotors_that_never_turned_are_named(flight):
         f"never flew: {what}"
         for what in ("the rotors never turned", "rotors 2 and 4 never turned", "the rotors never all turned at once")
     ]
+
+
+def test_a_log_without_a_flight_is_not_told_to_be_logged_faster(flight):
+    seldom = dataclasses.replace(flight, time=10.0 * flight.time, period=10.0 * flight.period)
+    assert any(FASTER in one.text for one in judge(seldom))
+    grounded = dataclasses.replace(seldom, motors=0.0 * seldom.motors)
+    assert not any(FASTER in one.text for one in judge(grounded))

@@ -1,16 +1,26 @@
-"""Intervals of `identify` against the truth, on calm, smooth, short and lively flights of known vehicles in closed loop."""
+"""Intervals of `identify` against the truth: on calm, smooth, short and lively flights of presets, and on vehicles of another
+simulator, with structure that the package's models lack.
 
+`python -m tests.challenge.identified [VEHICLES] [SEED]` prints each interval of the latter that misses, and their coverage.
+"""
+
+import itertools
 import math
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from quadstep.identify.fit import Fitted, identify
 from quadstep.io.errors import UserError
 from tests.calm_flights import PATHS, WOBBLY, logged, start, true_values
-from tests.challenge.search import Attempt, Search
+from tests.challenge.search import Attempt, Search, coverage
+from tests.independent_flights import Case, cases
 
 PRESETS = ("x500", "crazyflie", "research-2.6kg")
+TOGETHER = 10
+"""Vehicles that are simulated at once."""
+
 FAR = 2.0
 """Halves of a 95 % interval from its middle, beyond which a number misleads and is not merely one of the twenty."""
 
@@ -44,6 +54,47 @@ def flights(seed: int) -> Iterable[Attempt]:
         yield Attempt(worst / FAR, f"{case}: {key} is {worst:.2g} halves of its interval off")
 
 
+def vehicles(seed: int) -> Iterator[tuple[Case, dict[str, float]]]:
+    """Flights of the other simulator, and how far each number that was identified is off, in halves of its interval."""
+    for batch in itertools.count(seed):
+        seconds = float(np.random.default_rng(batch).choice([8.0, 8.0, 20.0, 40.0]))
+        for case in cases(batch, TOGETHER, seconds):
+            try:
+                found = identify([case.flight], case.start, lambda _: None, predictors=False).fitted
+            except UserError:
+                found = {}
+            yield case, {key: off(one, case.truth[key]) for key, one in found.items()}
+
+
+def of_structure(seed: int) -> Iterable[Attempt]:
+    for case, far in vehicles(seed):
+        worst, key = max(((one, key) for key, one in far.items()), default=(0.0, "nothing"))
+        yield Attempt(worst / FAR, f"seed {seed}, {case.drawn}: {key} is {worst:.2g} halves of its interval off")
+
+
+def covered(seed: int) -> Iterable[Attempt]:
+    return coverage((one <= 1.0 for _, far in vehicles(seed) for one in far.values()), batch=20)
+
+
 SEARCHES = [
-    Search("interval of an identified number", "no identified number is further off than twice its 95 % interval", flights)
+    Search("interval of an identified number", "no identified number is further off than twice its 95 % interval", flights),
+    Search("interval, other simulator", "nor where the vehicle has structure that no model has", of_structure),
+    Search("coverage, other simulator", "intervals of identified numbers hold 95 % of them there", covered),
 ]
+
+
+def main(count: int, seed: int) -> None:
+    every: list[float] = []
+    for number, (case, far) in enumerate(itertools.islice(vehicles(seed), count)):
+        every += far.values()
+        missed = [f"{number} {key}: {one:.2f} halves off; {case.drawn}\n" for key, one in far.items() if one > 1.0]
+        sys.stdout.writelines(missed)
+    held = sum(one <= 1.0 for one in every)
+    share, most = 100.0 * held / max(len(every), 1), max(every, default=0.0)
+    sys.stdout.write(
+        f"{count} vehicles, {len(every)} intervals: {held} hold ({share:.1f} %), the worst {most:.2f} halves off\n"
+    )
+
+
+if __name__ == "__main__":
+    main(*(int(given) for given in [*sys.argv[1:], *("100", "1")[len(sys.argv) - 1 :]]))

@@ -15,6 +15,7 @@ from quadstep.identify.intervals import (
     IN_STEP,
     UNKNOWN_EXPONENT,
     StandardErrors,
+    by_structure,
     parts,
     spread,
     unseen,
@@ -88,6 +89,11 @@ class Fitted(NamedTuple):
     high: float
     unit: str
     source: str
+
+    @property
+    def unsure(self) -> bool:
+        """Whether a positive number is undetermined."""
+        return 0.5 * math.log(self.high / self.low) > UNSURE
 
 
 class Identified(NamedTuple):
@@ -175,7 +181,11 @@ def anew(
         p = short.at(search(short, point_of(p, rest), SHORT_WEIGHTS, REFITTED, priors(rest, p, told)))
         values |= zip((one.key for one in rest), values_at(point_of(p, rest), rest), strict=True)
     p = with_values(p, {leaf: before[leaf] for one in AVERAGED if one.key in kept for leaf in one.leaves})
-    return p, {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
+    moved = {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
+    if lost := [one.key for one in free if one.logarithmic and one.key in moved and moved[one.key].unsure]:
+        kept.update(dict.fromkeys(lost, UNDETERMINED))
+        return anew(flights, vehicle, p, free, told, {key: one for key, one in fitted.items() if key not in lost}, kept)
+    return p, moved
 
 
 def predictor(
@@ -213,11 +223,17 @@ def in_step(free: Sequence[Free], point: Floats, found: StandardErrors, told: di
     return min(max((apart - chance) / float(found.pulls[place]), IN_STEP), 1.0)
 
 
+def below(share: float) -> float:
+    """How far a logarithm falls where the number falls by a share of itself, which is more than it rises for the same."""
+    return -math.log1p(-min(share, 0.999))
+
+
 def by_rotors(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, every: Sequence[Free], halves: Floats
 ) -> dict[str, float]:
-    """By how much numbers from averages move, on the search's scale, within the intervals of the rotors' lag and delay, and of
-    the command's exponent where flights do not determine it: at another one the same hover has another full speed.
+    """By how much numbers from averages move, on the search's scale, within the intervals of the rotors' lag and delay, of the
+    command's exponent where flights do not determine it (at another one the same hover has another full speed), and between
+    structures that the flights do not tell apart.
 
     Averages take the commands as the rotors follow them, so that where the vehicle wobbles, what is not known of the lag is
     not known of the thrust's curve either.
@@ -234,14 +250,18 @@ def by_rotors(
     ]
     bent = math.exp(2.0 * UNKNOWN_EXPONENT)
     others += [{"curve.exponent": float(p.curve.exponent) * factor} for factor in (bent, 1.0 / bent)]
-    base, *moved = (from_averages(flights, vehicle, with_values(p, one))[1] for one in ({}, *others))
+    (_, base, _, block), *rest = (from_averages(flights, vehicle, with_values(p, one)) for one in ({}, *others))
+    moved = [one[1] for one in rest]
+    apart = by_structure(block, p, base, vehicle.geometry(), flights[0].speeds) if block else {}
     told_exponent = "command.exponent" in base or flights[0].speeds
     linear = [one.key for one in every if not one.logarithmic]
     found: dict[str, float] = {}
     for key, told in base.items():
         shifts = [abs(one[key].value - told.value) if key in one else 0.0 for one in moved]
         by_lag, by_delay, by_bend = max(shifts[:2]), max(shifts[2:4]), 0.0 if told_exponent else max(shifts[4:])
-        found[key] = math.hypot(by_lag, by_delay, by_bend) / (1.0 if key in linear else max(abs(told.value), 1e-300))
+        found[key] = (math.hypot(by_lag, by_delay, by_bend) + apart[key]) / (
+            1.0 if key in linear else max(abs(told.value), 1e-300)
+        )
     return found
 
 
@@ -270,14 +290,14 @@ def told_numbers(
         average, more = told[one.key], moved[one.key]
         if one.key in FROM_AVERAGES or one.key in SURE:
             by_wind = {"imu.tilt": lean, "centre_of_gravity": levers}.get(one.key[:-3], 0.0)
-            halves[place] = math.hypot(halves[place], more) + by_wind
-        elif one.key in CHECKED:  # the interval holds that of the averages too, where it does not hold their number
+            halves[place] += more + by_wind
+        if one.key in (*SURE, *CHECKED):  # the interval holds that of the averages too
             chance = 2.0 * math.hypot(average.error, 0.5 * more * abs(average.value))
             if average.value <= chance:
                 small.add(one.key)
                 continue
             apart = abs(float(point[place]) - math.log(average.value))
-            halves[place] = apart + chance / average.value if apart > halves[place] else halves[place]
+            halves[place] = max(halves[place], apart + below(chance / average.value))
     fitted: dict[str, Fitted] = {}
     kept: dict[str, str] = {}
     for one, x, value, half in zip(every, point, values_at(point, every), halves, strict=True):

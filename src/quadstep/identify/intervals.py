@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from quadstep.identify.averages import BLOCK, HalfSeconds, Told, torques
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.logs.signals import smooth
-from quadstep.identify.mean_forces import forces
+from quadstep.identify.mean_forces import PLAIN, VARIANTS, Variant, forces
 from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
 from quadstep.identify.predictor import PredictorParameters
 from quadstep.identify.search import Curvature, Prior
@@ -69,14 +69,26 @@ def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorPa
 
 
 def averaged(
-    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
+    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, variant: Variant = PLAIN
 ) -> tuple[PredictorParameters, dict[str, Told], dict[str, str]]:
     """p with the parameters that averages determine; and why the others stay."""
-    known, why = forces(block, p, geometry, speeds, rounds)
+    known, why = forces(block, p, geometry, speeds, rounds, variant)
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
     more = torques(block, p, geometry, speeds) if "imu.tilt[0]" in known else {}
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in more.items() if key in FROM_AVERAGES})
     return p, {**known, **more}, why
+
+
+def by_structure(
+    block: HalfSeconds, p: PredictorParameters, told: dict[str, Told], geometry: Geometry, speeds: bool
+) -> dict[str, float]:
+    """By how much the numbers from averages differ with the structures that the flights do not tell from the plain one."""
+    found = dict.fromkeys(told, 0.0)
+    for variant in VARIANTS:
+        _, others, _ = averaged(block, p, geometry, speeds, variant=variant)
+        for key in found.keys() & others.keys():
+            found[key] = max(found[key], abs(others[key].value - told[key].value))
+    return found
 
 
 def parts(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int64], period: float) -> Floats:

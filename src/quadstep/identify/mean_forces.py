@@ -20,6 +20,14 @@ LEAST_EXPLAINED = 0.5
 MOST_WIND = 30.0
 """Fastest wind along an axis [m/s]."""
 
+EXPONENTS = 0.3, 2.0
+"""Least and largest exponent of a command."""
+
+LEAST_DRAG = 0.02
+"""Least share of the airspeed that drag in the plane of the rotors takes off in a second, where a wind is fitted: without any
+drag no wind could be seen [1/s].
+"""
+
 MOST_TILT = 0.05
 """Largest angle between the measured axes and those of the rotors that is a mounting's, not a steady wind's [rad]."""
 
@@ -32,6 +40,28 @@ KEYS = {
 
 GUSTS = 0.005
 """Standard error of the logarithm of a rotor's speed where wind blows, whose gusts lift and press."""
+
+
+class Variant(NamedTuple):
+    """Another structure of the mean forces, which a log seldom tells from the plain one: what numbers differ by with it, their
+    intervals must hold.
+
+    drifting: thrust changes with time, as where a battery sags and no voltage was logged. parasitic: drag also grows with the
+    square of the airspeed. axial: whether axial drag is fitted. answering: what commands do not explain of the lift moves
+    them, so that the exponent is that of the reverse regression (Frisch 1934). other: wind where tilt would be taken, or tilt.
+    """
+
+    drifting: bool = False
+    parasitic: bool = False
+    axial: bool = True
+    answering: bool = False
+    other: bool = False
+
+
+PLAIN = Variant()
+VARIANTS = (
+    Variant(drifting=True), Variant(parasitic=True), Variant(axial=False), Variant(answering=True), Variant(other=True),
+)  # fmt: skip
 
 
 class Forced(NamedTuple):
@@ -56,26 +86,29 @@ class Forced(NamedTuple):
     def moved(self, step: dict[str, float], levels: Floats, pressing: Floats) -> "Forced":
         a, b = self.exponent + step.get("exponent", 0.0), self.voltage_exponent + step.get("voltage_exponent", 0.0)
         return Forced(
-            self.levels + levels, min(max(a, 0.3), 2.0), min(max(b, 0.0), 3.0),
+            self.levels + levels, min(max(a, EXPONENTS[0]), EXPONENTS[1]), min(max(b, 0.0), 3.0),
             self.tilt + np.array([step.get("x", 0.0), step.get("y", 0.0)]),
-            self.drag + np.array([step["flat"], step["axial"]]), self.pressing + pressing,
+            self.drag + np.array([step["flat"], step.get("axial", 0.0)]), self.pressing + pressing,
         )  # fmt: skip
 
 
 def exponents(
     flight: NDArray[np.int64], commands: Floats, volts: Floats, lift: Floats, speeds: bool
-) -> tuple[list[str], dict[str, str]]:
-    """The exponents that logarithms of commands, voltages and lift (n,) determine, and why they do not determine the others.
+) -> tuple[list[str], dict[str, str], float]:
+    """The exponents that logarithms of commands, voltages and lift (n,) determine, why they do not determine the others, and
+    the share of the lift's changes that the commands explain.
 
     Commands under feedback also answer to noise and to disturbances. Where these are most of what moves them, the slope of
     lift on commands tells of the autopilot, not of the rotors.
     """
     if speeds:
-        return [], {f"command.{name}": "rotor speeds were logged, no commands" for name in ("exponent", "voltage_exponent")}
+        keys = ("command.exponent", "command.voltage_exponent")
+        return [], dict.fromkeys(keys, "rotor speeds were logged, no commands"), 1.0
     means = np.array([[one[flight == i].mean() for one in (commands, volts, lift)] for i in range(int(flight.max()) + 1)])
     command, voltage, raised = (np.stack([commands, volts, lift], axis=1) - means[flight]).T
     free: list[str] = []
     why: dict[str, str] = {}
+    explained = 1.0
     for name, what, values, least in (
         ("exponent", "command", command, LEAST_SPREAD), ("voltage_exponent", "voltage", voltage, 0.5 * LEAST_SPREAD)
     ):  # fmt: skip
@@ -92,7 +125,7 @@ def exponents(
         if explained < LEAST_EXPLAINED:
             free.remove("exponent")
             why["command.exponent"] = f"the command explains only {100 * explained:.0f} % of the changes in thrust"
-    return free, why
+    return free, why, explained
 
 
 class Balance(NamedTuple):
@@ -110,7 +143,7 @@ class Balance(NamedTuple):
 
 
 def forces(
-    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
+    block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, variant: Variant = PLAIN
 ) -> tuple[dict[str, Told], dict[str, str]]:
     """Thrust curve, tilt and drag from mean forces, all at once, in `rounds` rounds; undetermined ones with the reason.
 
@@ -122,13 +155,22 @@ def forces(
     count = int(flight.max()) + 1
     logs, volts = np.log(np.maximum(block.commands, 1e-3)), np.log(block.volts / p.curve.nominal)
     lift = np.log(np.maximum((block.gain * block.axes[..., 2].mean(axis=1)).sum(axis=1), 1e-3))
-    free, why = exponents(flight, logs.mean(axis=(1, 2)), volts.mean(axis=1), lift, speeds)
-    calm, windy = (balance(block, flight, p, geometry, free, speeds, rounds, wind) for wind in (False, True))
-    wind = blows(block, flight, calm, windy, float(p.airframe.mass * p.airframe.gravity))
+    free, why, explained = exponents(flight, logs.mean(axis=(1, 2)), volts.mean(axis=1), lift, speeds)
+    known: dict[str, Told] = {}
+    if variant.answering and "exponent" in free:
+        free = [one for one in free if one != "exponent"]
+        p = p._replace(curve=p.curve._replace(exponent=min(float(p.curve.exponent) / explained, EXPONENTS[1])))
+        known["command.exponent"] = Told(float(p.curve.exponent), 0.0, 0)
+    calm, windy = (balance(block, flight, p, geometry, free, speeds, rounds, wind, variant) for wind in (False, True))
+    if "exponent" in free and calm.at.exponent in EXPONENTS:
+        free.remove("exponent")
+        why["command.exponent"] = "no exponent of a rotor explains how thrust follows the command"
+        calm, windy = (balance(block, flight, p, geometry, free, speeds, rounds, wind, variant) for wind in (False, True))
+    wind = blows(block, flight, calm, windy, float(p.airframe.mass * p.airframe.gravity)) != variant.other
     at, _, names, errors, pulls, clusters, _ = windy if wind else calm
     values = {"exponent": at.exponent, "voltage_exponent": at.voltage_exponent, "x": at.tilt[0], "y": at.tilt[1]}
     values |= {"flat": max(float(at.drag[0]), 1e-12), "axial": max(float(at.drag[1]), 1e-12)}
-    known = {
+    known |= {
         KEYS[name]: Told(float(values[name]), float(errors[place]), clusters, float(pulls[place]))
         for place, name in enumerate(names, count)
     }
@@ -146,23 +188,26 @@ def forces(
 
 def balance(
     block: HalfSeconds, flight: NDArray[np.int64], p: PredictorParameters, geometry: Geometry, free: list[str], speeds: bool,
-    rounds: int, wind: bool,
+    rounds: int, wind: bool, variant: Variant = PLAIN,
 ) -> Balance:  # fmt: skip
     """The fit of mean forces. wind: whether a steady, level wind blows in each flight; then the tilt stays, as either leans
     the vehicle. It is an airspeed and not a force, since what it does changes with the lean and with the speed of the rotors;
     what is searched is K_x times the wind, as K_x may be 0.
     """
     count = int(flight.max()) + 1
-    names = [*free, "flat", "axial", *(() if wind else ("x", "y"))]
+    names = [*free, "flat", *(["axial"] if variant.axial else []), *(() if wind else ("x", "y"))]
     powers = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
     tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
     at = Forced(np.full(count, math.log(p.curve.speed)), *powers, tilt, drag, np.zeros((count, 2)))
     past = count + len(names)
     for _ in range(rounds):
-        matrix, rest = linearised(block, flight, p, geometry, at, free, wind)
+        matrix, rest = linearised(block, flight, p, geometry, at, free, wind, variant)
         step, errors, pulls, clusters = least_squares(matrix, rest, np.repeat(clusters_of(block), 3))
-        pressing = step[past:].reshape(count, 2) if wind else 0.0 * at.pressing
+        pressing = step[past : past + 2 * count].reshape(count, 2) if wind else 0.0 * at.pressing
         at = at.moved(dict(zip(names, map(float, step[count:past]), strict=True)), step[:count], pressing)
+        if wind:
+            least = LEAST_DRAG * float(p.airframe.mass) / float(whirl(block, flight, at).mean())
+            at = at._replace(drag=np.maximum(at.drag, (least, 0.0)))
     return Balance(at, free, names, errors, pulls, clusters, float(rest @ rest))
 
 
@@ -172,9 +217,14 @@ def blows(block: HalfSeconds, flight: NDArray[np.int64], calm: Balance, windy: B
     """
     if np.hypot(*calm.at.tilt) > MOST_TILT:
         return True
-    turning = np.exp(windy.at.levels[flight]) * (block.commands**windy.at.exponent).sum(axis=2).mean(axis=1)
-    leans = np.hypot(*windy.at.pressing[flight].T) * turning / weight
+    leans = np.hypot(*windy.at.pressing[flight].T) * whirl(block, flight, windy.at) / weight
     return bool(leans.mean() > MOST_TILT) and windy.left < calm.left
+
+
+def whirl(block: HalfSeconds, flight: NDArray[np.int64], at: Forced) -> Floats:
+    """The mean sum of the rotors' speeds in each half second at full voltage (n,) [rad/s]."""
+    found: Floats = np.exp(at.levels[flight]) * (block.commands**at.exponent).sum(axis=2).mean(axis=1)
+    return found
 
 
 def leaned(block: HalfSeconds) -> float:
@@ -189,10 +239,10 @@ def leaned(block: HalfSeconds) -> float:
 
 def linearised(
     block: HalfSeconds, flight: NDArray[np.int64], p: PredictorParameters, geometry: Geometry, at: Forced, free: list[str],
-    wind: bool,
+    wind: bool, variant: Variant = PLAIN,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Slopes of the mean forces (3 n, numbers) and what they leave unexplained (3 n,). The numbers: levels of the flights, the
-    exponents that are free, in-plane and axial drag, then the tilt, or the wind's pressing in each flight.
+    exponents that are free, in-plane and axial drag, then the tilt, or the wind's pressing in each flight; then the variant's.
     """
     count, mass = len(at.levels), float(p.airframe.mass)
     logs, volts = np.log(np.maximum(block.commands, 1e-3)), np.log(block.volts / p.curve.nominal)
@@ -210,11 +260,17 @@ def linearised(
     press = pressed(turned.axes, turning.sum(axis=2) / mass, at.drag)
     columns = [2.0 * lifted * (flight == i)[:, None] for i in range(count)]
     columns += [by_exponent[name] for name in free]
-    columns += [-(flat + (at.wind[flight][:, :, None] * press).sum(axis=1)), -axial]
+    columns += [-(flat + (at.wind[flight][:, :, None] * press).sum(axis=1)), *([-axial] if variant.axial else [])]
     if wind:
         columns += [press[:, axis] * (flight == i)[:, None] for i in range(count) for axis in (0, 1)]
     else:  # a tilt about x and y
         columns += [sign * (thrust[..., None] * turned.axes[..., axis]).mean(axis=1) for sign, axis in ((-1.0, 1), (1.0, 0))]
+    if variant.drifting:
+        spans = np.array([np.ptp(block.row[flight == i]) for i in range(count)])
+        columns += [2.0 * lifted * (block.row / np.maximum(spans, 1.0)[flight])[:, None]]
+    if variant.parasitic:
+        body = turned.velocity * np.linalg.norm(turned.velocity, axis=-1, keepdims=True)
+        columns += [-np.einsum("nsij,nsj->nsi", turned.axes, body).mean(axis=1)]
     rest = block.gain - unfitted(turned, p, air) - (lifted - at.drag[0] * flat - at.drag[1] * axial)
     return np.stack([one.reshape(-1) for one in columns], axis=1), rest.reshape(-1)
 

@@ -67,7 +67,7 @@ def judge(flight: FlightRecord, geometry: Geometry | None = None) -> list[Findin
     sure = flight.flying & (flight.runs() > 0)
     if sure.sum() < 0.5 * flight.flying.sum():
         return sorted([*found, Finding(True, "most of the flight cannot be used")], key=lambda one: not one.wrong)
-    found += [*turning(flight, sure), *moving(flight, sure), *leaning(flight, sure), *felt(flight, sure)]
+    found += [*seldom(flight), *turning(flight, sure), *moving(flight, sure), *leaning(flight, sure), *felt(flight, sure)]
     found += [*height(flight), *volts(flight, sure), *commanded(flight, sure, geometry), *estimates(flight, sure)]
     found += [*clocks(flight, sure), *excitation(flight, sure)]
     return sorted(found, key=lambda one: not one.wrong)
@@ -126,9 +126,6 @@ def flaws(flight: FlightRecord) -> list[Finding]:
         many = bool(lost > 0.2 * flight.turning.sum())
         right = "; is `full` correct?" if above else ""
         found.append(Finding(many, f"motors: {text}{right}" if many else f"{text}; left out"))
-    if flight.period > SLOWEST:
-        text = f"motors: a command every {1e3 * flight.period:.0f} ms; what torques and the rotors' lag do needs one every"
-        found.append(Finding(True, f"{text} {1e3 * SLOWEST:.0f} ms: {FASTER}"))
     for name, values in flight.channels.items():
         missing = float((~np.isfinite(values)).any(axis=1).mean())
         if missing > 0.0 and name != "voltage" and not name.startswith("law_"):  # a law flies only a part
@@ -144,6 +141,14 @@ def flaws(flight: FlightRecord) -> list[Finding]:
         elif len(over):
             found.append(Finding(False, f"upside down from {flight.time[over[0]] - flight.time[0]:.1f} s on: a crash?"))
     return found
+
+
+def seldom(flight: FlightRecord) -> list[Finding]:
+    """Whether commands of a flight are too far apart in time."""
+    if flight.period <= SLOWEST:
+        return []
+    text = f"motors: a command every {1e3 * flight.period:.0f} ms; what torques and the rotors' lag do needs one every"
+    return [Finding(True, f"{text} {1e3 * SLOWEST:.0f} ms: {FASTER}")]
 
 
 def unit_of(slope: float) -> str:

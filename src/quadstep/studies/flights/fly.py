@@ -32,7 +32,7 @@ from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
-from quadstep.studies.flights.report import since, write_report
+from quadstep.studies.flights.report import of_log, since, write_report
 
 REPORT = "report.html"
 
@@ -307,6 +307,6 @@ def summarise(
         but = graded(metrics).sentence
         ending = f"Completed {log.ended:g} s; {error}." + (f" {but}" if but else "")
     else:
-        kept = "The log up to that point is kept." if len(log.rows) else "Its log is empty."
+        kept = f"The log up to that point is kept. {of_log(log)}" if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
     return FlightSummary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

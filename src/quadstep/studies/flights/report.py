@@ -61,10 +61,16 @@ def since(mission: "Mission") -> str:
 def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -> str:
     """How it went, in a sentence. counted: from when errors are, as `since` has it."""
     if log.outcome is not Outcome.COMPLETED:
-        return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
+        said = f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
+        return f"{said} {of_log(log)}" if len(log.rows) else said
     off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."
+
+
+def of_log(log: FlightLog) -> str:
+    """What the values of a lost flight leave out: the state that ended it is in no row."""
+    return f"All values are of that log, whose last row is at {log.column('t')[-1]:.6g} s."
 
 
 def facts(metrics: Metrics) -> list[page.Fact]:
