@@ -8,6 +8,9 @@ import time
 
 import pytest
 
+from quadstep.commands.cli import explained
+from quadstep.io.atomic import WRITTEN, write_beside
+from quadstep.report.publish import publishing
 from tests.commands import LINE, files, heeding_interrupts, quadstep, write
 from tests.patience import PATIENCE
 
@@ -85,6 +88,17 @@ def test_ctrl_c_while_the_command_line_loads_is_one_line(tmp_path, module):
         capture_output=True, text=True, cwd=tmp_path, check=False, timeout=PATIENCE, preexec_fn=heeding_interrupts,
     )  # fmt: skip
     assert (run.returncode, run.stdout, run.stderr) == (130, "", "quadstep: interrupted; nothing was written\n")
+
+
+def test_an_interrupted_command_names_what_it_had_written(tmp_path):
+    WRITTEN.clear()
+    assert explained(KeyboardInterrupt()) == ("interrupted; nothing was written", 130)
+    write_beside(tmp_path / "mine.toml", "")
+    with publishing(tmp_path / "out", "a", overwrite=False) as draft:
+        (draft / "metrics.json").write_text("{}")
+    said = f"interrupted; written before: {tmp_path / 'mine.toml'}, {tmp_path / 'out'}"
+    assert explained(KeyboardInterrupt()) == (said, 130)
+    WRITTEN.clear()
 
 
 HUNG_UP = """

@@ -17,6 +17,7 @@ from typer.exceptions import TyperException
 from quadstep.commands.arguments import plain, refuse_empty
 from quadstep.commands.completion import VARIABLE, answer_shell
 from quadstep.commands.options import expanded
+from quadstep.io.atomic import WRITTEN
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
 from quadstep.io.user_code.loading import NAMED, blamed, print_whole, refuse, user_error, warn_of_users_only
@@ -216,6 +217,7 @@ def main() -> None:
 
 def run() -> int | None:
     """The exit code of what the command line asks for; errors are said."""
+    WRITTEN.clear()
     try:
         refuse_empty(sys.argv[1:])
         code: int | None = built(commands_to_load(sys.argv[1:]))(
@@ -229,8 +231,13 @@ def run() -> int | None:
         complain(text)
         return code
     if code == INTERRUPTED:  # what typer makes of Ctrl-C
-        complain("interrupted; nothing was written")
+        complain(interrupted())
     return code
+
+
+def interrupted() -> str:
+    """What is said of a command that was interrupted, and of what it had written by then."""
+    return f"interrupted; written before: {', '.join(WRITTEN)}" if WRITTEN else "interrupted; nothing was written"
 
 
 def explained(error: BaseException) -> tuple[str, int]:
@@ -239,7 +246,7 @@ def explained(error: BaseException) -> tuple[str, int]:
         case InterruptedRun():
             return f"interrupted; {error}", INTERRUPTED
         case KeyboardInterrupt() | typer.Abort():
-            return "interrupted; nothing was written", INTERRUPTED
+            return interrupted(), INTERRUPTED
         case UserError():
             return f"error: {error}", BAD_INPUT
         case TyperException():

@@ -12,6 +12,10 @@ WRITING = ".writing-"
 """Start of the name of a file or folder that is being written; one may be left by a killed run."""
 
 
+WRITTEN: list[str] = []
+"""Files and folders of results written since the command began, for what is said where it is interrupted."""
+
+
 def replace_file(path: Path, content: bytes, mode: int = 0o644, synced: bool = False) -> None:
     """Write a file beside its place and move it there. synced: it must be on the disk by then. Raises OSError."""
     folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
@@ -76,5 +80,6 @@ def write_beside(path: Path, text: str, parents: bool = False) -> None:
         if parents:
             path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, text.encode())
+        WRITTEN.append(str(path))
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None

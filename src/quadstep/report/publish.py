@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from quadstep.io.atomic import WRITING
+from quadstep.io.atomic import WRITING, WRITTEN
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError
 from quadstep.io.files import JSON, PAGE
@@ -41,6 +41,7 @@ def publishing(path: Path, identity: str, overwrite: bool, name: str = MANIFEST)
             with folder.locked(), signals_ignored():
                 previous = replaceable(folder, identity, overwrite, name)  # another run may have finished meanwhile
                 replace(folder, draft, names, previous, name, identity)
+                WRITTEN.append(str(path))
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
 

@@ -64,10 +64,11 @@ def judge(flight: FlightRecord, geometry: Geometry | None = None) -> list[Findin
     found = [*flaws(flight)]
     if flight.flying.sum() * flight.period < LEAST:
         return [Finding(True, never_flew(flight)), *found]
+    found += seldom(flight)
     sure = flight.flying & (flight.runs() > 0)
     if sure.sum() < 0.5 * flight.flying.sum():
         return sorted([*found, Finding(True, "most of the flight cannot be used")], key=lambda one: not one.wrong)
-    found += [*seldom(flight), *turning(flight, sure), *moving(flight, sure), *leaning(flight, sure), *felt(flight, sure)]
+    found += [*turning(flight, sure), *moving(flight, sure), *leaning(flight, sure), *felt(flight, sure)]
     found += [*height(flight), *volts(flight, sure), *commanded(flight, sure, geometry), *estimates(flight, sure)]
     found += [*clocks(flight, sure), *excitation(flight, sure)]
     return sorted(found, key=lambda one: not one.wrong)
