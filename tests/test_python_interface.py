@@ -148,6 +148,11 @@ def test_results_of_another_mission_are_not_overwritten(paper, real, no_figures,
     assert json.loads((tmp_path / "metrics.json").read_text())["name"] == "Circle"
 
 
+def test_a_metric_that_there_is_none_of_is_refused_with_those_there_are():
+    with pytest.raises(KeyError, match=r"unknown metric 'position_rms\[m\]'; allowed: .*; did you mean position_rmse\[m\]\?"):
+        fly(Mission(path=LINE)).metrics()["position_rms[m]"]
+
+
 def test_engines_are_named_by_text_or_member():
     mission = Mission(path={**LINE, "duration": 0.1})
     flights = [fly(mission, engine) for engine in ("lanes", "python", Engine.PYTHON)]

@@ -36,6 +36,13 @@ DPI = 75
 """Resolution of the figure in a notebook."""
 
 
+class NamedMetrics(dict[str, object]):
+    """Metrics that say which there are where another is asked for."""
+
+    def __missing__(self, name: str) -> object:
+        raise KeyError(unknown_name("metric", name, self))
+
+
 class Flight(FlightLog):
     """A finished flight: a `FlightLog`, with the mission, plan and engine that produced it.
 
@@ -70,15 +77,15 @@ class Flight(FlightLog):
     def metrics(self) -> Metrics:
         """The numbers of `metrics.json`, with units in the keys, as `flight_metrics` describes them.
 
+        Of others, as of `metrics()["rmse"]`, its KeyError says which there are.
+
         >>> flight = fly(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0}))
         >>> flight.metrics()["outcome"], round(flight.metrics()["position"]["z"]["largest[m]"], 3)
         ('completed', 1.0)
         """
-        return (
-            self.mission.flight_metrics(self)[0]
-            if self.mission
-            else flight_metrics(self, efforts=self.plan.loop.plant.efforts)
-        )
+        if self.mission:
+            return NamedMetrics(self.mission.flight_metrics(self)[0])
+        return NamedMetrics(flight_metrics(self, efforts=self.plan.loop.plant.efforts))
 
     def to_pandas(self) -> "DataFrame":
         """The log as a DataFrame, indexed by t [s]; the units are in its `attrs["units"]`. Raises UserError without pandas.
