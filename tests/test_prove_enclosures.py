@@ -1,5 +1,7 @@
 """Enclosures contain a law's values on a box: every function, every law, in f64 and in exact arithmetic."""
 
+from fractions import Fraction
+
 import mpmath
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from quadstep import Mission
 from quadstep import numbers as n
 from quadstep.control.registry import controllers
+from quadstep.numbers.affine import HALF_UNIT, MOST_SUMMED, UP
 from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, UndefinedError
 from quadstep.numbers.functions import sinc
 from quadstep.proofs.prove.box import seeded
@@ -139,6 +142,16 @@ def test_a_sum_of_squares_may_vanish():
     length = n.vector(a - 0.3, b - 0.7).norm()
     assert length.low[0] > -1e-9
     assert np.sqrt(2.0) * 0.1 <= length.high[0] < 0.1415
+
+
+def test_the_allowance_for_rounding_covers_the_sums_that_lose_most():
+    """Each is half a unit of the sum so far, or a little more: all that is added is lost, or as much again won."""
+    for each in (HALF_UNIT, 1.001 * HALF_UNIT):
+        numbers = np.full(MOST_SUMMED, each)
+        numbers[0] = 1.0
+        exact, found = sum(map(Fraction, numbers.tolist())), Fraction(float(np.cumsum(numbers)[-1]))
+        assert abs(exact - found) > found * Fraction(HALF_UNIT) * MOST_SUMMED * 9 / 10
+        assert exact < found * Fraction(UP) < exact * (1 + Fraction(1, 10**10))
 
 
 LAWS = {name: {} for name in controllers(State)}

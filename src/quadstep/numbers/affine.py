@@ -30,6 +30,19 @@ Operand: TypeAlias = "Enclosure | Plain"
 ROUNDING = 2.0**-49
 """Sixteen half units in the last place: more than the flown operation and the few that compute its form lose together."""
 
+HALF_UNIT = 2.0**-53
+"""The most that one operation loses by rounding, relative to its result."""
+
+MOST_SUMMED = 2**16
+"""Positive numbers in one sum whose rounding `UP` covers; the largest are over pairs of directions, of up to 255 states."""
+
+UP = 1.0 + 2.0**-36
+"""The factor from such a sum as computed, in any order, to more than the exact one, in proofs and their checks.
+
+n numbers lose at most n h / (1 - n h) of the sum, h being HALF_UNIT (Higham 2002, section 4.2): for 2^16 of them 2^-37 and a
+little. The other half is for the few operations around the sum, and for what `UP` itself rounds.
+"""
+
 CLEAR = 1.0 + 1e-6
 """Factor by which a distance from zero must exceed what may be subtracted from it, for their difference to be accurate."""
 

@@ -7,11 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.numbers.affine import HALF_UNIT, UP
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, ball
-
-HALF_UNIT = 2.0**-53
-UP = 1.0 + 1e-12
-"""More than sums of up to 8,000 positive numbers lose by rounding, relative to themselves; `summed` for longer ones."""
 
 
 def lost(count: int) -> float:
@@ -63,7 +60,7 @@ def seeded(centres: Array, spread: Array, spare: int = 0, second: int = 0) -> li
     directions = spread.shape[1]
     parts = np.zeros((count, directions + spare, samples))
     parts[:, :directions] = spread if spread.ndim == 3 else spread[:, :, None]
-    reach = np.abs(parts).sum(axis=1) * (1.0 + 1e-12)
+    reach = np.abs(parts).sum(axis=1) * UP
     fresh = Fresh(directions, directions if second else directions + spare, second) if spare else None
     nothing = np.zeros(samples)
     return [Enclosure(c, p, nothing, r, fresh) for c, p, r in zip(centres, parts, reach, strict=True)]
@@ -94,5 +91,5 @@ def image(numbers: Sequence[Operand], directions: int, samples: int) -> Image:
         centre[i], rest[i] = one.centre, one.rest
         if one.parts is not None:
             parts[i] = one.parts[:directions]
-            rest[i] += np.abs(one.parts[directions:]).sum(axis=0) * (1.0 + 1e-12)
+            rest[i] += np.abs(one.parts[directions:]).sum(axis=0) * UP
     return Image(centre, parts, rest)

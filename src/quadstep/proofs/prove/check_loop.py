@@ -13,6 +13,7 @@ from quadstep.engines.loop import Numbers
 from quadstep.interfaces.closed_loop import Clock
 from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
+from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.proofs.prove.unknown import Unknown
@@ -22,9 +23,6 @@ from quadstep.vehicle.paper import Disturbance
 
 PUSHES, CONSTANTS, STARTS = 6, 4, 12
 """Unknowns that may change at every sample, those that may not, and those of a start."""
-
-UP = 1.0 + 1e-11
-"""More than what sums of some thousand positive numbers lose by rounding."""
 
 
 class CheckedLoop:

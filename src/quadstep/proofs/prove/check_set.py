@@ -16,6 +16,7 @@ from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import flatten
+from quadstep.numbers.affine import MOST_SUMMED, UP
 from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.proofs.prove.certificate import SetCertificate, read_set
 from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, CheckedLoop, all_finite, moved, number, pushed
@@ -26,7 +27,6 @@ LONGEST = 1e6
 """Time up to which clocks are followed [s]."""
 
 UNKNOWNS = PUSHES + CONSTANTS
-UP = 1.0 + 1e-12
 
 
 class CheckedSet(NamedTuple):
@@ -176,6 +176,8 @@ def failing(loop: CheckedLoop, found: SetCertificate) -> str:
     away = np.array([middle - loop.span])
     later = Enclosure(np.array([middle]), None, away, away)
     directions = count + count * count + UNKNOWNS
+    if directions > MOST_SUMMED:
+        return f"{count} moving states have more pairs than the rounding of a sum is bounded for"
     radii = np.asarray(discs.radii, dtype=np.float64)
     try:
         numbers = box(found, found.spread * radii, count, directions)

@@ -18,8 +18,8 @@ from quadstep.io.errors import UserError
 from quadstep.io.user_code.loading import only
 from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
+from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.box import UP
 from quadstep.proofs.prove.certificate import Certificate, is_set, seen_from, write_certificate
 from quadstep.proofs.prove.check import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_hover

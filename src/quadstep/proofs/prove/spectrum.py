@@ -15,11 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.numbers.affine import HALF_UNIT, UP
+
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-HALF_UNIT = 2.0**-53
-UP = 1.0 + 1e-12
-"""More than sums of up to 8,000 positive numbers lose by rounding, relative to themselves."""
 
 
 class Spectrum(NamedTuple):
