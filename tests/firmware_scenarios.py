@@ -24,6 +24,8 @@ WIND = "[wind]\nmean = [5.0, 3.0, 0.0]\n"
 
 ROTOR = '[[events]]\ntype = "rotor"\ntime = 12.0\nrotor = 1\nefficiency = {}\n'
 
+SAG = "[vehicle.effects]\nbattery = true\n[vehicle.battery]\ncapacity = 900.0\n"
+
 KEPT = r"The log up to that point is kept\."
 
 
@@ -101,6 +103,13 @@ def stopped(now: Flying) -> str:
     return done.stdout + done.stderr
 
 
+def sagged(rows: np.ndarray, _: str, __: Path) -> str:
+    """How far the voltage fell, and how well the height was held."""
+    left, late = rows["voltageV"][-1] / rows["voltageV"][0], rows["ts"] > 0.5 * rows["ts"][-1]
+    lost = 1e3 * float(np.abs(rows["zm"] - rows["z_dm"])[late].max())
+    return f"completed; {100 * left:.0f} % of the voltage is left, height within {lost:.0f} mm in the second half"
+
+
 class Scenario(NamedTuple):
     """code: with which `fly` ends. said: by whom it ends, or in flight. more: of the mission. act: AFTER lift-off.
 
@@ -138,6 +147,7 @@ SCENARIOS = (
     Scenario("hover, calm", 0, COMPLETED, radius=1e-3),
     Scenario("circle, calm", 0, COMPLETED),
     Scenario("circle, wind of 5.8 m/s", 0, COMPLETED, WIND),
+    Scenario("circle, battery that sags", 0, COMPLETED, SAG, tell=sagged),
     Scenario("circle, rotor 1 loses 20 % at 12 s", 0, COMPLETED, ROTOR.format(0.8)),
     Scenario("circle, rotor 1 is lost at 12 s", 3, rf"Lost at \S+ s: .*?\. {KEPT}", ROTOR.format(0.0)),
     Scenario("Ctrl-C in flight", 3, rf"Interrupted at \S+ s\. {KEPT}", act=signalled(signal.SIGINT)),

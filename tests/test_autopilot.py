@@ -71,6 +71,19 @@ def test_an_autopilot_flies_the_vehicle(tmp_path, monkeypatch, name):
         assert pilot.seen[-1]["position"][2] == pytest.approx(-rows["zm"][-1], abs=0.02)
 
 
+def test_the_thrust_of_an_output_falls_with_the_battery(tmp_path, monkeypatch):
+    """A pilot with no integral sinks as its battery empties: outputs are shares of the present full speed."""
+    without_figures(monkeypatch)
+    mission = write(tmp_path, f"{MISSION}[vehicle.effects]\nbattery = true\n[vehicle.battery]\ncapacity = 150.0\n")
+    pilot = fake("ardupilot", mission)
+    run = quadstep("fly", mission, "--autopilot", "ardupilot", "--connect", pilot.port, "--out", tmp_path / "out")
+    pilot.stop.set()
+    assert run.code == 0, run.err
+    rows = np.genfromtxt(tmp_path / "out" / "flight.csv", delimiter=",", names=True)
+    assert rows["voltageV"][-1] < 0.95 * rows["voltageV"][0]
+    assert rows["zm"][-1] < rows["zm"][0] - 0.05
+
+
 @pytest.mark.parametrize("name", FAKES)
 def test_an_autopilot_is_compared_with_our_own_laws(tmp_path, monkeypatch, name):
     without_figures(monkeypatch)

@@ -167,6 +167,8 @@ class Loop:
         more: dict[str, Structure] = self.sensing.more(cast(SuiteMemory, sensed)) if self.sensing else {}
         if "rotor_speeds" in also:
             more["rotor_speeds"] = self.plant.rotor_speeds(state)
+        if "full_speed" in also:
+            more["full_speed"] = self.plant.full_speed(state, p)
         if "noise" in also:
             more["noise"] = cast(Sensed, p).key
         return replaced(told, **{name: more[name] for name in also})

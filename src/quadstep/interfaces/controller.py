@@ -65,9 +65,10 @@ class Measured(NamedTuple):
     axes [rad/s]. thrust [N], torque [N m]: commanded to the rotors since the last sample, within their limits.
 
     The other fields are only for a law that names them in `also_measures`. specific_force: the last accelerometer sample in
-    body axes [m/s^2], minus its estimated bias if there is an estimator. rotor_speeds: the current ones [rad/s]. age: of
-    position and velocity [s]. noise: the flight's key for random numbers of the law (`numbers/noise.py`), so that they
-    belong to the flight whatever batch or engine it is flown in.
+    body axes [m/s^2], minus its estimated bias if there is an estimator. rotor_speeds: the current ones [rad/s]. full_speed:
+    of a rotor at full output, at the battery's present voltage [rad/s]. age: of position and velocity [s]. noise: the
+    flight's key for random numbers of the law (`numbers/noise.py`), so that they belong to the flight whatever batch or
+    engine it is flown in.
     """
 
     position: Vector
@@ -78,6 +79,7 @@ class Measured(NamedTuple):
     torque: Vector
     specific_force: Vector = NOTHING
     rotor_speeds: Vector = NOTHING
+    full_speed: Number = math.nan
     age: Number = math.nan
     noise: Key = NO_KEY
 

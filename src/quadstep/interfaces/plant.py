@@ -124,6 +124,10 @@ class Plant(Protocol[P_contra, X, C_contra, U, H, K, Y]):
         """The rotor speeds [rad/s]; used only by a law that measures them."""
         ...
 
+    def full_speed(self, state: X, p: P_contra) -> Number:
+        """Of a rotor at full output [rad/s]; used only by a law that measures it."""
+        ...
+
     def asked(self, p: P_contra, command: C_contra) -> U:
         """A law's command as it is logged: without limits, and in one form, whatever forms the plant accepts."""
         ...

@@ -128,6 +128,10 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
         """Never asked."""
         raise NotImplementedError
 
+    def full_speed(self, state: X, p: PlantParameters[N, L]) -> Number:
+        """Never asked."""
+        raise NotImplementedError
+
     def asked(self, p: PlantParameters[N, L], command: U) -> U:
         return command
 

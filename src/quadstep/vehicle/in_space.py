@@ -171,6 +171,10 @@ class InSpace(Generic[P, X, C]):
         """Never asked, unless the rotors' speeds are states."""
         raise NotImplementedError
 
+    def full_speed(self, state: X, p: P) -> Number:
+        """Never asked, unless the rotors have a battery."""
+        raise NotImplementedError
+
     def asked(self, p: P, command: C) -> Command:
         return cast(Command, command)
 

@@ -30,7 +30,15 @@ from quadstep.interfaces.plant import Drawn, Rotor
 from quadstep.interfaces.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, maximum, minimum, sqrt, total, vector, where
 from quadstep.numbers.noise import Key
-from quadstep.vehicle.airframe_plant import Airframe, Events, derivative, efficiencies, mass_properties, specific_force
+from quadstep.vehicle.airframe_plant import (
+    Airframe,
+    Events,
+    derivative,
+    efficiencies,
+    mass_properties,
+    specific_force,
+    voltage,
+)
 from quadstep.vehicle.allocation import Allocation, allocate, clamped, mix, speeds_of, thrusts_of
 from quadstep.vehicle.in_space import InSpace, airframe_columns, airframe_row, fastest
 from quadstep.vehicle.rigid_body import AirframeState, Effects, Geometry, Motion, renormalised
@@ -101,6 +109,11 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
 
     def rotor_speeds(self, state: AirframeState) -> Vector:
         return state.speeds
+
+    def full_speed(self, state: AirframeState, p: AirframeParameters) -> Number:
+        """It falls with the battery's voltage."""
+        fastest = p.airframe.rotor.fastest
+        return fastest * voltage(p.airframe, state) / p.airframe.battery.full if self.effects.battery else fastest
 
     def asked(self, p: AirframeParameters, command: Command | RotorThrusts | RotorSpeeds) -> Command:
         if isinstance(command, Command):

@@ -161,12 +161,9 @@ KINDS = {
 
 
 class PilotedGains(NamedTuple):
-    """handle: of the connection. fastest: the rotors' speed at full output [rad/s]. lift: the weight over the largest thrust
-    of one rotor.
-    """
+    """handle: of the connection. lift: the weight over the largest thrust of one rotor."""
 
     handle: Number
-    fastest: Number
     lift: Number
 
 
@@ -181,7 +178,7 @@ class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
     nature = "another program"
     Gains = NoGains
     commands = RotorSpeeds
-    also_measures = ("specific_force",)
+    also_measures = ("specific_force", "full_speed")
     one_at_a_time = True
 
     @classmethod
@@ -192,7 +189,7 @@ class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
         self, memory: tuple[()], measured: Measured, reference: Reference, gains: PilotedGains, t: Number, period: Number
     ) -> tuple[RotorSpeeds, tuple[()]]:
         shares = call(gains.handle, sensed(t, measured), self.rotors)
-        return RotorSpeeds(Vector(gains.fastest * share for share in shares)), memory
+        return RotorSpeeds(Vector(measured.full_speed * share for share in shares)), memory
 
     def before_flight(self, measured: Measured, gains: PilotedGains) -> None:
         """Connect, and wait until the autopilot takes off. Raises UserError where none comes, or it does not."""
@@ -281,4 +278,4 @@ class AutopilotSection(PilotedSection):
         kind = KINDS[self.type]
         handle = connection(self.type, address(self.connect, kind.port), kind.order(model))
         lift = model.mass * model.gravity / (model.per_speed * model.fastest * model.fastest)
-        return BuiltController(PilotedLaw(model.rotors), PilotedGains(float(handle), model.fastest, lift))
+        return BuiltController(PilotedLaw(model.rotors), PilotedGains(float(handle), lift))

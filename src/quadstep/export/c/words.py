@@ -128,6 +128,7 @@ MEASURED_WORDS = {
     "torque": "N m, as last returned by made()",
     "specific_force": "m/s^2, last sample of the accelerometer, body axes",
     "rotor_speeds": "rad/s, of each rotor",
+    "full_speed": "rad/s, of a rotor at full output",
     "age": "s, of position and velocity",
     "noise.words": "-, key of the law's random numbers: four whole numbers below 65536",
 }

@@ -75,6 +75,7 @@ class LawAlone(Loop):
         more = {
             "specific_force": cast(Measured, told).velocity,
             "rotor_speeds": speeds,
+            "full_speed": speeds[0],
             "age": 0.01,
             "noise": cast(Sensed, p).key,
         }
