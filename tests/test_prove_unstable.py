@@ -219,6 +219,24 @@ EDGES = (
 """Written in several ways: a climb gathers speed, a descent is damped, more strongly. All in all, hover is stable."""
 
 
+def settled(folder, law, axis, away, duration, within):
+    """The loop of a law of one's own and the hover that it comes to, from so far away along an axis."""
+    (folder / "limited.py").write_text(law)
+    content = {
+        "path": {"type": "step", "start": PLACE, "end": PLACE, "duration": duration},
+        "controller": {"type": "limited.py:Limited", "k_w": 40.0},
+        "disturbance": {"scale": 0.0},
+        "start": {"position": [place + away * (name == axis) for name, place in zip("xyz", PLACE, strict=True)]},
+    }
+    mission = check_mission(content, "mission", folder)
+    plan = mission.plan(folder)
+    assert abs(fly(plan).table(axis)[-1, 0] - PLACE["xyz".index(axis)]) < within
+    loop = Sampled(plan)
+    at = hover(mission, plan, loop)
+    assert is_equilibrium(loop, at)
+    return loop, at
+
+
 @pytest.mark.parametrize("edge", EDGES)
 def test_one_side_of_an_edge_at_rest_disproves_nothing(tmp_path, edge):
     law = LIMITED.replace("import Number, minimum, vector", "import Number, maximum, minimum, vector, where")
@@ -226,19 +244,7 @@ def test_one_side_of_an_edge_at_rest_disproves_nothing(tmp_path, edge):
         "        thrust, ",
         f"        v = measured.velocity[2]\n        wanted += vector(0.0, 0.0, 3.0 * v + {edge})\n        thrust, ",
     )
-    (tmp_path / "limited.py").write_text(law)
-    content = {
-        "path": {"type": "step", "start": PLACE, "end": PLACE, "duration": 60.0},
-        "controller": {"type": "limited.py:Limited", "k_w": 40.0},
-        "disturbance": {"scale": 0.0},
-        "start": {"position": [0.0, 0.0, 0.5]},
-    }
-    mission = check_mission(content, "mission", tmp_path)
-    plan = mission.plan(tmp_path)
-    assert abs(fly(plan).table("z")[-1, 0] - PLACE[2]) < 1e-6
-    loop = Sampled(plan)
-    at = hover(mission, plan, loop)
-    assert is_equilibrium(loop, at)
+    loop, at = settled(tmp_path, law, "z", -4.5, 60.0, 1e-6)
     with pytest.raises(UndefinedError, match="has no slope there"):
         jacobian(loop, at)
     assert instability(loop, at) is None
@@ -292,19 +298,7 @@ def test_a_law_written_with_roots_is_not_said_to_be_unstable(tmp_path):
         "        x = reference.position[0] - measured.position[0]\n"
         "        wanted += vector(4.0 * rooted(x) - 4.5 * x, 0.0, 0.0)\n        thrust, ",
     )
-    (tmp_path / "limited.py").write_text(law)
-    content = {
-        "path": {"type": "step", "start": PLACE, "end": PLACE, "duration": 30.0},
-        "controller": {"type": "limited.py:Limited", "k_w": 40.0},
-        "disturbance": {"scale": 0.0},
-        "start": {"position": [0.1, 0.0, 5.0]},
-    }
-    mission = check_mission(content, "mission", tmp_path)
-    plan = mission.plan(tmp_path)
-    assert abs(fly(plan).table("x")[-1, 0]) < 1e-3
-    loop = Sampled(plan)
-    at = hover(mission, plan, loop)
-    assert is_equilibrium(loop, at)
+    loop, at = settled(tmp_path, law, "x", 0.1, 30.0, 1e-3)
     assert instability(loop, at) is None
 
 
