@@ -257,7 +257,7 @@ def test_a_control_says_what_it_is_how_far_it_goes_and_what_it_was(open_page, br
     ends = [one.strip() for one in control.locator(".ends:visible span").all_inner_texts()]
     control.get_by_role("button", name="About K r1").press("Enter")
     hint = control.locator(".hint").inner_text().replace("\u00a0", " ")
-    assert hint.startswith("The theorem requires") and hint.endswith("can be typed. Original: 3 N s/m.")
+    assert hint.startswith("The theorem requires") and hint.endswith("; any positive number can be typed. Original: 3 N s/m.")
     assert f". {ends[0]} to {ends[1]} N s/m; " in hint
     assert control.locator("input[type=range]:visible").get_attribute("aria-describedby") == control.locator(
         ".hint"
@@ -565,10 +565,12 @@ def test_axe_finds_nothing(open_page, width, scheme):
         assert axe(page) == []
 
 
-@pytest.mark.parametrize("key", ["K_r1", "backstepping.K_r1"])
-def test_a_link_names_a_gain_with_or_without_its_controller(open_page, brief_file, key):
-    page = open_page(f"#set={key}:4,3,5", file=brief_file)
-    assert page.evaluate("quadstep.settings().values") == {"backstepping.K_r1": [4, 3, 5]}
+@pytest.mark.parametrize(
+    ("part", "values"), [("K_r1:4,3,5", [4, 3, 5]), ("backstepping.K_r1:4,3,5", [4, 3, 5]), ("K_r1:4", [4, 4, 4])]
+)
+def test_a_link_names_a_gain_with_or_without_its_controller(open_page, brief_file, part, values):
+    page = open_page(f"#set={part}", file=brief_file)
+    assert page.evaluate("quadstep.settings().values") == {"backstepping.K_r1": values}
     assert page.locator("#notice").is_hidden()
 
 

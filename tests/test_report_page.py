@@ -149,6 +149,7 @@ def test_an_interval_decides_how_many_digits_mean_something():
     assert units.interval(0.0123456, 0.01234, 0.01235, "m").replace("\u00a0", " ") == "12.346 [12.340, 12.350] mm"
     assert units.interval(0.0123, 0.0098, 0.0151, "m").replace("\u00a0", " ") == "12 [10, 15] mm"
     assert units.interval(2.0, 1.0, 3.0) == "2.0 [1.0, 3.0]"
+    assert units.interval(2.0, 2.0, 2.0) == "2.00"
     assert units.interval(0.5, float("nan"), float("nan")) == "0.500"
 
 

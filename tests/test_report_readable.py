@@ -12,6 +12,7 @@ from quadstep.report.canvas import drawing, new_figure, write
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, Panel
 from quadstep.report.sheet import Sheet
+from tests.browsers import axe
 from tests.needs import CHROMIUM, needs
 
 T = np.linspace(0.0, 10.0, 201)
@@ -141,3 +142,36 @@ def test_powers_of_ten_are_written_out_where_nobody_chose_how(tmp_path):
     text = (tmp_path / "a.svg").read_text(encoding="utf-8")
     assert "10⁻⁴" in text
     assert "math" not in text
+
+
+PARTS = [
+    page.summary("The answer.", [page.Fact("largest error", "3 mm", "from the path")], []),
+    page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log")], "See it move:"),
+    page.heading("Numbers", "numbers"),
+    page.paragraph("K_r1 > m Lambda1"),
+    page.table(("", "RMSE", "share"), [("x", page.Span("3 [2, 4] mm", 2.0, 3.0, 4.0, 0.0, 9.0), "12 %"), ("y", "1", "-")]),
+    page.table((), [("seed", "1")]),
+    page.subheading("Settings"),
+    page.note("A note."),
+    page.listing(["one", "two"]),
+    page.verbatim("[path]", "all keys"),
+    page.verbatim("quadstep fly mission.toml"),
+    page.heading("More", "more"),
+    page.heading("How to read this", "reading"),
+]
+"""Of what every kind of report is made, beside its figures."""
+
+
+@needs(CHROMIUM)
+@pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (360, "dark")])
+def test_axe_finds_nothing_in_the_parts_of_reports(report, browsers, width, scheme):
+    window = browsers[False].page()
+    figure = page.figure(report[0].parent / "curve", "What to see")
+    report[0].write_text(page.page_text("A report", [*PARTS, figure], "Flight"), encoding="utf-8")
+    window.set_viewport_size({"width": width, "height": 900})
+    window.emulate_media(color_scheme=scheme)
+    window.goto(report[0].as_uri())
+    window.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true })")
+    assert axe(window) == []
+    assert window.evaluate("document.documentElement.scrollWidth") <= width
+    browsers[False].blank()

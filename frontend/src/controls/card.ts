@@ -22,6 +22,15 @@ function title(control: Control): HTMLElement {
   return h("span", { class: "name" }, ...rich(control.label));
 }
 
+const UNBOUNDED = 1e9; // what Python sends where a number has no limit of its own, and 1e-9 where it has to be above 0
+
+/** What can be typed beside a slider, in words where there is no limit. */
+function typable({ low, high }: Control): string {
+  if (high < UNBOUNDED) return `${plain(low)} to ${plain(high)} can be typed`;
+  if (low > 0 && low <= 1 / UNBOUNDED) return "any positive number can be typed";
+  return low > -UNBOUNDED ? `any number from ${plain(low)} up can be typed` : "any number can be typed";
+}
+
 let made = 0;
 
 /** A button and the line that it shows: what the control is, how far it goes, and what it was. */
@@ -29,7 +38,7 @@ function about(control: Control): { button: HTMLElement; line: HTMLElement; orig
   const [first, ...others] = control.components.map(({ value }) => value);
   const original = others.every((value) => value === first) ? first! : null;
   const shown = (value: number): string => (control.kind === "toggle" ? (value ? "on" : "off") : join(plain(value), prose(plainUnit(control.unit))));
-  const reach = control.kind === "toggle" ? "" : `${plain(control.min)} to ${shown(control.max)}; ${plain(control.low)} to ${plain(control.high)} can be typed. `;
+  const reach = control.kind === "toggle" ? "" : `${plain(control.min)} to ${shown(control.max)}; ${typable(control)}. `;
   const file = original === null ? control.components.map(({ label, value }) => `${flat(label)} ${shown(value)}`).join(", ") : shown(original);
   const line = h("p", { class: "hint", id: `about-${++made}`, hidden: true }, ...rich(closed(control.hint || "A number of the mission")), ` ${reach}Original: ${file}.`);
   const button = h("button", { type: "button", class: "about", "aria-expanded": "false", "aria-controls": line.id, "aria-label": `About ${spoken(control.label)}` }, "?");

@@ -68,7 +68,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
   return { settings, time, step, keep, bare: pairs.length === 1, complaints: complaints.slice(0, 3) };
 }
 
-/** Settings after one "key:1,2,3"; undefined if it does not fit the flight. */
+/** Settings after one "key:1,2,3", or "key:1" for all axes; undefined if it does not fit the flight. */
 function withPart(settings: Settings, flight: FlightData, part: string): Settings | undefined {
   const colon = part.indexOf(":");
   const key = part.slice(0, colon);
@@ -77,8 +77,8 @@ function withPart(settings: Settings, flight: FlightData, part: string): Setting
   const known = [undefined, ...flight.controllers].flatMap((controller) => controlsOf(flight, controller));
   const own = controlsOf(flight, controllerOf(flight, settings.controller));
   const found = known.find(([control, owner]) => keyOf(control, owner) === key) ?? own.find(([control]) => control.id === key);
-  if (!found || numbers.length !== found[0].components.length) return undefined;
-  return withValues(settings, found[0], found[1], numbers.map(Number));
+  if (!found || ![1, found[0].components.length].includes(numbers.length)) return undefined;
+  return withValues(settings, found[0], found[1], found[0].components.map((_, i) => Number(numbers[i] ?? numbers[0])));
 }
 
 function pair(text: string): readonly [string, string] | undefined {

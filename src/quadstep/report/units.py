@@ -83,13 +83,13 @@ def digits_of(value: float, low: float, high: float) -> int:
 
 
 def interval(value: float, low: float, high: float, unit: str = "-") -> str:
-    """A number with its interval, all in one unit and to digits that the interval's width warrants.
+    """A number with its interval, unless that is the number alone, all in one unit and to digits that its width warrants.
 
     >>> interval(0.01234, 0.0119, 0.0128, "m"), interval(0.524, 0.51, 0.54, "rad")
     ('12.3 [11.9, 12.8] mm', '30 [29, 31]°')
     """
     text, below, above, unit = alike(value, low, high, unit)
-    if not (math.isnan(low) or math.isnan(high)):
+    if not (math.isnan(low) or math.isnan(high) or low == value == high):
         text = f"{text} [{below}, {above}]"
     return text + unit
 

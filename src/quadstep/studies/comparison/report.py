@@ -271,7 +271,9 @@ def ghosts(found: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
             found, situation, jobs[names[0]], {name: jobs[name] for name in names[1:]}, [flight.id for flight in shown]
         )
         shown.append(one)
-        links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", f"{one.name}: {' and '.join(names[:2])}"))
+        text = " and ".join(names[:2])
+        text = f"{situation.label}: {text}" if situation.label else text
+        links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", text))
     if not shown:
         raise UserError("flights of an autopilot cannot be shown without it")
     return Shown(build_page(found.name, "", shown), tuple(links))
