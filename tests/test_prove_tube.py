@@ -289,10 +289,11 @@ def test_a_mission_and_a_certificate_are_not_both_taken(tmp_path):
 
 
 NO_PLACES = {
-    "a folder": ("", "is a folder; --out needs a file"),
+    "a folder": ("", "is a folder; name a file"),
     "no certificate": ("precious.txt", "exists and is not a certificate of `quadstep prove`; choose another --out"),
     "other JSON": ("precious.json", "exists and is not a certificate of `quadstep prove`; choose another --out"),
-    "in a file": ("precious.txt/proof.json", "is not a folder"),
+    "in a file": ("precious.txt/proof.json", "cannot be written: no folder"),
+    "a folder that takes no file": ("/proc/proof.json", "cannot be written: "),
 }
 
 

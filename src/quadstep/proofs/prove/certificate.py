@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.io import __version__
-from quadstep.io.atomic import write_beside
+from quadstep.io.atomic import check_place, write_beside
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.io.results.parts import SEAL, read_sealed, sealed
@@ -258,17 +258,10 @@ FORMATS = tuple(one.rstrip("0123456789") for one in (FORMAT, SET_FORMAT))
 
 
 def check_target(path: Path) -> None:
-    """Refuses a folder, a place that cannot be written, and an existing file that is not a certificate. Raises UserError."""
-    try:
-        if path.is_dir():
-            raise UserError(f"{path}: is a folder; --out needs a file")
-        parent = next(one for one in path.absolute().parents if one.exists())
-        if not parent.is_dir():
-            raise UserError(f"{path}: cannot be written: {parent} is not a folder")
-        if path.exists() and not is_certificate(path):
-            raise UserError(f"{path}: exists and is not {WHAT}; choose another --out")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+    """Refuses a place where no file can be written, and an existing file that is not a certificate. Raises UserError."""
+    check_place(path, parents=True)
+    if path.exists() and not is_certificate(path):
+        raise UserError(f"{path}: exists and is not {WHAT}; choose another --out")
 
 
 def is_certificate(path: Path) -> bool:
