@@ -167,6 +167,6 @@ SCENARIOS = (
             f"export switched in and back, {name}", 0, COMPLETED, more, act=switched_in_ardupilot, only="ardupilot",
             asks="QSTP", tell=told_of_ardupilot, parameters={"CC_TYPE": NUMBER, "CC_AXIS_MASK": 7},
         )
-        for name, more in (("calm", ""), ("wind of 5.8 m/s", WIND))
+        for name, more in (("calm", ""), ("wind of 5.8 m/s", WIND), ("battery that sags", SAG))
     ),
 )  # fmt: skip

@@ -113,6 +113,9 @@ def test_the_crazyflie_flies_with_its_firmwares_own_code(tmp_path, law):
     assert found["full"].yaw == pytest.approx(90.0, abs=1.0)
     assert abs(found["turned"].yaw) == pytest.approx(180.0, abs=1.0)
     assert found["hover"].away > 0.5  # it moves with the speed asked for
+    fly = {"pid": 0.0366, "geometric": 0.134}[law]  # RMSE of `quadstep fly` on that circle, whose rotors take 72 ms, not 50
+    assert found["circle"].away < 1.1 * fly
+    assert law != "pid" or found["circle"].away > 0.9 * fly
     assert found["off"].height < found["entry"].height
     assert found["entry"].farthest < 0.15  # in a wind; 0.31 m for pid and 0.54 for geometric where they start afresh
 

@@ -84,7 +84,28 @@ static void fly(const char *name, const setpoint_t *setpoint, double seconds, bo
         tilt = fmax(tilt, DEGREES * acos(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])));
     }
     const double away = hypot(body.position[0] - (double)setpoint->position.x, body.position[1] - (double)setpoint->position.y);
-    printf("%s %.4f %.4f %.2f %.4f %.1f %.4f\n", name, body.position[2], away, yaw_of(), lowest, tilt, farthest);
+    if (name != NULL) { printf("%s %.4f %.4f %.2f %.4f %.1f %.4f\n", name, body.position[2], away, yaw_of(), lowest, tilt, farthest); }
+}
+
+/* A circle of 2 m in 10 s, from rest to its speed in 5 s, with velocity and acceleration; prints the RMSE of the last 10 s as the distance. */
+static void circle(const setpoint_t *start)
+{
+    const double full = 6.283185307179586 / 10.0, radius = 2.0;
+    setpoint_t at = *start;
+    double sum = 0.0, farthest = 0.0;
+    int count = 0;
+    for (int i = 0; i < 22500; i += 2)
+    {
+        const double t = 0.001 * i, gain = (t < 5.0) ? (full / 5.0) : 0.0, speed = (t < 5.0) ? (gain * t) : full;
+        const double phase = (t < 5.0) ? (0.5 * gain * t * t) : (full * (t - 2.5)), c = cos(phase), s = sin(phase);
+        at.position.x = (float)((double)start->position.x + radius * (1.0 - c)); at.position.y = (float)((double)start->position.y + radius * s);
+        at.velocity.x = (float)(radius * speed * s); at.velocity.y = (float)(radius * speed * c);
+        at.acceleration.x = (float)(radius * (gain * s + speed * speed * c)); at.acceleration.y = (float)(radius * (gain * c - speed * speed * s));
+        const double x = body.position[0] - (double)at.position.x, y = body.position[1] - (double)at.position.y, z = body.position[2] - (double)at.position.z;
+        fly(NULL, &at, 0.002, false);
+        if (i >= 12500) { sum += x * x + y * y + z * z; farthest = fmax(farthest, sqrt(x * x + y * y + z * z)); ++count; }
+    }
+    printf("circle %.4f %.4f %.2f %.4f %.1f %.4f\n", body.position[2], sqrt(sum / count), yaw_of(), body.position[2], 0.0, farthest);
 }
 
 int main(void)
@@ -120,6 +141,8 @@ int main(void)
     wrong.velocity.x = NAN;
     fly("wrong", &wrong, 2.0, false);
     fly("righted", &place, 4.0, false);
+    circle(&place);
+    fly("stopped", &place, 4.0, false);
     push[0] = 0.04; push[1] = -0.03; /* the firmware's own controller holds against a wind; the law takes over where it is */
     hover.velocity.x = 0.0f; hover.attitudeRate.yaw = 0.0f;
     fly("leaning", &hover, 8.0, false);
