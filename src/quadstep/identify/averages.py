@@ -126,7 +126,7 @@ def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Flo
     scores = np.array([matrix[clusters == name].T @ rest[clusters == name] for name in names])
     count = len(names)
     spread = inverse @ (scores.T @ scores) @ inverse * (count / max(count - 1, 1))
-    return solution, np.sqrt(np.diag(spread)), np.abs(inverse @ (matrix * rest[:, None]).T).sum(axis=1), count
+    return solution, np.sqrt(np.maximum(np.diag(spread), 0.0)), np.abs(inverse @ (matrix * rest[:, None]).T).sum(axis=1), count
 
 
 def in_rotors_axes(block: HalfSeconds, tilt: Floats) -> HalfSeconds:
