@@ -2,10 +2,10 @@
 
 What the paper's law cannot know is left out of what it tracks (Johnson and Kannan 2005, the paper's [17]):
 
-- the target of r1 (Eq. 12) is a reference model of the position, which follows the path as the loop itself would, and of which
-  is taken off what thrust and attitude do not make yet;
-- the command filter of the attitude is told how the path turns the force, and what the lagging rotors do not make is taken
-  off it.
+- the target of r1 (Eq. 12) is a reference model of the position, which follows the path as the loop itself would, reduced by
+  the force that thrust and attitude do not yet produce;
+- the command filter of the attitude knows how the path turns the force, and is reduced by the torque that the lagging rotors
+  do not yet produce.
 
 Errors are then free of lags and limits, so gains and learning rates may be several times higher before the loop shakes.
 """

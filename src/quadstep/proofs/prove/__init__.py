@@ -1,1 +1,1 @@
-"""`quadstep prove`: proofs about a flight, by enclosures of the laws that fly. See docs/prove.md."""
+"""`quadstep prove`: bounds on every flight's distance from its path, proved by interval enclosures. See docs/prove.md."""
