@@ -172,6 +172,27 @@ def test_two_functions_of_one_file_do_not_replace_one_another(folder):
     assert len({own_code(plan_of(folder, f"function.py:{name}").loop) for name in ("controller", "other")}) == 2
 
 
+FACTORY = """
+from dataclasses import dataclass
+from quadstep.control.geometric import Geometric
+def made(k):
+    @dataclass(frozen=True)
+    class Scaled(Geometric):
+        name = "scaled"
+        def law(self, memory, measured, reference, gains, t, period):
+            command, memory = super().law(memory, measured, reference, gains, t, period)
+            return command._replace(torque=k * command.torque), memory
+    return Scaled
+good, bad = made(1.0), made(9.0)
+"""
+
+
+def test_two_classes_of_one_factory_have_no_grade_in_common(folder):
+    """Grades are cached by this: the second law, with 11 degrees of phase margin, was called sound with the first one's 36."""
+    (folder / "factory.py").write_text(FACTORY)
+    assert fingerprint([plan_of(folder, "factory.py:good")]) != fingerprint([plan_of(folder, "factory.py:bad")])
+
+
 def test_what_a_script_says_counts(folder):
     """As does what a notebook does, whose functions are in no file."""
     (folder / "script.py").write_text(
