@@ -10,8 +10,8 @@ import tempfile
 
 import numpy as np
 
-from quadstep.studies.envelope.request import request
-from quadstep.studies.envelope.run import Map
+from quadstep.studies.envelope import Map
+from quadstep.studies.envelope_request import request
 from quadstep.studies.study import run
 
 HERE = pathlib.Path(__file__).parent

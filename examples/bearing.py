@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from quadstep.mission.distributions import Grid
 from quadstep.report.evidence import Evidence, Table
 from quadstep.report.page import Fact
+from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
-from quadstep.report.tables import booktabs
 from quadstep.studies.campaign.flyer import SUCCESS
-from quadstep.studies.envelope.request import read_base
+from quadstep.studies.envelope_request import read_base
 from quadstep.studies.study import Flown, Study, run
 
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.commands import cli
-from quadstep.io.user_code import loading
-from quadstep.report.terminal.progress import Progress
+from quadstep.io import user_code
+from quadstep.report.progress import Progress
 from tests.patience import PATIENCE
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 1.0\n'
@@ -39,7 +39,7 @@ class Run(NamedTuple):
 def quadstep(*arguments):
     """Run a command in this process."""
     out, err = io.StringIO(), io.StringIO()
-    handler, given, refused = signal.getsignal(signal.SIGTERM), sys.argv, loading.refused
+    handler, given, refused = signal.getsignal(signal.SIGTERM), sys.argv, user_code.refused
     sys.argv = ["quadstep", *map(str, arguments)]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -48,7 +48,7 @@ def quadstep(*arguments):
         return Run(end.code or 0, out.getvalue(), err.getvalue())
     finally:
         sys.argv = given
-        loading.refuse(refused)  # as `serve` does for its process
+        user_code.refuse(refused)  # as `serve` does for its process
         signal.signal(signal.SIGTERM, handler)
     raise AssertionError("main returned")
 
@@ -71,7 +71,7 @@ def without_figures(monkeypatch):
     """Leave out the figures, which need processes of their own and seconds, where they are not the point."""
     monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
     for module in ("fly", "interface"):
-        monkeypatch.setattr(f"quadstep.studies.flights.{module}.drawing_pool", lambda *_: nullcontext())
+        monkeypatch.setattr(f"quadstep.studies.{module}.drawing_pool", lambda *_: nullcontext())
 
 
 ISSUE_COLUMNS = """t[s] x[m] y[m] z[m] psi[rad] theta[rad] phi[rad] x_d[m] y_d[m] z_d[m] psi_d[rad] theta_d[rad] phi_d[rad]

@@ -14,7 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; 
 os.environ.setdefault("QUADSTEP_OPTIMISE", "0")  # most tests fly little; tests/test_equal_bits.py: the bits are the same
 
 from quadstep.commands.cli import SELDOM
-from quadstep.report.terminal import bars
+from quadstep.report import bars
 from tests import durations
 from tests.browsers import browsers, chromium, open_page  # noqa: F401 (fixtures)
 from tests.commands import without_figures

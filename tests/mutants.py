@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 
-from quadstep.report.terminal.screen import say
+from quadstep.report.screen import say
 from tests import durations
 from tests.changes import Change, changes, changes_of
 from tests.mutations import exchanged, source

@@ -2,7 +2,7 @@
 
 import json
 
-from quadstep.io.results.parts import sealed
+from quadstep.io.parts import sealed
 from tests.commands import quadstep, write
 
 TUBE = """\

@@ -15,7 +15,7 @@ import pytest
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
 from quadstep.linear.grade import quick_grade
-from quadstep.report.terminal.progress import Progress
+from quadstep.report.progress import Progress
 from quadstep.studies.campaign import cluster, cluster_connection
 from quadstep.studies.campaign.cluster import (
     ChunkSpan,

@@ -19,7 +19,7 @@ from quadstep.studies.campaign.flyer import Flyer, on_lanes
 from quadstep.studies.campaign.replay import replay
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import Chunk, parquet
-from quadstep.studies.flights.fly import planned
+from quadstep.studies.fly import planned
 from tests.campaigns import MASS, NOISY, SHORT, campaign, flights, fly, manifest, no_report, number, refused, rows, written
 from tests.commands import Listener, quadstep
 from tests.flights import METRICS

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from quadstep import __version__
+from quadstep.io import results_folder as folder_module
 from quadstep.io.errors import UserError
-from quadstep.io.results import folder as folder_module
-from quadstep.io.results.parts import sealed
+from quadstep.io.parts import sealed
 from quadstep.studies.campaign import draws
 from quadstep.studies.campaign.store import opened, parquet
 from tests.campaigns import MASS, campaign, flights, fly, leftovers, manifest, refused, rows, written

@@ -1,6 +1,6 @@
 import math
 
-from quadstep.io.results.folder import Folder
+from quadstep.io.results_folder import Folder
 from tests.challenge import folders
 from tests.challenge.search import Attempt, Search, attempted, coverage, searches
 
@@ -52,5 +52,5 @@ def test_the_search_of_folders_finds_a_run_that_follows_links(monkeypatch):
 
 
 def test_the_search_of_changed_results_finds_a_run_that_checks_nothing(monkeypatch):
-    monkeypatch.setattr("quadstep.io.results.parts.is_whole", lambda *_: True)
+    monkeypatch.setattr("quadstep.io.parts.is_whole", lambda *_: True)
     assert attempted(folders.SEARCHES[1], 1, 20.0).failed

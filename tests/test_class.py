@@ -9,8 +9,8 @@ from urllib.parse import urlencode
 
 import pytest
 
+from quadstep.io import user_code
 from quadstep.io.errors import UserError
-from quadstep.io.user_code import loading
 from quadstep.page import build
 from quadstep.page.sharing import Access
 from quadstep.studies import classroom
@@ -45,7 +45,7 @@ def room(tmp_path):
 def flown(room, text):
     """What the class does with a submission, without a process of its own."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(loading, "refused", "never code")
+        patch.setattr(user_code, "refused", "never code")
         patch.setattr(build, "template", lambda: STAND_IN)
         patch.setattr(classroom, "flown_apart", lambda text, ground, out, _: attempted(text, ground, out))
         member = next(iter(room.members.values()))
@@ -166,7 +166,7 @@ def test_names_and_metrics_of_a_class_are_checked(tmp_path, monkeypatch):
         with pytest.raises(UserError, match=said):
             Room(tmp_path / "class.toml", tmp_path)
         assert not (tmp_path / classroom.SECRET_NAME).exists()
-    monkeypatch.setattr(loading, "refused", "")  # put back when it has been served
+    monkeypatch.setattr(user_code, "refused", "")  # put back when it has been served
     assert quadstep("serve", tmp_path, "--class", tmp_path / "class.toml").refused
 
 

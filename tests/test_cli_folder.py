@@ -158,7 +158,7 @@ def test_a_failure_while_writing_leaves_nothing(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("quadstep.studies.flights.fly.write_log", full)
+    monkeypatch.setattr("quadstep.studies.fly.write_log", full)
     run = quadstep("fly", write(tmp_path, LINE), "--out", tmp_path / "new" / "out")
     assert run.refused
     assert "No space left on device" in run.err
@@ -170,7 +170,7 @@ def test_a_failure_while_writing_leaves_the_old_result(tmp_path, out, monkeypatc
         raise KeyboardInterrupt
 
     before = files(out)
-    monkeypatch.setattr("quadstep.studies.flights.fly.write_log", broken)
+    monkeypatch.setattr("quadstep.studies.fly.write_log", broken)
     run = quadstep("fly", write(tmp_path, OTHER, "other.toml"), "--out", out, "--overwrite")
     assert run.code == 130
     assert files(out) == before

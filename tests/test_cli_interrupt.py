@@ -81,7 +81,7 @@ runpy.run_module("quadstep", run_name="__main__")
 """
 
 
-@pytest.mark.parametrize("module", ["typer", "quadstep.commands.fly", "quadstep.io.user_code.loading"])
+@pytest.mark.parametrize("module", ["typer", "quadstep.commands.fly", "quadstep.io.user_code"])
 def test_ctrl_c_while_the_command_line_loads_is_one_line(tmp_path, module):
     run = subprocess.run(
         [sys.executable, "-c", INTERRUPTED_WHILE_LOADING, module],

@@ -16,8 +16,8 @@ import pytest
 from quadstep.control import raptor
 from quadstep.engines.fly import fly
 from quadstep.io.errors import MissingExtraError, UserError
-from quadstep.io.results.folder import RUNNING
-from quadstep.io.results.parts import parts_in
+from quadstep.io.parts import parts_in
+from quadstep.io.results_folder import RUNNING
 from quadstep.studies.comparison import jobs
 from quadstep.studies.comparison.run import ComparisonRun, How
 from quadstep.studies.comparison.study import FIRST, Situation, read_study

@@ -12,7 +12,7 @@ FRONTS = ("quadstep.control", "quadstep.world.paths", "quadstep.world.pieces", "
 """Packages whose names are public, beside `quadstep` itself."""
 
 MODULES = (
-    "quadstep", "quadstep.studies.flights.interface", "quadstep.io.errors", "quadstep.mission.schema", "quadstep.mission.read",
+    "quadstep", "quadstep.studies.interface", "quadstep.io.errors", "quadstep.mission.schema", "quadstep.mission.read",
     "quadstep.engines.engine", "quadstep.metrics.registry",
     "quadstep.numbers.functions", "quadstep.numbers.vectors", "quadstep.numbers.structure", "quadstep.interfaces.reference",
     "quadstep.world.air",

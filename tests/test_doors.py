@@ -8,9 +8,8 @@ from quadstep import Mission, UserError, fly
 from quadstep.engines.engine import Engine
 from quadstep.export.run import TARGETS, ExportRequest, export_mission
 from quadstep.identify.logs.read import read_topics
-from quadstep.io import doors
-from quadstep.io.user_code import loading
-from quadstep.io.user_code.loading import NAMED
+from quadstep.io import doors, user_code
+from quadstep.io.user_code import NAMED
 from quadstep.mission.own_controller import AUTOPILOTS
 from quadstep.report.panels import flight_jobs
 from tests.commands import LINE, quadstep, write
@@ -21,8 +20,8 @@ from quadstep.bridges.autopilot.controller import PilotedLaw
 from quadstep.engines.fly import on_floats
 from quadstep.identify.logs.series import Series, Topics
 from quadstep.mission.own_controller import PilotedSection
-from quadstep.report.drawing import FigureJob
-from quadstep.report.panel import (Panel)
+from quadstep.report.pool import FigureJob
+from quadstep.report.panel import Panel
 
 
 def greet(name: str) -> None:
@@ -218,7 +217,7 @@ def test_an_autopilot_but_not_by_a_name_that_is_taken():
 
 @pytest.mark.usefixtures("tiny")
 def test_where_no_code_of_users_is_run_that_of_others_is_not_loaded(monkeypatch):
-    monkeypatch.setattr(loading, "refused", "--no-user-code was given")
+    monkeypatch.setattr(user_code, "refused", "--no-user-code was given")
     with pytest.raises(UserError, match="user code is not run"):
         TARGETS.load("text")
     assert TARGETS.load("px4")

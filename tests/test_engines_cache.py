@@ -88,7 +88,7 @@ def test_a_folder_that_cannot_be_written_is_no_error(folder, fly, monkeypatch):
     def refuse(*_, **__):
         raise PermissionError(13, "read-only")
 
-    monkeypatch.setattr("quadstep.io.atomic.replace_in", refuse)
+    monkeypatch.setattr("quadstep.io.files.replace_in", refuse)
     assert len(fly()) == 21
     assert entries(folder) == []
 

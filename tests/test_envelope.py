@@ -17,10 +17,9 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import Flyer, on_lanes
-from quadstep.studies.envelope.cells import CAUSES, Cells, cells_of, middle
-from quadstep.studies.envelope.picture import draw_panel, legend, length, scale
-from quadstep.studies.envelope.request import NOISY_FLIGHTS, request
-from quadstep.studies.envelope.run import Map, meaning, most_of
+from quadstep.studies.envelope import Map, meaning, most_of
+from quadstep.studies.envelope_map import CAUSES, Cells, cells_of, draw_panel, legend, length, middle, scale
+from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import StudySpan, run
 from tests.campaigns import MASS, NOISY, SHORT, written
 from tests.commands import LINE, quadstep, write

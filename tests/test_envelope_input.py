@@ -168,7 +168,7 @@ def test_ctrl_c_while_drawing_keeps_the_map_before(tmp_path, monkeypatch):
     def draw(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("quadstep.studies.envelope.run.draw_map", draw)
+    monkeypatch.setattr("quadstep.studies.envelope.draw_map", draw)
     assert envelope(tmp_path, "--flights", "2", "--overwrite").code == 130
     assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
     assert not leftovers(tmp_path)

@@ -9,7 +9,7 @@ import pytest
 
 from quadstep import UserError, fly, read_mission
 from quadstep.engines.engine import Engine
-from quadstep.io.user_code import loading
+from quadstep.io import user_code
 from tests.campaigns import fly as fly_campaign
 from tests.commands import quadstep, write
 from tests.pages import fly_page, needs_node
@@ -389,7 +389,7 @@ def test_a_function_cannot_fly_it(mission):
 
 
 def test_a_study_runs_no_code_of_users_where_that_was_said(mission, monkeypatch):
-    monkeypatch.setattr(loading, "refused", "")
+    monkeypatch.setattr(user_code, "refused", "")
     study = write(mission.parent, STUDY.replace("VEHICLE", "rail.py:Rail") + LAWS, "study.toml")
     run = quadstep("--no-user-code", "compare", study)
     assert run.refused, run

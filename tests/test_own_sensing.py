@@ -8,7 +8,7 @@ import pytest
 
 from quadstep import Engine, Mission, read_mission
 from quadstep.engines.fly import fly
-from quadstep.io.user_code import loading
+from quadstep.io import user_code
 from quadstep.sensing.estimator import ErrorState
 from quadstep.sensing.suite import LAST_SAMPLES
 from tests.campaigns import no_report
@@ -76,7 +76,7 @@ Fails.Numbers = N
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(loading, "refused", "")
+    monkeypatch.setattr(user_code, "refused", "")
     shutil.copy(ROOT / "examples" / "sensing.py", tmp_path)
     return tmp_path
 

@@ -11,8 +11,8 @@ import pytest
 from quadstep import fly, read_mission
 from quadstep.engines.engine import Engine
 from quadstep.engines.scored import scored
+from quadstep.io import user_code
 from quadstep.io.errors import UserError
-from quadstep.io.user_code import loading
 from quadstep.numbers import flatten
 from quadstep.page.build import flown_mission, missions_page
 from tests.campaigns import no_report, rows
@@ -93,7 +93,7 @@ WRONG_LAWS = {
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """With the examples' files of Python; user code may run whatever was said before."""
-    monkeypatch.setattr(loading, "refused", "")
+    monkeypatch.setattr(user_code, "refused", "")
     for name in EXAMPLES.glob("*.py"):
         shutil.copy(name, tmp_path)
     return tmp_path

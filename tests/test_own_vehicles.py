@@ -8,8 +8,7 @@ import pytest
 
 from quadstep import Mission, UserError, fly
 from quadstep.engines.engine import Engine
-from quadstep.io import doors
-from quadstep.io.user_code import installed, loading
+from quadstep.io import doors, places, user_code
 from quadstep.mission.presets import preset_table
 from quadstep.studies.campaign.schema import digests
 from tests.commands import quadstep, quadstep_process
@@ -162,7 +161,7 @@ def test_a_vehicle_of_ones_own_is_listed_and_a_mission_for_it_written(tmp_path):
 
 
 def test_user_code_is_refused_for_vehicles_too(monkeypatch):
-    monkeypatch.setattr(loading, "refused", "--no-user-code is given")
+    monkeypatch.setattr(user_code, "refused", "--no-user-code is given")
     with pytest.raises(UserError, match="user code is not run"):
         real("racer.py:RACER")
 
@@ -180,8 +179,8 @@ def packages(tmp_path, monkeypatch):
     (tmp_path / "quadstep_bring.py").write_text(SPRING + RACER)
     monkeypatch.syspath_prepend(tmp_path)
     points = [
-        EntryPoint("pulled", "quadstep_bring:Pull", installed.DISTURBANCES),
-        EntryPoint("racer", "quadstep_bring:RACER", installed.VEHICLES),
+        EntryPoint("pulled", "quadstep_bring:Pull", places.DISTURBANCES),
+        EntryPoint("racer", "quadstep_bring:RACER", places.VEHICLES),
     ]
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [one for one in points if one.group == group])
     doors.registered.cache_clear()

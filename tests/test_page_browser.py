@@ -127,7 +127,7 @@ def test_case_1_flies_as_in_python(open_page):
 
 
 def test_download_is_what_quadstep_writes(open_page, tmp_path):
-    from quadstep.report.tables import write_log
+    from quadstep.report.publish import write_log
 
     page = open_page()
     with page.expect_download() as begun:

@@ -28,7 +28,7 @@ from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from quadstep.report.page import page_text, summary
 from quadstep.report.sheet import sheet
 from quadstep.studies.advise import advise, advise_dropped
-from quadstep.studies.flights.fly import fly_mission
+from quadstep.studies.fly import fly_mission
 from tests.commands import heeding_interrupts
 from tests.made_logs import excited as in_ardupilots_log
 from tests.made_logs import looped

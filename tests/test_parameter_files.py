@@ -11,7 +11,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import ArduPilotParm, CrazyflieYaml, QgcParams
 from quadstep.mission.read import check_mission
 from quadstep.mission.saved_parameters import under
-from quadstep.studies.flights.report import write_report
+from quadstep.studies.flight_report import write_report
 from quadstep.studies.tuning.run import tune
 from tests.needs import package
 

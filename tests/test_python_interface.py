@@ -14,7 +14,7 @@ from quadstep.engines import fly as engines
 from quadstep.engines.fly import fingerprint
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.studies.flights.fly import fly_mission
+from quadstep.studies.fly import fly_mission
 from tests.commands import files
 from tests.needs import package
 
@@ -312,7 +312,7 @@ class Absent:
         if name in EXTRAS:
             raise ModuleNotFoundError(name, name=name)
 sys.meta_path.insert(0, Absent())
-import quadstep.studies.class_server, quadstep.studies.lessons, quadstep.studies.flights.fly
+import quadstep.studies.class_server, quadstep.studies.lessons, quadstep.studies.fly
 """
 
 

@@ -1,6 +1,6 @@
 """Tables for a paper."""
 
-from quadstep.report.tables import booktabs, escaped
+from quadstep.report.publish import booktabs, escaped
 
 
 def test_text_is_set_as_it_is():

@@ -15,11 +15,10 @@ import pytest
 
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
-from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
-from quadstep.report.pool import drawing_pool, start_server
+from quadstep.report.pool import FigureJob, drawing_pool, start_server
 from quadstep.report.publish import publishing
-from quadstep.studies.flights.fly import fly_mission
+from quadstep.studies.fly import fly_mission
 from tests.commands import LINE, quadstep
 from tests.patience import PATIENCE
 
@@ -125,7 +124,7 @@ def test_no_worker_outlives_a_block_that_failed():
 SCRIPT = """
 from pathlib import Path
 from quadstep.engines.engine import Engine
-from quadstep.studies.flights.fly import fly_mission
+from quadstep.studies.fly import fly_mission
 print("run")
 fly_mission(Path({mission!r}), Path({out!r}), Engine.LANES, False)
 """

@@ -15,9 +15,9 @@ from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.run import figure_of
 from quadstep.report.axes import peaked, powers, threshold
 from quadstep.report.canvas import thin
-from quadstep.report.drawing import FigureJob
 from quadstep.report.figures import draw, prefixed
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
+from quadstep.report.pool import FigureJob
 from quadstep.report.sheet import Sheet, sheet
 from quadstep.studies.paper.cases import case_1
 from tests.commands import quadstep
@@ -146,7 +146,7 @@ def test_a_flight_is_drawn_with_the_signals_that_are_asked_for(tmp_path, monkeyp
     assert [one.name for one in (tmp_path / "a" / "figures").iterdir()] == ["signals.svg"]
     assert re.findall(r'<g id="axes(\d+)"', (tmp_path / "a" / "figures" / "signals.svg").read_text()) == ["0", "1"]
     assert (tmp_path / "a" / "report.html").read_text(encoding="utf-8").count("<figure>") == 1
-    monkeypatch.setattr("quadstep.studies.flights.fly.fly_logged", lambda *_: pytest.fail("flown"))
+    monkeypatch.setattr("quadstep.studies.fly.fly_logged", lambda *_: pytest.fail("flown"))
     for wrong in ("x,height", "x,"):
         run = quadstep("fly", mission, "--out", tmp_path / "b", "--signals", wrong)
         assert run.refused

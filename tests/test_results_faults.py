@@ -15,9 +15,9 @@ from tempfile import mkdtemp
 
 import pytest
 
+from quadstep.io import results_folder as folder_module
 from quadstep.io.errors import UserError
-from quadstep.io.results import folder as folder_module
-from quadstep.io.results.parts import parts_in
+from quadstep.io.parts import parts_in
 from quadstep.report.publish import publishing
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.store import opened as open_campaign

@@ -12,8 +12,8 @@ import pytest
 
 from quadstep.io.errors import UserError
 from quadstep.io.files import JSON
-from quadstep.io.results.folder import RUNNING, names_in, opened, parts_of
-from quadstep.io.results.parts import parts_in, sealed
+from quadstep.io.parts import parts_in, sealed
+from quadstep.io.results_folder import RUNNING, names_in, opened, parts_of
 from quadstep.report.evidence import Evidence
 from quadstep.report.publish import publishing, write_json
 from tests import campaigns
@@ -305,4 +305,4 @@ def test_only_the_folder_of_results_and_single_files_remove_or_replace_anything(
         if any(sign in path.read_text(encoding="utf-8") for sign in signs)
     }
     temporary = {"report/writable.py"}  # its own, in the place for temporary files
-    assert found - temporary == {"io/atomic.py", "io/results/folder.py", "io/code_cache.py"}
+    assert found - temporary == {"io/files.py", "io/results_folder.py", "io/code_cache.py"}

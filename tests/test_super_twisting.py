@@ -10,8 +10,8 @@ import pytest
 from quadstep import fly, read_mission
 from quadstep.engines.engine import Engine
 from quadstep.interfaces.controller import Measured
-from quadstep.io.user_code.loading import load
-from quadstep.io.user_code.places import Place
+from quadstep.io.places import Place
+from quadstep.io.user_code import load
 from quadstep.mission.own_controller import own_section
 from quadstep.numbers import vector
 from tests.campaigns import no_report

@@ -1,6 +1,6 @@
 """Bars as a terminal shows them."""
 
-from quadstep.report.terminal import bars
+from quadstep.report import bars
 from tests.campaigns import MASS, written
 from tests.terminals import in_terminal
 

@@ -10,7 +10,7 @@ from rich.cells import cell_len
 from quadstep.mission.vehicle_list import load_preset, parameters
 from quadstep.proofs.verify import registry
 from quadstep.proofs.verify.registry import all_rows
-from quadstep.report.terminal.screen import fitted, plain, say, say_whole, show_table
+from quadstep.report.screen import fitted, plain, say, say_whole, show_table
 
 VEHICLE = (("key", "value", "unit", "meaning", "source"), [tuple(row) for row in parameters(load_preset("x500"))])
 EQUATIONS = (

@@ -7,7 +7,7 @@ import pytest
 
 from quadstep import read_mission
 from quadstep.io.errors import UserError
-from quadstep.report.terminal.progress import SILENT
+from quadstep.report.progress import SILENT
 from quadstep.studies.tuning import run
 from quadstep.studies.tuning.ground import CandidateFlyer, read_request
 from quadstep.studies.tuning.search import Search

@@ -9,7 +9,7 @@ from quadstep import fly, read_mission
 from quadstep.linear.grade import margin_metrics
 from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
-from quadstep.report.terminal.progress import SILENT
+from quadstep.report.progress import SILENT
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search

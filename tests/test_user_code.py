@@ -10,11 +10,11 @@ import pytest
 
 from quadstep import read_mission
 from quadstep.engines.fly import fingerprint
+from quadstep.io import user_code
+from quadstep.io.code_identity import own_code
 from quadstep.io.errors import UserError
-from quadstep.io.user_code import loading
-from quadstep.io.user_code.identity import own_code
-from quadstep.io.user_code.loading import load
-from quadstep.io.user_code.places import Place, digest, place
+from quadstep.io.places import Place, digest, place
+from quadstep.io.user_code import load
 from tests.commands import quadstep, quadstep_process
 
 pytestmark = pytest.mark.usefixtures("no_figures")
@@ -159,8 +159,8 @@ def test_laws_of_one_code_are_told_apart_by_the_constants_that_they_hold(folder,
     found = {}
     for value in (20.0, 21.0, 20.0):
         (folder / "value.json").write_text(str(value))
-        loading.families.clear()
-        for one in [one for one in sys.modules if one.startswith(loading.PREFIX)]:
+        user_code.families.clear()
+        for one in [one for one in sys.modules if one.startswith(user_code.PREFIX)]:
             del sys.modules[one]
         found.setdefault(value, set()).add(own_code(plan_of(folder, f"holding.py:{name}").loop))
     assert [len(one) for one in found.values()] == [1, 1]
@@ -196,7 +196,7 @@ def test_two_classes_of_one_factory_have_no_grade_in_common(folder):
 def test_what_a_script_says_counts(folder):
     """As does what a notebook does, whose functions are in no file."""
     (folder / "script.py").write_text(
-        "import sys\nfrom pathlib import Path\nfrom quadstep.io.user_code.identity import own_code\n"
+        "import sys\nfrom pathlib import Path\nfrom quadstep.io.code_identity import own_code\n"
         "from quadstep import read_mission\nfrom quadstep.control import flying\n"
         "def law(k):\n    def controller(t, measured, reference):\n        return k, (0.0, 0.0, 0.0)\n    return controller\n"
         "class Own:\n    held = law(float(sys.argv[1]))\n"
@@ -260,7 +260,7 @@ def test_missions_run_only_what_they_name_and_not_where_that_is_refused(folder, 
     run = quadstep_process("fly", "mission.toml", "--no-user-code", "--out", "two", cwd=folder)
     assert (run.returncode, run.stdout) == (2, "")
     assert "user code is not run: --no-user-code was given" in run.stderr
-    monkeypatch.setattr(loading, "refused", "here")
+    monkeypatch.setattr(user_code, "refused", "here")
     with pytest.raises(UserError, match="is not run: here"):
         load(Place("law.py", "K"), folder)
 
@@ -294,7 +294,7 @@ def test_a_function_is_a_controller(folder):
 @pytest.mark.parametrize(("asked", "shown"), [([], ["law.py"]), (["default"], ["law.py", "numpy.py"])])
 def test_a_command_shows_warnings_of_libraries_to_who_asks(asked, shown, monkeypatch):
     monkeypatch.setattr(sys, "warnoptions", asked)
-    monkeypatch.setattr(loading, "FILES", {"law.py"})
+    monkeypatch.setattr(user_code, "FILES", {"law.py"})
     seen = []
     monkeypatch.setattr(warnings, "showwarning", lambda message, kind, file, *_: seen.append(file))
     quadstep("--version")

@@ -193,7 +193,7 @@ def test_a_file_that_cannot_be_written_is_one_line(monkeypatch, tmp_path):
     def refuse(*_arguments, **_options):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr("quadstep.io.atomic.replace_in", refuse)
+    monkeypatch.setattr("quadstep.io.files.replace_in", refuse)
     with pytest.raises(UserError, match="cannot be written: Permission denied"):
         write_document(tmp_path / "rows.json", results()[:1], 0.0)
 

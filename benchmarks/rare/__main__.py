@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rare.starts import Starts
-from quadstep.io.atomic import write_beside
+from quadstep.io.files import write_beside
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.studies.campaign.flyer import SUCCESS, Flyer
 from quadstep.studies.campaign.schema import Campaign, Method, RareSection, read_campaign

@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.rare.cases.first_sample import UNIT, Corner, Edge, FirstSample, Radius, Side, Sum
+from quadstep.studies.campaign.draws import numbers
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.variants import numbers
 from quadstep.studies.rare.flights import Event, Failure, PointFlyer, Scale, values
 from quadstep.studies.rare.mixture import Evaluate, Floats, Points
 

@@ -33,16 +33,16 @@ if TYPE_CHECKING:
     from quadstep.metrics.registry import flight_metrics
     from quadstep.mission.read import read_mission
     from quadstep.mission.schema import Mission
-    from quadstep.studies.flights.interface import Flight, fly, fly_all
+    from quadstep.studies.interface import Flight, fly, fly_all
 
 _PLACES = {
     "Engine": "quadstep.engines.engine",
-    "Flight": "quadstep.studies.flights.interface",
+    "Flight": "quadstep.studies.interface",
     "Mission": "quadstep.mission.schema",
     "UserError": "quadstep.io.errors",
     "flight_metrics": "quadstep.metrics.registry",
-    "fly": "quadstep.studies.flights.interface",
-    "fly_all": "quadstep.studies.flights.interface",
+    "fly": "quadstep.studies.interface",
+    "fly_all": "quadstep.studies.interface",
     "read_mission": "quadstep.mission.read",
 }
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from random import Random
 
 from quadstep.io.errors import UserError
-from quadstep.io.results.parts import SEAL, parts_in, read_sealed, sealed
+from quadstep.io.parts import SEAL, parts_in, read_sealed, sealed
 from quadstep.report.publish import publishing
 from tests.challenge.search import Attempt, Search
 

@@ -1,12 +1,19 @@
-"""What was typed after a command: refused where it is empty, and said in plain words where it is wrong."""
+"""What was typed after a command: refused where it is empty, and said in plain words where it is wrong.
+
+`quadstep completion`.
+"""
 
 import re
 from collections.abc import Sequence
 from difflib import get_close_matches
+from enum import StrEnum
+from typing import Annotated
 
+import typer
 from typer.exceptions import TyperException
 
 from quadstep.io.errors import UserError, unknown_name
+from quadstep.report.screen import say_whole
 
 ALIKE = 0.8
 """Likeness from which an option is taken for a misspelt one."""
@@ -85,3 +92,30 @@ def refuse_empty(arguments: Sequence[str]) -> None:
             raise UserError(f"{before if before.startswith('--') else 'an argument'}: is empty{HELP}")
         if given.startswith("--") and given.endswith("="):
             raise UserError(f"{given.removesuffix('=')}: is empty{HELP}")
+
+
+VARIABLE = "_QUADSTEP_COMPLETE"
+"""What a shell sets when it asks for completions."""
+
+
+class Shell(StrEnum):
+    """Shells that complete."""
+
+    BASH = "bash"
+    ZSH = "zsh"
+    FISH = "fish"
+
+
+def completion(shell: Annotated[Shell, typer.Argument(help="Which shell: bash, zsh or fish.", show_default=False)]) -> None:
+    """Print a script that completes commands and options in a shell (docs/installing.md)."""
+    from typer._completion_shared import get_completion_script
+
+    for line in get_completion_script(prog_name="quadstep", complete_var=VARIABLE, shell=shell.value).splitlines():
+        say_whole(line)
+
+
+def answer_shell() -> None:
+    """Prepare for a shell that asks for completions, which the command line then answers."""
+    from typer._completion_classes import completion_init
+
+    completion_init()

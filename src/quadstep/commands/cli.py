@@ -14,15 +14,13 @@ import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
-from quadstep.commands.arguments import plain, refuse_empty
-from quadstep.commands.completion import VARIABLE, answer_shell
+from quadstep.commands.arguments import VARIABLE, answer_shell, plain, refuse_empty
 from quadstep.commands.options import expanded
 from quadstep.io.atomic import WRITTEN
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
-from quadstep.io.user_code.loading import NAMED, blamed, print_whole, refuse, user_error, warn_of_users_only
-from quadstep.report.terminal.screen import complain, say, width
-from quadstep.report.terminal.streams import OutputError, prepare_streams
+from quadstep.io.user_code import NAMED, blamed, print_whole, refuse, user_error, warn_of_users_only
+from quadstep.report.screen import OutputError, complain, prepare_streams, say, width
 from quadstep.report.writable import provide_writable
 
 
@@ -69,7 +67,7 @@ COMMANDS = Door("quadstep.commands", {
     "page": "quadstep.commands.page:page",
     "serve": "quadstep.commands.serve:serve",
     "campaign": "quadstep.commands.campaign:campaign",
-    "envelope": "quadstep.commands.envelope:envelope",
+    "envelope": "quadstep.commands.campaign:envelope",
     "tune": "quadstep.commands.tune:tune",
     "compare": "quadstep.commands.compare:compare",
     "linear": "quadstep.commands.linear:linear",
@@ -78,15 +76,15 @@ COMMANDS = Door("quadstep.commands", {
     "identify": "quadstep.commands.identify:identify",
     "replay": "quadstep.commands.replay:replay",
     "advise": "quadstep.commands.advise:advise",
-    "certify": "quadstep.commands.certify:certify",
+    "certify": "quadstep.commands.prove:certify",
     "prove": "quadstep.commands.prove:prove",
     "export": "quadstep.commands.export:export",
-    "serve-setpoints": "quadstep.commands.serve_setpoints:serve_setpoints",
-    "check": "quadstep.commands.check:check",
+    "serve-setpoints": "quadstep.commands.serve:serve_setpoints",
+    "check": "quadstep.commands.new:check",
     "new": "quadstep.commands.new:new",
     "explain": "quadstep.commands.page:explain",
-    "verify": "quadstep.commands.verify:verify",
-    "completion": "quadstep.commands.completion:completion",
+    "verify": "quadstep.commands.prove:verify",
+    "completion": "quadstep.commands.arguments:completion",
     "study": "quadstep.commands.study:studies",
     "vehicle": "quadstep.commands.vehicle:making",
 })  # fmt: skip

@@ -10,9 +10,9 @@ from quadstep.commands.options import Drawing, OverwriteOption, check_range, eng
 from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import BAD_INPUT
+from quadstep.report.bars import Bar, bar
+from quadstep.report.screen import complain
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.bars import Bar, bar
-from quadstep.report.terminal.screen import complain
 
 if TYPE_CHECKING:
     from quadstep.studies.comparison.run import FinishedComparison, How

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 import typer
 
 from quadstep.commands.options import JsonOption, JunitOption, Options
-from quadstep.io.errors import UserError
-from quadstep.io.results.interrupts import signals_ignored
+from quadstep.io.errors import UserError, signals_ignored
 from quadstep.metrics.verdict import Verdict
+from quadstep.report.screen import complain, say, say_whole, show_table
 from quadstep.report.sheet import FORMATS
-from quadstep.report.terminal.screen import complain, say, say_whole, show_table
 
 if TYPE_CHECKING:
     from quadstep.report.evidence import Evidence

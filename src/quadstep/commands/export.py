@@ -7,8 +7,8 @@ import typer
 
 from quadstep.commands.options import OverwriteOption
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import complain, say, say_whole
+from quadstep.report.bars import bar
+from quadstep.report.screen import complain, say, say_whole
 
 PRECISIONS = ("f32", "f64")
 

@@ -14,9 +14,9 @@ from quadstep.engines.engine import Engine
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.metrics.requirements import parsed
+from quadstep.report.bars import bar
 from quadstep.report.pool import start_server
-from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import complain, say, say_whole, show_table
+from quadstep.report.screen import complain, say, say_whole, show_table
 
 
 def fly(
@@ -90,7 +90,7 @@ def fly(
     with bar("loading") as shown:
         from quadstep.linear.grade import quick_grade
         from quadstep.metrics.margins import AT_REST, at_rest_sentences
-        from quadstep.studies.flights.fly import Piloting, fly_mission
+        from quadstep.studies.fly import Piloting, fly_mission
 
         def told(stage: str, done: int, total: int) -> None:
             shown.doing(stage)

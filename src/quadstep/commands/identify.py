@@ -9,7 +9,7 @@ import typer
 from quadstep.commands.deliver import show
 from quadstep.commands.options import LogsArgument, MappingOption, ReplaceOption, read_logs, vehicle_of
 from quadstep.io.errors import UserError
-from quadstep.report.terminal.screen import complain, say, say_whole
+from quadstep.report.screen import complain, say, say_whole
 from quadstep.report.units import counted
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def identify(
     """
     from quadstep.identify.run import evidence, run
     from quadstep.identify.vehicle_file import as_toml
-    from quadstep.io.atomic import refuse_other, write_beside
+    from quadstep.io.files import refuse_other, write_beside
 
     if out.suffix != ".toml":
         raise UserError(f"{out}: the name of a vehicle file should end in .toml")

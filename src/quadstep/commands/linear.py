@@ -12,7 +12,7 @@ from quadstep.commands.options import Drawing, JsonOption, OverwriteOption, chec
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.report.terminal.bars import bar
+from quadstep.report.bars import bar
 
 INSTANTS, MOST = 20, 10_000
 

@@ -8,12 +8,11 @@ import typer
 
 from quadstep.commands.options import EngineOption, OpenOption
 from quadstep.engines.engine import Engine
-from quadstep.io.atomic import check_place, write_beside
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
-from quadstep.io.files import PAGE, read_bytes
+from quadstep.io.files import PAGE, check_place, read_bytes, write_beside
 from quadstep.mission.read import CAMPAIGN, look
-from quadstep.report.terminal.screen import complain, say_whole
+from quadstep.report.screen import complain, say_whole
 
 OWN_MARK = 'id="quadstep-data"'
 """Identifies a page that this command has written."""

@@ -17,7 +17,7 @@ from quadstep.commands.options import (
     vehicle_of,
 )
 from quadstep.io.errors import UserError
-from quadstep.report.terminal.screen import complain, say
+from quadstep.report.screen import complain, say
 from quadstep.report.units import counted
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def write_predictions(
 ) -> None:
     """Predict from given rows, for others to judge."""
     from quadstep.identify.replay import as_json, predictions_of, read_starts, ready
-    from quadstep.io.atomic import write_beside
+    from quadstep.io.files import write_beside
 
     numbers, guided = ready(flights, section, commands_only)
     rows = read_starts(starts, flights)
@@ -124,7 +124,7 @@ def controller_of(given: str) -> dict[str, object]:
     from quadstep.control.registry import names
     from quadstep.interfaces.controller import Measured
     from quadstep.io.documents import read_toml
-    from quadstep.io.user_code.installed import CONTROLLERS, own_place
+    from quadstep.io.installed import CONTROLLERS, own_place
     from quadstep.mission.own_thing import unknown_type
 
     if not given.endswith(".toml"):

@@ -7,7 +7,7 @@ import typer
 
 from quadstep.commands.options import Drawing, EngineOption, OverwriteOption
 from quadstep.engines.engine import Engine
-from quadstep.report.terminal.screen import say_whole, show_table, typeset
+from quadstep.report.screen import say_whole, show_table, typeset
 
 
 def reproduce(

@@ -11,8 +11,8 @@ from quadstep.commands.options import OverwriteOption, check_range
 from quadstep.engines.engine import Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import FAILED
+from quadstep.report.screen import say, show_table
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.report.terminal.screen import say, show_table
 
 LOOPS = 5_000
 """Closed loops that the lines of Theorem B are tried on."""

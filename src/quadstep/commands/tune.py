@@ -10,8 +10,8 @@ import typer
 from quadstep.commands.deliver import Delivery
 from quadstep.commands.options import Drawing, OverwriteOption, check_seed
 from quadstep.io.doors import needed_by
-from quadstep.report.terminal.bars import bar
-from quadstep.report.terminal.screen import command, say, say_whole, show_table
+from quadstep.report.bars import bar
+from quadstep.report.screen import command, say, say_whole, show_table
 
 if TYPE_CHECKING:
     from quadstep.studies.tuning.run import Tuned

@@ -7,7 +7,7 @@ import typer
 
 from quadstep.commands.options import ReplaceOption
 from quadstep.io.errors import UserError, one_line
-from quadstep.report.terminal.screen import command, complain, say, say_whole, show_table
+from quadstep.report.screen import command, complain, say, say_whole, show_table
 
 
 def fit(
@@ -30,7 +30,7 @@ def fit(
     from quadstep.identify.datasheet.estimate import estimate, vehicle_of
     from quadstep.identify.datasheet.sheet import read_datasheet
     from quadstep.identify.vehicle_file import as_toml
-    from quadstep.io.atomic import check_place, refuse_other, write_beside
+    from quadstep.io.files import check_place, refuse_other, write_beside
     from quadstep.mission.airframe import AirframeSection
     from quadstep.mission.check import explained
     from quadstep.mission.vehicle_list import parameters

@@ -8,8 +8,8 @@ import typer
 from quadstep.commands.deliver import Delivery
 from quadstep.commands.options import OverwriteOption, QuickDrawing, check_range, check_seed
 from quadstep.io.doors import needed_by
+from quadstep.report.bars import bar
 from quadstep.report.pool import start_server
-from quadstep.report.terminal.bars import bar
 
 MOST = 1_000_000
 

@@ -13,8 +13,8 @@ from quadstep.engines.loop import Loop, Numbers
 from quadstep.interfaces.closed_loop import Advance, Outcome, Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import LIMITS, REASONS, FlightLog
+from quadstep.io.code_identity import own_code
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.identity import own_code
 from quadstep.numbers import Table, flatten, in_matrix, leaf_names
 
 

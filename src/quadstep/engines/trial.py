@@ -15,7 +15,7 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.log import Metric, added, started
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.loading import blamed
+from quadstep.io.user_code import blamed
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
 from quadstep.program.python_code import PythonCode, entered
 

@@ -19,17 +19,17 @@ from quadstep.identify.residual import Followed, followed
 from quadstep.identify.run import AHEAD, Identification, unexplained
 from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.vehicle_file import identified_vehicle
-from quadstep.io.atomic import write_beside
 from quadstep.io.errors import UserError
-from quadstep.io.results.record import FIGURES
+from quadstep.io.files import write_beside
+from quadstep.io.run_record import FIGURES
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report import page
 from quadstep.report.axes import logarithmic, plain_decades, powers
 from quadstep.report.canvas import LINES, drawing, margins, new_figure
 from quadstep.report.canvas import write as write_figure
-from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Section
 from quadstep.report.panel import SETPOINT, Panel
+from quadstep.report.pool import FigureJob
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import handy, quantity

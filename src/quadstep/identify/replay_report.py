@@ -17,7 +17,7 @@ from quadstep.io import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.report import page
 from quadstep.report.evidence import Evidence, Section, Table
-from quadstep.report.tables import write_csv
+from quadstep.report.publish import write_csv
 from quadstep.report.units import counted, handy, interval, listed, number, percent, quantity
 
 UNIT = {"position": "m", "velocity": "m/s", "attitude": "°", "rates": "rad/s"}

@@ -12,7 +12,7 @@ import shlex
 import stat
 from pathlib import Path
 
-from quadstep.io.atomic import replace_file
+from quadstep.io.files import replace_file
 
 MOST_ENTRIES = 1024
 """Beyond this number (about 70 kB each), those are deleted that were not used for longest."""

@@ -21,9 +21,9 @@ from importlib.metadata import PackageNotFoundError, requires
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from quadstep.io import user_code
 from quadstep.io.errors import MissingExtraError, UserError, unknown_name
-from quadstep.io.user_code import loading
-from quadstep.io.user_code.loading import NAMED
+from quadstep.io.user_code import NAMED
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -78,8 +78,8 @@ class Door:
         if name not in self:
             raise UserError(unknown_name("name", name, self.names))
         one = installed(self.group, name)
-        if loading.refused:
-            raise UserError(f"{one.value}: user code is not run: {loading.refused}")
+        if user_code.refused:
+            raise UserError(f"{one.value}: user code is not run: {user_code.refused}")
         what = f"{name}, which {origin(one)} registers for {self.group}"
         try:
             loaded = one.load()

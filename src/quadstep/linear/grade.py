@@ -21,7 +21,7 @@ from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import code_cache
 from quadstep.io.errors import UserError
-from quadstep.io.results.parts import code_digest
+from quadstep.io.parts import code_digest
 from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_others, with_pieces
 from quadstep.linear.margins import Margins

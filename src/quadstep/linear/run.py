@@ -11,7 +11,7 @@ from quadstep.engines.fly import fingerprint, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.results.record import FIGURES
+from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, StepResponse, Studied, steps, studied
 from quadstep.linear.equilibrium import held, quiet
@@ -23,9 +23,8 @@ from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.evidence import Evidence, Figure, Table
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.publish import MANIFEST, publishing, write_csv, write_json
 from quadstep.report.sheet import Sheet
-from quadstep.report.tables import write_csv
 from quadstep.report.units import quantity
 
 MARGIN_COLUMNS = (

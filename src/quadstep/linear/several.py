@@ -11,8 +11,8 @@ from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import __version__
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
-from quadstep.io.results.record import FIGURES
-from quadstep.io.user_code.installed import CONTROLLERS
+from quadstep.io.installed import CONTROLLERS
+from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, studied, worst_of
 from quadstep.linear.equilibrium import flown_to, quiet
@@ -28,11 +28,10 @@ from quadstep.mission.own_thing import unknown_type
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.evidence import Evidence, Figure, Table
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.progress import Progress
+from quadstep.report.publish import MANIFEST, publishing, write_csv, write_json
+from quadstep.report.screen import command
 from quadstep.report.sheet import Sheet
-from quadstep.report.tables import write_csv
-from quadstep.report.terminal.progress import Progress
-from quadstep.report.terminal.screen import command
 
 
 def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | str]]:

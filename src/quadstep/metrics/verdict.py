@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.io import __version__
-from quadstep.io.atomic import write_beside
+from quadstep.io.files import write_beside
 
 
 class Case(NamedTuple):

@@ -12,9 +12,9 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.model import Model
 from quadstep.io.doors import registered
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
-from quadstep.io.user_code.loading import load
-from quadstep.io.user_code.places import place
+from quadstep.io.installed import PLANTS as PLANTS_OF_OTHERS
+from quadstep.io.places import place
+from quadstep.io.user_code import load
 from quadstep.metrics.registry import Metrics, flight_metrics
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.clock import ClockSection

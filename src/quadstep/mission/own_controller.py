@@ -21,9 +21,9 @@ from quadstep.interfaces.gain import Gain, declared
 from quadstep.interfaces.model import Model
 from quadstep.io.doors import Door
 from quadstep.io.errors import UserError, shorten, unknown_name
-from quadstep.io.user_code.installed import CONTROLLERS, own_place
-from quadstep.io.user_code.loading import blamed, load, user_error
-from quadstep.io.user_code.places import Place
+from quadstep.io.installed import CONTROLLERS, own_place
+from quadstep.io.places import Place
+from quadstep.io.user_code import blamed, load, user_error
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_thing import or_own, unknown_type
 from quadstep.vehicle.paper import State

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, mode
 
 from quadstep.interfaces.reference import PathLaw, Reference
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.installed import PATHS
+from quadstep.io.installed import PATHS
 from quadstep.mission.check import sections, types
 from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.own_thing import OwnSection, own_or

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.io.user_code.installed import OWN, VEHICLES, installed, named, own_place
-from quadstep.io.user_code.loading import load, user_error
+from quadstep.io.installed import OWN, VEHICLES, installed, named, own_place
+from quadstep.io.user_code import load, user_error
 from quadstep.mission.fields import plain
 
 WAYS_TO_PLACE_ROTORS = ({"layout", "arm"}, {"rotors"})

@@ -9,7 +9,7 @@ from pydantic import PlainSerializer, SerializeAsAny, WrapValidator, model_valid
 from quadstep.control.predictor import NEEDS, predicting
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.installed import ESTIMATORS, SENSORS
+from quadstep.io.installed import ESTIMATORS, SENSORS
 from quadstep.mission.fields import NonNegative, Positive, Quantity, Section
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.sensing.estimator import ErrorState

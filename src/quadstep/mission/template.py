@@ -5,11 +5,11 @@ from typing import cast
 
 from quadstep.control.registry import controllers
 from quadstep.interfaces.controller import Controller, Measured
-from quadstep.io.atomic import write_beside
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.installed import CONTROLLERS
-from quadstep.io.user_code.installed import PLANTS as PLANTS_OF_OTHERS
-from quadstep.io.user_code.places import place
+from quadstep.io.files import write_beside
+from quadstep.io.installed import CONTROLLERS
+from quadstep.io.installed import PLANTS as PLANTS_OF_OTHERS
+from quadstep.io.places import place
 from quadstep.mission.clock import PERIODS, STEP, ClockSection
 from quadstep.mission.controller_lines import controller_lines, number_lines
 from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind, is_plant

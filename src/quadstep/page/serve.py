@@ -19,7 +19,7 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from quadstep.io import files
 from quadstep.io.errors import UserError
-from quadstep.io.results.folder import opened
+from quadstep.io.results_folder import opened
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.page.cards import compared_page, list_page, thumbnail
 from quadstep.page.folder import grade, manifest, open_result, open_two, result_in, results

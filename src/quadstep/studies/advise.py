@@ -19,7 +19,7 @@ from quadstep.identify.symptoms import symptoms
 from quadstep.io import __version__, files
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import FORMATS, Format
-from quadstep.io.results.record import FIGURES
+from quadstep.io.run_record import FIGURES
 from quadstep.linear.analysis import studied
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Channel

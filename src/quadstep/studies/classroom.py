@@ -27,11 +27,11 @@ from pydantic import BeforeValidator, Field
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import files
-from quadstep.io.atomic import replace_file
 from quadstep.io.documents import parse_toml, read_toml
 from quadstep.io.errors import UserError, cut
-from quadstep.io.results.folder import opened
-from quadstep.io.user_code.loading import refuse
+from quadstep.io.files import replace_file
+from quadstep.io.results_folder import opened
+from quadstep.io.user_code import refuse
 from quadstep.metrics.requirements import Requirement, with_full_names
 from quadstep.metrics.verdict import graded, scalars
 from quadstep.mission.check import check
@@ -44,9 +44,8 @@ from quadstep.mission.schema import Mission
 from quadstep.page.build import write_mission_page
 from quadstep.page.folder import manifest, names_files
 from quadstep.report.pool import end_with_parent, starting
-from quadstep.report.publish import MANIFEST, write_json
-from quadstep.report.tables import write_log
-from quadstep.studies.flights.fly import metric_names
+from quadstep.report.publish import MANIFEST, write_json, write_log
+from quadstep.studies.fly import metric_names
 from quadstep.studies.lessons import within
 from quadstep.studies.tuning.gains import filled_in
 

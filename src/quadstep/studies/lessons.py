@@ -21,7 +21,7 @@ from quadstep.mission.fields import Finite, Name, Section, as_tuple, plain
 from quadstep.mission.keys import dotted, parts
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
-from quadstep.studies.flights.interface import fly
+from quadstep.studies.interface import fly
 from quadstep.studies.tuning.gains import looked_up
 
 OWN = Path(__file__).parent / "lessons.toml"

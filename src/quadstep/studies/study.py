@@ -16,9 +16,9 @@ from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
 from quadstep.io import __version__
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
+from quadstep.report.progress import SILENT, Count, Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.campaign.flyer import Fly
 from quadstep.studies.campaign.schema import Campaign
 

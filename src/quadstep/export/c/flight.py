@@ -29,7 +29,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.reference import Reference
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.loading import blamed
+from quadstep.io.user_code import blamed
 from quadstep.numbers import Number, flatten, leaf_names, rebuild
 from quadstep.numbers.scan import call, raise_pending, register, release
 

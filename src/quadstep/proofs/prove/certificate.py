@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.io import __version__
-from quadstep.io.atomic import check_place, write_beside
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
-from quadstep.io.results.parts import SEAL, read_sealed, sealed
+from quadstep.io.files import check_place, write_beside
+from quadstep.io.parts import SEAL, read_sealed, sealed
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown, refuse_out_of_range
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
-from quadstep.io.atomic import write_beside
 from quadstep.io.errors import DIVERGED, FAILED, UserError
+from quadstep.io.files import write_beside
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.report import canvas, page, units

@@ -15,7 +15,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import files
 from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.loading import only
+from quadstep.io.user_code import only
 from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.affine import UP
@@ -31,7 +31,7 @@ from quadstep.proofs.prove.rest import holds
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
-from quadstep.report.terminal.bars import bar
+from quadstep.report.bars import bar
 from quadstep.report.units import quantity
 from quadstep.vehicle.lagrange import Parameters
 from quadstep.vehicle.paper import Disturbance

@@ -35,10 +35,9 @@ from quadstep.report import page
 from quadstep.report.canvas import drawing, write
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.pool import drawing_pool
-from quadstep.report.publish import publishing
+from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label
-from quadstep.report.tables import write_csv
 
 CHUNK = 50_000
 ROUND_OFF = 1e-9

@@ -6,9 +6,8 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from quadstep.io.atomic import check_place, write_beside
 from quadstep.io.errors import UserError
-from quadstep.io.files import JSON, read_bytes
+from quadstep.io.files import JSON, check_place, read_bytes, write_beside
 from quadstep.proofs.verify import (
     attitude_loop,
     bounds,

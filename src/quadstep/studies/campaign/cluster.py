@@ -22,7 +22,7 @@ from quadstep.engines.sweep import Sweep, Swept
 from quadstep.interfaces.closed_loop import Advance
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.results.parts import code_digest
+from quadstep.io.parts import code_digest
 from quadstep.studies.campaign.cluster_connection import connected, cores, first_line
 from quadstep.studies.campaign.flyer import FlightRange as Whole
 from quadstep.studies.campaign.flyer import Fly, Flyer, S

@@ -7,9 +7,9 @@ from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, studied
 from quadstep.linear.several import Several, collected, write
 from quadstep.report.evidence import Evidence
+from quadstep.report.progress import Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import Progress
 from quadstep.studies.campaign.replay import replay
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 

@@ -24,9 +24,19 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
-from quadstep.studies.campaign.draws import DrawnColumn, Values, draw
+from quadstep.studies.campaign.draws import (
+    DrawnColumn,
+    Values,
+    Variants,
+    corners,
+    draw,
+    groups,
+    numbers,
+    option,
+    same,
+    without,
+)
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.variants import Variants, corners, groups, numbers, option, same, without
 from quadstep.world.air import DeclaredWind
 
 SINGLY = "cannot be set for many flights at once"

@@ -9,15 +9,15 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
-from quadstep.io.results.record import read_manifest
+from quadstep.io.run_record import read_manifest
 from quadstep.mission.read import MISSION, look
 from quadstep.mission.schema import Mission
-from quadstep.report.terminal.screen import command
+from quadstep.report.screen import command
 from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.manifest import MANIFEST, OTHERS, CampaignManifest, identity, other_draws
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.store import MANIFEST, OTHERS, CampaignManifest, identity, other_draws
 
 
 class Replay(NamedTuple):

@@ -9,7 +9,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
-from quadstep.io.results.record import FIGURES
+from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.keys import label
 from quadstep.report import page

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
 from quadstep.mission.schema import Grading, ungraded
+from quadstep.report.progress import SILENT, Count, Progress
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.campaign.flyer import Fly
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import Campaign, read_campaign

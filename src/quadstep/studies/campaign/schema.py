@@ -14,8 +14,8 @@ from quadstep.engines.scored import bare
 from quadstep.io import files
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.installed import all_installed
-from quadstep.io.user_code.places import digest, place
+from quadstep.io.installed import all_installed
+from quadstep.io.places import digest, place
 from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key
 from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
-from quadstep.io.results.record import REPORT
+from quadstep.io.run_record import REPORT
 from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
 from quadstep.page.model import Link

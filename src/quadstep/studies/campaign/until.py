@@ -17,7 +17,7 @@ from quadstep.engines.engine import CAMPAIGNS, loaded
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, incomplete_beta
 from quadstep.mission.distributions import Grid, Sobol
-from quadstep.report.terminal.screen import command
+from quadstep.report.screen import command
 from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.campaign.flyer import SUCCESS, Fly
 from quadstep.studies.campaign.run import CampaignRequest, FinishedCampaign, finish, fly_missing

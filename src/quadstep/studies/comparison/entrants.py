@@ -8,8 +8,8 @@ from typing import NamedTuple
 from quadstep.interfaces.controller import BodyRates, Command, Controller, RotorSpeeds, RotorThrusts
 from quadstep.io.documents import parse_json, read_json
 from quadstep.io.errors import MissingExtraError, UserError
-from quadstep.io.results.parts import Parts
-from quadstep.io.user_code.loading import in_one_line
+from quadstep.io.parts import Parts
+from quadstep.io.user_code import in_one_line
 from quadstep.studies.comparison import training
 from quadstep.studies.comparison.jobs import Job, tuning
 from quadstep.studies.comparison.schema import Content, ControllerEntry

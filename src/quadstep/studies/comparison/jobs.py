@@ -19,9 +19,9 @@ import pyarrow as pa
 from quadstep.engines.engine import JOBS, Engine, loaded
 from quadstep.engines.kernel import host
 from quadstep.io.errors import UserError
-from quadstep.io.results.folder import RUNNING
-from quadstep.io.results.parts import COSTS, FLIGHTS, GAINS, JOURNALS, LINEAR, MARGINS, key
-from quadstep.io.user_code.loading import blamed, user_error
+from quadstep.io.parts import COSTS, FLIGHTS, GAINS, JOURNALS, LINEAR, MARGINS, key
+from quadstep.io.results_folder import RUNNING
+from quadstep.io.user_code import blamed, user_error
 from quadstep.report.pool import drawing_pool
 from quadstep.studies.campaign.cluster import AHEAD, LOSSES, OneThread, fetched, finished_tasks, needs, refuse_others
 from quadstep.studies.campaign.cluster_connection import connected, cores

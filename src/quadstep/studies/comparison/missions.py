@@ -5,7 +5,7 @@ from pathlib import Path
 
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
-from quadstep.io.results.parts import key, parts_in
+from quadstep.io.parts import key, parts_in
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.check import check
 from quadstep.mission.presets import is_airframe

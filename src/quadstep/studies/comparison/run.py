@@ -13,11 +13,11 @@ import pyarrow.parquet as pq
 from quadstep.engines.engine import Engine
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.io.results.parts import COSTS, LINEAR, Parts, changed, key, parts_in
+from quadstep.io.parts import COSTS, LINEAR, Parts, changed, key, parts_in
 from quadstep.report.evidence import Evidence
+from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.report.units import counted, listed
 from quadstep.studies.comparison import cost, margins
 from quadstep.studies.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains

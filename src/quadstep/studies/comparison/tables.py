@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from quadstep.report.tables import booktabs, write_csv
+from quadstep.report.publish import booktabs, write_csv
 from quadstep.report.units import counted
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.cost import BOARD

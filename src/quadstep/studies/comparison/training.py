@@ -17,15 +17,15 @@ import numpy as np
 
 from quadstep.io.errors import UserError
 from quadstep.io.files import LOG as JOURNAL
-from quadstep.io.results.folder import opened
-from quadstep.io.results.parts import changed
+from quadstep.io.parts import changed
+from quadstep.io.results_folder import opened
 from quadstep.linear.analysis import limits
 from quadstep.linear.grade import margin_metrics
 from quadstep.metrics.margins import MARGINS
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Constraint, Range
-from quadstep.report.terminal.progress import SILENT
+from quadstep.report.progress import SILENT
 from quadstep.report.units import counted
 from quadstep.studies.campaign.cluster import OneThread
 from quadstep.studies.campaign.schema import digests

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import AsinhLocator, NullLocator
 
 from quadstep.io import __version__
-from quadstep.io.results.record import FIGURES
+from quadstep.io.run_record import FIGURES
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
@@ -16,8 +16,8 @@ from quadstep.report import page, units
 from quadstep.report.axes import powers
 from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.progress import Count
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import Count
 from quadstep.report.units import metric
 from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest

@@ -15,9 +15,9 @@ from quadstep.report import page, units
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, beside, drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import prose
-from quadstep.report.tables import booktabs
 from quadstep.studies.tuning.ground import TuningRequest
 from quadstep.studies.tuning.judge import AGGREGATES, UNCHANGED, Compared, Row, certain
 from quadstep.studies.tuning.search import Candidate, SearchResult

@@ -18,15 +18,14 @@ from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.io.files import ANY, is_file, read_bytes
 from quadstep.io.parameter_files import FORMATS
-from quadstep.io.user_code.places import place, sources
+from quadstep.io.places import place, sources
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
-from quadstep.report.publish import publishing
+from quadstep.report.progress import SILENT, Progress
+from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
-from quadstep.report.tables import write_csv
-from quadstep.report.terminal.progress import SILENT, Progress
 from quadstep.studies.campaign.schema import strings
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
 from quadstep.studies.tuning.judge import Compared, Row, compare

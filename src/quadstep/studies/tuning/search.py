@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.io.errors import UserError, cut
-from quadstep.report.terminal.progress import Progress
+from quadstep.report.progress import Progress
 from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.tuning.gains import Conditions, distance
 from quadstep.studies.tuning.ground import CandidateFlyer, TuningRequest

@@ -15,16 +15,16 @@ from quadstep.interfaces.controller import Controller
 from quadstep.io import code_cache
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
-from quadstep.io.results.parts import code_digest
+from quadstep.io.parts import code_digest
 from quadstep.linear.grade import whole_grade
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.presets import preset_names
 from quadstep.mission.read import check_mission
 from quadstep.report.evidence import Evidence
 from quadstep.report.pool import drawing_pool
+from quadstep.report.progress import SILENT, Count, Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
-from quadstep.report.terminal.progress import SILENT, Count, Progress
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
 from quadstep.studies.tuning.judge import CandidateFlights

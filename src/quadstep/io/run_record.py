@@ -12,11 +12,10 @@ from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from quadstep.io.atomic import WRITING
-from quadstep.io.errors import UserError
-from quadstep.io.results.folder import Folder, alone_in, names_in
-from quadstep.io.results.interrupts import interruptible
-from quadstep.io.results.parts import SEAL, read_sealed, sealed
+from quadstep.io.errors import UserError, interruptible
+from quadstep.io.files import WRITING
+from quadstep.io.parts import SEAL, read_sealed, sealed
+from quadstep.io.results_folder import Folder, alone_in, names_in
 
 REPORT, FIGURES = "report.html", "figures"
 

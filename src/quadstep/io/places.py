@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from quadstep.io import files
 from quadstep.io.errors import UserError
-from quadstep.io.results.parts import meaning
+from quadstep.io.parts import meaning
 
 WRITTEN = re.compile(r"(?P<where>[^:\n]+\.py|[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):(?P<name>[A-Za-z_]\w*)")
 MOST_FILES = 2000

@@ -18,8 +18,8 @@ from quadstep.engines.fly import FlightPlan, fingerprint, fly, reason
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import __version__
-from quadstep.io.atomic import write_beside
 from quadstep.io.errors import DIVERGED, UNMET, UserError, unknown_name
+from quadstep.io.files import write_beside
 from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.metrics.requirements import JudgedMetric, Requirement, judge, with_full_names
 from quadstep.metrics.verdict import Case, Verdict, graded, scalars
@@ -29,10 +29,9 @@ from quadstep.mission.read import REAL, plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.report.panels import chosen_jobs, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool
-from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
-from quadstep.report.tables import write_log
-from quadstep.studies.flights.report import of_log, since, write_report
+from quadstep.studies.flight_report import of_log, since, write_report
 
 REPORT = "report.html"
 

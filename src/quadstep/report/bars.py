@@ -10,8 +10,8 @@ from rich.progress import BarColumn, ProgressColumn, Task, TextColumn, TimeRemai
 from rich.progress import Progress as Drawn
 from rich.text import Text
 
-from quadstep.report.terminal.progress import Progress
-from quadstep.report.terminal.screen import complain, console
+from quadstep.report.progress import Progress
+from quadstep.report.screen import complain, console
 
 WIDE, ROOM = 60, 50
 """Columns from which on there is a bar beside the numbers, and what the rest of its line needs."""

@@ -10,12 +10,11 @@ from typing import NamedTuple
 from quadstep.metrics.registry import LARGEST, RMSE
 from quadstep.report import page, units
 from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
-from quadstep.report.tables import booktabs
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope.cells import CAUSES, FLYABLE, Cells, cells_of, table
-from quadstep.studies.envelope.picture import draw_map
-from quadstep.studies.envelope.request import MapAxis, Request, as_typed
+from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, draw_map, table
+from quadstep.studies.envelope_request import MapAxis, Request, as_typed
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"

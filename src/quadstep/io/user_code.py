@@ -14,7 +14,7 @@ from types import ModuleType, TracebackType
 from typing import Any, TextIO
 
 from quadstep.io.errors import UserError, cut
-from quadstep.io.user_code.places import Place, digest_of, package_files, sibling, sources
+from quadstep.io.places import Place, digest_of, package_files, sibling, sources
 
 FILES: set[str] = set()
 """Files of users that were run in this process."""

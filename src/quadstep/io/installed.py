@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from quadstep.io import doors
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.places import Place, place
+from quadstep.io.places import Place, place
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

@@ -10,8 +10,8 @@ from pathlib import Path
 from types import CodeType, FunctionType, MethodType
 
 from quadstep.io.errors import UserError
-from quadstep.io.user_code.loading import DIGITS, PREFIX, families
-from quadstep.io.user_code.places import code_of, package_code, sources
+from quadstep.io.places import code_of, package_code, sources
+from quadstep.io.user_code import DIGITS, PREFIX, families
 
 PLAIN = (bool, int, float, complex, str, bytes, type(None))
 """What is told apart by how it is written."""

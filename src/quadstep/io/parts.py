@@ -19,10 +19,9 @@ from typing import Any
 
 from quadstep.io import __version__, code_cache, files
 from quadstep.io.documents import parse_json
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, interruptible
 from quadstep.io.files import FLIGHTS as ANY_PART
-from quadstep.io.results.folder import RUNNING, Folder, alone_in
-from quadstep.io.results.interrupts import interruptible
+from quadstep.io.results_folder import RUNNING, Folder, alone_in
 
 ROOMS = ("control", "engines", "interfaces", "metrics", "numbers", "program", "sensing", "vehicle", "world")
 """Packages that count as a whole, data files too: their modules are also loaded by name."""
@@ -47,7 +46,7 @@ def code_digest() -> str:
     It is of the syntax trees without docstrings, so comments and layout do not count, nor do modules that only show results.
     The version says less: between two releases, laws may change every day.
     """
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[1]
     code = list(root.rglob("*.py"))
     data = [
         path for room in ROOMS for path in (root / room).rglob("*") if path.suffix not in (".py", ".pyc") and path.is_file()

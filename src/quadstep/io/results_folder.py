@@ -16,8 +16,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 
 from quadstep.io import files
-from quadstep.io.atomic import WRITING, replace_in
 from quadstep.io.errors import UserError
+from quadstep.io.files import WRITING, replace_in
 
 OPENED = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 RUNNING = f"{WRITING}kept"

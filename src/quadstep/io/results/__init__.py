@@ -1,1 +1,0 @@
-"""Folders of results: what is written, kept, resumed and replaced in them."""

@@ -1,1 +1,0 @@
-"""One flight, from mission file to folder, and the same from Python."""
