@@ -52,7 +52,7 @@ def main():
     """Serve requests for as long as there are any."""
 
     import quadstep.engines.kernel
-    import quadstep.studies.flights.fly  # noqa: F401
+    import quadstep.studies.fly  # noqa: F401
     from quadstep.commands import cli
     from quadstep.control import registry
     from quadstep.interfaces.controller import Measured

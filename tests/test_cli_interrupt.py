@@ -9,7 +9,7 @@ import time
 import pytest
 
 from quadstep.commands.cli import explained
-from quadstep.io.atomic import WRITTEN, write_beside
+from quadstep.io.files import WRITTEN, write_beside
 from quadstep.report.publish import publishing
 from tests.commands import LINE, files, heeding_interrupts, quadstep, write
 from tests.patience import PATIENCE

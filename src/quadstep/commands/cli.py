@@ -16,9 +16,9 @@ from typer.exceptions import TyperException
 
 from quadstep.commands.arguments import VARIABLE, answer_shell, plain, refuse_empty
 from quadstep.commands.options import expanded
-from quadstep.io.atomic import WRITTEN
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
+from quadstep.io.files import WRITTEN
 from quadstep.io.user_code import NAMED, blamed, print_whole, refuse, user_error, warn_of_users_only
 from quadstep.report.screen import OutputError, complain, prepare_streams, say, width
 from quadstep.report.writable import provide_writable

@@ -1,4 +1,4 @@
-"""Questions asked of flights: of one (`flights/`), of many (`campaign/`, `rare/`, `envelope/`), of several laws, the paper's.
+"""Questions asked of flights: of one (`fly.py`), of many (`campaign/`, `rare/`, `envelope.py`), of several laws, the paper's.
 
 Only proofs and commands may import it.
 """
