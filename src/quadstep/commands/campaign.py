@@ -1,7 +1,4 @@
-"""`quadstep campaign`.
-
-`quadstep envelope`.
-"""
+"""`quadstep campaign`, and `quadstep envelope`."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,4 @@
-"""`quadstep new`.
-
-`quadstep check`.
-"""
+"""`quadstep new`, and `quadstep check`."""
 
 from pathlib import Path
 from typing import Annotated

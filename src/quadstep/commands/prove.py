@@ -1,9 +1,4 @@
-"""`quadstep prove`.
-
-`quadstep certify`.
-
-`quadstep verify`.
-"""
+"""`quadstep prove`, `quadstep certify`, and `quadstep verify`."""
 
 import time
 from pathlib import Path

@@ -1,7 +1,4 @@
-"""`quadstep serve`.
-
-`quadstep serve-setpoints`.
-"""
+"""`quadstep serve`, and `quadstep serve-setpoints`."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,6 +1,5 @@
-"""A figure as a job for another process.
-
-Processes that draw figures on all cores while the main one goes on, forked from a server that has matplotlib loaded.
+"""Figures as jobs for other processes, which draw them on all cores while the main one goes on, forked from a server
+that has matplotlib loaded.
 
 Loads nothing heavy itself, so that a command can start the server before anything else.
 """
