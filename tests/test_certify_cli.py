@@ -7,7 +7,7 @@ import pytest
 
 from quadstep.io import errors
 from quadstep.proofs.certify.record import TERMS
-from quadstep.report.pool import FigureJob
+from quadstep.report.drawing import FigureJob
 from tests.commands import LINE, quadstep, strict_json, write
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -20,7 +20,7 @@ from quadstep.bridges.autopilot.controller import PilotedLaw
 from quadstep.engines.fly import on_floats
 from quadstep.identify.logs.series import Series, Topics
 from quadstep.mission.own_controller import PilotedSection
-from quadstep.report.pool import FigureJob
+from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
 
 

@@ -86,7 +86,7 @@ WRONG_LAWS = {
     "-1.0": ("None", "its length should be a number of seconds above 0, not -1"),
     "numbers.time": ("None", "`reference` should give a Reference, whose vectors have three entries"),
     "2.0 * numbers.time": (FLAT, "`reference` should give a Reference, whose vectors have three entries"),
-    "1.0": ("numbers.nothing", "own.py:15: AttributeError: 'Numbers' object has no attribute 'nothing'; the line: return"),
+    "1.0": ("numbers.nothing", "own.py:16: AttributeError: 'Numbers' object has no attribute 'nothing'; the line: return"),
 }
 
 

@@ -9,8 +9,8 @@ import pytest
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.report import page, units
+from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
-from quadstep.report.pool import FigureJob
 from quadstep.report.publish import write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import prefixed

@@ -15,8 +15,9 @@ import pytest
 
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
+from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
-from quadstep.report.pool import FigureJob, drawing_pool, start_server
+from quadstep.report.pool import drawing_pool, start_server
 from quadstep.report.publish import publishing
 from quadstep.studies.fly import fly_mission
 from tests.commands import LINE, quadstep

@@ -9,8 +9,8 @@ import pytest
 
 from quadstep.report import page
 from quadstep.report.canvas import drawing, new_figure, write
+from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, Panel
-from quadstep.report.pool import FigureJob
 from quadstep.report.sheet import Sheet
 from tests.browsers import axe
 from tests.needs import CHROMIUM, needs

@@ -15,9 +15,9 @@ from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.run import figure_of
 from quadstep.report.axes import peaked, powers, threshold
 from quadstep.report.canvas import thin
+from quadstep.report.drawing import FigureJob
 from quadstep.report.figures import draw, prefixed
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
-from quadstep.report.pool import FigureJob
 from quadstep.report.sheet import Sheet, sheet
 from quadstep.studies.paper.cases import case_1
 from tests.commands import quadstep

@@ -11,7 +11,7 @@ import quadstep
 from quadstep.io import parts
 from quadstep.io.errors import UserError
 from quadstep.io.parts import parts_in, read_sealed, sealed
-from quadstep.studies.campaign import cluster, store
+from quadstep.studies.campaign import cluster, manifest
 from quadstep.studies.campaign.store import opened
 from tests.campaigns import MASS, campaign, fly, refused, written
 from tests.commands import quadstep as run_quadstep
@@ -191,14 +191,14 @@ def test_what_decides_is_in_the_package():
 @pytest.fixture
 def other_code(monkeypatch):
     """The package after a change of a law."""
-    monkeypatch.setattr(store, "code_digest", lambda: "another")
+    monkeypatch.setattr(manifest, "code_digest", lambda: "another")
 
 
 @pytest.mark.parametrize("complete", [True, False])
 def test_a_campaign_is_not_continued_by_other_code(whole, tmp_path, other_code, complete):
     path, out = written(tmp_path, MASS, head=HEAD), tmp_path / "out"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(store, "code_digest", parts.code_digest)
+        patch.setattr(manifest, "code_digest", parts.code_digest)
         assert fly(path, out).code == 0
     if not complete:
         (out / "flights/00001.parquet").unlink()

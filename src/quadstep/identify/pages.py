@@ -27,9 +27,9 @@ from quadstep.report import page
 from quadstep.report.axes import logarithmic, plain_decades, powers
 from quadstep.report.canvas import LINES, drawing, margins, new_figure
 from quadstep.report.canvas import write as write_figure
+from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Section
 from quadstep.report.panel import SETPOINT, Panel
-from quadstep.report.pool import FigureJob
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import handy, quantity

@@ -35,8 +35,8 @@ from quadstep.mission.own_thing import check_names, own_metrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection
+from quadstep.report.drawing import FigureJob
 from quadstep.report.panels import flight_jobs
-from quadstep.report.pool import FigureJob
 from quadstep.sensing.suite import Suite
 
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.doors import Door
 from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns
+from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import COMMANDED, Panel, Track
-from quadstep.report.pool import FigureJob
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import after, listed, number, of_angle, percent, quantity
 

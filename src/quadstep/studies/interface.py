@@ -16,9 +16,10 @@ from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.metrics.registry import Metrics, flight_metrics, metric
 from quadstep.mission.schema import Mission
+from quadstep.report.drawing import FigureJob
 from quadstep.report.page import paragraph, table
 from quadstep.report.panels import flight_jobs
-from quadstep.report.pool import FigureJob, drawing_pool
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
 from quadstep.report.symbols import rich
 from quadstep.studies.flight_report import since

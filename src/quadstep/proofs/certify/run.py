@@ -15,9 +15,10 @@ from quadstep.proofs.certify.arrays import Array, lengths
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.record import answer, kind, record, table
 from quadstep.report import page, units
+from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
-from quadstep.report.pool import FigureJob, drawing_pool
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_json
 from quadstep.report.sheet import Sheet
 

@@ -15,9 +15,9 @@ from quadstep.mission.schema import Mission
 from quadstep.report.screen import command
 from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.campaign.draws import draw
+from quadstep.studies.campaign.manifest import MANIFEST, OTHERS, CampaignManifest, identity, other_draws
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
-from quadstep.studies.campaign.store import MANIFEST, OTHERS, CampaignManifest, identity, other_draws
 
 
 class Replay(NamedTuple):

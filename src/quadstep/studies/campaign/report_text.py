@@ -13,11 +13,12 @@ from quadstep.report import page, units
 from quadstep.report.evidence import Section, Table
 from quadstep.report.publish import booktabs
 from quadstep.studies.campaign.flyer import OUTCOMES
+from quadstep.studies.campaign.manifest import FLIGHTS
 from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction
-from quadstep.studies.campaign.store import FLIGHTS, Store
+from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight, sentences, within
 from quadstep.studies.campaign.varied import text_of, variation_text
 

@@ -21,10 +21,11 @@ from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import vector
 from quadstep.report import page, units
+from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import Panel
 from quadstep.report.panels import attitude_panels, input_panels, position_panels
-from quadstep.report.pool import FigureJob, drawing_pool
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.studies.paper.cases import (

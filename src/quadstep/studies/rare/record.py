@@ -12,8 +12,8 @@ from quadstep.io.results_folder import Folder
 from quadstep.io.run_record import Record
 from quadstep.io.run_record import opened as open_record
 from quadstep.studies.campaign import draws
+from quadstep.studies.campaign.manifest import OTHERS, cannot_continue, identity, machine
 from quadstep.studies.campaign.schema import Campaign, Method
-from quadstep.studies.campaign.store import OTHERS, cannot_continue, identity, machine
 
 Count = Annotated[int, Field(ge=0)]
 Probability = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]

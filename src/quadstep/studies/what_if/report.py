@@ -15,9 +15,9 @@ from quadstep.metrics.statistics import Estimate, share, share_difference
 from quadstep.mission.saved_parameters import briefly
 from quadstep.mission.schema import Mission
 from quadstep.report import page, units
+from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import Panel
-from quadstep.report.pool import FigureJob
 from quadstep.studies.tuning.judge import Row, row
 from quadstep.studies.what_if.asked import STEP, Asked, Side
 
