@@ -3,11 +3,10 @@
 Its simulator is started by its user with `--model JSON:<host of quadstep>`; quadstep answers on port 9002.
 """
 
-import socket
 import struct
 from time import monotonic
 
-from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample
+from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample, datagrams
 from quadstep.io.errors import UserError
 from quadstep.mission.own_controller import FIRST_WAIT
 
@@ -36,12 +35,7 @@ class ArduPilot:
         self.peer: tuple[str, int] | None = None
         self.pulses: tuple[int, ...] = ()
         self.count = -1
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self.socket.bind(where)
-        except OSError as error:
-            self.socket.close()
-            raise UserError(f"{where}: cannot listen there: {error.strerror or error}") from None
+        self.socket = datagrams(where)
 
     def meet(self, sample: SensorSample) -> None:
         try:

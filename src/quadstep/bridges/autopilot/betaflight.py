@@ -12,7 +12,7 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample, address
+from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample, address, datagrams
 from quadstep.control.betaflight_rates import BetaflightRates
 from quadstep.control.cascaded_pid import OuterMemory, asked_rates, begun, guided
 from quadstep.control.vectoring import up_axis
@@ -62,12 +62,7 @@ class Betaflight:
         self.where, self.first_wait, self.wait = where, first_wait, wait
         if not where.host.startswith("127."):
             raise UserError(f"{where}: Betaflight is flown on this machine alone; allowed: 127.0.0.1:PORT")
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self.socket.bind(where)
-        except OSError as error:
-            self.socket.close()
-            raise UserError(f"{where}: cannot listen there: {error.strerror or error}") from None
+        self.socket = datagrams(where)
 
     def meet(self, sample: SensorSample) -> None:
         """It answers its first packet whatever its state, the next only where its motors are on."""

@@ -2,6 +2,7 @@
 
 import math
 import signal
+import socket
 import threading
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
@@ -45,6 +46,17 @@ def address(text: str, usual: int) -> Address:
     if port and not (port.isascii() and port.isdigit() and 0 < int(port) < 65536):
         raise UserError(f"{text}: the port should be a number from 1 to 65535; allowed: PORT or HOST:PORT")
     return Address(host or HERE, int(port) if port else usual)
+
+
+def datagrams(where: Address) -> socket.socket:
+    """A socket that hears datagrams there. Raises UserError where the port is in use."""
+    found = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        found.bind(where)
+    except OSError as error:
+        found.close()
+        raise UserError(f"{where}: cannot listen there: {error.strerror or error}") from None
+    return found
 
 
 GRAVITY = 9.80665
