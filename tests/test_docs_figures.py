@@ -54,7 +54,7 @@ def test_the_cases_are_as_measured(case, method):
 def test_how_often_the_intervals_held():
     held = {case: share_held(case, Method.CROSS_ENTROPY) for case in (*KNOWN, *FLOWN)}
     known, measured = ([held[case] for case in cases] for cases in (KNOWN, FLOWN))
-    said = f"{sum(known) / 5:.0f} % of those of the known ones and {sum(measured) / 5:.0f} % of those of the measured"
+    said = f"{sum(known) / 5:.0f} % where the probability is known and {sum(measured) / 5:.0f} % where it was measured"
     assert said in page("rare.md")
     assert {case: share for case, share in held.items() if share < 90} == {"edge": 86}
     assert "nine of the ten cases reach 90 %, `edge` has 86 %" in page("rare.md")
