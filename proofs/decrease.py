@@ -21,7 +21,7 @@ from quadstep.control.completed_backstepping import CompletedGains, CompletedMem
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.control.vectoring import shrink
 from quadstep.interfaces.learning import Net, output
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total
 from quadstep.program.terms import variable
 from quadstep.proofs.theory.lyapunov import STANDARD, ErrorMotion, closed_loop, lyapunov_rate, sum_squares

@@ -11,16 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.polynomials import (
-    ARCTANGENT,
-    COSINE,
-    EXPONENTIAL,
-    LOGARITHM,
-    POWER_OF_TWO,
-    QUARTER_TURN,
-    SINE,
-    polynomial,
-)
+from quadstep.numbers.operation import ARCTANGENT, COSINE, EXPONENTIAL, LOGARITHM, POWER_OF_TWO, QUARTER_TURN, SINE, polynomial
 
 PLACES = 40
 LN2 = Fraction(round(Fraction("0.69314718055994530941723212145817656807550013436026") * 2**110), 2**110)

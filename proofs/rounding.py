@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from proofs.coq_run import UnprovedError
 from proofs.kernels import KERNELS, Kernel, kept, reduced
-from quadstep.numbers.polynomials import QUARTER_TURN
+from quadstep.numbers.operation import QUARTER_TURN
 from quadstep.program.terms import Term, decimal, gappa, term, variable
 
 FORMATS = {True: "float<ieee_64, ne>", False: "float<ieee_32, ne>"}

@@ -11,7 +11,7 @@ from quadstep.control.crazyflie_pid import INTEGRALS, CrazyfliePid, began, pid
 from quadstep.control.filters import low_pass
 from quadstep.control.mixers import COUNTS
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll

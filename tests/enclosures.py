@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from quadstep.proofs.prove.box import image, seeded
 from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.unknown import image, seeded
 
 
 def spread(centres, radius):

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from quadstep.control.registry import controllers
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector
 

@@ -5,7 +5,7 @@ import pytest
 
 from quadstep.control.opaque import Opaque, OpaqueGains, flying, friendly
 from quadstep.interfaces.controller import NOT_SAID, Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
 from quadstep.numbers.scan import FUNCTIONS

@@ -12,8 +12,8 @@ import pytest
 
 import quadstep
 from quadstep.io import code_cache
-from quadstep.report import writable
-from quadstep.report.writable import provide_writable
+from quadstep.report import pool
+from quadstep.report.pool import provide_writable
 from tests.needs import MOUNTS, SUPERUSER, needs, program, without
 from tests.patience import PATIENCE
 
@@ -95,14 +95,14 @@ def homeless(monkeypatch, tmp_path):
     def unknown(*_):
         raise RuntimeError("Could not determine home directory.")
 
-    monkeypatch.setattr(writable.Path, "home", unknown)
+    monkeypatch.setattr(pool.Path, "home", unknown)
     monkeypatch.setattr(code_cache.Path, "expanduser", unknown)
     for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "TMPDIR"):
         monkeypatch.setenv(name, "")  # so that it is as before afterwards
         monkeypatch.delenv(name)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(writable, "SHARED_MEMORY", tmp_path / "nowhere")
-    monkeypatch.setattr(writable, "Finalize", lambda *_, **__: None)
+    monkeypatch.setattr(pool, "SHARED_MEMORY", tmp_path / "nowhere")
+    monkeypatch.setattr(pool, "Finalize", lambda *_, **__: None)
     return tmp_path
 
 
@@ -119,9 +119,9 @@ def test_matplotlib_gets_one_folder_for_all_processes(homeless):
 @pytest.mark.parametrize("home", [True, False], ids=["a home", "no home"])
 def test_without_a_temporary_folder_shared_memory_will_do(homeless, monkeypatch, home):
     if home:
-        monkeypatch.setattr(writable.Path, "home", lambda: homeless)
+        monkeypatch.setattr(pool.Path, "home", lambda: homeless)
     monkeypatch.setattr(tempfile, "tempdir", str(Path.cwd()))
-    monkeypatch.setattr(writable, "SHARED_MEMORY", homeless)
+    monkeypatch.setattr(pool, "SHARED_MEMORY", homeless)
     provide_writable()
     made = Path(os.environ["TMPDIR"])
     assert made.parent == homeless
@@ -137,7 +137,7 @@ def test_where_nothing_can_be_written_matplotlib_is_left_to_say_so(homeless, mon
 
 def test_a_home_of_ones_own_is_used(homeless, monkeypatch):
     (homeless / "home").mkdir()
-    monkeypatch.setattr(writable.Path, "home", lambda: homeless / "home")
+    monkeypatch.setattr(pool.Path, "home", lambda: homeless / "home")
     provide_writable()
     assert "MPLCONFIGDIR" not in os.environ
     assert list((homeless / "home").iterdir()) == []

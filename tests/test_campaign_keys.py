@@ -5,7 +5,7 @@ import json
 import pytest
 
 from quadstep.io.errors import UserError
-from quadstep.mission.keys import overridden, with_value
+from quadstep.mission.fields import overridden, with_value
 from quadstep.mission.read import check_mission
 from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import MASS, NOISY, SHORT, campaign, of, written

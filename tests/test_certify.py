@@ -10,17 +10,16 @@ from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
 from quadstep.engines.loop import Loop
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.io.errors import UserError
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.reductions import rmse
 from quadstep.numbers import Vector, vector, where
-from quadstep.proofs.certify.arrays import dot, lengths
 from quadstep.proofs.certify.certificate import certify_plan, check_path, error_radius, printed_error_radius, weight_radius
-from quadstep.proofs.certify.history import recall
-from quadstep.proofs.certify.ideal_weights import fit_all, residual_bound, targets, weight_bound
+from quadstep.proofs.certify.history import fit_all, recall, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import conditions, matrices
 from quadstep.proofs.certify.record import kind, record, verdict
+from quadstep.proofs.plain import dot, lengths
 from quadstep.vehicle.paper import acceleration, derivative, disturb
 from quadstep.world.paths import MinimumJerk
 from tests.certificates import LINE, plan

@@ -37,7 +37,7 @@ from quadstep.control.ardupilot_loops import (
 from quadstep.control.mixers import ardupilot_mixed
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.linear.grade import SOUND, grade
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, vector

@@ -7,7 +7,7 @@ from quadstep.control.backstepping import Backstepping, BacksteppingMemory, want
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import matrix, vector
 from quadstep.vehicle.paper import acceleration, angular_acceleration, coriolis, effective_inertia
 from tests.flights import array, column, gains, random_state, same, state, vehicle

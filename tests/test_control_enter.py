@@ -9,7 +9,7 @@ import pytest
 from quadstep import Mission
 from quadstep.engines.fly import fly
 from quadstep.interfaces.controller import Controller, Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll, rotation_matrix
 

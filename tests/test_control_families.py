@@ -12,7 +12,7 @@ from scipy.signal import lsim
 from scipy.spatial.transform import Rotation
 
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.derived import section_of
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector

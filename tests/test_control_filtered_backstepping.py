@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.control.filtered_backstepping import FilteredBackstepping, FilteredBacksteppingMemory
 from quadstep.control.filters import Filtered, FilteredAttitude, LedAttitude
 from quadstep.interfaces.learning import NODES, growth, hats, values
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
 from tests.flights import array, column, same, weight_matrix

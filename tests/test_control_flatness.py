@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from quadstep import fly
 from quadstep.control.flatness import away_from_zero, flat, unit
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.control.h_infinity_linearisation import HInfinityLinearisation, feedback, least_gamma, solution
 from quadstep.control.loop_shaping import LoopShaping, robust, shaped
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import flatten, vector
 from quadstep.numbers.solve import inverse, riccati

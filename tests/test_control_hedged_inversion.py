@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.control.filters import FilteredAttitude, LedAttitude
 from quadstep.control.hedged_inversion import HedgedInversion, HedgedInversionMemory
 from quadstep.interfaces.learning import basis
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import IDENTITY

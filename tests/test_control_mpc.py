@@ -11,7 +11,7 @@ from quadstep.control.admm import StageBounds, discretised, idle, iterate, regul
 from quadstep.control.filters import observed
 from quadstep.control.mpc import FREE, STAGE, STAGES, chain
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.rotations import IDENTITY, from_rotation_vector, from_yaw_pitch_roll

@@ -8,7 +8,7 @@ import pytest
 from quadstep import fly
 from quadstep.control.mppi import FRESH, KEPT, MOST_DRAWS, SAMPLES, STAGE, STAGES, STREAM, Mppi
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.noise import key, normals

@@ -7,7 +7,7 @@ import pytest
 
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationOnAirframe
 from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
 from quadstep.vehicle.paper import angular_acceleration

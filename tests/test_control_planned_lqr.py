@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.spatial.transform import Rotation
 
 from quadstep.control.lqr import HORIZON, Lqr, PlannedLqr
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
 from quadstep.world.paths import Point, along, quintic

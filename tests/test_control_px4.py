@@ -14,7 +14,7 @@ from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, hover_of, pos
 from quadstep.control.px4_loops import STILL, Flying, attitude_loop, of_gyro, position_loop, thrust_of, within_speed
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.linear.grade import SOUND, grade
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector

@@ -12,7 +12,7 @@ from quadstep.control.mixers import quarters
 from quadstep.control.raptor import Raptor, act, published
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector

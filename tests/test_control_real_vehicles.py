@@ -16,7 +16,7 @@ from quadstep.control.rotation_backstepping import RotationBackstepping
 from quadstep.control.vectoring import project, project_weights, tilted_within, up_axis, vee_error, wanted_attitude, within
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.metrics.registry import flight_metrics
 from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission

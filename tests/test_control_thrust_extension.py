@@ -17,7 +17,7 @@ from quadstep.control.thrust_extended_backstepping import (
     turning,
 )
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector
 

@@ -24,7 +24,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.controller_lines import controller_lines
 from quadstep.mission.derived import section_of
-from quadstep.mission.keys import label
+from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_names, sin, smallest, vector

@@ -14,7 +14,7 @@ FRONTS = ("quadstep.control", "quadstep.world.paths", "quadstep.world.pieces", "
 MODULES = (
     "quadstep", "quadstep.studies.interface", "quadstep.io.errors", "quadstep.mission.schema", "quadstep.mission.read",
     "quadstep.engines.engine", "quadstep.metrics.registry",
-    "quadstep.numbers.functions", "quadstep.numbers.vectors", "quadstep.numbers.structure", "quadstep.interfaces.reference",
+    "quadstep.numbers.functions", "quadstep.numbers.vectors", "quadstep.numbers.structure", "quadstep.interfaces.plant",
     "quadstep.world.air",
     "quadstep.numbers.scan", "quadstep.interfaces.log", "quadstep.own", "quadstep.numbers.elementary", *FRONTS,
 )  # fmt: skip

@@ -11,7 +11,7 @@ from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.loop import Cycle, Loop
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, flatten, vector
 from quadstep.vehicle.in_space import COLUMNS
 from quadstep.vehicle.lagrange import Lagrange, Limits, Made

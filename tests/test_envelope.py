@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from quadstep import flight_metrics
 from quadstep.engines.fly import fly
 from quadstep.metrics.statistics import share
-from quadstep.mission.keys import label
+from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module

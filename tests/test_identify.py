@@ -14,7 +14,7 @@ from quadstep.identify.closed_loop import as_flown, is_wrong, span_of_thrust
 from quadstep.identify.fit import LONG_WEIGHTS, Fitted, Identified, identify
 from quadstep.identify.guesses import EFFECTS, limits_guess
 from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with_values
-from quadstep.identify.logs.signals import spectrum
+from quadstep.identify.logs.flight import spectrum
 from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import LIMITS, numbers_of
 from quadstep.identify.predictor import Predictor, leaning

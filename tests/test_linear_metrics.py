@@ -11,7 +11,7 @@ from quadstep import Mission, UserError, read_mission
 from quadstep.linear.analysis import studied
 from quadstep.linear.grade import margin_metrics, of_analysis
 from quadstep.linear.worst import refused
-from quadstep.metrics.margins import MARGINS, is_margin
+from quadstep.metrics.registry import MARGINS, is_margin
 from quadstep.mission.tune import Constraint, as_constraints
 from quadstep.studies.tuning.ground import CandidateFlyer, read_request
 from tests.commands import quadstep

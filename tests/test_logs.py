@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from quadstep.identify.logs.flight import lag, slopes
 from quadstep.identify.logs.judge import FASTER, judge, never_flew
 from quadstep.identify.logs.mapping import Mapping, load_mapping, mapping_names
 from quadstep.identify.logs.read import read_log
-from quadstep.identify.logs.signals import lag, slopes
 from quadstep.io.errors import UserError
 from tests import calm_flights
 from tests.made_flights import MAPPING, logged, start, table, write

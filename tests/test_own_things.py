@@ -66,7 +66,7 @@ WRONG_PATHS = {
 BROKEN = """
 from typing import NamedTuple
 from quadstep.interfaces.gain import gain
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.world.paths import DeclaredPath
 from quadstep.numbers import vector
 

@@ -12,8 +12,8 @@ from quadstep.control.registry import controllers
 from quadstep.numbers.affine import HALF_UNIT, MOST_SUMMED, UP
 from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, UndefinedError
 from quadstep.numbers.functions import sinc
-from quadstep.proofs.prove.box import seeded
 from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.unknown import seeded
 from quadstep.vehicle.paper import State
 from tests.enclosures import outside, spread, states
 

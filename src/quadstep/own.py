@@ -18,8 +18,7 @@ from quadstep.interfaces.controller import BodyRates, Command, Condition, Contro
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
 from quadstep.interfaces.log import Metric
 from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Drawn, Rotor
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Drawn, Reference, Rotor
 from quadstep.io.errors import UserError
 from quadstep.numbers import (
     Matrix,

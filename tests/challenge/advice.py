@@ -17,7 +17,7 @@ from quadstep.identify.response import Crossing, response
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import studied
 from quadstep.linear.margins import Margins
-from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
+from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
 from quadstep.mission.read import check_mission
 from tests.challenge.search import Attempt, Search, coverage
 from tests.injected import injected, signals

@@ -20,7 +20,7 @@ from quadstep.identify.logs.series import Columns, Series, Topics
 from quadstep.identify.measured import measured
 from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.io.errors import UserError
-from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
+from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE, SOUND
 from tests.challenge.advice import CLOSE
 from tests.challenge.search import Attempt, Search
 from tests.rate_flights import Axis, flown, random_axes, stepped

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from quadstep.control.opaque import Controller, Known, Wanted
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Command, Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.io.errors import UserError
 from quadstep.mission.clock import PERIODS
 from quadstep.numbers import Number, Vector, vector

@@ -20,8 +20,8 @@ from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
 from quadstep.io.files import WRITTEN
 from quadstep.io.user_code import NAMED, blamed, print_whole, refuse, user_error, warn_of_users_only
+from quadstep.report.pool import provide_writable
 from quadstep.report.screen import OutputError, complain, prepare_streams, say, width
-from quadstep.report.writable import provide_writable
 
 
 def version_lines() -> list[str]:

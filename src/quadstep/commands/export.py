@@ -45,7 +45,7 @@ def export(
         request = ExportRequest(target, precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
         from quadstep.linear.grade import FRAGILE, PATHS, UNSTABLE, in_firmware, quick_grade
-        from quadstep.metrics.margins import at_rest_sentences
+        from quadstep.metrics.registry import at_rest_sentences
 
         shown.doing("computing margins")
         if target in PATHS:

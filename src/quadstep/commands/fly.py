@@ -89,7 +89,7 @@ def fly(
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
         from quadstep.linear.grade import quick_grade
-        from quadstep.metrics.margins import AT_REST, at_rest_sentences
+        from quadstep.metrics.registry import AT_REST, at_rest_sentences
         from quadstep.studies.fly import Piloting, fly_mission
 
         def told(stage: str, done: int, total: int) -> None:

@@ -35,7 +35,7 @@ from quadstep.control.vectoring import (
 )
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 

@@ -25,7 +25,7 @@ from quadstep.control.ardupilot_loops import (
     turned,
     unrooted,
 )
-from quadstep.control.ardupilot_parameters import (
+from quadstep.control.autopilot_parameters import (
     RENAMED,
     AttitudeParameters,
     MotorParameters,
@@ -45,7 +45,7 @@ from quadstep.control.mixers import (
 )
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import given
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import (
     from_rotation_vector,

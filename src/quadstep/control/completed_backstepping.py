@@ -28,7 +28,7 @@ from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import ANGLES, NETS, believed, from_gains, gain
 from quadstep.interfaces.learning import output
 from quadstep.interfaces.model import Kinematics, Model
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, cos, sin, vector, where
 from quadstep.numbers.functions import sinc
 from quadstep.vehicle.paper import State, coriolis, effective_inertia

@@ -16,7 +16,7 @@ from quadstep.control.mixers import FULL, OnQuarters, crazyflie_thrusts
 from quadstep.control.vectoring import up_axis, wanted_attitude
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, clip, vector, where
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 

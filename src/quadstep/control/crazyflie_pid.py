@@ -16,7 +16,7 @@ from quadstep.control.filters import LowPass, low_pass, smoothed
 from quadstep.control.mixers import COUNTS, FULL, OnQuarters, crazyflie_thrusts
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter, switch
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, atan2, clip, cos, maximum, sin, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
 

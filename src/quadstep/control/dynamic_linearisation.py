@@ -13,7 +13,7 @@ from quadstep.control.thrust_extended_backstepping import Push, driving, motion
 from quadstep.control.vectoring import project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, vector
 
 LAYER = 0.1

@@ -27,7 +27,7 @@ from quadstep.control.vectoring import attitude_for, project_weights, up_axis, w
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import NODES, growth, hats, values
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, maximum, vector, where
 from quadstep.numbers.rotations import (
     conjugate,

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from quadstep.control.vectoring import ZERO, project, up_axis, within
 from quadstep.interfaces.controller import BodyRates, Controller, Measured
 from quadstep.interfaces.gain import BELIEF, believed, gain, given, usual
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, cos, maximum, sin, vector, where
 from quadstep.numbers.rotations import (
     conjugate,

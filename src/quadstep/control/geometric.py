@@ -37,7 +37,7 @@ from quadstep.control.vectoring import (
 )
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, yaw_pitch_roll
 

@@ -28,7 +28,7 @@ from quadstep.interfaces.controller import Command, Condition, Controller, Measu
 from quadstep.interfaces.gain import given, usual
 from quadstep.interfaces.learning import net
 from quadstep.interfaces.model import Model
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, maximum, vector
 from quadstep.numbers.rotations import conjugate, multiply, rotation_matrix
 

@@ -27,7 +27,7 @@ from quadstep.control.vectoring import WantedAttitude, boxed, project, up_axis, 
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Model
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, cos, exp, matrix, maximum, minimum, scan, sin, vector
 from quadstep.numbers.rotations import (
     conjugate,

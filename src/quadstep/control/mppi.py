@@ -14,7 +14,7 @@ from quadstep.control.filters import observed
 from quadstep.control.vectoring import project, torque_for, turning_errors, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, matrix, minimum, scan, vector, where
 from quadstep.numbers.noise import Key, normals
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll

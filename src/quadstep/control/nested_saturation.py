@@ -15,7 +15,7 @@ from quadstep.control.paper_on_airframe import PaperOnAirframe
 from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.model import Kinematics, Model
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, clip, cos, vector
 from quadstep.vehicle.paper import State, coriolis_torque, effective_inertia
 

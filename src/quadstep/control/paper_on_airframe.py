@@ -23,7 +23,7 @@ from quadstep.interfaces.controller import Command, Condition, Controller, Measu
 from quadstep.interfaces.gain import from_gains
 from quadstep.interfaces.learning import net
 from quadstep.interfaces.model import Model
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, largest, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 from quadstep.vehicle.paper import State

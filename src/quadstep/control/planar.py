@@ -5,7 +5,7 @@ from typing import ClassVar, NamedTuple
 
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import believed, gain, given
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, atan2, maximum, vector
 from quadstep.vehicle.planar import PlanarCommand, PlanarState, plane, thrust_direction
 

@@ -35,7 +35,7 @@ from quadstep.control.px4_loops import (
 )
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import given, parameter, switch
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, clip, maximum, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
 

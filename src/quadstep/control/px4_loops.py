@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from quadstep.control.filters import LowPass, smoothed
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import conjugate, cross, multiply, normalised, quaternion_of, unrotate
 

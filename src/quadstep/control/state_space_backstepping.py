@@ -18,7 +18,7 @@ from quadstep.control.thrust_extended_backstepping import turning
 from quadstep.control.vectoring import project, torque_for, up_axis
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, clip, maximum, vector
 from quadstep.numbers.rotations import from_rotation_vector, multiply, rotation_matrix
 

@@ -21,8 +21,7 @@ from typing import NamedTuple, Protocol
 from quadstep.control.vectoring import project, torque_for, up_axis, wanted_attitude
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.plant import Body
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Body, Reference
 from quadstep.numbers import Number, Vector, clip, maximum, minimum, vector, where
 from quadstep.numbers.rotations import rotation_matrix
 

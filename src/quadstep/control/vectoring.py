@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, exp, sin, sqrt, vector, where
 from quadstep.numbers.rotations import cross, rotation_matrix
 

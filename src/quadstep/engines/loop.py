@@ -11,8 +11,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 from quadstep.interfaces.closed_loop import Clock, Task
 from quadstep.interfaces.controller import Controller
-from quadstep.interfaces.plant import Air, Plant
-from quadstep.interfaces.reference import PathLaw, Reference
+from quadstep.interfaces.plant import Air, PathLaw, Plant, Reference
 from quadstep.numbers import Number, Structure, Vector, flatten, matrix, rebuild, scan, vector
 from quadstep.numbers.noise import Key
 from quadstep.numbers.scan import repeated

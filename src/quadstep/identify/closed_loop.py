@@ -9,8 +9,7 @@ import numpy as np
 
 from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.identify.averages import blocks, rotor_speeds
-from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.logs.signals import stretches
+from quadstep.identify.logs.flight import FlightRecord, Floats, stretches
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.starts import setpoint_of
 from quadstep.interfaces.closed_loop import Outcome

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.averages import matrices
-from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.logs.signals import stretches
+from quadstep.identify.logs.flight import FlightRecord, Floats, stretches
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
 from quadstep.sensing import estimator

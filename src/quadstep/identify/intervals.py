@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.identify.averages import BLOCK, HalfSeconds, Told, torques
-from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.logs.signals import smooth
+from quadstep.identify.logs.flight import FlightRecord, Floats, smooth
 from quadstep.identify.mean_forces import PLAIN, VARIANTS, Variant, forces
 from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
 from quadstep.identify.predictor import PredictorParameters

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from quadstep.identify.response import Crossing, Response, crossovers, determined, gain_margins, interval, margin
-from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE, SOUND
+from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE, SOUND
 from quadstep.metrics.statistics import Estimate
 
 

@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 
 from quadstep.identify.closed_loop import Beside, fly_again
 from quadstep.identify.estimator import Deviation, Estimated
-from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.logs.signals import spectrum
+from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest
 from quadstep.identify.replay_report import ESTIMATED, FACTOR, UNIT, identity, tracking_table, write_tables
 from quadstep.identify.residual import Followed, followed

@@ -10,8 +10,7 @@ import numpy as np
 
 from quadstep.identify.autopilot_logs import notches
 from quadstep.identify.excited import FEWEST, Excited, motors
-from quadstep.identify.logs.flight import Floats
-from quadstep.identify.logs.signals import spectrum
+from quadstep.identify.logs.flight import Floats, spectrum
 from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.response import Complex
 from quadstep.identify.setpoints import EXPLAINED

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.logs.flight import Flags, Floats
-from quadstep.identify.logs.signals import stretches
+from quadstep.identify.logs.flight import Flags, Floats, stretches
 from quadstep.metrics.statistics import Estimate, student_quantile
 
 Complex = NDArray[np.complex128]

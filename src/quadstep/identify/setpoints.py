@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.logs.flight import Flags, Floats
+from quadstep.identify.logs.flight import Flags, Floats, stretches
 from quadstep.identify.logs.series import Columns, Series, Topics
-from quadstep.identify.logs.signals import stretches
 from quadstep.identify.rate_loops import AXES, RateLoop
 from quadstep.identify.response import Complex, amplitudes
 from quadstep.io.errors import UserError

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from quadstep.identify.autopilot_logs import SINKING
 from quadstep.identify.changes import NOISY, loud, unnotched
 from quadstep.identify.excited import FEWEST, LOOPS_OF, Excited, motors
-from quadstep.identify.logs.flight import Flags, Floats
-from quadstep.identify.logs.signals import stretches
+from quadstep.identify.logs.flight import Flags, Floats, stretches
 from quadstep.identify.peaks import STANDS, covered, highest
 from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.setpoints import latest

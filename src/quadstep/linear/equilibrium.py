@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.linear.modes import Reduced, reduced
 from quadstep.linear.nearby import MOVED, NEAR, bending, changed, keeping, later_ticks, nearby
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised

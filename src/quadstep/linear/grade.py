@@ -27,7 +27,7 @@ from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
-from quadstep.metrics.margins import LESS_IS_BETTER, MARGINS, NO_REST, SOUND, UNITS
+from quadstep.metrics.registry import LESS_IS_BETTER, MARGINS, NO_REST, SOUND, UNITS
 from quadstep.mission.airframe_tables import CommandSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission

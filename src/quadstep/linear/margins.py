@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from quadstep.linear.states import Array
 from quadstep.linear.transfer import FEW, Complex, Opened, eigenvalue_near, heard_at, loci, loci_near, transfer
-from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
+from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
 
 MOST_STEPS, FOUND, NUDGE = 20, 1e-10, 1e-6
 """Most steps of Newton's method; tolerance on the eigenvalue 1; relative step in delay and frequency for slopes."""

@@ -15,7 +15,7 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Numbers
 from quadstep.interfaces.closed_loop import Clock
-from quadstep.interfaces.reference import PathLaw, Reference
+from quadstep.interfaces.plant import PathLaw, Reference
 from quadstep.linear.states import (
     SAME,
     Array,

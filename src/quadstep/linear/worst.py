@@ -9,7 +9,7 @@ from quadstep.linear.analysis import Analysis, least
 from quadstep.linear.grade import FRAGILE, UNKNOWN, UNSTABLE, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
-from quadstep.metrics.margins import SOUND
+from quadstep.metrics.registry import SOUND
 from quadstep.report.page import Fact
 
 Found = Sequence[tuple[str, Analysis | str]]

@@ -19,14 +19,7 @@ from quadstep.mission.airframe_tables import (
     ResidualSection,
     RotorSection,
 )
-from quadstep.mission.fields import (
-    Finite,
-    Positive,
-    PositiveTriple,
-    Quantity,
-    Section,
-    as_tuple,
-)
+from quadstep.mission.fields import Finite, Positive, PositiveTriple, Quantity, Section, as_tuple
 from quadstep.mission.presets import completed
 from quadstep.numbers import Number, cos, maximum, sin, total
 from quadstep.vehicle.airframe_plant import NO_DRAG, Airframe, hover_drag

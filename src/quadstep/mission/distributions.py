@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple
-from quadstep.mission.keys import dotted
+from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple, dotted
 from quadstep.numbers import Number, exp, log, maximum, minimum, total
 from quadstep.numbers.functions import evenly_spaced
 from quadstep.numbers.noise import inverse_normal, probability

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from quadstep.control.geometric import Geometric
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.log import FlightLog, Metric
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.io.errors import UserError
 from quadstep.metrics.effort import EffortMetric
 from quadstep.metrics.quantities import rotor_thrusts

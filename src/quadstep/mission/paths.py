@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple, cast
 import numpy as np
 from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, model_validator
 
-from quadstep.interfaces.reference import PathLaw, Reference
+from quadstep.interfaces.plant import PathLaw, Reference
 from quadstep.io.errors import UserError
 from quadstep.io.installed import PATHS
 from quadstep.mission.check import sections, types

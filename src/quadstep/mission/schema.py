@@ -21,15 +21,12 @@ from quadstep.engines.trial import NotFiniteError, try_metrics, try_out, try_pla
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog, Metric
-from quadstep.interfaces.plant import Air, Plant
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Air, Plant, Reference
 from quadstep.io.errors import UserError
-from quadstep.metrics.margins import AT_REST, DELAYS, LEAST_GAIN, LEAST_PHASE
-from quadstep.metrics.registry import Metrics
+from quadstep.metrics.registry import AT_REST, DELAYS, LEAST_GAIN, LEAST_PHASE, Metrics
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
-from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain
-from quadstep.mission.keys import with_value
+from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain, with_value
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.own_thing import check_names, own_metrics
 from quadstep.mission.paths import AnyPath, BuiltPath

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.io.errors import UserError
-from quadstep.metrics.margins import MARGINS, UNITS, is_margin
+from quadstep.metrics.registry import MARGINS, UNITS, is_margin
 from quadstep.mission.check import Checked, check
 from quadstep.mission.distributions import Together, Varied
-from quadstep.mission.fields import Finite, Positive, Quantity, Section
-from quadstep.mission.keys import dotted
+from quadstep.mission.fields import Finite, Positive, Quantity, Section, dotted
 from quadstep.numbers import exp, log
 
 MOST_SEEDS = 100_000

@@ -3,7 +3,7 @@
 Steps are written once for every kind of number from operations that IEEE 754 fixes to the bit: sums, products, quotients,
 comparisons and `where` in the order written here, and four steps on the bits of a number. So the same argument gives the same
 bits on every engine, processor and compiler. Each function is a reduction to a short interval and a polynomial there
-(`polynomials.py`). Largest errors in units of the last place, measured without fused operations:
+(`operation.py`). Largest errors in units of the last place, measured without fused operations:
 docs/decisions/0012-equal-bits.md.
 
 A further function is one more such section here, and a name in `__all__`.
@@ -32,8 +32,7 @@ from quadstep.numbers.affine import (
     zeros_like,
 )
 from quadstep.numbers.kinds import ARRAYS, Number, functions_of
-from quadstep.numbers.operation import Kind, declare, place
-from quadstep.numbers.polynomials import (
+from quadstep.numbers.operation import (
     ARCTANGENT,
     COSINE,
     EXPONENTIAL,
@@ -47,6 +46,9 @@ from quadstep.numbers.polynomials import (
     QUARTER_TURN,
     SHIFTER,
     SINE,
+    Kind,
+    declare,
+    place,
     polynomial,
 )
 from quadstep.numbers.undecided import lifted

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 from quadstep.numbers.elementary import cos, exp, log, sin
 from quadstep.numbers.functions import minimum, number, sqrt, where, word
 from quadstep.numbers.kinds import Number, Word
-from quadstep.numbers.polynomials import polynomial
+from quadstep.numbers.operation import polynomial
 from quadstep.numbers.vectors import Vector
 
 PEAK = 0.3989422804014326779

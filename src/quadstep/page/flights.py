@@ -9,8 +9,7 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.log import LIMITS as LIMITS_PASSED
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError
-from quadstep.metrics.margins import SOUND, at_rest_sentences, rest_of
-from quadstep.metrics.registry import Metrics, group, metric
+from quadstep.metrics.registry import SOUND, Metrics, at_rest_sentences, group, metric, rest_of
 from quadstep.metrics.verdict import RULES, graded
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission

@@ -22,8 +22,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import files
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
-from quadstep.metrics.margins import AT_REST
-from quadstep.metrics.registry import Metrics
+from quadstep.metrics.registry import AT_REST, Metrics
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.clock import MOST_ROWS
 from quadstep.mission.read import check_mission

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 from quadstep.io.errors import UNMET
 from quadstep.io.run_record import REPORT
-from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
+from quadstep.metrics.registry import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report import page

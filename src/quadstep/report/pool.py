@@ -1,23 +1,84 @@
 """Figures as jobs for other processes, which draw them on all cores while the main one goes on, forked from a server
 that has matplotlib loaded.
 
-Loads nothing heavy itself, so that a command can start the server before anything else.
+Loads nothing heavy itself, so that a command can start the server before anything else. What Matplotlib and multiprocessing
+must write has a folder even for users without a home or a folder for temporary files: so it is in a container with a bare user
+id on a read-only system.
 """
 
 import multiprocessing
 import os
+import shutil
 import signal
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from multiprocessing.util import Finalize
+from pathlib import Path
 from types import ModuleType
 from typing import ParamSpec, TypeVar
 
 from quadstep.io.errors import UserError, interrupts_held
 from quadstep.io.user_code import warn_of_users_only
-from quadstep.report.writable import provide_writable
+
+SHARED_MEMORY = Path("/dev/shm")
+"""Can be written where nothing else can, as in a read-only container."""
+
+LAST = -200
+"""When the folder goes at the end of the process: after multiprocessing has removed its own in it (at -100)."""
+
+
+def provide_writable() -> None:
+    """Makes a folder where one is lacking, names it to this process and those it starts, and removes it in the end.
+
+    Matplotlib's list of fonts is made once, as $MPLCONFIGDIR is the same for all processes; Fontconfig, which it asks, is told
+    by $XDG_CACHE_HOME, multiprocessing by $TMPDIR. Call it before Matplotlib is imported. Where nothing can be written at
+    all, nothing is done, and whoever needs to write says so.
+    """
+    at_home = bool(os.environ.get("MPLCONFIGDIR")) or all(map(writable, places()))
+    temporary = has_temporary()
+    if at_home and temporary:
+        return
+    for parent in (None,) if temporary else (SHARED_MEMORY, None):
+        with suppress(OSError):
+            made = tempfile.mkdtemp(prefix="quadstep-", dir=parent)
+            Finalize(None, shutil.rmtree, (made,), {"ignore_errors": True}, exitpriority=LAST)
+            if not at_home:
+                os.environ["MPLCONFIGDIR"] = made
+                if not writable(places()[-1]):
+                    os.environ["XDG_CACHE_HOME"] = made
+            if not temporary:
+                os.environ["TMPDIR"] = tempfile.tempdir = made
+            return
+
+
+def has_temporary() -> bool:
+    """Whether there is a folder for temporary files that is not the current one, which Python takes as a last resort."""
+    with suppress(FileNotFoundError):
+        return Path(tempfile.gettempdir()) != Path.cwd()
+    return False
+
+
+def places() -> list[Path | None]:
+    """Where Matplotlib keeps settings and lists of a user; None where there is no home."""
+    with suppress(RuntimeError):
+        if os.uname().sysname not in ("Linux", "FreeBSD"):
+            return [Path.home() / ".matplotlib"]
+        homes = (("XDG_CONFIG_HOME", ".config"), ("XDG_CACHE_HOME", ".cache"))
+        return [Path(os.environ.get(name) or Path.home() / usual) / "matplotlib" for name, usual in homes]
+    return [None]
+
+
+def writable(folder: Path | None) -> bool:
+    """Whether a folder can be written, or made."""
+    if folder is None:
+        return False
+    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+
 
 try:
     from multiprocessing import forkserver, resource_tracker

@@ -25,7 +25,7 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.states import Channel
 from quadstep.linear.tables import Open, draw_bode
 from quadstep.linear.transfer import harmonic, opened
-from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
+from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
 from quadstep.metrics.statistics import Estimate, student_quantile
 from quadstep.mission.read import read_mission
 from quadstep.report.evidence import Evidence, Figure, Table

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.statistics import Estimate, share
-from quadstep.mission.keys import label
+from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
-from quadstep.metrics.margins import rest_of
-from quadstep.metrics.registry import Metrics, group, metric
+from quadstep.metrics.registry import Metrics, group, metric, rest_of
 from quadstep.metrics.verdict import graded
 from quadstep.report import page, units
 from quadstep.report.evidence import Evidence, Figure, Section, Table

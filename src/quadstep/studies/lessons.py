@@ -13,12 +13,11 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.linear.grade import Grade, grade
-from quadstep.metrics.margins import SOUND
+from quadstep.metrics.registry import SOUND
 from quadstep.metrics.requirements import Requirement, judge, with_full_names
 from quadstep.metrics.verdict import Case, scalars
 from quadstep.mission.check import check
-from quadstep.mission.fields import Finite, Name, Section, as_tuple, plain
-from quadstep.mission.keys import dotted, parts
+from quadstep.mission.fields import Finite, Name, Section, as_tuple, dotted, parts, plain
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.studies.interface import fly

@@ -26,8 +26,7 @@ from typing import ClassVar, NamedTuple
 
 from quadstep.interfaces.closed_loop import Outcome, finite
 from quadstep.interfaces.controller import Command, Measured, RotorSpeeds, RotorThrusts
-from quadstep.interfaces.plant import Drawn, Rotor
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Drawn, Reference, Rotor
 from quadstep.numbers import Number, Vector, absolute, maximum, minimum, sqrt, total, vector, where
 from quadstep.numbers.noise import Key
 from quadstep.vehicle.airframe_plant import (

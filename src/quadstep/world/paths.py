@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.interfaces.reference import PathLaw, Reference
+from quadstep.interfaces.plant import PathLaw, Reference
 from quadstep.numbers import Number, Table, Vector, clip, cos, maximum, sin, vector, where
 from quadstep.numbers.functions import number, word
 
@@ -30,7 +30,7 @@ class DeclaredPath(ABC):
 
     >>> from typing import NamedTuple
     >>> from quadstep.interfaces.gain import gain
-    >>> from quadstep.interfaces.reference import PathLaw, Reference
+    >>> from quadstep.interfaces.plant import PathLaw, Reference
     >>> from quadstep.world.paths import DeclaredPath
     >>> from quadstep.numbers import vector
     >>> class ClimbNumbers(NamedTuple):

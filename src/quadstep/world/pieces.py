@@ -14,7 +14,7 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Table, Vector, maximum, total, where
 from quadstep.numbers.functions import evenly_spaced
 from quadstep.numbers.solve import solve_definite

@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol, cast
 from quadstep.bridges.autopilot.link import refuse_strange
 from quadstep.control.vectoring import wanted_attitude
 from quadstep.engines.fly import FlightPlan
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.io.doors import optional
 from quadstep.io.errors import UserError
 from quadstep.numbers import vector

@@ -27,7 +27,7 @@ from quadstep.export.c.structs import fields_of
 from quadstep.interfaces.closed_loop import Advance, Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import blamed
 from quadstep.numbers import Number, flatten, leaf_names, rebuild

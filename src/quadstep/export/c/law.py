@@ -10,8 +10,7 @@ from quadstep.export.c.structs import StructOutput, as_array, as_given, as_struc
 from quadstep.export.c.words import NamedRecord
 from quadstep.export.c.writing import CWriter
 from quadstep.interfaces.controller import Controller
-from quadstep.interfaces.plant import Plant
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Plant, Reference
 from quadstep.numbers import Number, Structure, flatten
 from quadstep.numbers.structure import replaced
 from quadstep.program.assignments import INPUT

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.logs.flight import TURNING, Flags, FlightRecord, Floats, damage
+from quadstep.identify.logs.flight import TURNING, Flags, FlightRecord, Floats, damage, lag, slopes, smooth
 from quadstep.identify.logs.read import rates_of
-from quadstep.identify.logs.signals import lag, slopes, smooth
 from quadstep.io.errors import UserError
 from quadstep.report.units import listed
 from quadstep.vehicle.allocation import mixing

@@ -11,10 +11,18 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
-from quadstep.proofs.certify.arrays import Array, Mask, as_rows, lengths
-from quadstep.proofs.certify.history import History, recall, reference_at
-from quadstep.proofs.certify.ideal_weights import IdealWeights, ideal_weights, residual_bound, targets, weight_bound
+from quadstep.proofs.certify.history import (
+    History,
+    IdealWeights,
+    ideal_weights,
+    recall,
+    reference_at,
+    residual_bound,
+    targets,
+    weight_bound,
+)
 from quadstep.proofs.certify.lyapunov import ConditionMargins, Lyapunov, conditions, lyapunov, matrices
+from quadstep.proofs.plain import Array, Mask, as_rows, lengths
 from quadstep.vehicle.lagrange import Lagrange
 
 SUSPECTS, HALVINGS = 20, 24

@@ -9,9 +9,8 @@ import numpy as np
 from quadstep.control.backstepping import BacksteppingGains, largest_inertia, least_gains
 from quadstep.engines.fly import FlightPlan
 from quadstep.numbers import Number, smallest
-from quadstep.proofs.certify.arrays import Array, apply, as_rows, as_stack, as_vector, dot
-from quadstep.proofs.certify.history import History
-from quadstep.proofs.certify.ideal_weights import IdealWeights
+from quadstep.proofs.certify.history import History, IdealWeights
+from quadstep.proofs.plain import Array, apply, as_rows, as_stack, as_vector, dot
 from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.paper import (
     acceleration,

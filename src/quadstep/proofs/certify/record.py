@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.proofs.certify.arrays import Array, Mask, lengths
 from quadstep.proofs.certify.certificate import FlightCertificate
+from quadstep.proofs.plain import Array, Mask, lengths
 
 
 def kind(c: FlightCertificate) -> str:

@@ -11,9 +11,9 @@ from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
-from quadstep.proofs.certify.arrays import Array, lengths
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.record import answer, kind, record, table
+from quadstep.proofs.plain import Array, lengths
 from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table

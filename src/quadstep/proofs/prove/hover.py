@@ -14,7 +14,7 @@ from typing import NamedTuple, NoReturn, TypeAlias
 import numpy as np
 
 from quadstep.engines.fly import FlightPlan
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.numbers.enclosure import UndefinedError

@@ -21,11 +21,22 @@ from quadstep.engines.loop import Numbers
 from quadstep.numbers import flatten
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import Operand, UndefinedError
-from quadstep.proofs.prove.box import image, seeded, summed, widened
 from quadstep.proofs.prove.rest import RestingLoop, after, always
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.spectrum import ComplexArray, Eigenbasis, products
-from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, Leaf, Unknown, displaced, with_unknown
+from quadstep.proofs.prove.unknown import (
+    CONSTANTS,
+    PUSHES,
+    STARTS,
+    Leaf,
+    Unknown,
+    displaced,
+    image,
+    seeded,
+    summed,
+    widened,
+    with_unknown,
+)
 
 MOST_ROUNDS, MOST_STEPS, HALVINGS = 400, 40, 16
 LARGER, CLOSER, SMALLER, SPARE, GROWN = 1.01, 1.001, 0.85, 1e-9, 1e3

@@ -9,9 +9,19 @@ import numpy as np
 from quadstep.numbers import leaf_names
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import Enclosure, UndefinedError
-from quadstep.proofs.prove.box import BoundedMatrix, Image, image, lost, powers, seeded
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
+from quadstep.proofs.prove.unknown import (
+    CONSTANTS,
+    PUSHES,
+    BoundedMatrix,
+    Image,
+    Unknown,
+    image,
+    lost,
+    powers,
+    seeded,
+    with_unknown,
+)
 
 SPARE = 6
 """Directions for the nonlinear remainders of functions."""

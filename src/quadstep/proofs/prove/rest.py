@@ -12,8 +12,8 @@ from quadstep.engines.loop import Numbers
 from quadstep.io.errors import UserError
 from quadstep.numbers import Number
 from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, Operand, UndefinedError, ball
-from quadstep.proofs.prove.box import image, seeded
 from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.unknown import image, seeded
 from quadstep.vehicle.multirotor import Multirotor
 
 LONGEST = 1e6

@@ -15,10 +15,9 @@ import numpy as np
 
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.box import BoundedMatrix, image, lost, summed
 from quadstep.proofs.prove.linear import Block, Coordinates, after_each, block, through, ways
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, Unknown
+from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, BoundedMatrix, Unknown, image, lost, summed
 
 SAMPLES = 25
 """Most samples of a block."""

@@ -13,7 +13,7 @@ from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepp
 from quadstep.control.completed_backstepping import CompletedGains, CompletedMemory
 from quadstep.control.filters import Filtered
 from quadstep.interfaces.learning import Net
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector
 from quadstep.vehicle.paper import Rotors, State, Vehicle, thrust_direction
 

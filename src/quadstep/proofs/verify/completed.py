@@ -8,8 +8,8 @@ from quadstep.control.completed_backstepping import CompletedBackstepping, Compl
 from quadstep.control.filters import Filtered
 from quadstep.interfaces.model import Kinematics
 from quadstep.numbers import Number, Vector
+from quadstep.proofs.plain import Plain, agree, blocks, christoffel, inertia, learnt, limited, neurons, rows, size
 from quadstep.proofs.theory.samples import LoopBatch, draw_sample
-from quadstep.proofs.verify.plain import Plain, agree, blocks, christoffel, inertia, learnt, limited, neurons, rows, size
 from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, row
 
 ROWS: list[EquationRow] = []

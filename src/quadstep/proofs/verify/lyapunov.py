@@ -12,7 +12,7 @@ from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepp
 from quadstep.control.filters import Filtered
 from quadstep.interfaces.learning import Net, basis, random_input_weights
 from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, total
 from quadstep.vehicle.paper import (
     Disturbance,

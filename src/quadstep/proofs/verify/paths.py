@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import sympy
 
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify.rows import (
     Check,

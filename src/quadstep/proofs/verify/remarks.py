@@ -10,7 +10,7 @@ import sympy
 from quadstep.control.backstepping import wanted_force
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains, NoMemory, nested
 from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.attitude_loop import target

@@ -12,11 +12,10 @@ from quadstep.control.rotation_backstepping import (
 )
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.learning import Net
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
-from quadstep.proofs.certify.arrays import apply
-from quadstep.proofs.verify.plain import Plain, agree, blocks, learnt, limited, neurons, rows, size
+from quadstep.proofs.plain import Plain, agree, apply, blocks, learnt, limited, neurons, rows, size
 from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
 
 ROWS: list[EquationRow] = []

@@ -17,7 +17,7 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.engines.trial import NotFiniteError
 from quadstep.io.errors import UserError
 from quadstep.mission.distributions import Choice, Grid, LogNormal, Normal, Sobol, Uniform
-from quadstep.mission.keys import overridden, with_value
+from quadstep.mission.fields import overridden, with_value
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Number, Table, Vector, flatten, rebuild

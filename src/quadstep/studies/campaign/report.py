@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.keys import label
+from quadstep.mission.fields import label
 from quadstep.report import page
 from quadstep.report.evidence import Evidence, Figure, Section, Table
 from quadstep.report.panels import path_job

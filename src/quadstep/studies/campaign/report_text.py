@@ -8,7 +8,7 @@ from pathlib import Path
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import Estimate, share
-from quadstep.mission.keys import label
+from quadstep.mission.fields import label
 from quadstep.report import page, units
 from quadstep.report.evidence import Section, Table
 from quadstep.report.publish import booktabs

@@ -18,8 +18,7 @@ from quadstep.io.installed import all_installed
 from quadstep.io.places import digest, place
 from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key
-from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple
-from quadstep.mission.keys import parts
+from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple, parts
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import CAMPAIGN, check_mission, refuse_others
 from quadstep.mission.schema import Mission

@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
-from quadstep.metrics.margins import AT_REST
+from quadstep.metrics.registry import AT_REST
 from quadstep.metrics.statistics import Estimate, quantile, share
 from quadstep.report import units
 from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME

@@ -10,7 +10,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.mission.distributions import Choice, Correlated, Distribution, Grid, LogNormal, Normal, Sobol, Uniform
-from quadstep.mission.keys import dotted
+from quadstep.mission.fields import dotted
 from quadstep.studies.campaign.schema import CampaignFile
 from quadstep.studies.campaign.sensitivity import FlightParts, parts_of
 

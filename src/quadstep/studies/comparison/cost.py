@@ -16,7 +16,7 @@ from quadstep.export.arm import missing
 from quadstep.export.c99 import measured_alone
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.reference import Reference
+from quadstep.interfaces.plant import Reference
 from quadstep.io.errors import ToolError, UserError
 from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
 from quadstep.numbers.structure import replaced

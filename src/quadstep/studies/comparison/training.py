@@ -21,7 +21,7 @@ from quadstep.io.parts import changed
 from quadstep.io.results_folder import opened
 from quadstep.linear.analysis import limits
 from quadstep.linear.grade import margin_metrics
-from quadstep.metrics.margins import MARGINS
+from quadstep.metrics.registry import MARGINS
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Constraint, Range

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from quadstep.linear.grade import WORST_FIRST
-from quadstep.metrics.margins import at_rest
+from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.report.symbols import prose
 from quadstep.report.units import counted, listed

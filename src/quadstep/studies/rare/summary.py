@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.metrics.margins import AT_REST
+from quadstep.metrics.registry import AT_REST
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
 from quadstep.report.units import counted
 from quadstep.studies.campaign.schema import Method

@@ -20,7 +20,7 @@ from quadstep.interfaces.learning import DeclaredNet
 from quadstep.interfaces.model import Model
 from quadstep.io.errors import UserError
 from quadstep.mission.derived import ControllerSection
-from quadstep.mission.keys import parts, replaced, with_value
+from quadstep.mission.fields import parts, replaced, with_value
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range, TuneSection
 from quadstep.numbers import Vector

@@ -18,7 +18,7 @@ from quadstep.io import files
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
 from quadstep.linear.grade import margin_metrics
-from quadstep.metrics.margins import MARGINS
+from quadstep.metrics.registry import MARGINS
 from quadstep.mission.check import check
 from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.mission.schema import Mission

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
-from quadstep.mission.keys import label
+from quadstep.mission.fields import label
 from quadstep.report import page, units
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, beside, drawing, margins, new_figure, write
