@@ -2,6 +2,8 @@
 
 import json
 import math
+import re
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +99,10 @@ def test_the_command_writes_a_report_and_prints_json(mission, tmp_path):
     assert set(said["margins"]) == {"thrust", "roll", "pitch", "yaw"}
     names = {path.name for path in (tmp_path / "out").rglob("*") if path.is_file()}
     assert {"report.html", "linear.json", "margins.csv", "poles.csv", "bode.svg", "nyquist.svg", "step.svg"} <= names
+    told = re.search(r'data-axes="([^"]*)"', (tmp_path / "out" / "figures" / "step.svg").read_text(encoding="utf-8"))
+    (axes,) = json.loads(unescape(told[1]))
+    last = max(one["settling[s]"] for one in said["steps"].values())
+    assert last < axes["x"]["high"] <= 2.5 * last * (1.0 + 1e-6)
 
 
 def test_own_controllers_are_linearised_beside_the_package_s(mission, tmp_path):

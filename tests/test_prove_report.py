@@ -1,5 +1,7 @@
 """The report of `quadstep prove`: what it says, draws, and replaces."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,11 @@ def test_a_report_says_the_answer_and_draws_tube_and_boxes(proved):
     assert "<title>Sideways" in text
     assert "Proved: every flight of " in text
     assert text.count("<figure") == 2
+    boxes = text[text.rindex("<table>") :]
+    quantities = re.findall(r"<tr><td>([^<]*)</td>", boxes)
+    assert len(quantities) < 10
+    assert quantities[:2] == ["position", "velocity"]
+    assert re.search(r"<td>position</td><td>[\d.]+\s[mµ]?m</td>", boxes)
     for bound in (line.split()[-2] for line in run.out.splitlines() if line.startswith(("x ", "z "))):
         assert bound in text
 

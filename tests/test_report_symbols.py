@@ -22,7 +22,7 @@ from quadstep.report.symbols import label, power_of_ten, rich, typed
         ("to 10 m", "to 10\u00a0m", "to 10 m"),
         ("27 um, 3 urad; um", "27\u00a0µm, 3\u00a0µrad; um", "27 µm, 3 µrad; um"),
         ("$r$", "$r$", "$r$"),
-        ("|r|^2", "|r|²", "|$r$|²"),
+        ("|r|^2", "|r|\u2060²", "|$r$|²"),
         ("C^T", "C<sup>T</sup>", "$C$^$T$"),
         ("2 l_2 sqrt(k_1 k_2)", "2 l<sub>2</sub> √(k<sub>1</sub> k<sub>2</sub>)", "2 $l_{2}$ √($k_{1}$ $k_{2}$)"),
         ("rad/s/sqrt(Hz)", "rad/s/√Hz", "rad/$s$/√Hz"),

@@ -178,15 +178,15 @@ def captions(found: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     near = max(pairs, key=lambda pair: pair[1].sensitivity)
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
     settles = (
-        f"{late.name} settles last: within 2 % after {late.settling:.3g} s"
+        f"the last to settle is {late.name}: within 2 % after {late.settling:.3g} s"
         if math.isfinite(late.settling)
-        else (f"{late.name} does not settle within 2 % in the time shown")
+        else f"{late.name} does not settle within 2 % in the time shown"
     )
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is least in "
         f"{phase[0].name}: {math.degrees(phase[1].phase):.3g}° at {phase[1].phase_at:.3g} rad/s.",
-        "step": f"The path steps by 1 along one axis at a time. {over.name} overshoots most, by {100.0 * over.overshoot:.3g} "
-        f"%; {settles}.",
+        "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
+        f"{over.name}, {100.0 * over.overshoot:.3g} %; {settles}.",
         "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. The nearest is "
         f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
         f"{near[1].sensitivity:.3g} times there.",

@@ -149,7 +149,7 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> Evidence:
     figures = []
     if done.at and rows:
         (out / FIGURES).mkdir()
-        label = "t [s]" if done.kind == "instants" else "flight"
+        label = "time [s]" if done.kind == "instants" else "flight"
         lowest = "where a curve is lowest, its channel has the least margin"
         figures.append(Figure(f"{FIGURES}/margins", f"Margins of each channel over {label}: {lowest}."))
         pairs = zip(done.at, done.found, strict=True)

@@ -225,6 +225,10 @@ def draw_nyquist(path: Path, shown: Open, sheet: Sheet) -> None:
         write(figure, path, sheet)
 
 
+SETTLINGS = 2.5
+"""The time drawn of steps that settle, in multiples of the last settling time."""
+
+
 def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
     """Response of each stepped quantity to its step of the path."""
     with drawing(sheet):
@@ -234,8 +238,8 @@ def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
         for i, step in enumerate(steps):
             axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **LINES[i % len(LINES)])
         axes.axhline(1.0, color="0.5", linewidth=0.8)
-        axes.set_xlim(0.0, max(float(step.t[-1]) for step in steps))
-        axes.set_xlabel("t [s]")
+        axes.set_xlim(0.0, min(SETTLINGS * max(step.settling for step in steps), max(float(step.t[-1]) for step in steps)))
+        axes.set_xlabel("time [s]")
         axes.set_ylabel("response to a step of 1")
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(plain())
@@ -254,7 +258,7 @@ def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], shee
                 values = np.array([of(one.margins[i]) for one in loops])
                 drawn = (
                     LINES[i % len(LINES)]
-                    if label == "t [s]"
+                    if label == "time [s]"
                     else {"color": LINES[i % len(LINES)]["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
                 )
                 axes.plot(at, np.where(np.isfinite(values), values, np.nan), label=channel.name, markersize=4, **drawn)

@@ -64,7 +64,8 @@ def rich(text: str) -> str:
         below = " ".join(GREEK.get(one, one) for one in low)
         return letter + "".join(ACCENTS[one][1] for one in accents) + (f"<sub>{below}</sub>" if below else "")
 
-    return coded(numerals(prose(NAME.sub(symbol, escape(text))))).replace("^T", "<sup>T</sup>")
+    text = re.sub(r"\|(?=[⁻¹²³])", "|\N{WORD JOINER}", numerals(prose(NAME.sub(symbol, escape(text)))))
+    return coded(text).replace("^T", "<sup>T</sup>")
 
 
 def typed(text: str) -> str:

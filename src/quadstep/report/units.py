@@ -14,6 +14,10 @@ SEEN = 1e-3
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}
 
 
+IN_THOUSANDTHS = {"m": 1.0, "s": 0.1}
+"""Of what is smaller than this, text has thousandths or less."""
+
+
 def prefixed(unit: str, largest: float) -> tuple[str, float]:
     """A unit that suits values up to `largest`, and the factor to it: 3e-5 m reads as 30 µm, 3e-5 of no unit as 30 of 10⁻⁶."""
     unit = prose(unit)
@@ -27,10 +31,12 @@ def prefixed(unit: str, largest: float) -> tuple[str, float]:
 
 
 def handy(unit: str, largest: float) -> tuple[str, float]:
-    """The same for text: lengths below a metre read better in millimetres; degrees, decibels and no unit have no prefix."""
+    """The same for text: lengths below a metre and times below 0.1 s read better in thousandths; degrees, decibels and no unit
+    have no prefix.
+    """
     if unit in ("-", "dB") or unit.startswith("°"):
         return unit, 1.0
-    if unit == "m" and 0.0 < largest < 1.0:
+    if 0.0 < largest < IN_THOUSANDTHS.get(unit, 0.0):
         return prefixed(unit, min(largest, 0.049))
     return prefixed(unit, largest)
 
@@ -40,8 +46,8 @@ ANGLES = ("rad", "rad/s")
 
 
 def of_angle(unit: str, largest: float) -> tuple[str, float]:
-    """Degrees for angles and their rates that one can see, fractions of a radian for those that one cannot."""
-    return (unit.replace("rad", "°"), math.degrees(1.0)) if largest > SEEN else handy(unit, largest)
+    """Degrees for angles and their rates that are zero or can be seen, fractions of a radian for those that cannot."""
+    return handy(unit, largest) if 0.0 < largest <= SEEN else (unit.replace("rad", "°"), math.degrees(1.0))
 
 
 def number(value: float, digits: int = DIGITS, places: int | None = None) -> str:
@@ -82,13 +88,14 @@ def digits_of(value: float, low: float, high: float) -> int:
     return min(6, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(width / 3.0)) + 1))
 
 
-def interval(value: float, low: float, high: float, unit: str = "-") -> str:
+def interval(value: float, low: float, high: float, unit: str = "-", largest: float = 0.0) -> str:
     """A number with its interval, unless that is the number alone, all in one unit and to digits that its width warrants.
+    largest: of what shares the unit, such as the rest of a row.
 
     >>> interval(0.01234, 0.0119, 0.0128, "m"), interval(0.524, 0.51, 0.54, "rad")
     ('12.3 [11.9, 12.8] mm', '30 [29, 31]°')
     """
-    text, below, above, unit = alike(value, low, high, unit)
+    text, below, above, unit = alike(value, low, high, unit, largest)
     if not (math.isnan(low) or math.isnan(high) or low == value == high):
         text = f"{text} [{below}, {above}]"
     return text + unit
@@ -104,10 +111,24 @@ def estimate(value: float, low: float, high: float, unit: str = "-") -> str:
     return text + unit
 
 
-def alike(value: float, low: float, high: float, unit: str) -> tuple[str, str, str, str]:
-    """A number and the ends of its interval with as many decimals, and the unit that follows them, if there is one."""
+def in_one_unit(estimates: Sequence[tuple[float, float, float] | None], unit: str) -> list[str]:
+    """Numbers with their intervals as a row has them: the unit suits the largest, as far as the others can be written in it; a
+    dash for what there is not.
+
+    >>> in_one_unit([(0.2534, 0.246, 0.259), (4.4e-5, 4.2e-5, 4.7e-5), (2e-7, 1e-7, 3e-7), None], "m")
+    ['253 [246, 259] mm', '0.044 [0.042, 0.047] mm', '0.20 [0.10, 0.30] µm', '–']
+    """
+    largest = max((abs(one[0]) for one in estimates if one and math.isfinite(one[0])), default=0.0)
+    least = 1e-3 / (of_angle if unit in ANGLES else handy)(unit, largest)[1]
+    return ["–" if one is None else interval(*one, unit, largest if abs(one[0]) >= least else 0.0) for one in estimates]
+
+
+def alike(value: float, low: float, high: float, unit: str, largest: float = 0.0) -> tuple[str, str, str, str]:
+    """A number and the ends of its interval with as many decimals, and the unit that follows them, if there is one. largest:
+    of what has the same unit beside it.
+    """
     ends = [abs(one) for one in (value, low, high) if math.isfinite(one)]
-    unit, factor = (of_angle if unit in ANGLES else handy)(unit, max(ends, default=0.0))
+    unit, factor = (of_angle if unit in ANGLES else handy)(unit, largest or max(ends, default=0.0))
     digits = digits_of(value, low, high)
     largest = factor * max(ends, default=0.0)
     plain = 1e-3 <= largest < 1e6 and value

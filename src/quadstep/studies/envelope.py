@@ -178,7 +178,9 @@ def caption(found: Envelope) -> str:
     least, most = (units.quantity(end(each[i] for each in known), "m") if known else "" for i, end in ((0, min), (1, max)))
     colour = f"Colour: median position RMSE, from {least} to {most}; lighter is larger. " if known else ""
     if grey:
-        return f"{colour}Grey: {grey} cells in which fewer than half of the flights succeed, hatched by cause."
+        return (
+            f"{colour}Grey: {units.counted(grey, 'cell')} in which fewer than half of the flights succeed, hatched by cause."
+        )
     return f"{colour}No cell is grey: the limit of flying lies outside this map, or between its points."
 
 

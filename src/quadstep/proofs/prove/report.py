@@ -5,6 +5,7 @@ over time, and what stayed open.
 from __future__ import annotations
 
 import math
+import re
 import tempfile
 from collections.abc import Callable
 from enum import IntEnum
@@ -104,8 +105,11 @@ KIND = "Proof"
 MARK = f"quadstep · {KIND}"
 """By which a report of this kind is known before it is replaced."""
 
-UNITS = {"position": "m", "velocity": "m/s"}
-"""Of states that are vectors along the axes of the world."""
+UNITS = {"position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"}
+"""Of the quantities that every vehicle has."""
+
+INDICES = re.compile(r"(\.\d+)+$")
+"""Of an entry of a vector or a matrix."""
 
 LARGEST = 8
 """Most quantities whose boxes are drawn."""
@@ -148,11 +152,11 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
             if len(traced.boxes):
                 draw(out / "boxes", widths, traced)
                 caption = (
-                    "Half widths of the boxes that hold every state about the flight's own, the widest of each quantity: "
-                    "where they grow, the proof loses more than the law regains."
+                    "Half widths of the boxes that hold every state about the flight's own, in SI, the widest of each "
+                    "quantity: where they grow, the proof loses more than the law regains."
                 )
                 sections += [page.heading("Boxes over time", "boxes"), Figure("boxes", caption)]
-                sections.append(Table(header=("state", "widest box, half width"), rows=widest(traced)))
+                sections.append(Table(header=("quantity", "widest box, half width"), rows=widest(traced)))
         if verdict.kind is not VerdictKind.DISPROVED:
             sections.append(CLOSING)
         found = Evidence(verdict.name, KIND, sentence(answer), verdict.says, {}, facts(verdict), drawn, sections)
@@ -209,20 +213,18 @@ def widths(traced: TubeRecord) -> Drawing:
 
 
 def quantities(traced: TubeRecord) -> tuple[list[str], Array]:
-    """Names of quantities, as `speeds` of `speeds.0` to `speeds.3`, and the widest of their boxes, (blocks, quantities)."""
-    names = [name.rpartition(".")[0] or name for name in traced.states]
+    """Names of quantities, as `weights_1` of `weights_1.0.0` to `weights_1.9.2`, and the widest of their boxes, (blocks,
+    quantities).
+    """
+    names = [INDICES.sub("", name) for name in traced.states]
     every = list(dict.fromkeys(names))
     columns = [traced.boxes[:, [i for i, name in enumerate(names) if name == one]].max(axis=1) for one in every]
     return every, np.stack(columns, axis=1)
 
 
 def widest(traced: TubeRecord) -> list[tuple[str, str]]:
-    """The widest box of each state that has one; of positions and velocities the axis has its name, and the number a unit."""
-    most, shown = traced.boxes.max(axis=0), []
-    for name, one in zip(traced.states, most, strict=True):
-        what, _, place = name.rpartition(".")
-        if what in UNITS:
-            shown.append((f"{what} {traced.axes[int(place)]}", units.quantity(float(one), UNITS[what])))
-        else:
-            shown.append((name, f"{units.number(float(one))} (SI)"))
-    return [row for row, one in zip(shown, most, strict=True) if one > 0.0]
+    """The widest box of each quantity that has one, in its unit, as far as one is known."""
+    names, boxes = quantities(traced)
+    most = zip(names, boxes.max(axis=0).tolist(), strict=True)
+    known = UNITS if "attitude.3" not in traced.states else UNITS | {"attitude": "-"}  # of a quaternion
+    return [(name, units.interval(one, math.nan, math.nan, known.get(name, "-"))) for name, one in most if one > 0.0]

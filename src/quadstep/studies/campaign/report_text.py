@@ -226,7 +226,11 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
     names = list(dict.fromkeys(name for one in values for name in one))
     rows = [
         ["outcome", *(one.outcome for one in flights)],
-        ["ended [s]", *(number_or_dash(one.time) for one in flights)],
+        *(
+            [["ended [s]", *(number_or_dash(one.time) for one in flights)]]
+            if any(one.time is not None for one in flights)
+            else []
+        ),
         ["RMSE", *(length(one.rmse) for one in flights)],
         ["largest error", *(length(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name]) if name in drawn else "–" for drawn in values)] for name in names),

@@ -18,23 +18,23 @@ from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.progress import Count
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import metric
+from quadstep.report.units import listed, metric
 from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.flights import PointFlyer, check_space
 from quadstep.studies.rare.pieces import PieceKind, fly_piece, pieces
-from quadstep.studies.rare.record import FinishedPiece, RareRecord, opened
+from quadstep.studies.rare.record import DoneEvent, FinishedPiece, RareRecord, opened
 from quadstep.studies.rare.summary import RareSummary, as_json, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
 
-REPLICATES = ("", "method", "probability", "by failure and score", "flights")
+REPLICATES = ("", "method", "probability", "by kind of failure", "flights")
 
 SHOWN = (
-    "The probability of reaching each score, level by level; at the right, ×, that of failing. Black and red: the replicates; "
-    "blue: other methods and scores."
+    "The probability of reaching each score, level by level, and dotted on to that of failing, × at the right. Black and red: "
+    "the replicates; blue: other methods and scores."
 )
 
 READING = (
@@ -111,11 +111,20 @@ def replicate_rows(pieces: Sequence[FinishedPiece]) -> list[tuple[str, ...]]:
             one.kind,
             one.method.value,
             f"{one.probability:.3g}",
-            "; ".join(f"{event.failure}: {event.probability:.3g}, {', '.join(event.score)}" for event in one.events),
+            "; ".join(f"{event.failure}: {event.probability:.3g}, by {scored(event)}" for event in one.events),
             f"{one.flights:,}",
         )
         for one in pieces
     ]
+
+
+def scored(event: DoneEvent) -> str:
+    """What predicted failures of a kind."""
+    return listed([metric(one)[0] for one in event.score]) if len(event.score) < FEW else f"{len(event.score)} metrics"
+
+
+FEW = 3
+"""From so many on, metrics are counted."""
 
 
 def nearest(summary: RareSummary) -> Table:
@@ -156,8 +165,9 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
 
 
 def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
-    """One panel: lines over the score, a cross at the right for failure itself."""
+    """One panel: lines over the score, on to a cross at the right for failure itself."""
     scores: dict[str, None] = {}
+    failing = []
     for one in pieces:
         for event in (event for event in one.events if event.failure == name):
             own = one.kind == PieceKind.REPLICATE.value
@@ -173,8 +183,7 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
                 linestyle=line,
             )
             if event.probability > 0.0:
-                colour, place = END if own else OTHER, axes.get_yaxis_transform()
-                axes.plot([0.985], [event.probability], "x", color=colour, transform=place, clip_on=False)
+                failing.append((steps[-1:], event.probability, END if own else OTHER))
             scores |= dict.fromkeys(event.score)
     if max(map(abs, axes.get_xlim())) > FAR:
         axes.set_xscale("asinh", linear_width=LINEAR)
@@ -182,8 +191,16 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
         axes.xaxis.set_minor_locator(NullLocator())
         axes.xaxis.set_major_formatter(powers())
     axes.margins(x=0.15)
+    axes.set_xlim(*axes.get_xlim())
+    right = float(axes.transData.inverted().transform(axes.transAxes.transform((0.985, 0.5)))[0])
+    for last, probability, colour in failing:
+        from_last = [*last, (right, probability)]
+        axes.plot([x for x, _ in from_last], [y for _, y in from_last], color=colour, linestyle=":", linewidth=0.8)
+        axes.plot([right], [probability], "x", color=colour, clip_on=False)
     only = next(iter(scores), "")
     axes.set_xlabel(f"score: {metric(only)[0]}" if len(scores) == 1 else f"score: largest of {len(scores)} metrics")
+    if not failing:
+        axes.text(0.97, 0.95, "no flight failed so", transform=axes.transAxes, ha="right", va="top")
 
 
 class RareResult(NamedTuple):

@@ -8,7 +8,6 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
-from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
 from quadstep.mission.fields import label
 from quadstep.report import page, units
@@ -139,11 +138,7 @@ def shares(compared: Compared) -> list[str]:
 
 def row(one: Row) -> list[str]:
     words, unit = units.metric(one.name)
-    return [words, *(interval_text(part, unit) for part in (one.present, one.tuned, one.difference))]
-
-
-def interval_text(one: Estimate | None, unit: str) -> str:
-    return "–" if one is None else units.interval(*one, unit)
+    return [words, *units.in_one_unit((one.present, one.tuned, one.difference), unit)]
 
 
 def draw_search(path: Path, asked: TuningRequest, found: SearchResult, sheet: Sheet) -> None:

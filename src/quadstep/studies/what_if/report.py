@@ -1,6 +1,6 @@
 """The answer in words, tables and a figure."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,14 +106,23 @@ def evidence(
         sentences=[answer],
         record=record,
         facts=[
-            page.Fact(f"fail in gusts, {name}", units.percent(one.value)) for name, one in zip(SIDES, failed, strict=False)
+            page.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 %: {units.percent(*one)}")
+            for name, one in zip(SIDES, failed, strict=False)
         ],
-        figures=[Figure(PICTURE, "A step in calm air, before and after", label="Step")],
+        figures=[Figure(PICTURE, caption(steps), label="Step")],
         sections=tables,
         warnings=[*unseen(asked), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
         whose="the hovering loop with the change",
     )
+
+
+def caption(steps: Sequence[dict[str, float]]) -> str:
+    """What to see of the step: what it measures, before and after."""
+    said = []
+    for (words, unit), one, other in zip(map(units.metric, steps[0]), steps[0].values(), steps[1].values(), strict=True):
+        said.append(f"{words.strip()} {units.number(one)} {unit} before, {units.number(other)} {unit} after")
+    return f"A step of {STEP:g} m along x and y in calm air: {'; '.join(said)}."
 
 
 def unseen(asked: Asked) -> list[str]:
@@ -163,7 +172,7 @@ def points(one: Estimate) -> str:
 def metric_row(one: Row) -> list[str]:
     """Of a metric."""
     words, unit = units.metric(one.name)
-    return [words, *("–" if part is None else units.interval(*part, unit) for part in one[1:])]
+    return [words, *units.in_one_unit(one[1:], unit)]
 
 
 def recorded(one: Row) -> dict[str, object]:
