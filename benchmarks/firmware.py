@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from quadstep.engines.fly import FlightPlan
 from quadstep.export.arm import section
-from quadstep.export.c99 import measured_alone
+from quadstep.export.run import measured_alone
 from quadstep.io.errors import UserError
 from quadstep.mission.multirotor import MultirotorMission
 

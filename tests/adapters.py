@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.export.c.compiler import BITS
+from quadstep.export.arm import BITS
 from quadstep.export.c.flight import exported
-from quadstep.export.c99 import c99_files
 from quadstep.export.firmware import firmware_files
+from quadstep.export.run import c99_files
 from tests.exports import real_mission
 from tests.patience import PATIENCE
 from tests.quick_gains import QUICK

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from quadstep import Mission
+from quadstep.export.arm import BITS, WARNINGS
 from quadstep.export.c.branches import ScanRecord
-from quadstep.export.c.compiler import BITS, WARNINGS
 from quadstep.export.c.expressions import Naming
 from quadstep.export.c.flight import exported
 from quadstep.export.c.source import STEPS, functions
 from quadstep.export.c.structs import StoredStructures, StructOutput
 from quadstep.export.c.writing import CWriter
-from quadstep.export.c99 import c99_files
+from quadstep.export.run import c99_files
 from quadstep.numbers.operation import OPERATIONS
 from tests.patience import PATIENCE
 

@@ -14,7 +14,7 @@ from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.export.c.compiler import BITS
+from quadstep.export.arm import BITS
 from tests import firmware_sitl
 from tests.adapters import STUBS, adapter
 from tests.firmware_trees import VARIABLES, built

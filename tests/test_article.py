@@ -9,7 +9,7 @@ import pytest
 
 from docs.article import FIGURES, STILLS, WIDTH, stills
 from quadstep import fly
-from quadstep.commands.page import explain
+from quadstep.commands.serve import explain
 from quadstep.control.vectoring import invert_force
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector

@@ -6,8 +6,7 @@ import pytest
 from benchmarks.gpu_assembler import assembled
 from quadstep.engines.gpu_sweep import ptx
 from quadstep.io.errors import UserError
-from quadstep.studies.campaign.device import DeviceFlyer, device_flyer, generate, generated_batch
-from quadstep.studies.campaign.flyer import Flyer
+from quadstep.studies.campaign.flyer import DeviceFlyer, Flyer, device_flyer, generate, generated_batch
 from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import NOISY, SHORT
 from tests.fake_driver import installed

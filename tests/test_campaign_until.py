@@ -9,7 +9,7 @@ from scipy.stats import binom
 
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import exact_share
-from quadstep.studies.campaign.until import Look, looks, parsed
+from quadstep.studies.campaign.run import Look, looks, parsed
 from tests.campaigns import MASS, SHORT, fly, manifest, no_report, refused, rows, written
 from tests.commands import quadstep
 

@@ -12,8 +12,8 @@ from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.control.registry import STOCK, names
 from quadstep.export import arm
 from quadstep.export.c.flight import exported
-from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import CLOCKS, instructions
+from quadstep.export.run import c99_files
 from quadstep.interfaces.closed_loop import Clock
 from quadstep.interfaces.controller import Measured
 from quadstep.io.documents import read_json

@@ -8,8 +8,8 @@ import pytest
 from benchmarks import firmware
 from benchmarks.rare.__main__ import FLOWN, KNOWN, kept, read, row
 from quadstep.metrics.statistics import share
+from quadstep.studies.campaign.run import looks
 from quadstep.studies.campaign.schema import Method
-from quadstep.studies.campaign.until import looks
 from tests.needs import CORTEX_M, CORTEX_M_12, needs
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -178,14 +178,14 @@ def test_without_a_graphics_processor(tmp_path, monkeypatch):
     def none():
         raise UserError("none here; --engine lanes flies on this machine's cores")
 
-    monkeypatch.setattr("quadstep.studies.campaign.device.Device", none)
+    monkeypatch.setattr("quadstep.studies.campaign.flyer.Device", none)
     refused(envelope(tmp_path, "--engine", "gpu"), "none here; --engine lanes")
     assert not (tmp_path / "out").exists()
 
 
 def test_a_graphics_processor_flies_where_asked_for(tmp_path, monkeypatch):
     asked = []
-    monkeypatch.setattr("quadstep.studies.campaign.device.device_flyer", lambda campaign: asked.append(1) or Flyer(campaign))
+    monkeypatch.setattr("quadstep.studies.campaign.flyer.device_flyer", lambda campaign: asked.append(1) or Flyer(campaign))
     assert envelope(tmp_path).code == 0
     assert not asked
     assert envelope(tmp_path, "--engine", "gpu").code == 0

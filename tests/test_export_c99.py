@@ -11,7 +11,7 @@ import pytest
 from quadstep import fly, read_mission
 from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.control.registry import names
-from quadstep.export.c.compiler import BITS
+from quadstep.export.arm import BITS
 from quadstep.export.c.flight import fly_c, subject_of
 from quadstep.export.c.law import recorded
 from quadstep.export.c.literals import literal
@@ -367,7 +367,7 @@ def test_what_is_no_compiler_is_named(monkeypatch, program, said):
 @pytest.mark.parametrize("tool", ["arm-none-eabi-gcc", "arm-none-eabi-size"])
 def test_the_data_sheet_says_which_program_is_missing(tmp_path, monkeypatch, tool):
     monkeypatch.setattr("quadstep.export.arm.missing", lambda: [tool])
-    monkeypatch.setattr("quadstep.export.misra.missing", lambda: True)
+    monkeypatch.setattr("quadstep.export.run.no_cppcheck", lambda: True)
     mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')
     run = quadstep("export", mission, "--out", tmp_path / "pid", "--measure", "--precision", "f64")
     assert run.code == 0, run.err

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from quadstep.export.c.compiler import BITS
+from quadstep.export.arm import BITS
 from quadstep.export.c.guards import fields_read
 from quadstep.export.c.law import measured_part
 from quadstep.export.c.literals import filled

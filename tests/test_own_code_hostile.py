@@ -9,7 +9,7 @@ import pytest
 
 from quadstep import read_mission
 from quadstep.control.opaque import opaque_law
-from quadstep.io import doors, installed
+from quadstep.io import doors
 from quadstep.io.errors import UserError
 from quadstep.io.places import place
 from quadstep.io.user_code import NAMED, blamed, said_of
@@ -275,7 +275,7 @@ def test_a_name_that_looks_like_code_can_be_tuned(tmp_path):
 @pytest.fixture
 def entry_point(monkeypatch):
     """An installed entry point `hovering`, whose module is the standard library's json."""
-    found = EntryPoint("hovering", "json:dumps", installed.CONTROLLERS)
+    found = EntryPoint("hovering", "json:dumps", doors.CONTROLLERS)
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [found] if group == found.group else [])
     doors.registered.cache_clear()
     yield

@@ -8,7 +8,7 @@ import pytest
 
 from quadstep import Mission, UserError, fly
 from quadstep.engines.engine import Engine
-from quadstep.io import doors, installed, user_code
+from quadstep.io import doors, user_code
 from quadstep.mission.presets import preset_table
 from quadstep.studies.campaign.schema import digests
 from tests.commands import quadstep, quadstep_process
@@ -179,8 +179,8 @@ def packages(tmp_path, monkeypatch):
     (tmp_path / "quadstep_bring.py").write_text(SPRING + RACER)
     monkeypatch.syspath_prepend(tmp_path)
     points = [
-        EntryPoint("pulled", "quadstep_bring:Pull", installed.DISTURBANCES),
-        EntryPoint("racer", "quadstep_bring:RACER", installed.VEHICLES),
+        EntryPoint("pulled", "quadstep_bring:Pull", doors.DISTURBANCES),
+        EntryPoint("racer", "quadstep_bring:RACER", doors.VEHICLES),
     ]
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [one for one in points if one.group == group])
     doors.registered.cache_clear()

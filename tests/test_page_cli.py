@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.commands import page as commands
+from quadstep.commands import serve as commands
 from quadstep.io.errors import UserError
 from quadstep.page import build
 from quadstep.page.build import template

@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.mathtext import MathTextParser
 
-from quadstep.report.symbols import label, power_of_ten, rich, typed
+from quadstep.report.units import label, power_of_ten, rich, typed
 
 
 @pytest.mark.parametrize(

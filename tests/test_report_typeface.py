@@ -4,14 +4,14 @@ import pytest
 from fontTools.ttLib import TTFont
 from matplotlib.font_manager import findfont
 
-from quadstep.report import canvas, mathml, page, symbols
+from quadstep.report import canvas, mathml, page, units
 from quadstep.report.sheet import Sheet
 
 HELD = {*TTFont(page.FOR_FIGURES).getBestCmap()}
 
 
 def test_figures_have_every_symbol_and_are_set_in_it():
-    signs = {*symbols.GREEK.values(), *(mark for _, mark in symbols.ACCENTS.values()), "−≥≤±µ°×⁻⁰¹²³⁴⁵⁶⁷⁸⁹✓✗…–’“”→"}
+    signs = {*units.GREEK.values(), *(mark for _, mark in units.ACCENTS.values()), "−≥≤±µ°×⁻⁰¹²³⁴⁵⁶⁷⁸⁹✓✗…–’“”→"}
     assert {ord(sign) for sign in "".join(signs)} <= HELD
     with canvas.drawing(Sheet()):
         assert findfont("Inter", fallback_to_default=False) == str(page.FOR_FIGURES)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from quadstep import __version__
-from quadstep.report.symbols import rich, typed
+from quadstep.report.units import rich, typed
 from quadstep.vehicle.in_space import COLUMNS
 from tests import golden
 from tests.commands import ISSUE_COLUMNS, columns, files, strict_json

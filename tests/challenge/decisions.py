@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import norm
 
 from quadstep.metrics.statistics import exact_share
-from quadstep.studies.campaign.until import looks
+from quadstep.studies.campaign.run import looks
 from quadstep.studies.comparison.ranking import CellFlights, compare, corrected
 from quadstep.studies.rare.cross_entropy import cross_entropy
 from quadstep.studies.rare.mixture import Points, Random

@@ -53,7 +53,7 @@ def campaign(
     with needed_by("`quadstep campaign`"):
         from quadstep.linear.grade import quick_grade
         from quadstep.metrics.requirements import parsed_share
-        from quadstep.studies.campaign import until as limit
+        from quadstep.studies.campaign import run as limit
         from quadstep.studies.campaign.evidence import evidence, refuse_known
         from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 

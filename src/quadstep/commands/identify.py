@@ -1,13 +1,23 @@
-"""`quadstep identify`."""
+"""`quadstep identify` and `quadstep replay`: a vehicle from logged flights, and its predictions compared with them."""
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from quadstep.commands.deliver import show
-from quadstep.commands.options import LogsArgument, MappingOption, ReplaceOption, read_logs, vehicle_of
+from quadstep.commands.options import (
+    Drawing,
+    LogsArgument,
+    MappingOption,
+    OverwriteOption,
+    ReplaceOption,
+    SignalsOption,
+    read_logs,
+    vehicle_of,
+)
 from quadstep.io.errors import UserError
 from quadstep.report.screen import complain, say, say_whole
 from quadstep.report.units import counted
@@ -93,3 +103,116 @@ def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust:
     for flight, findings in judged:
         for one in findings:
             say(f"{flight.name}: {one.text}")
+
+
+def replay(
+    logs: LogsArgument,
+    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).", show_default=False)],
+    mapping: MappingOption = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(
+            help="Fly the logged setpoints with this controller: a type, or a TOML file with its keys.", show_default=False
+        ),
+    ] = None,
+    estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
+    commands_only: Annotated[bool, typer.Option("--commands-only", help="Ignore setpoints.")] = False,
+    residual: Annotated[bool, typer.Option("--residual", help="Also predict with the vehicle's learned residual.")] = False,
+    starts: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help='Rows to predict from: {"flight": [row, ...]} (JSON).', show_default=False),
+    ] = None,
+    predictions: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where to write these predictions (JSON).", show_default=False)
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Write a report, its figures and tables.", show_default=False)
+    ] = None,
+    overwrite: OverwriteOption = False,
+    *,
+    drawing: Drawing,
+    signals: SignalsOption = None,
+) -> None:
+    """Predict logged flights from their measured states and commands, and report the errors.
+
+    Mean errors 1, 10 and 50 samples ahead are compared with those of two guesses: velocity and rates stay as they are
+    ("constant"), or the rates are zero. --out writes report.html, figures/, prediction_errors.csv and, where they were
+    asked for, tracking.csv and estimates.csv.
+    """
+    from quadstep.identify.logs.judge import judge
+    from quadstep.identify.replay import ReplayRequest, replayed
+    from quadstep.identify.replay_report import evidence, identity, panels_of
+    from quadstep.report.publish import files_to_replace
+
+    if (starts is None) != (predictions is None):
+        raise UserError("--starts and --predictions must be given together: rows to predict from, and where to write")
+    if starts and out:
+        raise UserError("--out: cannot be combined with --starts, whose predictions --predictions takes")
+    drawn_on = drawing.sheet(signals)
+    chosen = controller_of(controller) if controller else None
+    section = vehicle_of(vehicle)
+    if residual and not section.residual:
+        raise UserError(f"--residual: {vehicle} has none; quadstep identify --residual makes one")
+    flights = read_logs(logs, mapping)
+    judged = [(flight.name, one) for flight in flights for one in judge(flight, section.geometry())]
+    warnings = [f"{name}: {one.text}" for name, one in judged if one.wrong or one.grave]
+    if starts and predictions:
+        write_predictions(flights, section, starts, predictions, commands_only, warnings)
+        return
+    asked = ReplayRequest(Path(vehicle).stem, section, chosen, estimator, commands_only, residual, out is not None)
+    drawn_on.check_signals(panels_of(asked))
+    if out:
+        files_to_replace(out, identity(flights, asked), overwrite)  # before anything is computed
+    found = replayed(flights, asked)
+    told = evidence(flights, asked, found, warnings)
+    if out:
+        from quadstep.identify.pages import write_replay
+
+        write_replay(out, flights, asked, found, told, overwrite, drawn_on)
+    warn(warnings)
+    show(told._replace(warnings=()), out)
+
+
+def warn(warnings: Sequence[str]) -> None:
+    """Say them, once there is a result: an error stands alone."""
+    for one in warnings:
+        complain(f"warning: {one}")
+
+
+def write_predictions(
+    flights: "list[FlightRecord]",
+    section: "AirframeSection",
+    starts: Path,
+    predictions: Path,
+    commands_only: bool,
+    warnings: list[str],
+) -> None:
+    """Predict from given rows, for others to judge."""
+    from quadstep.identify.replay import as_json, predictions_of, read_starts, ready
+    from quadstep.io.files import write_beside
+
+    numbers, guided = ready(flights, section, commands_only)
+    rows = read_starts(starts, flights)
+    write_beside(predictions, as_json(predictions_of(flights, section, numbers, rows, guided)))
+    warn(warnings)
+    count = sum(len(one) for one in rows.values())
+    say(f"{counted(count, 'prediction')} of {counted(len(rows), 'flight')} in {predictions}")
+
+
+def controller_of(given: str) -> dict[str, object]:
+    """The keys of a controller: a type, or a file with a table [controller] or its keys. Raises UserError."""
+    from quadstep.control.registry import names
+    from quadstep.interfaces.controller import Measured
+    from quadstep.io.documents import read_toml
+    from quadstep.io.doors import CONTROLLERS, own_place
+    from quadstep.mission.own_thing import unknown_type
+
+    if not given.endswith(".toml"):
+        if given not in names(Measured) and own_place(given, CONTROLLERS) is None:
+            raise UserError(f"--controller: {unknown_type(given, ('a TOML file', *names(Measured)), CONTROLLERS)}")
+        return {"type": given}
+    content = read_toml(Path(given))
+    table = content.get("controller", content)
+    if not isinstance(table, dict) or "type" not in table:
+        raise UserError(f"{given}: should have a table [controller] with a type")
+    return table

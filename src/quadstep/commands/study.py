@@ -1,18 +1,117 @@
-"""`quadstep study`: studies that go beyond the paper."""
+"""`quadstep reproduce`, `quadstep compare` and `quadstep study`: the paper's study, controllers compared, what goes beyond."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.compare import MOST_SEEDS, EngineOption, KeepGoingOption, RetuneOption, run_study
 from quadstep.commands.deliver import show
-from quadstep.commands.options import OverwriteOption, check_range
-from quadstep.engines.engine import Engine
+from quadstep.commands.options import Drawing, EngineOption, OverwriteOption, check_range, engine_option
+from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.doors import needed_by
-from quadstep.io.errors import FAILED
-from quadstep.report.screen import say, show_table
-from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.io.errors import BAD_INPUT, FAILED
+from quadstep.report.bars import Bar, bar
+from quadstep.report.screen import complain, say, say_whole, show_table, typeset
+from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
+
+if TYPE_CHECKING:
+    from quadstep.studies.comparison.run import FinishedComparison, How
+    from quadstep.studies.comparison.study import ComparisonStudy
+
+
+def reproduce(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/paper"),
+    engine: EngineOption = Engine.LANES,
+    overwrite: OverwriteOption = False,
+    *,
+    drawing: Drawing,
+) -> None:
+    """Fly the paper's cases and the stress flights, judge its claims, write figures, CSV, JSON and report.html."""
+    from quadstep.studies.paper.reproduce import reproduce as run
+
+    claims = run(out, engine, overwrite, drawing.sheet())
+    rows = [(typeset(claim.name), typeset(claim.measured), claim.verdict) for claim in claims]
+    show_table("Section 6 of the paper, claim by claim", ("claim", "measured", "verdict"), rows)
+    say_whole(f"Report: {out / 'report.html'}")
+
+
+MOST_SEEDS, USUAL_SEEDS = 100_000, 100
+
+JobEngineOption = Annotated[Engine, engine_option(JOBS)]
+KeepGoingOption = Annotated[
+    bool, typer.Option("--keep-going", help="Continue with the others if a controller fails; exit code 2 at the end.")
+]
+RetuneOption = Annotated[bool, typer.Option("--retune", help="Also tune controllers for which the study supplies gains.")]
+
+
+def compare(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="STUDY.toml", help="A study; or two or more missions.", show_default=False)
+    ],
+    seeds: Annotated[
+        int | None,
+        typer.Option(help="Flights per cell, instead of the study's (or, with missions, of 100).", show_default=False),
+    ] = None,
+    engine: JobEngineOption = Engine.LANES,
+    retune: RetuneOption = False,
+    keep_going: KeepGoingOption = False,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<study's name>.")] = None,
+    overwrite: OverwriteOption = False,
+    *,
+    drawing: Drawing,
+) -> None:
+    """Compare controllers: tuned with equal budgets, flown through the same draws, judged with intervals (docs/compare.md).
+
+    Writes report.html, page.html, cells.csv, pairs.csv, table.tex, gains.json, flights/*.parquet. Interrupted, the same
+    command goes on.
+
+    Exit code 0: compared. 2: bad input, or something could not be flown. 130: interrupted.
+    """
+    check_range("--seeds", seeds, 2, MOST_SEEDS)
+    drawn_on = drawing.sheet()
+    folder = out or Path("out") / (files[0].stem if len(files) == 1 else "compare")
+    with needed_by("`quadstep compare`"):
+        from quadstep.studies.comparison.missions import compare_missions
+        from quadstep.studies.comparison.study import read_study
+
+        if len(files) == 1:
+            run_study(read_study(files[0]), folder, seeds, engine, retune, keep_going, overwrite, drawn_on)
+            return
+        with bar("flying", "flights") as shown:
+            how = how_of(shown, engine, overwrite, keep_going, retune, drawn_on)
+            done = compare_missions(files, folder, seeds or USUAL_SEEDS, how)
+    said(done)
+
+
+def run_study(
+    study: "ComparisonStudy", folder: Path, seeds: int | None, engine: Engine, retune: bool, keep_going: bool, overwrite: bool,
+    drawn_on: Sheet,
+) -> None:  # fmt: skip
+    """Work a study out, and say what was found."""
+    from quadstep.studies.comparison.run import compare_study
+
+    if seeds is not None:
+        study = study._replace(file=study.file.model_copy(update={"seeds": seeds}))
+    with bar("tuning", "flights") as shown:
+        done = compare_study(study, folder, how_of(shown, engine, overwrite, keep_going, retune, drawn_on))
+    said(done)
+
+
+def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
+    """How it is worked out. shown: the progress bar."""
+    from quadstep.studies.comparison.run import How
+
+    return How(engine, overwrite, keep_going, retune, shown, drawn_on)
+
+
+def said(done: "FinishedComparison") -> None:
+    """Say what was found. Raises typer.Exit where something could not be flown."""
+    show(done.evidence, done.folder)
+    for one in done.found.problems:
+        complain(f"error: {one.line}")
+    if done.found.problems:
+        raise typer.Exit(BAD_INPUT)
+
 
 LOOPS = 5_000
 """Closed loops that the lines of Theorem B are tried on."""
@@ -67,7 +166,7 @@ def region(
 def controllers(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/controllers"),
     seeds: Annotated[int | None, typer.Option(help="Flights per cell, instead of the study's.", show_default=False)] = None,
-    engine: EngineOption = Engine.LANES,
+    engine: JobEngineOption = Engine.LANES,
     retune: RetuneOption = False,
     keep_going: KeepGoingOption = False,
     overwrite: OverwriteOption = False,

@@ -55,7 +55,7 @@ FLOWN_BY: Mapping[str, Door] = {
     }),
     CAMPAIGNS: Door("quadstep.engines.campaigns", {
         Engine.LANES: "quadstep.studies.campaign.flyer:on_lanes",
-        Engine.GPU: "quadstep.studies.campaign.device:on_gpu",
+        Engine.GPU: "quadstep.studies.campaign.flyer:on_gpu",
         Engine.RAY: "quadstep.studies.campaign.cluster:on_cluster",
     }),
     JOBS: Door("quadstep.engines.jobs", {

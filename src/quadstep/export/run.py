@@ -1,28 +1,94 @@
-"""`quadstep export` from mission file to folder, and what is measured of the law as far as the tools for it are here."""
+"""`quadstep export` from mission file to folder, and what is measured of the law as far as the tools for it are here.
+
+The folder of `--target c99`: header, source, parameters, a test with golden vectors, a build file, a data sheet.
+"""
 
 import hashlib
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.engines.fly import FlightPlan, fingerprint, fly
-from quadstep.export import arm, misra
-from quadstep.export.arm import state_size
+from quadstep.export import arm
+from quadstep.export.arm import BITS, WARNINGS, InstructionCounts, Sizes, measured, state_size
 from quadstep.export.c.flight import exported, fly_c
-from quadstep.export.c.interface import Exported
-from quadstep.export.c99 import c99_files
-from quadstep.export.datasheet import NOTHING, Facts, Measurements, datasheet
+from quadstep.export.c.golden import golden, golden_header, test_source
+from quadstep.export.c.interface import Exported, header, loops, title
+from quadstep.export.c.literals import filled
+from quadstep.export.c.source import parameters, source
+from quadstep.export.datasheet import NOTHING, Facts, Measurements, datasheet, deviations, no_cppcheck
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
 from quadstep.io.doors import Door
-from quadstep.io.errors import UserError
+from quadstep.io.errors import ToolError, UserError
 from quadstep.io.files import TOML, read_bytes
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.numbers import Table, flatten
 from quadstep.report.publish import publishing, write_json
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+def c99_files(exported: Exported, plan: FlightPlan) -> dict[str, str]:
+    """Name and text of every file but the data sheet. Raises UserError for a number that does not fit f32."""
+    name = exported.name
+    vectors = golden(exported, lambda t: plan.loop.wanted(t, plan.parameters))
+    words = {
+        "LABEL": title(exported),
+        "LAW": name,
+        "test_LAW": f"test_{name}",
+        "BITS": " ".join(BITS),
+        "WARNINGS": " ".join(WARNINGS),
+    }
+    return {
+        f"{name}.h": header(exported),
+        f"{name}.c": source(exported),
+        f"{name}_params.c": parameters(exported),
+        f"{name}_golden.h": golden_header(exported, vectors),
+        f"test_{name}.c": test_source(exported),
+        "CMakeLists.txt": filled(TEMPLATES / "CMakeLists.txt", words),
+    }
+
+
+def as_they_are(_: Exported, files: dict[str, str]) -> dict[str, str]:
+    """The files of C99 itself."""
+    return files
+
+
+class Alone(NamedTuple):
+    """law: in f32. folder: where it was built, as long as it is there."""
+
+    law: Exported
+    sizes: Sizes
+    counted: InstructionCounts
+    folder: Path
+
+    @property
+    def worst(self) -> dict[str, int]:
+        """Instructions of each loop at worst."""
+        return {name: self.counted.worst[name] for name in ("law", *loops(self.law))}
+
+
+@contextmanager
+def measured_alone(plan: FlightPlan, processor: str) -> Iterator[Alone]:
+    """The law of a flight. Raises UserError where it cannot be exported, ToolError where a tool fails or bits differ."""
+    law = exported(plan, precise=False)
+    with tempfile.TemporaryDirectory() as place:
+        folder, work = Path(place) / "c99", Path(place) / "build"
+        folder.mkdir()
+        work.mkdir()
+        for name, text in c99_files(law, plan).items():
+            (folder / name).write_text(text, encoding="utf-8")
+        found = measured(law, folder, work, [processor])[processor]
+        if not found.counted or not found.counted.same_bits:
+            raise ToolError("QEMU did not give the same bits")
+        (build,) = work.iterdir()
+        yield Alone(law, found.sizes, found.counted, build)
+
 
 LONGEST = 8.0
 """Seconds of the flight in f32."""
@@ -48,12 +114,12 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
             except UserError as error:
                 absent.append(f"code, stack and instructions: {error}")
     found = None
-    if misra.missing():
+    if no_cppcheck():
         absent.append("MISRA: cppcheck not found (Debian: cppcheck)")
     else:
         told("checking MISRA rules")
         try:
-            found = misra.deviations(folder, [f"{exported.name}.c", f"{exported.name}_params.c"])
+            found = deviations(folder, [f"{exported.name}.c", f"{exported.name}_params.c"])
         except UserError as error:
             absent.append(f"MISRA: {error}")
     return Measurements(on_arm, found, None if exported.precise else in_f32(plan, absent, told), tuple(absent))
@@ -85,7 +151,7 @@ MANIFEST = "export.json"
 C99 = "c99"
 
 TARGETS = Door("quadstep.targets", {
-    C99: "quadstep.export.c99:as_they_are",
+    C99: "quadstep.export.run:as_they_are",
     "crazyflie": "quadstep.export.firmware:for_crazyflie",
     "px4": "quadstep.export.firmware:for_px4",
     "ardupilot": "quadstep.export.firmware:for_ardupilot",

@@ -6,14 +6,16 @@ loaded in the same way: when it is asked for by name. A distribution adds to a d
     [project.entry-points."quadstep.log_readers"]
     csv2 = "my_package.logs:read"
 
-`EXTRAS` is what to install for commands that need more than the core.
+Missions name the things that installed packages bring, those of `GROUPS`, as they name the package's own. `EXTRAS` is what to
+install for commands that need more than the core.
 """
 
 import contextlib
 import re
 import shlex
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -23,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 from quadstep.io import user_code
 from quadstep.io.errors import MissingExtraError, UserError, unknown_name
+from quadstep.io.places import Place, place
 from quadstep.io.user_code import NAMED
 
 if TYPE_CHECKING:
@@ -42,7 +45,7 @@ def registered(group: str) -> "Mapping[str, Sequence[EntryPoint]]":
     return by_name
 
 
-def installed(group: str, name: str) -> "EntryPoint":
+def entry_point(group: str, name: str) -> "EntryPoint":
     """An entry point that there is. Raises UserError where two distributions register it."""
     first, *others = registered(group)[name]
     if others:
@@ -77,7 +80,7 @@ class Door:
             return getattr(import_module(module), thing)
         if name not in self:
             raise UserError(unknown_name("name", name, self.names))
-        one = installed(self.group, name)
+        one = entry_point(self.group, name)
         if user_code.refused:
             raise UserError(f"{one.value}: user code is not run: {user_code.refused}")
         what = f"{name}, which {origin(one)} registers for {self.group}"
@@ -139,3 +142,56 @@ def requirements(extra: str) -> list[str]:
         return []
     parts = [line.partition(";") for line in declared]
     return [wanted.strip() for wanted, _, marker in parts if re.search(rf"""extra\s*==\s*["']{extra}["']""", marker)]
+
+
+CONTROLLERS, PATHS, WINDS = "quadstep.controllers", "quadstep.paths", "quadstep.winds"
+DISTURBANCES, METRICS, PLANTS, VEHICLES = "quadstep.disturbances", "quadstep.metrics", "quadstep.plants", "quadstep.vehicles"
+SENSORS, ESTIMATORS = "quadstep.sensors", "quadstep.estimators"
+
+GROUPS = (CONTROLLERS, PATHS, WINDS, DISTURBANCES, METRICS, PLANTS, VEHICLES, SENSORS, ESTIMATORS)
+"""Of entry points: what a name in such a group stands for."""
+
+OWN = "your own FILE.py:NAME"
+"""How a user's own thing is named."""
+
+
+def own_place(kind: object, group: str) -> Place | None:
+    """What a mission names: a thing of the user's own, or an entry point of this group; None where it is neither.
+
+    Raises UserError where two distributions register it, and where it is not what an entry point should be.
+    """
+    if isinstance(kind, str) and not place(kind) and kind in registered(group):
+        return registered_place(entry_point(group, kind))
+    return place(kind)
+
+
+def registered_place(one: "EntryPoint") -> Place:
+    """What an entry point stands for. Raises UserError for one that names neither a class nor a function of a module."""
+    known, source = place(one.value), origin(one)
+    if known is None:
+        raise UserError(f"{one.name}, which {source} registers for {one.group}: should be module:name, not {one.value!r:.80}")
+    return known._replace(origin=source)
+
+
+def installed(group: str) -> dict[str, Place]:
+    """The entry points of a group, by name, without those that `own_place` refuses."""
+    found: dict[str, Place] = {}
+    for name in registered(group):
+        with suppress(UserError):
+            found[name] = registered_place(entry_point(group, name))
+    return found
+
+
+def named(own: Iterable[str], group: str) -> tuple[str, ...]:
+    """The names that a mission may use beside `OWN`: the package's, and those that installed packages bring."""
+    names = tuple(own)
+    return *names, *sorted(installed(group).keys() - set(names))
+
+
+def all_installed() -> dict[str, list[Place]]:
+    """Those of all groups, by name."""
+    found: dict[str, list[Place]] = {}
+    for group in GROUPS:
+        for name, one in installed(group).items():
+            found.setdefault(name, []).append(one)
+    return found

@@ -10,8 +10,8 @@ from quadstep.control.registry import controllers
 from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import __version__
 from quadstep.io.documents import read_toml
+from quadstep.io.doors import CONTROLLERS
 from quadstep.io.errors import UserError
-from quadstep.io.installed import CONTROLLERS
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, studied, worst_of

@@ -10,9 +10,9 @@ from quadstep.control.registry import controller, names
 from quadstep.interfaces.gain import cached_by_class
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.model import Model
+from quadstep.io.doors import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.doors import registered
 from quadstep.io.errors import UserError
-from quadstep.io.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.places import place
 from quadstep.io.user_code import load
 from quadstep.metrics.registry import Metrics, flight_metrics

@@ -14,7 +14,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
-from quadstep.report.symbols import prose
+from quadstep.report.units import prose
 
 Numbers = TypeVar("Numbers")
 

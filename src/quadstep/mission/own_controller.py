@@ -19,9 +19,8 @@ from quadstep.control.registry import controller, names
 from quadstep.interfaces.controller import BodyRates, Command, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import Gain, declared
 from quadstep.interfaces.model import Model
-from quadstep.io.doors import Door
+from quadstep.io.doors import CONTROLLERS, Door, own_place
 from quadstep.io.errors import UserError, shorten, unknown_name
-from quadstep.io.installed import CONTROLLERS, own_place
 from quadstep.io.places import Place
 from quadstep.io.user_code import blamed, load, user_error
 from quadstep.mission.derived import ControllerSection, section_of

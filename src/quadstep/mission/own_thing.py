@@ -13,8 +13,8 @@ from pydantic_core import PydanticCustomError
 
 from quadstep.interfaces.gain import Gain, cached_by_class, declared, gains_in
 from quadstep.interfaces.log import Metric
+from quadstep.io.doors import METRICS, OWN, named, own_place
 from quadstep.io.errors import UserError, listed, unknown_name
-from quadstep.io.installed import METRICS, OWN, named, own_place
 from quadstep.io.user_code import load
 from quadstep.metrics.effort import EFFORT
 from quadstep.mission.check import INSIDE

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, model_validator
 
 from quadstep.interfaces.plant import PathLaw, Reference
+from quadstep.io.doors import PATHS
 from quadstep.io.errors import UserError
-from quadstep.io.installed import PATHS
 from quadstep.mission.check import sections, types
 from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.own_thing import OwnSection, own_or

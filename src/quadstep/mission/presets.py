@@ -7,8 +7,8 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from quadstep.io.documents import read_toml
+from quadstep.io.doors import OWN, VEHICLES, installed, named, own_place
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.io.installed import OWN, VEHICLES, installed, named, own_place
 from quadstep.io.user_code import load, user_error
 from quadstep.mission.fields import plain
 

@@ -8,8 +8,8 @@ from pydantic import PlainSerializer, SerializeAsAny, WrapValidator, model_valid
 
 from quadstep.control.predictor import NEEDS, predicting
 from quadstep.interfaces.controller import Controller
+from quadstep.io.doors import ESTIMATORS, SENSORS
 from quadstep.io.errors import UserError
-from quadstep.io.installed import ESTIMATORS, SENSORS
 from quadstep.mission.fields import NonNegative, Positive, Quantity, Section
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.sensing.estimator import ErrorState

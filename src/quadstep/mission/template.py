@@ -5,10 +5,10 @@ from typing import cast
 
 from quadstep.control.registry import controllers
 from quadstep.interfaces.controller import Controller, Measured
+from quadstep.io.doors import CONTROLLERS
+from quadstep.io.doors import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.errors import UserError
 from quadstep.io.files import write_beside
-from quadstep.io.installed import CONTROLLERS
-from quadstep.io.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.places import place
 from quadstep.mission.clock import PERIODS, STEP, ClockSection
 from quadstep.mission.controller_lines import controller_lines, number_lines

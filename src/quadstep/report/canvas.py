@@ -19,9 +19,8 @@ from matplotlib.font_manager import FontProperties, fontManager
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from quadstep.report.axes import typeset_decades
+from quadstep.report.axes import mark, told, typeset_decades
 from quadstep.report.page import FOR_FIGURES, TEXT
-from quadstep.report.readable import mark, told
 from quadstep.report.sheet import Sheet
 
 Numbers = NDArray[np.float64]

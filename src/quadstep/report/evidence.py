@@ -12,7 +12,7 @@ from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
-from quadstep.report.symbols import rich
+from quadstep.report.units import rich
 
 TABLE = "table.tex"
 

@@ -10,13 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
+from quadstep.report.axes import GRID, STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
 from quadstep.report.canvas import BAND, LINES, Typeset, beside, drawing, margins, new_figure, thin, write
 from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, Panel, Track
-from quadstep.report.readable import GRID
 from quadstep.report.sheet import Sheet
-from quadstep.report.symbols import label, prose
-from quadstep.report.units import ANGLES, handy, of_angle, prefixed
+from quadstep.report.units import ANGLES, handy, label, of_angle, prefixed, prose
 
 Numbers = NDArray[np.float64]
 

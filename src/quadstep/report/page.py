@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.io import __version__
-from quadstep.report.symbols import rich, unbroken
+from quadstep.report.units import rich, unbroken
 
 FONTS = Path(str(files("quadstep.report").joinpath("fonts")))
 TEXT, FORMULAS = "Inter", "STIX Two Math"

@@ -23,7 +23,7 @@ from rich.table import Table
 from rich.text import Text
 
 from quadstep.io.errors import one_line, visible
-from quadstep.report.symbols import typed
+from quadstep.report.units import typed
 
 BIDIRECTIONAL = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
 REDIRECTED, UNKNOWN, LEAST = 120, 80, 20

@@ -21,7 +21,7 @@ from quadstep.report.page import paragraph, table
 from quadstep.report.panels import flight_jobs
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
-from quadstep.report.symbols import rich
+from quadstep.report.units import rich
 from quadstep.studies.flight_report import since
 from quadstep.studies.fly import FlightSummary, summarise, write_results
 

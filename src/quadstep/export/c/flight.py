@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan, Flown, on_lanes
 from quadstep.engines.loop import Loop, Numbers
-from quadstep.export.c.compiler import compile_c
+from quadstep.export.arm import compile_c
 from quadstep.export.c.interface import Clocked, Exported, c_name, header
 from quadstep.export.c.law import Subject, measured_part, recorded
 from quadstep.export.c.source import parameters, source

@@ -36,7 +36,7 @@ from quadstep.page.writing import Output, Writer
 from quadstep.program.assignments import Record
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.report.mathml import typeset
-from quadstep.report.symbols import rich
+from quadstep.report.units import rich
 from quadstep.vehicle.lagrange import Lagrange, Parameters
 from quadstep.vehicle.paper import State, coriolis, effective_inertia, thrust_direction
 

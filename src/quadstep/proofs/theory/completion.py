@@ -37,7 +37,7 @@ from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
-from quadstep.report.symbols import label
+from quadstep.report.units import label
 
 CHUNK = 50_000
 ROUND_OFF = 1e-9

@@ -8,7 +8,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.verdict import Case
 from quadstep.report.evidence import Evidence, Table
-from quadstep.studies.campaign import until
+from quadstep.studies.campaign import run
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.run import FinishedCampaign
@@ -42,7 +42,7 @@ WORST = ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]")
 
 
 def evidence(
-    done: FinishedCampaign, file: Path, engine: Engine, least: float | None, decided: until.Decided | None = None
+    done: FinishedCampaign, file: Path, engine: Engine, least: float | None, decided: run.Decided | None = None
 ) -> Evidence:
     """Judge a finished campaign. least: share of flights that must succeed, None if nothing is required. decided: what
     `--until` has shown, if it was given. Raises UserError where nothing is statistical but something is required.
@@ -59,7 +59,7 @@ def evidence(
         **measured,
         "worst": [{**one, "replay": line} for one, line in zip(measured["worst"], again, strict=True)],
         "set_up_each[s]": max(done.campaign.singly.values(), default=None),
-        **({"until": until.as_json(decided)} if decided else {}),
+        **({"until": run.decided_as_json(decided)} if decided else {}),
     }
     rows = [
         (str(one.flight), one.outcome, *("-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)))
@@ -70,7 +70,7 @@ def evidence(
         name=name,
         kind="Campaign",
         answer=found[0],
-        sentences=[*(until.sentences(decided, file) if decided else ()), *found],
+        sentences=[*(run.sentences(decided, file) if decided else ()), *found],
         record=record,
         sections=[Table(header=WORST, rows=rows, shown="The worst flights")],
         cases=(Case("flown"), *([until_case(decided)] if decided else [])),
@@ -79,7 +79,7 @@ def evidence(
     ).required(None if least is None else JudgedShare(least, summary.success, summary.flights))
 
 
-def until_case(decided: until.Decided) -> Case:
+def until_case(decided: run.Decided) -> Case:
     """The case that `--until` was to show."""
     low, high = decided.seen[-1].rate[1:]
     name = f"fewer than {decided.target:g} of the flights fail, with 95 % confidence"

@@ -1,13 +1,29 @@
-"""`quadstep campaign`: from file to folder."""
+"""`quadstep campaign` from file to folder; with `--until P`, until it is certain that fewer than P of all flights fail, or
+that no fewer do.
 
+Stopping at the first interval that satisfies is wrong more often than the interval says. So looks are taken at numbers of
+flights that P alone determines, and each spends half of the remaining error probability (alpha spending, Lan and DeMets 1983):
+the intervals of all looks together contain the probability with 95 % confidence.
+"""
+
+import math
+from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
+import pyarrow.compute as pc
+
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
+from quadstep.io.errors import UserError
+from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, incomplete_beta
+from quadstep.mission.distributions import Grid, Sobol
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.progress import SILENT, Count, Progress
+from quadstep.report.screen import command
 from quadstep.report.sheet import Sheet
-from quadstep.studies.campaign.flyer import Fly
+from quadstep.studies.campaign import MOST_FLIGHTS
+from quadstep.studies.campaign.flyer import SUCCESS, Fly
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.store import Chunk, Store, opened
@@ -67,3 +83,171 @@ def finish(store: Store, campaign: Campaign, asked: CampaignRequest) -> Finished
     write_report(store, campaign, summary, asked.path, asked.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)
+
+
+LOOKS = 6
+"""Looks after which a run ends undecided if the user sets no limit on flights."""
+
+
+class Look(NamedTuple):
+    """A planned look: after so many flights, with at most so many failures. tail: error probability spent on either side."""
+
+    flights: int
+    failures: int
+    tail: float
+
+
+class Seen(NamedTuple):
+    """A look that was taken."""
+
+    look: Look
+    failures: int
+    rate: Estimate
+
+
+class Decided(NamedTuple):
+    """A finished run. seen: its looks, in order."""
+
+    done: FinishedCampaign
+    target: float
+    seen: tuple[Seen, ...]
+
+    @property
+    def below(self) -> bool:
+        """Whether the probability is known to be below the target."""
+        return self.seen[-1].rate.high <= self.target
+
+    @property
+    def above(self) -> bool:
+        """Whether the probability is known not to be below the target."""
+        return self.seen[-1].rate.low >= self.target
+
+
+def looks(target: float) -> Iterator[Look]:
+    """The looks for a target: with 0, 1, 3, 7, ... failures allowed, each after the fewest flights that can show it."""
+    for place in count():
+        allowed, tail = 2**place - 1, 0.5 * (1.0 - LEVEL) / 2 ** (place + 1)
+        yield Look(fewest(target, allowed, tail), allowed, tail)
+
+
+def fewest(target: float, failures: int, tail: float) -> int:
+    """The fewest flights for which this many failures would be this unlikely if the probability were the target."""
+    low, high = failures, 2 * (failures + 1)
+    while unlikely(target, failures, high) > tail:
+        low, high = high, 2 * high
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if unlikely(target, failures, middle) > tail else (low, middle)
+    return high
+
+
+def unlikely(probability: float, failures: int, flights: int) -> float:
+    """The probability of at most this many failures."""
+    return incomplete_beta(1.0 - probability, flights - failures, failures + 1)
+
+
+def parsed(text: str) -> float:
+    """A target probability that flights can show. Raises UserError."""
+    try:
+        target = float(text)
+    except ValueError:
+        target = math.nan
+    if not 0.0 < target < 1.0:
+        raise UserError(f"--until {text!r:.40}: should be a probability of failure between 0 and 1, like 1e-4")
+    if -math.log(0.25 * (1.0 - LEVEL)) / target > MOST_FLIGHTS:
+        raise UserError(
+            f"--until {target:g}: needs more than {MOST_FLIGHTS:.3g} flights even if none fails; use --rare for so small a "
+            "probability"
+        )
+    return target
+
+
+def fly_until(asked: CampaignRequest, target: float) -> Decided:
+    """Fly a campaign until its failures are known to be rarer than the target, or not to be; `flights` is a limit.
+
+    Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
+    """
+    campaign, most = read_campaign(asked.path), asked.flights
+    first = next(looks(target))
+    check(campaign, asked.path, first, most)
+    fly: Fly[Chunk] = loaded(CAMPAIGNS, asked.engine)(campaign)
+    known = Store.manifest_in(asked.folder) if asked.resume else None
+    begun = max(first.flights, known["flights"] if known else 0)
+    campaign.check_count(begun)
+    seen: list[Seen] = []
+    with opened(asked.folder, campaign, begun, asked.engine, asked.resume, asked.overwrite) as store:
+        for place, look in enumerate(looks(target)):
+            if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
+                break
+            if look.flights > store.flights:
+                campaign.check_count(look.flights)
+                store.shorten(look.flights)
+            fly_missing(store, fly, look.flights, asked.progress)
+            seen.append(look_at(store, look))
+            if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
+                break
+        return Decided(finish(store, campaign, asked), target, tuple(seen))
+
+
+def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:
+    """Refuses flights that are not drawn independently, and too few of them. Raises UserError."""
+    for name, one in campaign.file.vary.items():
+        if isinstance(one, Grid | Sobol):
+            raise UserError(
+                f"{path}: vary.{name}: --until counts independent flights; those of a {one.type} are not; use another type"
+            )
+    if most is not None and most < first.flights:
+        raise UserError(f"--flights {most}: --until needs at least {first.flights} flights, even if none of them fails")
+
+
+def look_at(store: Store, look: Look) -> Seen:
+    """The failures so far, with the exact interval of this look."""
+    success = store.read([SUCCESS])[SUCCESS].slice(0, look.flights)
+    failures = look.flights - int(pc.sum(success).as_py() or 0)
+    return Seen(look, failures, exact_share(failures, look.flights, look.tail))
+
+
+def sentences(decided: Decided, file: Path) -> list[str]:
+    """The result so far, and what to fly next if the target is not shown."""
+    last, target = decided.seen[-1], decided.target
+    summary = decided.done.summary
+    fail = "fail" if summary.limited else "fail, that is, end early ([failure] sets no limit)"
+    if summary.limited and summary.since:
+        fail += f", errors counted from {summary.since:g} s on (score_from)"
+    shown = (
+        f"{last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
+        f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(decided.seen)})."
+    )
+    if decided.below:
+        return [f"Shown: fewer than {target:g} of the flights {fail}. {shown}"]
+    if decided.above:
+        return [
+            f"Not met: {target:g} of the flights or more {fail}. {shown}",
+            "Next: see the report for what failures depend on, and replay the worst; with another controller, start over.",
+        ]
+    lines = [f"Not decided. {shown}"]
+    following = next(look for look in looks(target) if look.flights > last.look.flights)
+    expected = last.rate.value * following.flights
+    if following.flights > MOST_FLIGHTS:
+        lines.append(f"No further look is possible; a campaign has at most {MOST_FLIGHTS:.3g} flights.")
+    elif expected > following.failures:
+        lines.append(
+            f"Next: the following look, at {following.flights} flights, allows {following.failures} failures; at the rate so "
+            f"far expect {expected:.0f}, so success is unlikely. See the report for what failures depend on."
+        )
+    else:
+        more = command("campaign", file, "--resume", "--until", f"{target:g}", "--flights", following.flights)
+        lines.append(f"Next: {more}, which succeeds if no more than {following.failures} flights fail; expect {expected:.0f}.")
+    return lines
+
+
+def decided_as_json(decided: Decided) -> dict[str, object]:
+    """For `--json`."""
+    return {
+        "target": decided.target,
+        "decision": "below" if decided.below else "above" if decided.above else "undecided",
+        "looks": [
+            {"flights": one.look.flights, "allowed": one.look.failures, "failures": one.failures, "rate": one.rate._asdict()}
+            for one in decided.seen
+        ],
+    }

@@ -13,8 +13,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from quadstep.engines.scored import bare
 from quadstep.io import files
 from quadstep.io.documents import read_toml
+from quadstep.io.doors import all_installed
 from quadstep.io.errors import UserError
-from quadstep.io.installed import all_installed
 from quadstep.io.places import digest, place
 from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key

@@ -13,7 +13,7 @@ from quadstep.engines.loop import Cycle, Loop, Numbers, Sensed
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, prepare
 from quadstep.export.arm import missing
-from quadstep.export.c99 import measured_alone
+from quadstep.export.run import measured_alone
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference

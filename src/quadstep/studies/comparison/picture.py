@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import beside, drawing, write
 from quadstep.report.sheet import Sheet
-from quadstep.studies.comparison.results import Comparison, SituationResult
+from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, below, share_lost, title, unit_of
 
 SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")

@@ -20,9 +20,9 @@ from quadstep.report.units import counted
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.comparison import margins, tables, words
+from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
 from quadstep.studies.comparison.picture import MANY, draw_vehicle
-from quadstep.studies.comparison.results import Comparison
 from quadstep.studies.comparison.study import FIRST, Situation, StudyCell
 
 PAGE, SUMMARY = "page.html", "results.md"

@@ -20,12 +20,11 @@ from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted, listed
 from quadstep.studies.comparison import cost, margins
-from quadstep.studies.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
+from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem, entrants, ranks, result, with_gains, write_gains
 from quadstep.studies.comparison.jobs import Job, Worked, alone, costing, flying, linearising, raising, work
 from quadstep.studies.comparison.margins import Linear, Raise
 from quadstep.studies.comparison.ranking import CellFlights, flown_of
 from quadstep.studies.comparison.report import write_results
-from quadstep.studies.comparison.results import Comparison, ranks, result
 from quadstep.studies.comparison.study import ComparisonStudy, Situation, StudyCell
 from quadstep.studies.comparison.training import flown_in, read_lines
 

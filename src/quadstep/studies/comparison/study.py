@@ -11,9 +11,9 @@ import numpy as np
 from quadstep.interfaces.controller import Controller
 from quadstep.io import files
 from quadstep.io.documents import parse_toml, read_toml
+from quadstep.io.doors import METRICS, OWN, named, own_place
+from quadstep.io.doors import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.io.installed import METRICS, OWN, named, own_place
-from quadstep.io.installed import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.places import place
 from quadstep.io.user_code import in_one_line
 from quadstep.metrics.registry import EFFORTS

@@ -7,10 +7,9 @@ from typing import NamedTuple
 from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
-from quadstep.report.symbols import prose
-from quadstep.report.units import counted, listed
+from quadstep.report.units import counted, listed, prose
+from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
-from quadstep.studies.comparison.results import Comparison, SituationResult
 from quadstep.studies.comparison.study import Situation
 
 LOST, NOTHING = "lost", "-"

@@ -16,7 +16,7 @@ from quadstep.report.canvas import LINES, beside, drawing, margins, new_figure, 
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
-from quadstep.report.symbols import prose
+from quadstep.report.units import prose
 from quadstep.studies.tuning.ground import TuningRequest
 from quadstep.studies.tuning.judge import AGGREGATES, UNCHANGED, Compared, Row, certain
 from quadstep.studies.tuning.search import Candidate, SearchResult
