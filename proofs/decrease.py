@@ -13,9 +13,9 @@ from quadstep.control.backstepping import (
     TORQUE_INPUTS,
     BacksteppingGains,
     BacksteppingMemory,
+    desired_force,
     following_memory,
     torque_basis,
-    wanted_force,
 )
 from quadstep.control.completed_backstepping import CompletedGains, CompletedMemory, counter_rate, coupling_columns, with_yaw
 from quadstep.control.filters import Filtered, command_filter
@@ -106,7 +106,7 @@ def plant_of(loop: LoopBatch, motion: ErrorMotion) -> Setting:
         [*(above(number, 0.0) for number in (mass, *inertia)), differs(cos(state_now.attitude[1]), 0.0)],
         {
             "ra": outer.r1, "mua": outer.mu_1,
-            "f": wanted_force(paper, loop.reference, e1, outer.r1, before.integral_1, estimate),
+            "f": desired_force(paper, loop.reference, e1, outer.r1, before.integral_1, estimate),
             "u": outer.u_d, "tilt": outer.tilt, "e": motion.e2, "bt": b_theta, "bp": b_phi,
             "j": motion.j, "c": motion.c, "jd": motion.j_dot,
             "ct": coriolis_torque(state_now.attitude, state_now.rates, inertia, STANDARD),

@@ -28,8 +28,8 @@ from tests.equivalents import COMPLETED, EQUIVALENT
 LAWS = {
     COMPLETED: ("half_sine_ratio", "coupling_columns", "counter_rate", "confine", "with_yaw", "countering", "law"),
     "control.backstepping": (
-        "wanted_force", "wanted_torque", "position_loop", "attitude_errors", "torque_basis", "following_memory", "command_of",
-        "law",
+        "desired_force", "desired_torque", "position_loop", "attitude_errors", "torque_basis", "following_memory",
+        "command_of", "law",
     ),
     "control.rotation_backstepping": ("pull", "law", "follow", "share_made"),
     "control.filters": ("command_filter",),

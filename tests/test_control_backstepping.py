@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.control.backstepping import Backstepping, BacksteppingMemory, wanted_force, wanted_torque
+from quadstep.control.backstepping import Backstepping, BacksteppingMemory, desired_force, desired_torque
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.model import Kinematics
@@ -132,14 +132,14 @@ def test_wanted_force_by_hand():
         integral_1=vector(0.1, 0.2, 0.3),
     )
     path = Reference(same(0.0), same(0.0), vector(1.0, 2.0, 3.0), 0.0, 0.0)
-    got = wanted_force(design, path, same(1.0), vector(1.0, 2.0, 3.0), vector(10.0, 20.0, 30.0), vector(0.5, -0.5, 0.25))
+    got = desired_force(design, path, same(1.0), vector(1.0, 2.0, 3.0), vector(10.0, 20.0, 30.0), vector(0.5, -0.5, 0.25))
     # m xi_dd - m Lambda^2 e - m_g + estimate + K_r r + K_i int r
     np.testing.assert_allclose(array(got), [2 - 2 + 0.5 + 4 + 1, 4 - 8 - 0.5 + 10 + 4, 6 - 18 + 20 + 0.25 + 18 + 9])
 
 
 def test_wanted_torque_by_hand():
     design = gains(gain_2=vector(4.0, 5.0, 6.0), integral_2=vector(0.1, 0.2, 0.3))
-    got = wanted_torque(design, vector(1.0, 2.0, 3.0), vector(10.0, 20.0, 30.0), vector(0.5, -0.5, 0.25))
+    got = desired_torque(design, vector(1.0, 2.0, 3.0), vector(10.0, 20.0, 30.0), vector(0.5, -0.5, 0.25))
     np.testing.assert_allclose(array(got), [0.5 + 4 + 1, -0.5 + 10 + 4, 0.25 + 18 + 9])
 
 
@@ -185,7 +185,7 @@ def test_perfect_attitude_gives_the_position_error_dynamics_of_eqs_20_and_26(cas
     lam, k, ki = array(design.slope_1), array(design.gain_1), array(design.integral_1)
     e1 = array(path.position) - array(measured.position)
     r1 = array(path.velocity) - array(measured.velocity) + lam * e1
-    u, theta, phi = invert_force(wanted_force(design, path, column(e1), column(r1), integral, estimate))
+    u, theta, phi = invert_force(desired_force(design, path, column(e1), column(r1), integral, estimate))
     body = vehicle(mass=design.mass)
     xi_dd = array(acceleration(body, vector(0.3, theta, phi), u, disturbance))
     r1_dot = array(path.acceleration) - xi_dd + lam * (r1 - lam * e1)
@@ -206,7 +206,7 @@ def test_torque_law_gives_the_attitude_error_dynamics_of_eqs_37_and_38(case, kin
     lam, k, ki = array(design.slope_2), array(design.gain_2), array(design.integral_2)
     e2 = desired - eta
     r2 = desired_dot - eta_dot + lam * e2
-    tau = array(wanted_torque(design, column(r2), column(integral), column(estimate)))
+    tau = array(desired_torque(design, column(r2), column(integral), column(estimate)))
     body = vehicle(UNEQUAL)
     eta_dd = array(angular_acceleration(body, measured.attitude, measured.rates, column(tau + disturbance), kinematics))
     r2_dot = desired_dd - eta_dd + lam * (desired_dot - eta_dot)

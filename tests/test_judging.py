@@ -197,11 +197,11 @@ def test_no_text_breaks_a_junit_file():
     assert "</testsuite>" in suite.get("name")
 
 
-@pytest.mark.parametrize("kind", ["folder", "device", "mission", "file as folder", "null", "long"])
+@pytest.mark.parametrize("kind", ["folder", "device", "mission", "through an absent folder", "file as folder", "null", "long"])
 def test_a_junit_file_that_cannot_be_written_is_refused_before_the_flight(mission, tmp_path, kind):
     target = {
         "folder": tmp_path, "device": Path("/dev/null"), "mission": mission, "file as folder": mission / "junit.xml",
-        "null": "a\0b", "long": tmp_path / ("x" * 300),
+        "through an absent folder": tmp_path / "absent" / ".." / mission.name, "null": "a\0b", "long": tmp_path / ("x" * 300),
     }[kind]  # fmt: skip
     run = flown(mission, tmp_path, "--junit", target)
     assert run.refused, run

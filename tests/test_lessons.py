@@ -214,7 +214,7 @@ def test_a_limit_may_be_of_a_gain_that_the_mission_leaves_out(tmp_path):
         ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { nonsense = 1.0 }\n', "'nonsense' is not a metric of this flight"),
         ('[[tasks]]\nname = "a"\nasks = "Fly."\ngrade = "good"\n', "tasks[0].grade"),
         ("tasks = []\n", "tasks: "),
-        ('[[tasks]]\nname = "b"\nasks = "Fly."\n', "unknown lesson or task 'a'; allowed: b"),
+        ('[[tasks]]\nname = "b"\nasks = "Fly."\n', "unknown lesson or exercise 'a'; allowed: b"),
         ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { position_rmse = nan }\n', "most"),
     ],
 )

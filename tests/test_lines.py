@@ -123,7 +123,7 @@ def evaluated():
             for m in (j, c)
         ]
 
-    def wanted_force(at: LoopInstant):
+    def desired_force(at: LoopInstant):
         found = outer(at)
         return columns_of(found.u_d * thrust_direction(with_yaw(0.0, found.tilt)), count)
 
@@ -139,7 +139,7 @@ def evaluated():
         command = columns_of(with_yaw(0.0, outer(at).tilt), count)
         columns = [columns_of(one, count) for one in coupling_columns(tilt, filtered.value)]
         return found | {
-            "c": counter, "c_raw": raw, "command": command, "F": wanted_force(at), "thrust": np.asarray(outer(at).u_d),
+            "c": counter, "c_raw": raw, "command": command, "F": desired_force(at), "thrust": np.asarray(outer(at).u_d),
             "columns": columns, "filtered": filtered.value,
         }  # fmt: skip
 

@@ -292,6 +292,7 @@ NO_PLACES = {
     "a folder": ("", "is a folder; name a file"),
     "no certificate": ("precious.txt", "exists and is not a certificate of `quadstep prove`; choose another --out"),
     "other JSON": ("precious.json", "exists and is not a certificate of `quadstep prove`; choose another --out"),
+    "through an absent folder": ("absent/../precious.txt", "cannot be written: no folder"),
     "in a file": ("precious.txt/proof.json", "cannot be written: no folder"),
     "a folder that takes no file": ("/proc/proof.json", "cannot be written: "),
 }

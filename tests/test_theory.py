@@ -172,8 +172,8 @@ def test_a_wrong_term_in_the_completed_law_breaks_the_identity(monkeypatch, name
 def test_a_wrong_sign_in_the_papers_law_breaks_both_identities(monkeypatch):
     from quadstep.control import backstepping
 
-    right = backstepping.wanted_torque
-    monkeypatch.setattr(backstepping, "wanted_torque", lambda g, r2, i, e: right(g, -r2, i, e))
+    right = backstepping.desired_torque
+    monkeypatch.setattr(backstepping, "desired_torque", lambda g, r2, i, e: right(g, -r2, i, e))
     assert "T11" in broken(monkeypatch)
 
 

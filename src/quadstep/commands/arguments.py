@@ -66,12 +66,13 @@ def allowed(kind: str, param: object) -> str:
     least, most = getattr(param, "min", None), getattr(param, "max", None)
     number = "a whole number" if kind.startswith("int_") else "a number" if kind.startswith("float_") else ""
     number = "a smaller number" if kind == "int_parsing_size" else number
+    of = "of " if number else ""
     if least is not None and most is not None:
         within = f"from {least:g} to {most:g}"
     elif least is not None:
-        within = f"at least {least:g}"
+        within = f"{of}at least {least:g}"
     else:
-        within = "" if most is None else f"at most {most:g}"
+        within = "" if most is None else f"{of}at most {most:g}"
     if number or kind in ("greater_than_equal", "less_than_equal"):
         return f"{number} {within}".strip()
     return ""

@@ -1,7 +1,6 @@
 """Delivering a verdict: one JSON object on standard output, a JUnit file, an exit code."""
 
 import json
-import os
 import sys
 import time
 from dataclasses import dataclass, field
@@ -12,6 +11,7 @@ import typer
 
 from quadstep.commands.options import JsonOption, JunitOption, Options
 from quadstep.io.errors import UserError, signals_ignored
+from quadstep.io.files import PAGE, check_place, read_bytes
 from quadstep.metrics.verdict import Verdict
 from quadstep.report.screen import complain, say, say_whole, show_table
 from quadstep.report.sheet import FORMATS
@@ -20,25 +20,17 @@ if TYPE_CHECKING:
     from quadstep.report.evidence import Evidence
 
 START = 4096
-"""Characters of a file by which a JUnit file is known."""
+"""Bytes of a file by which a JUnit file is recognised."""
 
 
 def check_junit(path: Path) -> None:
     """Raises UserError at once where a JUnit file cannot or should not be written."""
     try:
-        if path.is_dir():
-            raise UserError(f"--junit {path}: is a folder; give a file")
-        if path.exists() and not path.is_file():
-            raise UserError(f"--junit {path}: is not a regular file")
-        if path.is_file() and path.stat().st_size:
-            with path.open(encoding="utf-8", errors="replace") as file:
-                if "<testsuite" not in file.read(START):
-                    raise UserError(f"--junit {path}: exists and is not a JUnit file; choose another")
-        folder = next((one for one in path.absolute().parents if one.exists()), Path("/"))
-        if not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise UserError(f"--junit {path}: cannot be written: {folder} is not writable")
-    except (OSError, ValueError) as error:
-        raise UserError(f"--junit {str(path)!r:.80}: cannot be written: {error}") from None
+        check_place(path, parents=True)
+        if path.is_file() and path.stat().st_size and b"<testsuite" not in read_bytes(path, PAGE)[:START]:
+            raise UserError(f"{path}: exists and is not a JUnit file; choose another")
+    except UserError as error:
+        raise UserError(f"--junit {error}") from None
 
 
 @dataclass(frozen=True)

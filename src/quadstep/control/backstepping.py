@@ -61,7 +61,7 @@ class BacksteppingMemory(NamedTuple):
     weights_2: Matrix
 
 
-def wanted_force(
+def desired_force(
     gains: BacksteppingGains, reference: Reference, e1: Vector, r1: Vector, integral: Vector, estimate: Vector
 ) -> Vector:
     """F_d_hat [N] (Eq. 19, Eq. 24): m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + K_i1 int r1."""
@@ -70,7 +70,7 @@ def wanted_force(
     return gains.mass * (reference.acceleration - gains.slope_1 * gains.slope_1 * e1) - m_g + estimate + feedback
 
 
-def wanted_torque(gains: BacksteppingGains, r2: Vector, integral: Vector, estimate: Vector) -> Vector:
+def desired_torque(gains: BacksteppingGains, r2: Vector, integral: Vector, estimate: Vector) -> Vector:
     """tau [N m] (Eq. 35): W_hat_2^T mu_2 + K_r2 r2 + K_i2 int r2."""
     return estimate + gains.gain_2 * r2 + gains.integral_2 * integral
 
@@ -124,7 +124,7 @@ def position_loop(
     r1 = (reference.velocity - measured.velocity) + gains.slope_1 * e1  # Eq. 12
     mu_1 = basis(gains.force_net, (*measured.position, *r1, *measured.attitude, *measured.rates))
     estimate_1 = on * output(memory.weights_1, mu_1)  # Eq. 23
-    force = wanted_force(gains, reference, e1, r1, memory.integral_1, estimate_1)  # Eq. 24
+    force = desired_force(gains, reference, e1, r1, memory.integral_1, estimate_1)  # Eq. 24
     u_d, theta_d, phi_d = invert_force(force)  # Eqs 40-52
     return PositionLoop(r1, mu_1, u_d, vector(theta_d, phi_d))
 
@@ -227,7 +227,7 @@ class Backstepping(Controller):
         _, r2 = attitude_errors(gains, memory.filtered, measured, reference)
         mu_2 = torque_basis(gains, measured, outer.r1, r2)
         estimate_2 = on * output(memory.weights_2, mu_2)  # Eq. 34
-        torque = wanted_torque(gains, r2, memory.integral_2, estimate_2)  # Eq. 35
+        torque = desired_torque(gains, r2, memory.integral_2, estimate_2)  # Eq. 35
         following = following_memory(gains, memory, outer, mu_2, r2, period, on)
         return command_of(gains, memory, outer, reference, torque, r2), following
 

@@ -15,12 +15,12 @@ from quadstep.control.backstepping import (
     BacksteppingMemory,
     attitude_errors,
     command_of,
+    desired_torque,
     following_memory,
     position_loop,
     start_memory,
     theorem_conditions,
     torque_basis,
-    wanted_torque,
 )
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.control.vectoring import project, project_weights
@@ -153,7 +153,7 @@ class CompletedBackstepping(Controller):
         j = effective_inertia(measured.attitude, gains.inertia, self.kinematics)
         coupling = coriolis(measured.attitude, measured.rates, gains.inertia, self.kinematics)
         rigid = j @ (acceleration - paper.slope_2 * (paper.slope_2 * e2 + c) + c_dot) + coupling @ rates
-        torque = wanted_torque(paper, r2, before.integral_2, estimate_2) + gains.coupling * e2 + rigid
+        torque = desired_torque(paper, r2, before.integral_2, estimate_2) + gains.coupling * e2 + rigid
         command = command_of(paper, before, outer, reference, torque, r2)
         return command, CompletedMemory(confine(gains, following), counter)
 

@@ -180,8 +180,8 @@ def backstepped(
     e2_d = e3 - c * e1 - k_2 * e2
     e1_dd = e2_d - k_1 * e1_d - k_0 * e1
     wanted_jerk = reference.jerk - k_1 * e1_dd - k_0 * e1_d
-    wanted_force_rate = wanted_jerk - c * e1_d - k_2 * e2_d
-    e4 = force_rate - (wanted_force_rate - c * e2 - k_3 * e3)
+    desired_force_rate = wanted_jerk - c * e1_d - k_2 * e2_d
+    e4 = force_rate - (desired_force_rate - c * e2 - k_3 * e3)
     e3_d = e4 - c * e2 - k_3 * e3
     e2_dd = e3_d - c * e1_d - k_2 * e2_d
     e1_ddd = e2_dd - k_1 * e1_dd - k_0 * e1_d

@@ -87,6 +87,8 @@ def parse_json(text: str | bytes, source: str) -> Any:
 
 def fault(error: ValueError) -> str:
     """Where JSON cannot be read, or what in it is not allowed."""
+    if isinstance(error, UnicodeDecodeError):
+        return "not text in UTF-8"
     return f"line {error.lineno}, column {error.colno}" if isinstance(error, json.JSONDecodeError) else str(error)
 
 

@@ -180,6 +180,8 @@ def check_place(path: Path, parents: bool = False) -> None:
         if path.exists() and not path.is_file():
             raise UserError(f"{path}: cannot be written: not a regular file")
         folder = next(one for one in path.absolute().parents if one.exists()) if parents else path.parent
+        if ".." in path.parts and not path.parent.exists():  # making the folder would turn this into another place
+            folder = path.parent
         if not folder.is_dir():
             raise UserError(f"{path}: cannot be written: no folder {folder}")
         tempfile.TemporaryFile(dir=folder).close()

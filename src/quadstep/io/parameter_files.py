@@ -15,7 +15,7 @@ from quadstep.io.errors import UserError
 
 Said = TypeVar("Said")
 
-KIND = files.FileKind("a file of parameters", 1 << 20)
+KIND = files.FileKind("a file of parameters", 1_000_000)
 
 
 class AutopilotParameters(NamedTuple):

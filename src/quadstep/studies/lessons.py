@@ -75,7 +75,7 @@ def tasks(lesson: str, source: Path = OWN) -> list[LessonTask]:
     found = check(Tasks, read_toml(source), str(source), source.parent).tasks
     chosen = [one for one in found if lesson in (one.name, one.name.partition(".")[0])]
     if not chosen:
-        raise UserError(unknown_name("lesson or task", lesson, [one.name for one in found]))
+        raise UserError(unknown_name("lesson or exercise", lesson, [one.name for one in found]))
     return chosen
 
 

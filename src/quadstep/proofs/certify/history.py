@@ -13,7 +13,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from quadstep.control.backstepping import BacksteppingGains, wanted_force, wanted_torque
+from quadstep.control.backstepping import BacksteppingGains, desired_force, desired_torque
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.control.vectoring import invert_force
 from quadstep.engines.fly import FlightPlan
@@ -104,9 +104,9 @@ def recall(plan: FlightPlan, log: FlightLog) -> History:
     weights_1, weights_2 = weights_1 * on[:, None, None], weights_2 * on[:, None, None]
 
     estimate_1, estimate_2 = (np.einsum("nij,ni->nj", w, mu) for w, mu in ((weights_1, mu_1), (weights_2, mu_2)))
-    force = wanted_force(gains, reference, as_vector(e1), as_vector(r1), as_vector(integral_1), as_vector(estimate_1))
+    force = desired_force(gains, reference, as_vector(e1), as_vector(r1), as_vector(integral_1), as_vector(estimate_1))
     u_d, theta_d, phi_d = invert_force(force)
-    asked = wanted_torque(gains, as_vector(r2), as_vector(integral_2), as_vector(estimate_2))
+    asked = desired_torque(gains, as_vector(r2), as_vector(integral_2), as_vector(estimate_2))
     thrust, torque = log.column("u"), log.table("tau_psi", "tau_theta", "tau_phi")
     wanted = as_rows(force, count)
     made = thrust[:, None] * as_rows(thrust_direction(state.attitude), count)

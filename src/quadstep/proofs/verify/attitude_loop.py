@@ -2,7 +2,7 @@
 
 import sympy
 
-from quadstep.control.backstepping import wanted_torque
+from quadstep.control.backstepping import desired_torque
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.interfaces.learning import output
 from quadstep.interfaces.model import Kinematics
@@ -45,7 +45,7 @@ from quadstep.proofs.verify.rows import (
 from quadstep.vehicle.paper import coriolis, effective_inertia
 
 ROWS: list[EquationRow] = []
-ERRORS, TORQUE_LAW = "control.backstepping:attitude_errors", "control.backstepping:wanted_torque"
+ERRORS, TORQUE_LAW = "control.backstepping:attitude_errors", "control.backstepping:desired_torque"
 NET, LAW = "control.backstepping:torque_basis", "control.backstepping:Backstepping.law"
 K_R2, K_I2 = diagonal(GAINS.gain_2), diagonal(GAINS.integral_2)
 INTEGRAL = array(MEMORY.integral_2)
@@ -163,7 +163,7 @@ def equation_34() -> Checks:
 def equation_35() -> Checks:
     command, following = loop.sample()
     r2, estimate = symbols("r2"), symbols("v_hat")
-    alone = wanted_torque(GAINS, r2, MEMORY.integral_2, estimate)
+    alone = desired_torque(GAINS, r2, MEMORY.integral_2, estimate)
     return Checks([
         same("tau", alone, array(estimate) + K_R2 * array(r2) + K_I2 * INTEGRAL),
         same("tau of the law", command.torque, printed_torque()),
@@ -196,7 +196,7 @@ def rest() -> Expression:
      TORQUE_LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_37() -> Checks:
     estimate = symbols("v_hat")
-    torque = wanted_torque(GAINS, loop.sample().command.r2, MEMORY.integral_2, estimate)
+    torque = desired_torque(GAINS, loop.sample().command.r2, MEMORY.integral_2, estimate)
     return Checks([same("J r2_dot under tau of Eq. 35", j_r2_dot(torque), target() - array(estimate) + rest())])
 
 

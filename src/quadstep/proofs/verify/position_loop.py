@@ -3,7 +3,7 @@
 import numpy as np
 import sympy
 
-from quadstep.control.backstepping import wanted_force
+from quadstep.control.backstepping import desired_force
 from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.learning import output
 from quadstep.numbers import Vector, vector
@@ -63,7 +63,7 @@ def force_of(command: Expression) -> Expression:
 
 def wanted_by(estimate: Expression) -> Vector:
     """The shipped F_d_hat with an estimate -A_hat."""
-    return wanted_force(GAINS, REFERENCE, Vector(E1), Vector(R1), MEMORY.integral_1, Vector(estimate))
+    return desired_force(GAINS, REFERENCE, Vector(E1), Vector(R1), MEMORY.integral_1, Vector(estimate))
 
 
 @row(ROWS, "11", "position error", "e1 = xi_d - xi", LAW, EquationVerdict.AS_PRINTED)
@@ -163,7 +163,7 @@ def equation_18() -> Checks:
 
 
 @row(ROWS, "19", "desired force", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g - A_hat + K_r1 r1 + K_i1 int r1",
-     "control.backstepping:wanted_force", EquationVerdict.AS_PRINTED)  # fmt: skip
+     "control.backstepping:desired_force", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_19() -> Checks:
     after = array(loop.sample().following.integral_1)
     return Checks([
@@ -256,7 +256,7 @@ def off_by(angle: float) -> float:
 
 
 @row(ROWS, "20", "closed loop of the position", "m r1_dot = -(K_r1 - m Lambda_1) r1 - A_tilde - K_i1 int r1",
-     "control.backstepping:wanted_force", EquationVerdict.CORRECTED,
+     "control.backstepping:desired_force", EquationVerdict.CORRECTED,
      "right only at the desired attitude; in flight add -delta, delta = F_d(u_d, theta, phi) - F_d_hat")  # fmt: skip
 def equation_20() -> Checks:
     force = wanted_by(-array(A_HAT))

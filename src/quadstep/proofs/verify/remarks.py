@@ -7,7 +7,7 @@ import math
 import numpy as np
 import sympy
 
-from quadstep.control.backstepping import wanted_force
+from quadstep.control.backstepping import desired_force
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains, NoMemory, nested
 from quadstep.interfaces.model import Kinematics
 from quadstep.interfaces.plant import Reference
@@ -36,12 +36,12 @@ from quadstep.proofs.verify.rows import (
 from quadstep.vehicle.paper import Rotors, State, Vehicle, acceleration, angular_acceleration, effective_inertia
 
 ROWS: list[EquationRow] = []
-FORCE_LAW, NET = "control.backstepping:wanted_force", "control.backstepping:torque_basis"
+FORCE_LAW, NET = "control.backstepping:desired_force", "control.backstepping:torque_basis"
 
 
 def shipped_force() -> Expression:
     zero = Vector((0.0, 0.0, 0.0))
-    return array(wanted_force(GAINS, REFERENCE, zero, zero, zero, zero))
+    return array(desired_force(GAINS, REFERENCE, zero, zero, zero, zero))
 
 
 @row(ROWS, "assumption (a)", "the theorem's assumption about the path", "|q_d| < q_B, q_d = (xi_d, psi_d); "
@@ -85,7 +85,7 @@ def arbitrarily_small() -> Checks:
 
 
 def asked_in_errors() -> Expression:
-    return array(wanted_force(GAINS, REFERENCE, symbols("e1"), symbols("r1"), MEMORY.integral_1, symbols("v_hat")))
+    return array(desired_force(GAINS, REFERENCE, symbols("e1"), symbols("r1"), MEMORY.integral_1, symbols("v_hat")))
 
 
 @row(ROWS, "conclusion", "Section 7 on the force dynamics", "'completely independent of the rotational dynamics "
