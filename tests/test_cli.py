@@ -187,7 +187,7 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
         (("completion", "tcsh"), "error: shell: unknown value 'tcsh'; allowed: bash, zsh, fish (see"),
         (("serve", "--port", "70000"), "error: --port: should be from 0 to 65535, not '70000' (see"),
         (("serve", "--port", "x"), "error: --port: should be a whole number from 0 to 65535, not 'x' (see"),
-        (("study", "region", "--force", "-1"), "error: --force: should be at least 0, not '-1' (see"),
+        (("study", "region", "--force", "inf"), "error: --force: should be from 0 to 1000, not 'inf' (see"),
         (("fly", "--version"), "error: --version: is an option of quadstep alone: quadstep --version (see"),
         (("fly", "mission.toml", "--overwrit"), "error: unknown option '--overwrit'. Did you mean --overwrite? (see"),
         (("fly", "mission.toml", "--sped"), "error: unknown option '--sped' (see"),

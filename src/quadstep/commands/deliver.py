@@ -27,10 +27,11 @@ def check_junit(path: Path) -> None:
     """Raises UserError at once where a JUnit file cannot or should not be written."""
     try:
         check_place(path, parents=True)
-        if path.is_file() and path.stat().st_size and b"<testsuite" not in read_bytes(path, PAGE)[:START]:
-            raise UserError(f"{path}: exists and is not a JUnit file; choose another")
+        begin = read_bytes(path, PAGE)[:START] if path.is_file() else b""
     except UserError as error:
         raise UserError(f"--junit {error}") from None
+    if begin and b"<testsuite" not in begin:
+        raise UserError(f"--junit {path}: exists and is not a JUnit file; choose another")
 
 
 @dataclass(frozen=True)

@@ -135,9 +135,11 @@ def completion(
 
 
 def region(
-    force: Annotated[float, typer.Option(min=0.0, help="Bound of the unknown force [N].")] = 0.0,
-    torque: Annotated[float, typer.Option(min=0.0, help="Bound of the unknown torque [N m].")] = 0.0,
-    bias: Annotated[float, typer.Option(min=0.0, help="Bound of a constant unknown force [N], say from a wrong mass.")] = 0.0,
+    force: Annotated[float, typer.Option(min=0.0, max=1000.0, help="Bound of the unknown force [N].")] = 0.0,
+    torque: Annotated[float, typer.Option(min=0.0, max=1000.0, help="Bound of the unknown torque [N m].")] = 0.0,
+    bias: Annotated[
+        float, typer.Option(min=0.0, max=1000.0, help="Bound of a constant unknown force [N], say from a wrong mass.")
+    ] = 0.0,
 ) -> None:
     """Certify the region of Theorem B (docs/theory.md) for the completed law's defaults in exact rationals; fly from its edge.
 
