@@ -137,7 +137,7 @@ ALONE = {"COM_RC_IN_MODE": 4, "NAV_RCL_ACT": 0, "NAV_DLL_ACT": 0, "SDLOG_PROFILE
 
 GONE = "PX4 closed the connection|ArduPilot stopped sending"
 
-OTHER = r"has another frame than the mission's vehicle: \S+ is \S+, should be [^,\s]+"
+OTHER = r"has a different frame from the mission's vehicle: \S+ is \S+, should be [^,\s]+"
 
 CONTROL = "px4-quadstep_control"
 

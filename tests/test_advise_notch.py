@@ -126,7 +126,7 @@ def test_a_resonance_gets_a_notch_and_flown_with_it_the_command_is_as_quiet_as_s
     ("one", "why"),
     [
         (lambda: heard(ROTOR), "it moves with the throttle to the power of 0.[5-9]"),
-        (lambda: heard(FRAME, motors=False), "whether it moves with the throttle the log does not tell"),
+        (lambda: heard(FRAME, motors=False), "the log does not show whether it moves with the throttle"),
         (lambda: heard(FRAME, every=2), "an alias is not excluded, since the log has 200 samples a second and .* is 400 Hz"),
         (lambda: heard(FRAME)._replace(parameters=told(IMU_GYRO_RATEMAX=0.0)), "an alias is not excluded"),
         (lambda: heard(FRAME)._replace(parameters=told(IMU_GYRO_NF0_FRQ=81.0)), "one covers it already"),

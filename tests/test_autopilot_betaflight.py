@@ -57,7 +57,7 @@ def led(mission, **how):
 def test_betaflight_is_armed_tried_lifted_and_led_along_the_path(mission):
     run, fake = led(mission)
     assert run.code == 0, run.err
-    assert "it flies the rates, quadstep's loops of position and attitude its sticks" in " ".join(run.err.split())
+    assert "it controls the rates, and quadstep's position and attitude loops move its sticks" in " ".join(run.err.split())
     rows = np.genfromtxt(mission.parent / "out" / "flight.csv", delimiter=",", names=True)
     assert np.hypot(rows["xm"] - rows["x_dm"], rows["ym"] - rows["y_dm"]).max() < 0.1
     assert abs(rows["zm"] - 5.0).max() < 0.1

@@ -128,7 +128,7 @@ def test_an_autopilot_is_armed_lifted_and_sent_the_path(mission, name):
         ({"refuses": "Arm: Gyros not calibrated"}, "still not armed after 3 s of simulated time: Arm: Gyros not calibrated"),
         ({"stuck": True}, "still not in mode {mode} after 3 s of simulated time: the mode was denied"),
         ({"deaf": True}, "still not heard after 3 s of simulated time"),
-        ({"frame": "plus"}, "{name} has another frame than the mission's vehicle: {parameter}"),
+        ({"frame": "plus"}, "{name} has a different frame from the mission's vehicle: {parameter}"),
     ],
     ids=lambda one: next(iter(one)) if isinstance(one, dict) else "",
 )

@@ -49,7 +49,7 @@ def test_the_help_of_a_command_names_its_options(command):
 
 def test_the_help_of_fly_says_what_the_exit_codes_mean():
     run = quadstep("fly", "--help")
-    assert re.search(r"0: completed.*2: bad input.*3: .*diverged", " ".join(run.out.replace("│", " ").split()))
+    assert re.search(r"0: completed.*2: bad input.*3: .*lost", " ".join(run.out.replace("│", " ").split()))
 
 
 def test_without_a_command_the_help_is_shown_and_nothing_else_is_said():

@@ -367,7 +367,7 @@ def test_a_mission_for_it_is_written_and_needs_a_controller(mission):
         ),
         ("        return vector(reference.position[2] - state.position[0])", "        return reference.position", "error: "),
         ("return Motion(vector(state.velocity), ", "return Motion(state.velocity, ", "rate: the rates: should keep the shape"),
-        ("return vector(clip(", "return (clip(", "actuate: what the actuators are told: should keep the shape"),
+        ("return vector(clip(", "return (clip(", "actuate: the command to the actuators: should keep the shape"),
     ],
     ids=lambda text: text[:12],
 )

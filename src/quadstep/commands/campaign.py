@@ -28,7 +28,7 @@ def campaign(
         str | None,
         typer.Option(
             metavar="P",
-            help="Fly until the failure rate is shown to be below P, or not to be; --flights: at most this many.",
+            help="Fly until the failure rate is shown to be below P, or above it; --flights: at most this many.",
             show_default=False,
         ),
     ] = None,

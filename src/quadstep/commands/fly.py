@@ -79,7 +79,7 @@ def fly(
 
     Writes report.html, page.html, flight.csv, metrics.json, figures/ and, for backstepping, weights.json.
 
-    Exit code 0: completed. 2: bad input. 3: the flight diverged; its log up to then is kept. 4: it completed, but a
+    Exit code 0: completed. 2: bad input. 3: the flight was lost; its log up to then is kept. 4: it completed, but a
     --require is not met.
     """
     check_autopilot(autopilot, connect, connect_timeout, pilot, pilot_connect)

@@ -136,8 +136,8 @@ def replay(
     """Predict logged flights from their measured states and commands, and report the errors.
 
     Mean errors 1, 10 and 50 samples ahead are compared with those of two guesses: velocity and rates stay as they are
-    ("constant"), or the rates are zero. --out writes report.html, figures/, prediction_errors.csv and, where they were
-    asked for, tracking.csv and estimates.csv.
+    ("constant"), or the rates are zero. --out writes report.html, figures/, prediction_errors.csv and, if requested,
+    tracking.csv and estimates.csv.
     """
     from quadstep.identify.logs.judge import judge
     from quadstep.identify.replay import ReplayRequest, replayed

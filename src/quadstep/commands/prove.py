@@ -105,7 +105,7 @@ def certify(
     Writes report.html, certificate.json, a figure and metrics.json.
 
 
-    Exit code 0: a certificate was computed, whatever it says. 2: bad input, or nothing to certify. 3: the flight diverged; the
+    Exit code 0: a certificate was computed, whatever it says. 2: bad input, or nothing to certify. 3: the flight was lost; the
     certificate covers it up to then.
     """
     from quadstep.proofs.certify.run import certify_mission

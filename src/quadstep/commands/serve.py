@@ -124,7 +124,7 @@ def serve(
     """Show results under a folder in the browser: sort, filter, compare two. Ctrl-C ends it, with exit code 0.
 
     Only this machine can see them, unless --host says otherwise. With --class the folder is not shown: it is where the flights
-    of the class are kept.
+    of the class are stored.
     """
     from quadstep.page.serve import serve as run
     from quadstep.page.sharing import access, qr_text

@@ -26,7 +26,7 @@ def reproduce(
     *,
     drawing: Drawing,
 ) -> None:
-    """Fly the paper's cases and the stress flights, judge its claims, write figures, CSV, JSON and report.html."""
+    """Fly the paper's cases and the stress flights, judge its claims, and write figures, CSV, JSON and report.html."""
     from quadstep.studies.paper.reproduce import reproduce as run
 
     claims = run(out, engine, overwrite, drawing.sheet())
@@ -62,8 +62,8 @@ def compare(
 ) -> None:
     """Compare controllers: tuned with equal budgets, flown through the same draws, judged with intervals (docs/compare.md).
 
-    Writes report.html, page.html, cells.csv, pairs.csv, table.tex, gains.json, flights/*.parquet. Interrupted, the same
-    command goes on.
+    Writes report.html, page.html, cells.csv, pairs.csv, table.tex, gains.json, flights/*.parquet. After an interruption,
+    the same command continues.
 
     Exit code 0: compared. 2: bad input, or something could not be flown. 130: interrupted.
     """
@@ -143,7 +143,7 @@ def region(
 ) -> None:
     """Certify the region of Theorem B (docs/theory.md) for the completed law's defaults in exact rationals; fly from its edge.
 
-    Exit code 1 if it does not hold, if a flight without nets exceeds what it allows, or L_dot its bound.
+    Exit code 1 if it does not hold, if a flight without nets exceeds what it allows, or if L_dot exceeds its bound.
     """
     from quadstep.proofs.theory.edge import default_region, edge_rows, fly_edge, least_frequency, line_rows, region_rows
     from quadstep.proofs.theory.flow import Flow, draw, shares_of_lines

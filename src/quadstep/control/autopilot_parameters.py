@@ -97,10 +97,8 @@ class AttitudeParameters(NamedTuple):
     constant: Number = parameter("ATC_INPUT_TC", 0.15, "s", "time constant of the target", high=1.0, tunable=False)
     ahead: Number = switch("ATC_RATE_FF_ENAB", 1.0, "1: the target is shaped and its rates fed forward")
     boost: Number = switch("ATC_ANGLE_BOOST", 1.0, "1: more throttle when leaning")
-    lean_constant: Number = parameter(
-        "ATC_ANG_LIM_TC", 1.0, "s", "time constant of the lean's limit", zero=False, tunable=False
-    )
-    mix: Number = parameter("ATC_THR_MIX_MAX", 0.5, "-", "how far torques go before throttle", tunable=False)
+    lean_constant: Number = parameter("ATC_ANG_LIM_TC", 1.0, "s", "time constant of the lean limit", zero=False, tunable=False)
+    mix: Number = parameter("ATC_THR_MIX_MAX", 0.5, "-", "priority of torques over throttle", tunable=False)
 
 
 class PositionParameters(NamedTuple):
@@ -137,19 +135,21 @@ class PositionParameters(NamedTuple):
     speed: Number = parameter("WPNAV_SPEED", 1000.0, "cm/s", "speed of the horizontal correction", zero=False, tunable=False)
     up: Number = parameter("WPNAV_SPEED_UP", 250.0, "cm/s", "speed of a climbing correction", zero=False, tunable=False)
     down: Number = parameter("WPNAV_SPEED_DN", 150.0, "cm/s", "speed of a descending correction", zero=False, tunable=False)
-    brake: Number = parameter("WPNAV_ACCEL", 250.0, "cm/s^2", "with which corrections are braked", zero=False, tunable=False)
+    brake: Number = parameter("WPNAV_ACCEL", 250.0, "cm/s^2", "deceleration of corrections", zero=False, tunable=False)
     brake_z: Number = parameter("WPNAV_ACCEL_Z", 100.0, "cm/s^2", "the same vertically", zero=False, tunable=False)
 
 
 class MotorParameters(NamedTuple):
     """MOT and INS."""
 
-    expo: Number = parameter("MOT_THST_EXPO", 0.65, "-", "share of a motor's thrust that goes with the square", tunable=False)
+    expo: Number = parameter(
+        "MOT_THST_EXPO", 0.65, "-", "share of a motor's thrust that is quadratic in its command", tunable=False
+    )
     spin_min: Number = parameter("MOT_SPIN_MIN", 0.15, "-", "command of no thrust", tunable=False)
     spin_max: Number = parameter("MOT_SPIN_MAX", 0.95, "-", "command of full thrust", zero=False, tunable=False)
     hover: Number = parameter("MOT_THST_HOVER", 0.35, "-", "throttle of a hover", zero=False, tunable=False)
-    learn: Number = switch("MOT_HOVER_LEARN", 2.0, "above 0: the throttle of a hover is learnt", most=2)
-    headroom: Number = parameter("MOT_YAW_HEADROOM", 200.0, "0.001", "room that yaw keeps", tunable=False)
+    learn: Number = switch("MOT_HOVER_LEARN", 2.0, "above 0: the hover throttle is learnt", most=2)
+    headroom: Number = parameter("MOT_YAW_HEADROOM", 200.0, "0.001", "headroom reserved for yaw", tunable=False)
     gyro_cut: Number = parameter("INS_GYRO_FILTER", 20.0, "Hz", "cut-off of the gyro; 0: none", tunable=False)
     acc_cut: Number = parameter("INS_ACCEL_FILTER", 20.0, "Hz", "cut-off of the accelerometer; 0: none", tunable=False)
 
@@ -187,7 +187,7 @@ class Roll(NamedTuple):
     i: Number = scale("i_roll", 80.0, "I gain of the roll rate")
     d: Number = scale("d_roll", 40.0, "D gain of the roll rate")
     f: Number = scale("f_roll", 120.0, "feed-forward gain of the roll rate", 1000.0)
-    d_min: Number = scale("d_min_roll", 30.0, "D gain of the roll rate where all is calm; 0: the same always")
+    d_min: Number = scale("d_min_roll", 30.0, "D gain of the roll rate in calm flight; 0: no change")
 
 
 class Pitch(NamedTuple):
@@ -197,7 +197,7 @@ class Pitch(NamedTuple):
     i: Number = scale("i_pitch", 84.0, "I gain of the pitch rate")
     d: Number = scale("d_pitch", 46.0, "D gain of the pitch rate")
     f: Number = scale("f_pitch", 125.0, "feed-forward gain of the pitch rate", 1000.0)
-    d_min: Number = scale("d_min_pitch", 34.0, "D gain of the pitch rate where all is calm; 0: the same always")
+    d_min: Number = scale("d_min_pitch", 34.0, "D gain of the pitch rate in calm flight; 0: no change")
 
 
 class Yaw(NamedTuple):
@@ -207,7 +207,7 @@ class Yaw(NamedTuple):
     i: Number = scale("i_yaw", 80.0, "I gain of the yaw rate")
     d: Number = scale("d_yaw", 0.0, "D gain of the yaw rate")
     f: Number = scale("f_yaw", 120.0, "feed-forward gain of the yaw rate", 1000.0)
-    d_min: Number = scale("d_min_yaw", 0.0, "D gain of the yaw rate where all is calm; 0: the same always")
+    d_min: Number = scale("d_min_yaw", 0.0, "D gain of the yaw rate in calm flight; 0: no change")
 
 
 class Filters(NamedTuple):
@@ -221,16 +221,16 @@ class Filters(NamedTuple):
     notch_cut: Number = hertz("gyro_notch1_cutoff", 0.0, "its lower cut-off")
     gyro1: Number = hertz("gyro_lpf1_static_hz", 250.0, "static cut-off of the gyro's first low-pass")
     gyro1_type: Number = choice("gyro_lpf1_type", "PT1", "kind of that")
-    gyro_least: Number = hertz("gyro_lpf1_dyn_min_hz", 250.0, "least dynamic cut-off")
-    gyro_most: Number = hertz("gyro_lpf1_dyn_max_hz", 500.0, "most dynamic cut-off")
-    gyro_expo: Number = scale("gyro_lpf1_dyn_expo", 5.0, "bend of the way from least to most", 10.0, tunable=False)
+    gyro_least: Number = hertz("gyro_lpf1_dyn_min_hz", 250.0, "lowest dynamic cut-off")
+    gyro_most: Number = hertz("gyro_lpf1_dyn_max_hz", 500.0, "highest dynamic cut-off")
+    gyro_expo: Number = scale("gyro_lpf1_dyn_expo", 5.0, "curvature between the lowest and the highest", 10.0, tunable=False)
     d_notch: Number = hertz("dterm_notch_hz", 0.0, "centre of the D part's notch")
     d_notch_cut: Number = hertz("dterm_notch_cutoff", 0.0, "its lower cut-off")
     d1: Number = hertz("dterm_lpf1_static_hz", 75.0, "static cut-off of the D part's first low-pass")
     d1_type: Number = choice("dterm_lpf1_type", "PT1", "kind of that")
-    d_least: Number = hertz("dterm_lpf1_dyn_min_hz", 75.0, "least dynamic cut-off")
-    d_most: Number = hertz("dterm_lpf1_dyn_max_hz", 150.0, "most dynamic cut-off")
-    d_expo: Number = scale("dterm_lpf1_dyn_expo", 5.0, "bend of the way from least to most", 10.0, tunable=False)
+    d_least: Number = hertz("dterm_lpf1_dyn_min_hz", 75.0, "lowest dynamic cut-off")
+    d_most: Number = hertz("dterm_lpf1_dyn_max_hz", 150.0, "highest dynamic cut-off")
+    d_expo: Number = scale("dterm_lpf1_dyn_expo", 5.0, "curvature between the lowest and the highest", 10.0, tunable=False)
     d2: Number = hertz("dterm_lpf2_static_hz", 150.0, "cut-off of the D part's second low-pass")
     d2_type: Number = choice("dterm_lpf2_type", "PT1", "kind of that")
     yaw: Number = hertz("yaw_lowpass_hz", 100.0, "cut-off of yaw's P part", 500.0)
@@ -239,28 +239,32 @@ class Filters(NamedTuple):
 class Shared(NamedTuple):
     """Of all axes."""
 
-    d_gain: Number = scale("d_max_gain", 37.0, "how much D rises with what the gyro's rate does", 100.0, tunable=False)
-    d_advance: Number = scale("d_max_advance", 20.0, "how much D rises with what is wanted", 200.0, tunable=False)
+    d_gain: Number = scale("d_max_gain", 37.0, "how much D rises with changes of the gyro's rate", 100.0, tunable=False)
+    d_advance: Number = scale("d_max_advance", 20.0, "how much D rises with changes of the setpoint", 200.0, tunable=False)
     i_limit: Number = scale("iterm_limit", 400.0, "limit of the I parts", 500.0, tunable=False)
-    windup: Number = scale("iterm_windup", 85.0, "range of the motors' mix from which I goes slower [%]", 100.0, False)
-    relax: Number = choice("iterm_relax", "RP", "axes whose I part waits for a setpoint that changes")
-    relax_type: Number = choice("iterm_relax_type", "SETPOINT", "what it waits by")
-    relax_cut: Number = setting("iterm_relax_cutoff", 15.0, "Hz", "cut-off that tells a change", 1.0, 50.0, zero=False)
+    windup: Number = scale("iterm_windup", 85.0, "range of the motors' mix above which I slows down [%]", 100.0, False)
+    relax: Number = choice("iterm_relax", "RP", "axes whose I part is relaxed while the setpoint changes")
+    relax_type: Number = choice("iterm_relax_type", "SETPOINT", "signal that relaxes it")
+    relax_cut: Number = setting(
+        "iterm_relax_cutoff", 15.0, "Hz", "cut-off of the filter that detects a change", 1.0, 50.0, zero=False
+    )
     limit: Number = scale("pidsum_limit", 500.0, "limit of the sum in roll and pitch", 1000.0, tunable=False)
     limit_yaw: Number = scale("pidsum_limit_yaw", 400.0, "limit of the sum in yaw", 1000.0, tunable=False)
     gravity_gain: Number = scale("anti_gravity_gain", 80.0, "how much I rises with a moving throttle", tunable=False)
     gravity_p: Number = scale("anti_gravity_p_gain", 100.0, "how much P rises with it", tunable=False)
     gravity_cut: Number = setting(
-        "anti_gravity_cutoff_hz", 5.0, "Hz", "cut-off that tells a moving throttle", 2.0, 50.0, zero=False
+        "anti_gravity_cutoff_hz", 5.0, "Hz", "cut-off of the filter that detects a moving throttle", 2.0, 50.0, zero=False
     )
     tpa_mode: Number = choice("tpa_mode", "D", "what throttle attenuates")
     tpa_rate: Number = setting("tpa_rate", 65.0, "%", "attenuation at full throttle", 0.0, 100.0)
     tpa_breakpoint: Number = setting(
         "tpa_breakpoint", 1350.0, "us", "throttle from which it attenuates", 1000.0, 2000.0, zero=False
     )
-    boost: Number = scale("throttle_boost", 5.0, "how much a moving throttle is exaggerated", 100.0, tunable=False)
-    boost_cut: Number = setting("throttle_boost_cutoff", 15.0, "Hz", "cut-off that tells it", 5.0, 50.0, zero=False)
-    linear: Number = setting("thrust_linear", 0.0, "%", "compensation for thrust that goes with the square", 0.0, 150.0)
-    output_limit: Number = setting("motor_output_limit", 100.0, "%", "most output of a motor", 1.0, 100.0, zero=False)
-    idle: Number = setting("dshot_idle_value", 550.0, "0.01 %", "least output of a motor", 0.0, 2000.0)
+    boost: Number = scale("throttle_boost", 5.0, "boost of a moving throttle", 100.0, tunable=False)
+    boost_cut: Number = setting(
+        "throttle_boost_cutoff", 15.0, "Hz", "cut-off of the filter that detects it", 5.0, 50.0, zero=False
+    )
+    linear: Number = setting("thrust_linear", 0.0, "%", "compensation for thrust that is quadratic in the command", 0.0, 150.0)
+    output_limit: Number = setting("motor_output_limit", 100.0, "%", "largest output of a motor", 1.0, 100.0, zero=False)
+    idle: Number = setting("dshot_idle_value", 550.0, "0.01 %", "smallest output of a motor", 0.0, 2000.0)
     airmode: Number = switch("airmode", 1.0, "1: feature AIRMODE, 0: without")

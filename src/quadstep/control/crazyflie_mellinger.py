@@ -32,7 +32,7 @@ ZERO = vector(0.0, 0.0, 0.0)
 class MellingerParameters(NamedTuple):
     """Group `ctrlMel`."""
 
-    mass: Number = parameter("ctrlMel.mass", 0.029, "kg", "mass that the law believes", zero=False, tunable=False)
+    mass: Number = parameter("ctrlMel.mass", 0.029, "kg", "mass assumed by the law", zero=False, tunable=False)
     mass_thrust: Number = parameter("ctrlMel.massThrust", 132000.0, "counts/N", "from force to counts", zero=False)
     kp_xy: Number = parameter("ctrlMel.kp_xy", 0.4, "N/m", "P gain of the horizontal position")
     kd_xy: Number = parameter("ctrlMel.kd_xy", 0.2, "N s/m", "D gain of the horizontal position")

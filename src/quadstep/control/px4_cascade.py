@@ -66,7 +66,9 @@ class RateParameters(NamedTuple):
     yaw_k: Number = parameter("MC_YAWRATE_K", 1.0, "-", "factor of P, I and D of the yaw rate", high=5.0)
     yaw_most: Number = parameter("MC_YR_INT_LIM", 0.3, "-", "limit of its integral", tunable=False)
     airmode: Number = switch("MC_AIRMODE", 0.0, "1: thrust may grow for roll and pitch; 2: for yaw too", most=2)
-    factor: Number = parameter("THR_MDL_FAC", 0.0, "-", "share of a motor's thrust that goes with the square", tunable=False)
+    factor: Number = parameter(
+        "THR_MDL_FAC", 0.0, "-", "share of a motor's thrust that is quadratic in its command", tunable=False
+    )
 
 
 class FilterParameters(NamedTuple):
@@ -86,7 +88,7 @@ class AttitudeParameters(NamedTuple):
     roll: Number = parameter("MC_ROLL_P", 6.5, "1/s", "P gain of roll", high=12.0)
     pitch: Number = parameter("MC_PITCH_P", 6.5, "1/s", "P gain of pitch", high=12.0)
     yaw: Number = parameter("MC_YAW_P", 2.8, "1/s", "P gain of yaw", high=5.0)
-    weight: Number = parameter("MC_YAW_WEIGHT", 0.4, "-", "share of the yaw error beside tilt", high=1.0, tunable=False)
+    weight: Number = parameter("MC_YAW_WEIGHT", 0.4, "-", "weight of the yaw error relative to tilt", high=1.0, tunable=False)
     roll_most: Number = parameter("MC_ROLLRATE_MAX", 220.0, "deg/s", "largest commanded roll rate", tunable=False)
     pitch_most: Number = parameter("MC_PITCHRATE_MAX", 220.0, "deg/s", "largest commanded pitch rate", tunable=False)
     yaw_most: Number = parameter("MC_YAWRATE_MAX", 200.0, "deg/s", "largest commanded yaw rate", tunable=False)
@@ -110,9 +112,11 @@ class PositionParameters(NamedTuple):
     least: Number = parameter("MPC_THR_MIN", 0.12, "-", "least thrust", tunable=False)
     most: Number = parameter("MPC_THR_MAX", 1.0, "-", "largest thrust", zero=False, tunable=False)
     hover: Number = parameter("MPC_THR_HOVER", 0.5, "-", "thrust of a hover", zero=False, tunable=False)
-    estimated: Number = switch("MPC_USE_HTE", 1.0, "1: the thrust of a hover is estimated in flight")
+    estimated: Number = switch("MPC_USE_HTE", 1.0, "1: hover thrust is estimated in flight")
     reach: Number = parameter("HTE_THR_RANGE", 0.2, "-", "how far the estimate may be from MPC_THR_HOVER", tunable=False)
-    margin: Number = parameter("MPC_THR_XY_MARG", 0.3, "-", "horizontal thrust that climbing leaves", tunable=False)
+    margin: Number = parameter(
+        "MPC_THR_XY_MARG", 0.3, "-", "thrust reserved for horizontal control while climbing", tunable=False
+    )
     slope: Number = parameter("MPC_VELD_LP", 5.0, "Hz", "cut-off of the velocity's slope", tunable=False)
     decoupled: Number = switch("MPC_ACC_DECOUPLE", 1.0, "1: climbing does not change the tilt")
 

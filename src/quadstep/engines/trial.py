@@ -73,7 +73,7 @@ def try_plant(name: str, loop: Loop, parameters: Numbers, start: tuple[Structure
 def check_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
     cycle, plant = loop.start(start, parameters), loop.plant
     check_numbers(cycle.state, "begin: the state")
-    check_same(always(plant.actuate)(parameters, cycle.command), cycle.held, "actuate: what the actuators are told")
+    check_same(always(plant.actuate)(parameters, cycle.command), cycle.held, "actuate: the command to the actuators")
     check_same(always(loop.rate)(cycle, parameters, 0.0, cycle.state), cycle.state, "rate: the rates")
     for method, given, key, wanted in (
         ("row", always(loop.row)(cycle, parameters, 0.0), "columns", plant.columns),

@@ -161,7 +161,7 @@ def memory(exported: Exported) -> str:
     leaves = flatten((exported.subject.gains, exported.code.vehicle))
     numbers = sum(leaf.size if isinstance(leaf, Table) else 1 for leaf in leaves) + 1
     return (
-        f"RAM: {state_size(exported)} bytes of state, held by the caller; no globals, no heap. "
+        f"RAM: {state_size(exported)} bytes of state, owned by the caller; no globals, no heap. "
         f"Constant parameters: {size * numbers} bytes of flash."
     )
 

@@ -114,7 +114,9 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
         raise UserError(f"{path}: should be a log of topics: .bin, .ulg, .bbl or .mcap")
     loops = LOOPS.get(path.suffix.lower(), ())
     if columns is None and not loops:
-        raise UserError(f"{path}: which columns hold an excitation and the command that it was added to? give --columns X,Y")
+        raise UserError(
+            f"{path}: which columns contain an excitation and the command that it was added to? give --columns X,Y"
+        )
     found = read_topics(path, list(columns) if columns else [EXCITATION, *columns_of(loops), *beside(loops[0].form)])
     if columns is None and EXCITATION not in found.columns:
         return by_setpoint(path, found, loops)

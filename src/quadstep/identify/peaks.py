@@ -122,7 +122,7 @@ def adrift(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     """Why a peak may not stay in its place."""
     slope = moving(flight, loop, peak)
     if slope is None:
-        return "whether it moves with the throttle the log does not tell (it needs the motors, and a throttle that changes)"
+        return "the log does not show whether it moves with the throttle (that needs the motors, and a throttle that changes)"
     spelled = f"the throttle to the power of {slope.value:.2f} ({slope.low:.2f} to {slope.high:.2f})"
     if slope.low > MOVES:
         return f"it moves with {spelled}, as rotors do"

@@ -91,7 +91,7 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
     period, steps = (float(np.median(np.diff(one.time))) for one in (u, r))
     refuse_slow(path, f"{loop.setpoint}, {loop.command}", max(period, steps), loop.form, found.parameters)
     if found.parameters.get(ACRO, 1.0) < 0.5:
-        raise UserError(f"{path}: flew in a mode other than acro; what holds the attitude there is unknown; fly acro")
+        raise UserError(f"{path}: flew in a mode other than acro; what controls the attitude there is unknown; fly acro")
     levelled = latest(found.columns.get(LEVELLED), u.time, 1.0 if loop.attitude else 0.0)
     first, last = stretch(u.time, flown(found.columns, place, u.time), levelled, LONGEST_GAP * period)
     if last - first < 2 or u.time[last] - u.time[first] < SHORTEST:

@@ -126,7 +126,7 @@ class CommandSection(Section):
     speed: Annotated[Positive, Quantity("rad/s", "rotor speed at full command and nominal voltage")]
     exponent: Annotated[Positive, Quantity("", "exponent of the command")] = 1.0
     voltage_exponent: Annotated[NonNegative, Quantity("", "exponent of the voltage")] = 1.0
-    nominal_voltage: Annotated[Positive, Quantity("V", "voltage at which `speed` holds")] = 1.0
+    nominal_voltage: Annotated[Positive, Quantity("V", "voltage at which `speed` is reached")] = 1.0
     delay: Annotated[NonNegative, Quantity("s", "delay from a command to the rotors")] = 0.0
 
 

@@ -248,7 +248,7 @@ def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]
     name = f"{law.__name__}Section"
     fields: dict[str, Any] = {"type": (Literal[kind or law.name], ...)}
     if law.parameter_file:
-        note = Quantity("", "file of the autopilot's own parameters; keys given here go before it")
+        note = Quantity("", "file of the autopilot's own parameters; keys given here take precedence")
         fields[KEY] = (Annotated[str | None, note], None)
     nets = [one for one in law.declarations().values() if isinstance(one, DeclaredNet)]
     for key, gain in fields_in_order(law).items():

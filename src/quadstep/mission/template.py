@@ -89,7 +89,7 @@ LOOPS# log_period = 0.01         # s, a multiple of step
 # rate = 100.0              # of an Euler angle [rad/s]
 # pitch = 1.57              # |theta| [rad], below pi/2
 
-[margins]                   # asked of a sound loop (quadstep linear)
+[margins]                   # required of a sound loop (quadstep linear)
 # gain = 6.0                # dB, upwards and downwards
 # phase = 0.5235987755982988 # rad: 30 degrees
 # delay = 0.02              # example [s]; default: twice the latency of sensors and commands
@@ -165,7 +165,7 @@ LOOPS# air_period = 0.01         # of the turbulence [s]
 # distance = 100.0          # from the path [m]
 # rate = 100.0              # about a body axis [rad/s]
 
-[margins]                   # asked of a sound loop (quadstep linear)
+[margins]                   # required of a sound loop (quadstep linear)
 # gain = 6.0                # dB, upwards and downwards
 # phase = 0.5235987755982988 # rad: 30 degrees
 # delay = 0.02              # example [s]; default: twice the latency of sensors and commands
@@ -199,7 +199,7 @@ duration = 4.0              # s
 [limits]                    # when a flight counts as lost
 {limits}
 
-[margins]                   # asked of a sound loop (quadstep linear)
+[margins]                   # required of a sound loop (quadstep linear)
 # gain = 6.0                # dB, upwards and downwards
 # phase = 0.5235987755982988 # rad: 30 degrees
 # delay = 0.02              # example [s]; default: twice the latency of sensors and commands

@@ -51,7 +51,7 @@ class Constraint(Section):
 
     most: Annotated[Positive | None, Quantity("", "upper limit of a metric, in its unit")] = None
     least: Annotated[Positive | None, Quantity("", "or: lower limit of a margin")] = None
-    share: Annotated[float, Field(gt=0.0, le=1.0), Quantity("", "share of the flights in which it must hold")] = 1.0
+    share: Annotated[float, Field(gt=0.0, le=1.0), Quantity("", "share of the flights in which it must be met")] = 1.0
 
     @model_validator(mode="after")
     def _one_limit(self) -> "Constraint":
@@ -134,7 +134,7 @@ class TuneSection(Section):
         AfterValidator(as_constraints),
         Quantity("", "limits of metrics and margins: a number, or most or least, and share"),
     ] = Field(default_factory=dict)
-    theorem: Annotated[bool, Quantity("", "whether the controller's gain conditions must hold")] = True
+    theorem: Annotated[bool, Quantity("", "whether the controller's gain conditions must be met")] = True
     precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"
     score_period: Annotated[Positive | None, Quantity("s", "sampling period of the metrics; default: the log period")] = None
 

@@ -194,7 +194,7 @@ class Handler(BaseHTTPRequestHandler):
                 self.keep(log, int(self.headers["Content-Length"]))
                 found = self.advise(log, name, self.root)
         except (UserError, OSError) as error:
-            said = f"{error}" if isinstance(error, UserError) else f"{name}: cannot be kept: {error.strerror or error}"
+            said = f"{error}" if isinstance(error, UserError) else f"{name}: cannot be stored: {error.strerror or error}"
             return Answer(HTTPStatus.UNPROCESSABLE_ENTITY, KINDS[".txt"], f"{said}\n")
         finally:
             self.taking.release()

@@ -295,8 +295,12 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
     wider = [*([] if now.up else ["faster"]), *([] if now.down or now.floor is not None else ["slower"])]
     untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
     if not now.fragile:
-        why = f"the excitation does not tell: {untold}" if wider else "the intervals leave open: excite for longer"
-        return [f"Whether it has the {asked} of a sound loop, {why}. No change is advised."]
+        why = (
+            f"excitation does not show whether it has the {asked} of a sound loop: {untold}"
+            if wider
+            else (f"intervals do not show whether it has the {asked} of a sound loop: excite for longer")
+        )
+        return [f"The {why}. No change is advised."]
     less = f"A sound loop has {asked}, this one less"
     if advice is None:
         return [
@@ -331,7 +335,7 @@ def filter_rows(flight: Excited, now: Measured) -> list[tuple[str, str, str]]:
 
 def also(flight: Excited, now: Measured) -> Sequence[str]:
     said = [
-        f"At {one.at.value:.3g} rad/s the gain crosses 1 too; the excitation does not tell the phase margin there."
+        f"At {one.at.value:.3g} rad/s the gain crosses 1 too; the excitation does not determine the phase margin there."
         for one in now.open
     ]
     noise = f"{100 * flight.noise:.0f} % of the command's deviation lies above the excited frequencies: noise"

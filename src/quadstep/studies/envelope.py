@@ -176,7 +176,7 @@ def caption(found: Envelope) -> str:
     grey = sum(one.cells - one.flyable for one in found.panels)
     known = [one.rmse for one in found.panels if one.rmse]
     least, most = (units.quantity(end(each[i] for each in known), "m") if known else "" for i, end in ((0, min), (1, max)))
-    colour = f"Colour: median position RMSE, from {least} to {most}; lighter is larger. " if known else ""
+    colour = f"Colour: median position RMSE, from {least} to {most}; lighter means larger. " if known else ""
     if grey:
         return (
             f"{colour}Grey: {units.counted(grey, 'cell')} in which fewer than half of the flights succeed, hatched by cause."

@@ -23,7 +23,7 @@ class PlanarNumbers(NamedTuple):
     inertia: Number = gain(0.004, "kg m^2", "about the pitch axis, J")
     gravity: Number = gain(9.81, "m/s^2", "gravity g")
     arm: Number = gain(0.15, "m", "from the centre to each rotor")
-    most_thrust: Number = gain(6.0, "N", "what a rotor can make at most; the least is 0")
+    most_thrust: Number = gain(6.0, "N", "largest thrust of a rotor; the least is 0")
 
 
 class PlanarLimits(NamedTuple):

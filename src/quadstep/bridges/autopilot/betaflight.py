@@ -224,7 +224,9 @@ class Sticks:
     def fly(self, sample: SensorSample) -> None:
         """One step in the air. Raises Lost where Betaflight has disarmed."""
         if sample.time == 0.0:
-            self.told("Betaflight lifted off: it flies the rates, quadstep's loops of position and attitude its sticks")
+            self.told(
+                "Betaflight lifted off: it controls the rates, and quadstep's position and attitude loops move its sticks"
+            )
             self.memory, self.next = None, 0.0
         if max(self.shares()) < 0.5 * self.idle:
             raise Lost("Betaflight disarmed")

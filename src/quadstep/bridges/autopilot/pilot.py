@@ -192,7 +192,7 @@ class Pilot:
 
         wrong = [name for name in other if name in self.frame]
         if wrong:
-            raise UserError(f"{self.station.name} has another frame than the mission's vehicle: {listed(wrong)}")
+            raise UserError(f"{self.station.name} has a different frame from the mission's vehicle: {listed(wrong)}")
         if other:
             self.told(f"warning: {self.station.name}'s thrust curve is not the vehicle's: {listed(list(other))}")
         if missing:

@@ -146,7 +146,7 @@ class Px4:
                     raise Lost(f"the program that connected to {self.where} does not speak MAVLink")
                 if message.get_type() == "HIL_ACTUATOR_CONTROLS":
                     if not all(map(math.isfinite, message.controls)):
-                        raise Lost("PX4 sent controls that are no numbers")
+                        raise Lost("PX4 sent controls that are not numbers")
                     return [float(one) for one in message.controls]
         return None
 

@@ -216,7 +216,7 @@ def curve(running: dict[str, Floats], speeds: Floats, nominal: float) -> tuple[N
     if apart:
         by_voltage = measured(float(solution[2]), "thrust stand", max(float(errors[2]), 0.02))
     else:
-        by_voltage = usual(1.0, "the stand does not tell it: speed in proportion to voltage", 0.15)
+        by_voltage = usual(1.0, "not measured on the stand: speed in proportion to voltage", 0.15)
     return exponent, by_voltage, math.exp(float(solution[0]))
 
 

@@ -279,7 +279,7 @@ def height(flight: FlightRecord) -> list[Finding]:
 
 def volts(flight: FlightRecord, sure: Flags) -> list[Finding]:
     if "voltage" not in flight.channels:
-        return [Finding(False, "voltage: not logged; thrust is taken to depend on the command alone")]
+        return [Finding(False, "voltage: not logged; thrust is assumed to depend on the command alone")]
     middle = float(np.nanmedian(flight.channel("voltage")[sure]))
     if not 2.5 < middle < 70.0:
         return [Finding(True, f"voltage: {middle:.3g} V in flight; is the unit correct?")]

@@ -58,9 +58,10 @@ def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Proof
     others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
     says = (
         f"disproved: hover is unstable{others}. From a state this close to the loop's rest (third column; the law's memory is "
-        f"off too, along the fastest growing mode), met at any sample from {loop.period:g} s on, every flight gets out of a "
-        f"box about the rest within {up(found.seconds, 3):g} s: at a sample, one of its numbers is farther off than the last "
-        "column says, or one of the law's memory than a bound of its own. This holds for the law as flown, rounding included."
+        f"off too, along the fastest growing mode), met at any sample from {loop.period:g} s on, every flight leaves a box "
+        f"about the rest within {up(found.seconds, 3):g} s: at some sample, one of its numbers is farther off than the last "
+        "column says, or one of the law's memory is beyond a bound of its own. This holds for the law as flown, with "
+        "rounding."
     )
     return ProofVerdict(name, VerdictKind.DISPROVED, rows, [says], columns=("", "verdict", "from within", "out of"))
 

@@ -169,7 +169,7 @@ def draw_map(folder: Path, cells: list[GridFlight]) -> None:
             grid[row][0].set_ylabel(f"{label('K_r2')} [N m s], {label('Lambda2')} [1/s]", parse_math=True)
         for axes in grid[-1]:
             axes.set_xlabel(label("t_f") + " [s]", parse_math=True)
-        figure.text(0.01, 0.975, "Position RMSE [mm]; x: diverged. Case 1's way in t_f, held for 5 s", fontsize=11)
+        figure.text(0.01, 0.975, "Position RMSE [mm]; x: lost. Case 1's path in t_f, then 5 s at its end", fontsize=11)
         write(figure, folder / "completion", Sheet())
 
 
@@ -255,7 +255,7 @@ STATED = (
     "Worst margin relative to the terms it is made of; a negative one of up to 1e-9 is round-off. Used up: the least share of "
     "a term of the bound that some closed loop needs; above 0.9 the statement fails with 0.9 of any term."
 )
-MAPPED = "Position RMSE; x: diverged. The darker, the worse; the completed laws fly where the paper's is lost."
+MAPPED = "Position RMSE; x: lost. Darker is worse; the completed laws fly where the paper's is lost."
 SEEN = "The theorem on closed loops, random and sought out"
 
 

@@ -82,7 +82,7 @@ NOT_FLOWN = {
     "seed": "every flight already has its own noise",
     "score_from": "when scoring starts does not affect flights",
     "metrics": "what is measured does not affect flights",
-    "margins": "what margins are asked for does not affect flights",
+    "margins": "required margins do not affect flights",
     "tune": "what is tuned does not affect flights",
 }
 """Keys of a mission that cannot vary, and why."""

@@ -181,8 +181,8 @@ def searches(found: Comparison) -> str:
         )
     return (
         f"Gains were searched for {found.searches} times for each controller, and each set flew all flights. Intervals cover "
-        "the results of all of them, and a pair is decided only if every set of the one is better than every set of "
-        f"the other, which of two equal controllers happens with a chance of {100 * by_chance(found.searches):.2g} %."
+        "the results of all of them, and a pair is decided only if every set of one is better than every set of the "
+        f"other, which happens to two equal controllers with a chance of {100 * by_chance(found.searches):.2g} %."
     )
 
 

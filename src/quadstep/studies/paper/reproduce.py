@@ -322,7 +322,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
             Table("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
                   "Whether each claim holds for the flight; the paper gives neither the start nor the gains."),
             Table("Stress flights: Case 1's path in less time, under more disturbance", "stress", header, rows,
-                  "Position RMSE and largest tilt, or the time and reason of divergence."),
+                  "Position RMSE and largest tilt, or the time and reason of the loss."),
             Table("Choices made where the paper is silent", "choices", ("what", "chosen", "why"), choices()),
         ],
     )  # fmt: skip

@@ -73,7 +73,7 @@ def evidence(
     words = units.listed([f"{name} = {value:g} ({old:g} before)" for name, _, old, value in changed])
     gusts = f"{units.counted(asked.flights, 'flight')} in wind of up to {asked.wind:g} m/s from every side, with turbulence"
     answer = (
-        f"With {words} {units.percent(*failed[1])} of {gusts}, are lost or leave their place by more than {asked.within:g} m; "
+        f"With {words} {units.percent(*failed[1])} of {gusts}, are lost or drift by more than {asked.within:g} m; "
         f"before, {units.percent(*failed[0])}. {compared(failed[2])} {tracking(rows[0])}Hovering in calm air, where alone it "
         f"is graded, the loop is {sides[1].grade.word}; before, {sides[0].grade.word}."
     )
