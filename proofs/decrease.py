@@ -25,7 +25,7 @@ from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total
 from quadstep.program.terms import variable
 from quadstep.proofs.theory.lyapunov import STANDARD, ErrorMotion, closed_loop, lyapunov_rate, sum_squares
-from quadstep.proofs.theory.samples import LoopBatch
+from quadstep.proofs.theory.trials import LoopBatch
 from quadstep.vehicle.paper import Rotors, State, Vehicle, coriolis_torque, thrust_direction
 
 SERIES = 1e-17

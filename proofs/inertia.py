@@ -1,7 +1,7 @@
 """The inertia J, its derivatives and Coriolis matrix: statements emitted from `vehicle.lagrange`."""
 
 from proofs.statement import Statement, above, at_most, differs, equal, matrix_of, state, vector_of
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Matrix, Vector, sin, solve_symmetric, total
 from quadstep.program.terms import variable
 from quadstep.vehicle.paper import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials

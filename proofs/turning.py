@@ -1,6 +1,6 @@
 """How fast the inversion's angles turn while the force changes (T15), and the coupling columns while the tilt does (B_rate).
 
-Emitted from `control.inversion` and `control.completed_backstepping`.
+Emitted from `control.vectoring` and `control.completed_backstepping`.
 """
 
 from proofs.statement import Stated, vector_of

@@ -172,7 +172,7 @@ def seen_by_statements() -> str:
     """The first statement of docs/theory.md that some random closed loop breaks."""
     from quadstep.proofs.theory.completion import ROUND_OFF, StatementRecord
     from quadstep.proofs.theory.inequalities import STATEMENTS
-    from quadstep.proofs.theory.samples import draw_sample
+    from quadstep.proofs.theory.trials import draw_sample
 
     sample = draw_sample(11, SAMPLES)
     for statement in STATEMENTS:
@@ -187,7 +187,7 @@ def seen_by_bounds() -> str:
     """The first statement that is broken, or no longer tight, where it was nearest to its bound."""
     from quadstep.proofs.theory.completion import StatementMargin, StatementRecord
     from quadstep.proofs.theory.inequalities import STATEMENTS
-    from quadstep.proofs.theory.samples import sample_at
+    from quadstep.proofs.theory.trials import sample_at
 
     for statement in STATEMENTS:
         seen = StatementRecord()

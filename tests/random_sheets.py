@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from quadstep.identify.datasheet.estimate import LOADED, RPM, estimate, vehicle_of
-from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.identify.datasheet import Datasheet
+from quadstep.identify.vehicle_estimate import LOADED, RPM, estimate, vehicle_of
 from quadstep.linear.grade import Grade, grade
 from quadstep.mission.airframe import LAYOUTS
 from quadstep.mission.read import check_mission

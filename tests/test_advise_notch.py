@@ -8,12 +8,11 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from quadstep.identify.autopilot_logs import PX4_MOTORS
 from quadstep.identify.changes import NOISY, changes, loud, notches, since
 from quadstep.identify.logs.series import Series
 from quadstep.identify.measured import measured
 from quadstep.identify.peaks import highest
-from quadstep.identify.rate_loops import ARDUPILOT, BETAFLIGHT, PX4
+from quadstep.identify.rate_loops import ARDUPILOT, BETAFLIGHT, PX4, PX4_MOTORS
 from quadstep.identify.symptoms import peak
 from quadstep.io.parameter_files import read_parameters
 from quadstep.report.sheet import sheet

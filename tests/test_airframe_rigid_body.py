@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from quadstep.engines.loop import runge_kutta_4
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Matrix, Vector, cos, matrix, sin, vector
 from quadstep.numbers.rotations import rotation_matrix
 from quadstep.vehicle.paper import Disturbance, State, Vehicle, derivative, euler_rate_matrix

@@ -6,8 +6,8 @@ import pytest
 
 from quadstep.engines.fly import fly
 from quadstep.io.errors import UserError
+from quadstep.mission.data_files import read_recording
 from quadstep.mission.read import check_mission, read_mission
-from quadstep.mission.recording import read_recording
 from quadstep.report.publish import publishing, write_json
 
 LINE = {"type": "minimum-jerk", "end": [1.0, 0.0, 1.0], "duration": 3.0}

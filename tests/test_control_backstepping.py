@@ -6,8 +6,7 @@ import pytest
 from quadstep.control.backstepping import Backstepping, BacksteppingMemory, desired_force, desired_torque
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.control.vectoring import invert_force
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import matrix, vector
 from quadstep.vehicle.paper import acceleration, angular_acceleration, coriolis, effective_inertia
 from tests.flights import array, column, gains, random_state, same, state, vehicle

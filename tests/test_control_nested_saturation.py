@@ -6,8 +6,7 @@ import pytest
 from quadstep.control.nested_saturation import NestedSaturation, NoMemory, nested
 from quadstep.engines.kernel import fly_lanes
 from quadstep.interfaces.closed_loop import Outcome, Ticks
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import flatten, rebuild, vector
 from quadstep.vehicle.lagrange import Limits
 from quadstep.vehicle.paper import Disturbance, angular_acceleration, derivative

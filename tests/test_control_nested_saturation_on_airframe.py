@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationOnAirframe
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import vector
 from quadstep.vehicle.paper import angular_acceleration

@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from quadstep.identify.datasheet.campaign import campaign_text
-from quadstep.identify.datasheet.estimate import estimate, rotor_inertia, vehicle_of
-from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.identify.datasheet import Datasheet
+from quadstep.identify.vehicle_estimate import estimate, rotor_inertia, vehicle_of
+from quadstep.identify.vehicle_file import campaign_text
 from tests.campaigns import fly
 from tests.commands import quadstep
 from tests.sheets import SHEET

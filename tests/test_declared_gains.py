@@ -19,7 +19,7 @@ from quadstep.control.registry import BUILT_IN, controllers
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import AXES, Gain, Said, Undecided, believed, declared, from_gains, gain, given, usual
 from quadstep.interfaces.learning import Learning, Net, net, nets_start, weights
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.io.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.controller_lines import controller_lines

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from quadstep.control.registry import STOCK, names
-from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.identify.datasheet import Datasheet
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import usual
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.linear.grade import FRAGILE, SOUND
 from quadstep.mission.vehicle_list import preset_names
 from quadstep.numbers import vector

@@ -12,7 +12,7 @@ from quadstep.engines.fly import FlightPlan, fly, fly_all
 from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.loop import Loop
 from quadstep.interfaces.closed_loop import Outcome, Ticks
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Table, exp, flatten, rebuild, vector, where
 from quadstep.vehicle.in_space import COLUMNS
 from quadstep.vehicle.lagrange import Lagrange

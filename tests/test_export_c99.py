@@ -14,7 +14,7 @@ from quadstep.control.registry import names
 from quadstep.export.arm import BITS
 from quadstep.export.c.flight import fly_c, subject_of
 from quadstep.export.c.law import recorded
-from quadstep.export.c.literals import literal
+from quadstep.export.c.structs import literal
 from quadstep.export.run import in_f32
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured

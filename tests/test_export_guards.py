@@ -7,8 +7,7 @@ import pytest
 from quadstep.export.arm import BITS
 from quadstep.export.c.guards import fields_read
 from quadstep.export.c.law import measured_part
-from quadstep.export.c.literals import filled
-from quadstep.export.c.structs import fields_of
+from quadstep.export.c.structs import fields_of, filled
 from quadstep.numbers import flatten
 from tests.adapters import STUBS
 from tests.exports import COMPILERS, real_mission, written

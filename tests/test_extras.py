@@ -16,7 +16,7 @@ DECLARED = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_
 
 
 COMMANDS = ("studies.campaign", "studies.comparison", "studies.envelope", "studies.rare", "studies.tuning",
-            "studies.linear_draws", "studies.study", "studies.what_if", "proofs.verify")  # fmt: skip
+            "studies.study", "studies.what_if", "proofs.verify")  # fmt: skip
 """Packages that need an extra."""
 
 READERS = {"quadstep.identify.logs.blackbox", "quadstep.identify.logs.mcap_file", "quadstep.numbers.symbols"}

@@ -11,7 +11,7 @@ import pytest
 from proofs.lines import KNOWN, LEVEL_RATE, LOOP, NAMES
 from quadstep.control.backstepping import position_loop
 from quadstep.control.completed_backstepping import coupling_columns, with_yaw
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Vector
 from quadstep.proofs.theory import flow as flow_module
 from quadstep.proofs.theory.edge import default_region

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from quadstep import UserError
+from quadstep.mission.data_files import read_recording, unwrapped
 from quadstep.mission.read import check_mission
-from quadstep.mission.recording import read_recording, unwrapped
 
 COLUMNS = {"t": "t", "x": "x", "y": "y", "z": "z", "psi": None}
 GOOD = "t,x,y,z\n0,0,0,0\n1,1,0,0\n2,2,0,0\n3,3,0,1\n"

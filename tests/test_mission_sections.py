@@ -9,7 +9,7 @@ from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.interfaces.learning import random_input_weights
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.mission.read import check_mission
 from quadstep.vehicle.lagrange import Limits
 from quadstep.world.paths import MinimumJerk, Orbit

@@ -19,7 +19,7 @@ from typing import ClassVar, NamedTuple
 
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import believed, from_gains, gain
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.interfaces.closed_loop import Outcome, finite
 from quadstep.interfaces.log import Metric
 from quadstep.numbers import Number, Vector, absolute, clip, maximum, vector, where

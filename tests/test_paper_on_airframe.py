@@ -20,8 +20,7 @@ from quadstep.engines.eager import fly_floats
 from quadstep.engines.fly import fly
 from quadstep.engines.loop import Loop, runge_kutta_4
 from quadstep.interfaces.controller import Command, Measured
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Vector, matrix, vector

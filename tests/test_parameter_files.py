@@ -9,8 +9,8 @@ from quadstep.control.registry import STOCK, controller
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import ArduPilotParm, CrazyflieYaml, QgcParams
+from quadstep.mission.data_files import under
 from quadstep.mission.read import check_mission
-from quadstep.mission.saved_parameters import under
 from quadstep.studies.flight_report import write_report
 from quadstep.studies.tuning.run import tune
 from tests.needs import package

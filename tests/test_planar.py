@@ -12,8 +12,7 @@ from quadstep import Mission, fly
 from quadstep.control.planar import PlanarLinearisation, PlanarPd
 from quadstep.engines.engine import Engine
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Vector, flatten, vector
 from quadstep.vehicle.declared import PlantParameters
 from quadstep.vehicle.paper import Disturbance, Rotors, State, Vehicle, derivative

@@ -33,7 +33,7 @@ from proofs.rounding import script
 from proofs.statement import Claim, Statement, variables_of
 from quadstep.control.completed_backstepping import coupling_columns
 from quadstep.control.vectoring import invert_force
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import atan2, cos, exp, flatten, log, sigmoid, sin, sqrt, vector, where
 from quadstep.numbers.elementary import limited
 from quadstep.numbers.kinds import FLOATS

@@ -9,8 +9,8 @@ from quadstep import read_mission
 from quadstep.io import errors
 from quadstep.mission.read import plan_mission
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
+from quadstep.proofs.prove.linear import spectrum
 from quadstep.proofs.prove.sampled import Sampled
-from quadstep.proofs.prove.spectrum import spectrum
 from tests.commands import quadstep, write
 
 FAILS = Path(__file__).parent.parent / "examples" / "theorem_fails.toml"

@@ -16,11 +16,11 @@ from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector, vector
-from quadstep.proofs.theory import comparison, completion, lyapunov
+from quadstep.proofs.theory import completion, lyapunov, trials
 from quadstep.proofs.theory.completion import FACTOR, StatementRecord, check_statements, search
 from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
 from quadstep.proofs.theory.lyapunov import closed_loop, lyapunov_rate
-from quadstep.proofs.theory.samples import LoopBatch, draw_sample, sample_at
+from quadstep.proofs.theory.trials import LoopBatch, draw_sample, sample_at
 from quadstep.studies.paper.cases import stress
 from quadstep.vehicle.paper import State, thrust_direction
 from tests.theorem_again import other_kappa_terms, other_learning_terms
@@ -235,7 +235,7 @@ def test_a_broken_inequality_is_told_by_the_exit_code(monkeypatch, tmp_path, cap
     wrong = Statement("T0", "one is zero", lambda s: [Sides(1.0, {"zero": 0.0 * s.state.position[0]}, 1.0, equal=True)])
     monkeypatch.setattr(completion, "STATEMENTS", (wrong,))
     monkeypatch.setattr(completion, "grid", lambda: [])
-    monkeypatch.setattr(completion, "summarise", lambda *cells: comparison.ComparisonSummary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0))
+    monkeypatch.setattr(completion, "summarise", lambda *cells: trials.ComparisonSummary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0))
     monkeypatch.setattr("quadstep.proofs.theory.completion.draw_map", draw_nothing)
     monkeypatch.setattr("sys.argv", ["quadstep", "study", "completion", "--out", str(tmp_path / "out"), "--samples", "10"])
     with pytest.raises(SystemExit) as stop:

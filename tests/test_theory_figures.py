@@ -12,17 +12,9 @@ from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.engines.fly import fly
 from quadstep.engines.kernel import Kernels
 from quadstep.linear.analysis import studied
-from quadstep.proofs.theory.comparison import (
-    COMPLETED,
-    COUNTER_ONLY,
-    PAPER,
-    UNCOUNTERED,
-    disturbance_over_weight,
-    grid,
-    summarise,
-)
 from quadstep.proofs.theory.edge import default_region, level_at_start, mission
 from quadstep.proofs.theory.inequalities import STATEMENTS
+from quadstep.proofs.theory.trials import COMPLETED, COUNTER_ONLY, PAPER, UNCOUNTERED, disturbance_over_weight, grid, summarise
 from quadstep.studies.paper.cases import case_1, line
 from tests.mutations import BOUNDS, mutants_of
 

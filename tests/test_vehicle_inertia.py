@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.vehicle.paper import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
 from tests.flights import array, column
 

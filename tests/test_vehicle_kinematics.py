@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import vector
 from quadstep.vehicle.paper import euler_rate_matrix, euler_rate_partials, thrust_direction
 from tests.flights import array, column

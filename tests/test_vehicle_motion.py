@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadstep.engines.loop import along, runge_kutta_4
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import vector
 from quadstep.vehicle.paper import Disturbance, State, acceleration, derivative, disturb, energy, euler_rate_matrix
 from tests.flights import array, random_state, same, state, vehicle

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy
 
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.vehicle.paper import angular_acceleration, coriolis, coriolis_torque, effective_inertia
 from tests.flights import array, column, vehicle
 from tests.rotations import about_x, about_y

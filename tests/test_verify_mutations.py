@@ -24,7 +24,7 @@ MUTANTS = [
     (KINEMATICS, "return matrix((-sin_theta", "return matrix((sin_theta", "T_eta"),
     (KINEMATICS, "(cos_theta * c, -s, 0.0))", "(cos_theta * c, s, 0.0))", "T_eta"),
     (KINEMATICS, "(cos_theta * s, c, 0.0)", "(cos_theta * s, -c, 0.0)", "4"),
-    ("interfaces.model", "return 2 if self", "return 1 if self", "T_eta"),
+    ("interfaces.plant", "return 2 if self", "return 1 if self", "T_eta"),
     (KINEMATICS, "matrix((-cos_theta,", "matrix((cos_theta,", "T_eta"),
     (KINEMATICS, "(-sin_theta * s,", "(sin_theta * s,", "T_eta"),
     (KINEMATICS, "(-cos_theta * s, -c, 0.0)", "(-cos_theta * s, c, 0.0)", "4"),

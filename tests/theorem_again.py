@@ -15,7 +15,7 @@ from quadstep.proofs.theory import region
 from quadstep.proofs.theory.inequalities import learning_bound
 from quadstep.proofs.theory.lyapunov import lyapunov_rate
 from quadstep.proofs.theory.region import AC, BC, E1, E2, I1, I2, R1, R2, SHAPE, SIZE, A, B, LevelBounds, Setting, Shape
-from quadstep.proofs.theory.samples import NEURONS, PERIOD, draw_sample
+from quadstep.proofs.theory.trials import NEURONS, PERIOD, draw_sample
 
 Array = NDArray[np.float64]
 

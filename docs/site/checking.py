@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.identify.datasheet import Datasheet
 from quadstep.identify.logs.mapping import Mapping
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection

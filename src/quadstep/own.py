@@ -17,8 +17,7 @@ from quadstep.interfaces.closed_loop import Clock, Outcome, finite
 from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
 from quadstep.interfaces.log import Metric
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Drawn, Reference, Rotor
+from quadstep.interfaces.plant import Drawn, Model, Reference, Rotor
 from quadstep.io.errors import UserError
 from quadstep.numbers import (
     Matrix,

@@ -10,8 +10,8 @@ import numpy as np
 
 from quadstep import Mission
 from quadstep.control.registry import names
-from quadstep.identify.datasheet.estimate import estimate, vehicle_of
-from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.identify.datasheet import Datasheet
+from quadstep.identify.vehicle_estimate import estimate, vehicle_of
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import Analysis, of_loop, worst_of

@@ -11,13 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.autopilot_logs import COLUMNS, PX4_MOTORS, SINKING
 from quadstep.identify.changes import changes
 from quadstep.identify.excited import Excited
 from quadstep.identify.logs.series import Series
 from quadstep.identify.measured import measured
 from quadstep.identify.peaks import STANDS
-from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
+from quadstep.identify.rate_loops import ARDUPILOT, COLUMNS, PX4, PX4_MOTORS, SINKING, RateLoop
 from quadstep.identify.response import Response
 from quadstep.identify.symptoms import peak, saturation, wash
 from quadstep.io.errors import UserError

@@ -17,10 +17,9 @@ from quadstep.numbers import Number, Vector, atan2, vector
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.hold import Hold, everywhere
 from quadstep.proofs.prove.invariant import Set, largest
-from quadstep.proofs.prove.linear import coordinates
+from quadstep.proofs.prove.linear import coordinates, modes
 from quadstep.proofs.prove.rest import rest
 from quadstep.proofs.prove.sampled import Sampled
-from quadstep.proofs.prove.spectrum import modes
 from quadstep.proofs.prove.tube import SAMPLES, Tube, tube
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.vehicle.planar import Planar, PlanarCommand, plane

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from docs.site.reference.markdown import code, plain, prose, table
 from quadstep.bridges.autopilot.controller import AutopilotSection
 from quadstep.control.registry import controllers
-from quadstep.identify.datasheet.sheet import Datasheet
+from quadstep.identify.datasheet import Datasheet
 from quadstep.identify.logs.mapping import Mapping
 from quadstep.interfaces.controller import Measured
 from quadstep.mission.airframe import AirframeSection

@@ -94,10 +94,9 @@ def fit(
     """
     from pydantic import ValidationError
 
-    from quadstep.identify.datasheet.campaign import campaign_text
-    from quadstep.identify.datasheet.estimate import estimate, vehicle_of
-    from quadstep.identify.datasheet.sheet import read_datasheet
-    from quadstep.identify.vehicle_file import as_toml
+    from quadstep.identify.datasheet import read_datasheet
+    from quadstep.identify.vehicle_estimate import estimate, vehicle_of
+    from quadstep.identify.vehicle_file import as_toml, campaign_text
     from quadstep.io.files import check_place, refuse_other, write_beside
     from quadstep.mission.airframe import AirframeSection
     from quadstep.mission.check import explained

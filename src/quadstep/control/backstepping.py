@@ -9,8 +9,7 @@ from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import ANGLES, AXES, believed, gain, given
 from quadstep.interfaces.learning import Net, basis, net, nets_start, output, weight_rate, weights
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, largest, maximum, smallest, sqrt, vector, where
 from quadstep.vehicle.paper import State
 

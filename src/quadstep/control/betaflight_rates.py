@@ -19,8 +19,7 @@ from quadstep.control.filters import SHARPER, cut_off, low_passed, notch, share_
 from quadstep.control.mixers import FULL, OnQuarters
 from quadstep.control.vectoring import up_axis
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.io.parameter_files import D_SCALE, F_SCALE, I_SCALE, P_SCALE, PER_MOTOR, YAW_I
 from quadstep.numbers import Number, Vector, absolute, clip, largest, maximum, minimum, smallest, sqrt, vector, where
 from quadstep.numbers.rotations import rotation_matrix, yaw_pitch_roll

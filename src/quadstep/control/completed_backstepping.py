@@ -27,8 +27,7 @@ from quadstep.control.vectoring import project, project_weights
 from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import ANGLES, NETS, believed, from_gains, gain
 from quadstep.interfaces.learning import output
-from quadstep.interfaces.model import Kinematics, Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Model, Reference
 from quadstep.numbers import Number, Vector, cos, sin, vector, where
 from quadstep.numbers.functions import sinc
 from quadstep.vehicle.paper import State, coriolis, effective_inertia

@@ -19,8 +19,7 @@ from quadstep.control.thrust_extended_backstepping import Push, driving, motion
 from quadstep.control.vectoring import project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, sqrt, vector
 from quadstep.numbers.solve import cholesky, riccati
 

@@ -27,8 +27,7 @@ from quadstep.control.vectoring import AchievedCommand, attitude_for, commanded,
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import given, usual
 from quadstep.interfaces.learning import net
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, maximum, vector
 from quadstep.numbers.rotations import conjugate, multiply, rotation_matrix
 

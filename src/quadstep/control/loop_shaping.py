@@ -13,8 +13,7 @@ from typing import NamedTuple
 from quadstep.control.vectoring import project, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import BodyRates, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, vector
 from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll
 from quadstep.numbers.solve import dot, inverse, product, riccati, transposed

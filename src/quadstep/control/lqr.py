@@ -11,8 +11,7 @@ from typing import ClassVar, NamedTuple
 from quadstep.control.vectoring import integral_for, project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, absolute, atan2, cos, sin, vector
 from quadstep.numbers.rotations import (
     conjugate,

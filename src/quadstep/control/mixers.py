@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self
 
 from quadstep.interfaces.gain import BELIEF, gain, given
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.io.errors import UserError
 from quadstep.numbers import Matrix, Number, Vector, absolute, clip, largest, maximum, minimum, smallest, sqrt, where
 

@@ -26,8 +26,7 @@ from quadstep.control.filters import observed
 from quadstep.control.vectoring import WantedAttitude, boxed, project, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, cos, exp, matrix, maximum, minimum, scan, sin, vector
 from quadstep.numbers.rotations import (
     conjugate,

@@ -14,8 +14,7 @@ from typing import ClassVar, NamedTuple, Self
 from quadstep.control.paper_on_airframe import PaperOnAirframe
 from quadstep.interfaces.controller import Command, Condition, Controller
 from quadstep.interfaces.gain import believed, gain, given, usual
-from quadstep.interfaces.model import Kinematics, Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Model, Reference
 from quadstep.numbers import Number, Vector, clip, cos, vector
 from quadstep.vehicle.paper import State, coriolis_torque, effective_inertia
 

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from quadstep.interfaces.controller import Command, G, Measured, U
 from quadstep.interfaces.controller import Controller as Law
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.scan import call, raise_pending, register, release
 

@@ -22,8 +22,7 @@ from quadstep.control.vectoring import integral_for, push_against
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import from_gains
 from quadstep.interfaces.learning import net
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, largest, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 from quadstep.vehicle.paper import State

@@ -12,8 +12,7 @@ from typing import ClassVar, NamedTuple
 
 from quadstep.interfaces.controller import NOTHING, Condition, Controller, Measured
 from quadstep.interfaces.gain import cached_by_class
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, clip, minimum, vector
 from quadstep.numbers.rotations import from_rotation_vector, multiply, rotate
 from quadstep.numbers.scan import repeated

@@ -13,8 +13,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 from quadstep.control.mixers import quarters
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import gain, given
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.io.doors import needed_by
 from quadstep.numbers import Matrix, Number, Vector, clip, maximum, scan, sigmoid, vector
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply, rotation_matrix

@@ -7,8 +7,7 @@ from typing import ClassVar, NamedTuple, Self
 from quadstep.control.vectoring import angular_of, project, torque_for
 from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import believed, cached_by_class, gain, usual
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Vector, vector
 

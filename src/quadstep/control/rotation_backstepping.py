@@ -31,8 +31,7 @@ from quadstep.control.vectoring import (
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import AXES, NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import Net, basis, net, nets_start, output, weight_rate, weights
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, outer, vector, where
 from quadstep.numbers.rotations import (
     conjugate,

@@ -25,8 +25,7 @@ from quadstep.control.vectoring import (
 )
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, absolute, sqrt
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 

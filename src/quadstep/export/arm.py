@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.export.c.interface import Exported, loops
-from quadstep.export.c.literals import filled
-from quadstep.export.c.structs import has_numbers
+from quadstep.export.c.structs import filled, has_numbers
 from quadstep.io.errors import ToolError, UserError
 from quadstep.numbers import flatten
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import NamedTuple, cast
 
 from quadstep.export.c.interface import Exported, loops, title
-from quadstep.export.c.literals import filled, literal
-from quadstep.export.c.structs import as_array, fields_of
+from quadstep.export.c.structs import as_array, fields_of, filled, literal
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import gains_in
 from quadstep.io.errors import UserError

@@ -18,8 +18,8 @@ from quadstep.export.arm import BITS, WARNINGS, InstructionCounts, Sizes, measur
 from quadstep.export.c.flight import exported, fly_c
 from quadstep.export.c.golden import golden, golden_header, test_source
 from quadstep.export.c.interface import Exported, header, loops, title
-from quadstep.export.c.literals import filled
 from quadstep.export.c.source import parameters, source
+from quadstep.export.c.structs import filled
 from quadstep.export.datasheet import NOTHING, Facts, Measurements, datasheet, deviations, no_cppcheck
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__

@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.autopilot_logs import COLUMNS, SINKING, limits
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Series, Topics
-from quadstep.identify.rate_loops import ARDUPILOT, AXES, BETAFLIGHT, PX4, RateLoop
+from quadstep.identify.rate_loops import ARDUPILOT, AXES, BETAFLIGHT, COLUMNS, PX4, SINKING, RateLoop, limits
 from quadstep.identify.response import FREE, Response, response
 from quadstep.identify.setpoints import (
     EXPLAINED,

@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.autopilot_logs import notches
 from quadstep.identify.excited import FEWEST, Excited, motors
 from quadstep.identify.logs.flight import Floats, spectrum
-from quadstep.identify.rate_loops import RateLoop
+from quadstep.identify.rate_loops import RateLoop, notches
 from quadstep.identify.response import Complex
 from quadstep.identify.setpoints import EXPLAINED
 from quadstep.metrics.statistics import Estimate, student_quantile

@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.autopilot_logs import SINKING
 from quadstep.identify.changes import NOISY, loud, unnotched
 from quadstep.identify.excited import FEWEST, LOOPS_OF, Excited, motors
 from quadstep.identify.logs.flight import Flags, Floats, stretches
 from quadstep.identify.peaks import STANDS, covered, highest
-from quadstep.identify.rate_loops import RateLoop
+from quadstep.identify.rate_loops import SINKING, RateLoop
 from quadstep.identify.setpoints import latest
 from quadstep.metrics.statistics import student_quantile
 

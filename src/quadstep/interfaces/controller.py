@@ -14,8 +14,7 @@ from typing_extensions import TypeVar
 
 from quadstep.interfaces.gain import Declaration, Gain, Said, Undecided, cached_by_class, declared, with_defaults
 from quadstep.interfaces.learning import Learning
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, vector, where
 from quadstep.numbers.noise import Key
 

@@ -28,7 +28,7 @@ from typing import (
     get_type_hints,
 )
 
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.numbers import Number, Vector
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from quadstep.interfaces.gain import Default, resolved
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.numbers import Matrix, Number, Vector, absolute, clip, maximum, outer, sigmoid, total
 
 NEURONS, SEED = 10, 1

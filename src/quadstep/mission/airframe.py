@@ -6,7 +6,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from quadstep.interfaces.model import MARGIN, Model
+from quadstep.interfaces.plant import MARGIN, Model
 from quadstep.mission.airframe_tables import (
     MOST_LATE,
     BatterySection,

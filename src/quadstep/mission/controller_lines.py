@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.learning import DeclaredNet
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.mission.derived import ControllerSection, NetsSection
 from quadstep.mission.fields import Quantity
 from quadstep.numbers import Vector

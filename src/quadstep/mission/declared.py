@@ -9,7 +9,7 @@ from pydantic import Field, create_model
 from quadstep.control.registry import controller, names
 from quadstep.interfaces.gain import cached_by_class
 from quadstep.interfaces.log import FlightLog
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.io.doors import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.doors import registered
 from quadstep.io.errors import UserError

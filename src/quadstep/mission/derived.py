@@ -22,10 +22,11 @@ from quadstep.control.registry import BUILT_IN, controller
 from quadstep.interfaces.controller import Condition, Controller
 from quadstep.interfaces.gain import Gain, Undecided, cached_by_class
 from quadstep.interfaces.learning import NEURONS, SEED, DeclaredNet, Learning
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.mission.clock import PERIODS, STEP
+from quadstep.mission.data_files import KEY, Completed, beyond, check_order, completed
 from quadstep.mission.fields import (
     MOST,
     Diagonal,
@@ -38,7 +39,6 @@ from quadstep.mission.fields import (
     Section,
     as_tuple,
 )
-from quadstep.mission.saved_parameters import KEY, Completed, beyond, check_order, completed
 from quadstep.numbers import Matrix, Number, Vector, flatten
 
 

@@ -9,8 +9,7 @@ from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, mode
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.interfaces.log import FlightLog
-from quadstep.interfaces.model import MARGIN, Kinematics, Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import MARGIN, Kinematics, Model, Reference
 from quadstep.io.doors import DISTURBANCES
 from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
 from quadstep.metrics.registry import Metrics, flight_metrics

@@ -18,7 +18,7 @@ from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import controller, names
 from quadstep.interfaces.controller import BodyRates, Command, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import Gain, declared
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.io.doors import CONTROLLERS, Door, own_place
 from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.io.places import Place

@@ -12,9 +12,9 @@ from quadstep.interfaces.plant import PathLaw, Reference
 from quadstep.io.doors import PATHS
 from quadstep.io.errors import UserError
 from quadstep.mission.check import sections, types
+from quadstep.mission.data_files import ANGLE_UNITS, read_recording
 from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.own_thing import OwnSection, own_or
-from quadstep.mission.recording import ANGLE_UNITS, read_recording
 from quadstep.numbers import Vector, vector
 from quadstep.world.paths import DeclaredPath, MinimumJerk, MinimumJerkParameters, Orbit, OrbitParameters, Step, StepParameters
 from quadstep.world.pieces import LEAST_SPAN, Piecewise, near_recording, through_waypoints

@@ -16,8 +16,8 @@ from typing import NamedTuple, TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.numbers.kinds import Choice, Truth
 from quadstep.numbers.operation import Kind, place
-from quadstep.numbers.truth import Choice, Truth
 
 Array: TypeAlias = NDArray[np.float64]
 

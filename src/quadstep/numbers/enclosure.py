@@ -31,9 +31,8 @@ from quadstep.numbers.affine import (
     zeros_like,
 )
 from quadstep.numbers.functions import sinc
-from quadstep.numbers.kinds import ARRAYS
+from quadstep.numbers.kinds import ARRAYS, Choice, Truth
 from quadstep.numbers.operation import Kind, Operation, Rule, place
-from quadstep.numbers.truth import Choice, Truth
 from quadstep.numbers.undecided import lifted, undecided
 from quadstep.numbers.vectors import Matrix, Vector
 

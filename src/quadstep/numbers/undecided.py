@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from quadstep.numbers.affine import ROUNDING, Enclosure, Operand
-from quadstep.numbers.truth import Truth
+from quadstep.numbers.kinds import Truth
 
 
 def lifted(x: Operand, like: Enclosure) -> Enclosure:

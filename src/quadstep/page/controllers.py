@@ -16,7 +16,7 @@ from quadstep.interfaces.controller import Controller as Law
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import AXES, BELIEF, GAINS, NETS, Gain, declared
 from quadstep.interfaces.learning import DeclaredNet, LearningStart
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.io.errors import UserError
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.schema import Mission

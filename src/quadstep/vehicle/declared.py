@@ -12,8 +12,7 @@ from typing import Any, ClassVar, Generic, NamedTuple
 
 from typing_extensions import TypeVar
 
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Drawn, Reference
+from quadstep.interfaces.plant import Drawn, Model, Reference
 from quadstep.numbers import Number, Vector
 
 N = TypeVar("N", default=Any)

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from typing import ClassVar, Generic, Protocol, TypeVar, cast
 
 from quadstep.interfaces.controller import Command, Measured
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Number, Vector, absolute, maximum
 from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.vehicle.airframe_plant import Airframe, voltage

@@ -6,8 +6,7 @@ from typing import ClassVar, NamedTuple, cast
 
 from quadstep.interfaces.closed_loop import Outcome, finite
 from quadstep.interfaces.controller import Command
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Drawn, Reference, Rotor
+from quadstep.interfaces.plant import Drawn, Kinematics, Reference, Rotor
 from quadstep.numbers import Number, Vector, absolute, where
 from quadstep.vehicle.in_space import COLUMNS, InSpace, fastest, log_row
 from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, State, Vehicle, derivative, disturb, limit

@@ -10,8 +10,7 @@ from typing import ClassVar, NamedTuple
 
 from quadstep.interfaces.closed_loop import Outcome, finite
 from quadstep.interfaces.gain import gain
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Drawn, Reference, Rotor
+from quadstep.interfaces.plant import Drawn, Model, Reference, Rotor
 from quadstep.numbers import Number, Vector, absolute, clip, cos, sin, vector, where
 from quadstep.vehicle.declared import DeclaredPlant, PlantParameters
 

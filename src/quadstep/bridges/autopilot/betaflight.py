@@ -18,7 +18,7 @@ from quadstep.control.cascaded_pid import OuterMemory, asked_rates, begun, guide
 from quadstep.control.vectoring import up_axis
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Measured
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.io.errors import UserError
 from quadstep.mission.own_controller import FIRST_WAIT
 from quadstep.numbers import Vector, vector

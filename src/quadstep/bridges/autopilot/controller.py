@@ -22,8 +22,7 @@ from quadstep.control.mixers import quarters
 from quadstep.control.opaque import NoGains, Opaque
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
-from quadstep.interfaces.model import Model
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Model, Reference
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import FORMATS
 from quadstep.mission.derived import BuiltController, Modelled

@@ -7,8 +7,7 @@ from collections import Counter
 from typing import NamedTuple
 
 from quadstep.export.c.branches import HALVES, Branches, ScanRecord
-from quadstep.export.c.literals import bare, literal
-from quadstep.export.c.structs import INDENT
+from quadstep.export.c.structs import INDENT, bare, literal
 from quadstep.program.assignments import CONSTANT, INPUT
 from quadstep.program.operations import CONDITIONS, in_c
 from quadstep.program.rows import LEFT

@@ -13,8 +13,7 @@ import numpy as np
 
 from quadstep.export.c.interface import Exported, head, loops
 from quadstep.export.c.law import begins, measured_part, only
-from quadstep.export.c.literals import filled
-from quadstep.export.c.structs import fields_of, has_numbers, number
+from quadstep.export.c.structs import fields_of, filled, has_numbers, number
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Structure, Table, Vector, flatten, rebuild
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised

@@ -10,8 +10,7 @@ from collections import Counter
 
 from quadstep.export.c.branches import FILLED, SCAN, branches, pairs
 from quadstep.export.c.expressions import INDICES, CStatement, Statements, braced, commented
-from quadstep.export.c.literals import bare, literal
-from quadstep.export.c.structs import StoredStructures, StructOutput, has_numbers, members
+from quadstep.export.c.structs import StoredStructures, StructOutput, bare, has_numbers, literal, members
 from quadstep.program.assignments import INPUT
 from quadstep.program.rows import LEFT, LoopBody
 

@@ -20,8 +20,8 @@ from quadstep.numbers import Vector
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.numbers.operation import Kind, Operation, Rule
 from quadstep.proofs.prove.jet import Jet, bounded, jets
+from quadstep.proofs.prove.linear import Spectrum, spectrum
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.spectrum import Spectrum, spectrum
 
 Operand: TypeAlias = "ExactNumber | float"
 

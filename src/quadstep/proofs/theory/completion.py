@@ -15,8 +15,10 @@ from matplotlib.figure import Figure as Drawing
 
 from quadstep.io import __version__
 from quadstep.metrics.verdict import Case
-from quadstep.proofs.theory.comparison import (
+from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
+from quadstep.proofs.theory.trials import (
     COMPLETED,
+    DIMENSIONS,
     INNER_LOOPS,
     LAWS,
     PAPER,
@@ -24,13 +26,14 @@ from quadstep.proofs.theory.comparison import (
     TIMES,
     UNCOUNTERED,
     ComparisonSummary,
+    Cube,
     GridFlight,
     disturbance_over_weight,
+    draw_sample,
     grid,
+    sample_at,
     summarise,
 )
-from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
-from quadstep.proofs.theory.samples import DIMENSIONS, Cube, draw_sample, sample_at
 from quadstep.report import page
 from quadstep.report.canvas import drawing, write
 from quadstep.report.evidence import Evidence, Figure, Table

@@ -15,8 +15,7 @@ from quadstep.control.completed_backstepping import (
 )
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.engines.fly import FlightPlan
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Number, Vector
 from quadstep.proofs.theory.edge import mission, setting_of
 from quadstep.proofs.theory.region import NORMS, SIZE, Region, decay

@@ -8,10 +8,10 @@ import numpy as np
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.completed_backstepping import coupling_columns, with_yaw
 from quadstep.control.vectoring import project
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Number, Vector, absolute, largest, smallest, total
 from quadstep.proofs.theory.lyapunov import inner, lyapunov_rate, sum_squares
-from quadstep.proofs.theory.samples import PERIOD, LoopBatch
+from quadstep.proofs.theory.trials import PERIOD, LoopBatch
 from quadstep.vehicle.paper import coriolis, effective_inertia, effective_inertia_partials, thrust_direction
 
 

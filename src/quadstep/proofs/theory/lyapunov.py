@@ -14,9 +14,9 @@ from quadstep.control.backstepping import (
 from quadstep.control.completed_backstepping import CompletedBackstepping, coupling_columns, with_yaw
 from quadstep.control.filters import Filtered
 from quadstep.interfaces.learning import output
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Matrix, Number, Vector, exp, largest, smallest, sqrt, total
-from quadstep.proofs.theory.samples import LoopBatch
+from quadstep.proofs.theory.trials import LoopBatch
 from quadstep.vehicle.paper import (
     acceleration,
     angular_acceleration,

@@ -5,7 +5,7 @@ import sympy
 from quadstep.control.backstepping import desired_torque
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.interfaces.learning import output
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.closed_loop import (

@@ -14,8 +14,7 @@ from quadstep.control.backstepping import (
 from quadstep.control.filters import Filtered
 from quadstep.interfaces.controller import Command
 from quadstep.interfaces.learning import Net, basis
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Matrix, Vector
 from quadstep.proofs.verify.plant import MASS, THRUST, TORQUE, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES

@@ -6,7 +6,7 @@ import itertools
 
 import sympy
 
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify.plant import GRAVITY, MASS, PLACE, THRUST, TORQUE, UNEQUAL, along_rates, body
 from quadstep.proofs.verify.rigid_body import (

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains, BacksteppingMemory
 from quadstep.control.filters import Filtered
 from quadstep.interfaces.learning import Net, basis, random_input_weights
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, total
 from quadstep.vehicle.paper import (
     Disturbance,

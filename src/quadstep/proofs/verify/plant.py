@@ -2,7 +2,7 @@
 
 import sympy
 
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Vector
 from quadstep.proofs.verify.rigid_body import (
     ACCELERATIONS,

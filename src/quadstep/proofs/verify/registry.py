@@ -11,14 +11,13 @@ from quadstep.io.files import JSON, check_place, read_bytes, write_beside
 from quadstep.proofs.verify import (
     attitude_loop,
     bounds,
-    completed,
     forces,
     inversion,
+    own_laws,
     paths,
     plant,
     position_loop,
     remarks,
-    rotation,
     stability,
 )
 from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, JudgedRow, judge
@@ -111,19 +110,7 @@ def place(row: EquationRow) -> tuple[int, int]:
 
 def all_rows() -> list[EquationRow]:
     """Every row, in the order of the paper."""
-    parts = (
-        plant,
-        forces,
-        position_loop,
-        attitude_loop,
-        inversion,
-        stability,
-        bounds,
-        paths,
-        remarks,
-        completed,
-        rotation,
-    )
+    parts = (plant, forces, position_loop, attitude_loop, inversion, stability, bounds, paths, remarks, own_laws)
     return sorted((row for part in parts for row in part.ROWS), key=place)
 
 

@@ -9,8 +9,7 @@ import sympy
 
 from quadstep.control.backstepping import desired_force
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains, NoMemory, nested
-from quadstep.interfaces.model import Kinematics
-from quadstep.interfaces.plant import Reference
+from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.attitude_loop import target

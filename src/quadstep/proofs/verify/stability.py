@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from quadstep.control.backstepping import Backstepping
 from quadstep.engines.loop import Cycle, Loop
 from quadstep.interfaces.learning import weight_rate
-from quadstep.interfaces.model import Kinematics
+from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.closed_loop import E1, E1_DOT, GAINS, LAMBDA_1, MEMORY, R1, R2, STATE

@@ -1,4 +1,6 @@
-"""Single flights of a campaign, flown again: points of a figure that open on a page where they move."""
+"""Single flights of a campaign: flown again, as points of a figure that open on a page where they move; and the loop of each
+draw at rest where its path begins.
+"""
 
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
@@ -13,16 +15,46 @@ from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.io.run_record import REPORT
+from quadstep.linear.analysis import Analysis, studied
+from quadstep.linear.several import Several, collected
+from quadstep.linear.several import write as write_loops
 from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
 from quadstep.page.model import Link
 from quadstep.report import units
 from quadstep.report.canvas import drawing, margins, new_figure, write
+from quadstep.report.evidence import Evidence
+from quadstep.report.progress import Progress
+from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.pictures import LIMIT, LINE, PlottedMetric, logarithmic
 from quadstep.studies.campaign.replay import Replay, replay
-from quadstep.studies.campaign.schema import Campaign
+from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.varied import spans_decades
+
+USUAL = 100
+"""Default number of draws."""
+
+
+def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Evidence:
+    """The loops of a campaign's first draws. Raises UserError."""
+    campaign = read_campaign(path)
+    count = min(campaign.flights, USUAL) if count is None else count
+    with publishing(folder, f"linear-draws-{count}-{campaign.fingerprint}", overwrite) as out:
+        found = collected(((f"flight {flight}", one) for flight, one in of_draws(campaign, count)), progress)
+        done = Several(campaign.file.name, "draws", found, [float(flight) for flight in range(count)])
+        return write_loops(out, done, path, sheet)
+
+
+def of_draws(campaign: Campaign, count: int) -> Iterator[tuple[int, Analysis | str]]:
+    """The first draws by the numbers of their flights, and the loop of each, or why there is none."""
+    for flight in range(count):
+        try:
+            found: Analysis | str = studied(replay(campaign, flight).mission).analysis
+        except UserError as error:
+            found = str(error)
+        yield flight, found
+
 
 PAGE = "flights.html"
 

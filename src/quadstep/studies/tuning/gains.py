@@ -17,7 +17,7 @@ from pydantic import BaseModel
 from quadstep.interfaces import gain as declaration
 from quadstep.interfaces.controller import Condition
 from quadstep.interfaces.learning import DeclaredNet
-from quadstep.interfaces.model import Model
+from quadstep.interfaces.plant import Model
 from quadstep.io.errors import UserError
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.fields import parts, replaced, with_value

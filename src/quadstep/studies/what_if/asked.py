@@ -11,7 +11,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError, meant, shorten
 from quadstep.io.parameter_files import FORMATS, read_parameters
 from quadstep.linear.grade import Grade
-from quadstep.mission.saved_parameters import briefly
+from quadstep.mission.data_files import briefly
 from quadstep.report import units
 from quadstep.studies.tuning.judge import CandidateFlights
 

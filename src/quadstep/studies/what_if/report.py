@@ -12,7 +12,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
 from quadstep.metrics.registry import EFFORTS
 from quadstep.metrics.statistics import Estimate, share, share_difference
-from quadstep.mission.saved_parameters import briefly
+from quadstep.mission.data_files import briefly
 from quadstep.mission.schema import Mission
 from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob

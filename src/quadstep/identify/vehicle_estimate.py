@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.datasheet.sheet import Datasheet, StandSection
+from quadstep.identify.datasheet import Datasheet, StandSection
 from quadstep.identify.logs.flight import Floats
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import LAYOUTS, AirframeSection, laid_out
