@@ -121,12 +121,10 @@ def test_all_good_and_only_one():
     assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
     assert found.spreads[0].quantiles[0.5].value == 0.1
     assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
-    without = found._replace(limited=False)
-    assert sentences(without)[0].startswith("1 flight: 100 % succeed, which means only that it did not end early (")
-    assert "The only flight succeeded, which means only that it did not end early" in answer(without)
-    assert "early" not in answer(found)
-    late = found._replace(since=9.9)
-    assert sentences(late)[0].startswith("1 flight: 100 % succeed, errors counted from 9.9 s on (score_from); ")
+    late = found._replace(meaning=" (errors counted from 9.9 s on: score_from)")
+    assert sentences(late)[0].startswith("1 flight: 100 % succeed (errors counted from 9.9 s on: score_from); ")
+    assert answer(late).startswith("The only flight succeeded (errors counted from 9.9 s on: score_from); ")
+    assert answer(late._replace(decision="Not met: ...")).startswith("Not met: ... The only flight succeeded ")
 
 
 def test_quantiles_are_given_where_enough_flights_are_beyond_them():

@@ -17,7 +17,7 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import Flyer, on_lanes
-from quadstep.studies.envelope import Map, meaning, most_of
+from quadstep.studies.envelope import Map, most_of
 from quadstep.studies.envelope_map import CAUSES, Cells, cells_of, draw_panel, legend, length, middle, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import StudySpan, run
@@ -117,7 +117,7 @@ def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
 
 def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path):
     asked = request(write(tmp_path, LINE), "path.duration=0.5:1:2", "vehicle.mass=1:1.1:2", failures=["effort_thrust=1e9"])
-    assert meaning(asked) == " (to the end, within the limit of effort_thrust, however large the error)"
+    assert asked.campaign.meaning == " (judged by reaching the end and by effort_thrust only)"
     assert most_of(asked) == ""
     assert most_of(asked._replace(random=True)) == " in the one flight of each, which chance varies"
     assert most_of(asked._replace(random=True, flights=20)).startswith(", that is, at least ")
@@ -126,9 +126,12 @@ def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path
 def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
     axes = "--x", "path.duration=0.5:1:2", "--y", "vehicle.mass=1:1.1:2"
     run = quadstep("envelope", write(tmp_path, LINE), *axes, "--out", tmp_path / "out")
-    assert "Flyable (to the end, however large the error) of path.duration and vehicle.mass" in run.out.replace("\n", " ")
+    assert (
+        "Flyable (judged by reaching the end only, however large the error) of path.duration and vehicle.mass"
+        in run.out.replace("\n", " ")
+    )
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "can be flown (to the end, however large the error): the limit" in report
+    assert "can be flown (judged by reaching the end only, however large the error): the limit" in report
 
 
 def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkeypatch):

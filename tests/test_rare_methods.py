@@ -220,8 +220,8 @@ def test_some_points_are_chosen_by_place():
     assert points.at(np.array([True, False, True])).noise.tolist() == [0, 2]
 
 
-def test_without_a_limit_failing_is_said_to_be_ending_early():
+def test_what_a_failure_is_judged_by_is_said():
     found = summarise(REPLICATES)
-    plain, early = (sentences(found, Method.CROSS_ENTROPY, limited)[0] for limited in (True, False))
+    plain, early = (sentences(found, Method.CROSS_ENTROPY, meaning)[0] for meaning in ("", " (judged by ...)"))
     assert plain.startswith("A flight fails with probability ")
-    assert early.startswith("A flight fails, that is, ends early ([failure] sets no limit), with probability ")
+    assert early.startswith("A flight fails (judged by ...) with probability ")

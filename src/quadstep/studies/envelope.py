@@ -7,7 +7,6 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.metrics.registry import LARGEST, RMSE
 from quadstep.report import page, units
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.publish import booktabs
@@ -18,9 +17,6 @@ from quadstep.studies.envelope_request import MapAxis, Request, as_typed
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
-
-ERRORS = {RMSE, LARGEST, "relative_error"}
-"""Limits that a flight far from its path does not meet."""
 
 HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells", "outcomes of failed flights")
 
@@ -150,10 +146,10 @@ def answer(found: Envelope) -> str:
     asked = found.asked
     over = f"combination{'' if max(one.cells for one in found.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
     if all(one.flyable == one.cells for one in found.panels):
-        whole = f"Every one of the {found.panels[0].cells} {over} can be flown{meaning(asked)}"
+        whole = f"Every one of the {found.panels[0].cells} {over} can be flown{asked.campaign.meaning}"
         return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points."
     parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in found.panels]
-    return f"Of the {over}, {', '.join(parts)} can be flown{meaning(asked)}{most_of(asked)}."
+    return f"Of the {over}, {', '.join(parts)} can be flown{asked.campaign.meaning}{most_of(asked)}."
 
 
 def most_of(asked: Request) -> str:
@@ -161,14 +157,6 @@ def most_of(asked: Request) -> str:
     if asked.flights > 1:
         return f", that is, at least {100 * FLYABLE:g} % of {asked.flights} flights succeed"
     return " in the one flight of each, which chance varies" if asked.random else ""
-
-
-def meaning(asked: Request) -> str:
-    """What is less than one expects of a flight that counts as flown; nothing where an error can be too large."""
-    limits = asked.campaign.file.failure
-    if ERRORS & limits.keys():
-        return ""
-    return f" (to the end{f', within the limit of {units.listed([*limits])}' if limits else ''}, however large the error)"
 
 
 def caption(found: Envelope) -> str:
@@ -203,4 +191,4 @@ def sentence(found: Envelope) -> str:
         for panel in found.panels
     ]
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    return f"Flyable{meaning(asked)} of {asked.x.key} and {asked.y.key}: {', '.join(parts)}{most_of(asked)}.{same}"
+    return f"Flyable{asked.campaign.meaning} of {asked.x.key} and {asked.y.key}: {', '.join(parts)}{most_of(asked)}.{same}"

@@ -65,12 +65,12 @@ def evidence(
         (str(one.flight), one.outcome, *("-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)))
         for one in summary.worst
     ]
-    found = sentences(summary)
+    found, decision = sentences(summary), [summary.decision] * bool(summary.decision)
     return Evidence(
         name=name,
         kind="Campaign",
-        answer=found[0],
-        sentences=[*(run.sentences(decided, file) if decided else ()), *found],
+        answer=" ".join([*decision, found[0]]),
+        sentences=[*decision, *(run.following(decided, file) if decided else ()), *found],
         record=record,
         sections=[Table(header=WORST, rows=rows, shown="The worst flights")],
         cases=(Case("flown"), *([until_case(decided)] if decided else [])),
@@ -82,5 +82,5 @@ def evidence(
 def until_case(decided: run.Decided) -> Case:
     """The case that `--until` was to show."""
     low, high = decided.seen[-1].rate[1:]
-    name = f"fewer than {decided.target:g} of the flights fail, with 95 % confidence"
+    name = f"fewer than {decided.target:g} of the flights fail{decided.done.summary.meaning}, with 95 % confidence"
     return Case(name, None if decided.below else f"{name}: not shown; the probability is from {low:.3g} to {high:.3g}")

@@ -31,7 +31,8 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 def answer(summary: CampaignSummary) -> str:
     if not summary.drawn:
         return f"{succeeded(summary)}. {summary.why_not}"
-    return f"{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
+    first = f"{summary.decision} " if summary.decision else ""
+    return f"{first}{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
 
 
 def facts(summary: CampaignSummary) -> list[page.Fact]:
@@ -111,13 +112,18 @@ def outcomes(summary: CampaignSummary) -> Table:
     header, counts = ("outcome", "flights", "share of all [%]"), ended(summary)
     rows: list[tuple[page.Cell, ...]] = [(name, str(count)) for name, count in counts.items() if count]
     if summary.drawn:
-        rows = [(name, str(count), spanned(share(count, summary.flights))) for name, count in counts.items()]
+        rows = [(name, str(count), spanned(share_of(summary, name, count))) for name, count in counts.items()]
     return Table("How the flights ended", "outcomes", header if summary.drawn else header[:2], rows)
+
+
+def share_of(summary: CampaignSummary, what: str, count: int) -> Estimate:
+    """Of all flights, those that ended so, with the interval."""
+    return summary.success if what == SUCCEEDED else share(count, summary.flights)
 
 
 def for_a_paper(summary: CampaignSummary, name: str) -> str:
     """Outcomes and quantiles as a LaTeX table; without intervals where nothing is statistical."""
-    shares = {what: share(count, summary.flights) for what, count in ended(summary).items()}
+    shares = {what: share_of(summary, what, count) for what, count in ended(summary).items()}
     ends = [(what, "", units.percent(*one) if summary.drawn else str(ended(summary)[what])) for what, one in shares.items()]
     rows = [
         (words, f"{100.0 * q:g} %", units.interval(*one, unit) if summary.drawn else units.quantity(one.value, unit))

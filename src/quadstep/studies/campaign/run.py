@@ -7,7 +7,7 @@ the intervals of all looks together contain the probability with 95 % confidence
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import count
 from pathlib import Path
 from typing import NamedTuple
@@ -73,13 +73,19 @@ def fly_missing(store: Store, fly: Fly[Chunk], flights: int, progress: Progress)
         store.write(chunk, table)
 
 
-def finish(store: Store, campaign: Campaign, asked: CampaignRequest) -> FinishedCampaign:
-    """Summarise what was flown; write the report and the final manifest."""
+def finish(
+    store: Store, campaign: Campaign, asked: CampaignRequest, decision: str = "", failing: Estimate | None = None
+) -> FinishedCampaign:
+    """Summarise what was flown; write the report and the final manifest. decision: as in `CampaignSummary`. failing: the share
+    that fails, with the interval of flights whose number their failures decided.
+    """
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
     grading, grid = asked.grading(campaign.mission), campaign.file.combinations
     summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign))
-    summary = summary._replace(limited=bool(campaign.file.failure), since=campaign.mission.scored_from)
+    summary = summary._replace(meaning=campaign.meaning, decision=decision)
+    if failing:
+        summary = summary._replace(success=Estimate(summary.success.value, 1.0 - failing.high, 1.0 - failing.low))
     write_report(store, campaign, summary, asked.path, asked.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)
@@ -186,7 +192,9 @@ def fly_until(asked: CampaignRequest, target: float) -> Decided:
             seen.append(look_at(store, look))
             if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
                 break
-        return Decided(finish(store, campaign, asked), target, tuple(seen))
+        last = seen[-1]
+        rate = last.rate if last.look.flights == store.flights else None  # of a run resumed with more, theirs
+        return Decided(finish(store, campaign, asked, decision(target, seen, campaign.meaning), rate), target, tuple(seen))
 
 
 def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:
@@ -207,38 +215,37 @@ def look_at(store: Store, look: Look) -> Seen:
     return Seen(look, failures, exact_share(failures, look.flights, look.tail))
 
 
-def sentences(decided: Decided, file: Path) -> list[str]:
-    """The result so far, and what to fly next if the target is not shown."""
-    last, target = decided.seen[-1], decided.target
-    summary = decided.done.summary
-    fail = "fail" if summary.limited else "fail, that is, end early ([failure] sets no limit)"
-    if summary.limited and summary.since:
-        fail += f", errors counted from {summary.since:g} s on (score_from)"
-    shown = (
-        f"{last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
-        f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(decided.seen)})."
-    )
-    if decided.below:
-        return [f"Shown: fewer than {target:g} of the flights {fail}. {shown}"]
-    if decided.above:
-        return [
-            f"Not met: {target:g} of the flights or more {fail}. {shown}",
-            "Next: see the report for what failures depend on, and replay the worst; with another controller, start over.",
-        ]
-    lines = [f"Not decided. {shown}"]
-    following = next(look for look in looks(target) if look.flights > last.look.flights)
-    expected = last.rate.value * following.flights
-    if following.flights > MOST_FLIGHTS:
-        lines.append(f"No further look is possible; a campaign has at most {MOST_FLIGHTS:.3g} flights.")
-    elif expected > following.failures:
-        lines.append(
-            f"Next: the following look, at {following.flights} flights, allows {following.failures} failures; at the rate so "
-            f"far expect {expected:.0f}, so success is unlikely. See the report for what failures depend on."
-        )
+def decision(target: float, seen: Sequence[Seen], meaning: str) -> str:
+    """Whether the target is shown, and by what. meaning: as `Campaign` has it."""
+    last = seen[-1]
+    if last.rate.high <= target:
+        said = f"Shown: fewer than {target:g} of the flights fail{meaning}."
     else:
-        more = command("campaign", file, "--resume", "--until", f"{target:g}", "--flights", following.flights)
-        lines.append(f"Next: {more}, which succeeds if no more than {following.failures} flights fail; expect {expected:.0f}.")
-    return lines
+        said = f"Not met: {target:g} of the flights or more fail{meaning}." if last.rate.low >= target else "Not decided."
+    return (
+        f"{said} {last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
+        f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(seen)})."
+    )
+
+
+def following(decided: Decided, file: Path) -> list[str]:
+    """What to fly next if the target is not shown."""
+    last, target = decided.seen[-1], decided.target
+    if decided.below:
+        return []
+    if decided.above:
+        return ["Next: see the report for what failures depend on, and replay the worst; with another controller, start over."]
+    more = next(look for look in looks(target) if look.flights > last.look.flights)
+    expected = last.rate.value * more.flights
+    if more.flights > MOST_FLIGHTS:
+        return [f"No further look is possible; a campaign has at most {MOST_FLIGHTS:.3g} flights."]
+    if expected > more.failures:
+        return [
+            f"Next: the following look, at {more.flights} flights, allows {more.failures} failures; at the rate so "
+            f"far expect {expected:.0f}, so success is unlikely. See the report for what failures depend on."
+        ]
+    again = command("campaign", file, "--resume", "--until", f"{target:g}", "--flights", more.flights)
+    return [f"Next: {again}, which succeeds if no more than {more.failures} flights fail; expect {expected:.0f}."]
 
 
 def decided_as_json(decided: Decided) -> dict[str, object]:

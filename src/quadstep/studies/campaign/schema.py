@@ -16,13 +16,14 @@ from quadstep.io.documents import read_toml
 from quadstep.io.doors import all_installed
 from quadstep.io.errors import UserError
 from quadstep.io.places import digest, place
+from quadstep.metrics.registry import LARGEST, RMSE
 from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key
 from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple, parts
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import CAMPAIGN, check_mission, refuse_others
 from quadstep.mission.schema import Mission
-from quadstep.report.units import after, metric
+from quadstep.report.units import after, listed, metric
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 
 
@@ -184,6 +185,15 @@ class Campaign(NamedTuple):
             words, unit = metric(self.thresholds[name])
             limits.append(f", or {words} above {limit:g}{after(unit)}")
         return f"if it ends early{''.join(limits)}"
+
+    @property
+    def meaning(self) -> str:
+        """What is less, or later, than one expects of how a flight is judged, in brackets after a blank; else nothing."""
+        limits, since = self.file.failure, self.mission.scored_from
+        if not {RMSE, LARGEST} & limits.keys():
+            rest = f"and by {listed([*limits])} only" if limits else "only, however large the error"
+            return f" (judged by reaching the end {rest})"
+        return f" (errors counted from {since:g} s on: score_from)" if since else ""
 
     @property
     def mission(self) -> Mission:

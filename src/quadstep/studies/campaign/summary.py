@@ -61,7 +61,7 @@ class CampaignSummary(NamedTuple):
     differ in any result, as where nothing varies, or nothing that has an effect. points: of a grid that the flights are, where
     nothing of them is drawn at random; 0 where something is. uneven: points of its grid, where it does not fly all of them
     equally often; else 0. singly: keys because of which each flight was set up by itself.
-    limited: whether flights that complete can fail, by a limit in [failure]. since: from when errors count [s].
+    meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence.
     """
 
     flights: int
@@ -72,10 +72,10 @@ class CampaignSummary(NamedTuple):
     copies: bool = False
     rest: Mapping[str, str] = {}
     singly: tuple[str, ...] = ()
-    limited: bool = True
     points: int = 0
     uneven: int = 0
-    since: float = 0.0
+    meaning: str = ""
+    decision: str = ""
 
     @property
     def drawn(self) -> bool:
@@ -90,14 +90,6 @@ class CampaignSummary(NamedTuple):
         if self.flights == 1:
             return SINGLE
         return COPIES.format(self.flights) if self.copies else POINTS.format(self.flights, units.counted(self.points, "point"))
-
-    @property
-    def meaning(self) -> str:
-        """What success is, to follow how many flights do, where it is less than one expects."""
-        who = "it" if self.flights == 1 else "they"
-        if not self.limited:
-            return f", which means only that {who} did not end early ([failure] sets no limit)"
-        return f", errors counted from {self.since:g} s on (score_from)" if self.since else ""
 
 
 def summarise(
@@ -191,7 +183,7 @@ def as_json(summary: CampaignSummary) -> dict[str, Any]:
         "points": summary.points,
         "uneven_grid": summary.uneven,
         AT_REST: dict(summary.rest),
-        "limited": summary.limited,
+        "meaning": summary.meaning.strip(" ()"),
         "set_up_singly": list(summary.singly),
         "success": summary.success._asdict(),
         "outcomes": summary.outcomes,

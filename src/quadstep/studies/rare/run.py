@@ -73,7 +73,7 @@ def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: P
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("quadstep", kept.manifest["version"]),
     ]
-    said = sentences(summary, file.rare.method, bool(file.failure))
+    said = sentences(summary, file.rare.method, campaign.meaning)
     value, low, high = (units.number(part) for part in summary.probability)
     facts = [
         page.Fact("probability of failure", value, f"95 %: {low} to {high}"),

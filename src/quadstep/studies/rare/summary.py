@@ -169,15 +169,15 @@ def rounded(flights: float) -> str:
     return f"{float(f'{flights:.2g}'):,.0f}" if flights < 1e9 else f"{flights:.2g}"
 
 
-def sentences(found: RareSummary, method: Method, limited: bool = True) -> list[str]:
-    """What was found, the answer first. limited: whether flights that complete can fail, by a limit in [failure]."""
+def sentences(found: RareSummary, method: Method, meaning: str = "") -> list[str]:
+    """What was found, the answer first. meaning: as `Campaign` has it."""
     value, low, high = (f"{part:.3g}" for part in found.probability)
     count = len(found.replicates)
     doubt = "if no kind of failure was missed"
     if found.warnings:
         doubt = f"doubtful: see the {counted(len(found.warnings), 'warning')}"
     lines = [
-        f"A flight fails{'' if limited else ', that is, ends early ([failure] sets no limit),'} with probability {value} "
+        f"A flight fails{meaning} with probability {value} "
         f"({doubt}); with 95 % confidence {low} to {high}, from {count} independent "
         f"replicates by {method.words}."
     ]
