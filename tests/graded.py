@@ -41,7 +41,8 @@ FLIGHTS = {
         ["rate_growth"],
     ),
     "a nose that does not turn": (
-        {"vehicle": X500, "path": {**CIRCLE, "yaw_rate": 0.6}, "controller": {"type": "pid", "attitude": [6.0, 6.0, 0.01]}},
+        {"vehicle": X500, "path": {**CIRCLE, "yaw_rate": 0.6},
+         "controller": {"type": "pid", "rate": [20.0, 20.0, 0.01], "rate_integral": 0.0}},
         ["heading_error[rad]"],
     ),
     "over at once": (

@@ -15,6 +15,7 @@ from tests.random_samples import (
     reachable,
     rotation_of,
     shaken,
+    turning,
 )
 
 PERIOD, SLOWER = 0.002, 3
@@ -93,10 +94,11 @@ def test_the_cascaded_pid_is_its_four_loops(seed, bounds, limits):
             gained = g["velocity_integral"] * e_v + 2.0 * (force - asked) / g["mass"]
             i_v = shortened(i_v + SLOWER * PERIOD * gained, g["integral_bound"])
             wanted = frame(force, d["yaw"])
+            fed, _ = turning(lambda t, f=force, d=d: frame(f, d["yaw"] + d["yaw_rate"] * t), 5e-4)
         command, memory = law.law(memory, measured, reference, gains, 0.5, PERIOD)
         rotation = rotation_of(m["attitude"])
         turn = Rotation.from_matrix(rotation.T @ wanted).as_rotvec()
-        e_w = shortened(g["attitude"] * turn, g["most_rate"]) - m["rates"]
+        e_w = shortened(g["attitude"] * turn + rotation.T @ wanted @ fed, g["most_rate"]) - m["rates"]
         before, filtered = filtered, m["rates"] + np.exp(-g["rate_filter"] * PERIOD) * (filtered - m["rates"])
         angular = g["rate"] * e_w + i_w - g["rate_derivative"] * (filtered - before) / PERIOD
         same(command, force @ rotation @ UP, g["inertia"] * angular, wanted)

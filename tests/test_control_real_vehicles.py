@@ -2,6 +2,7 @@
 
 import math
 from itertools import product
+from operator import attrgetter
 from pathlib import Path
 
 import mpmath
@@ -10,7 +11,7 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 from quadstep import fly, fly_all
-from quadstep.control.filters import FilteredAttitude, attitude_filter
+from quadstep.control.filters import FilteredAttitude, LedAttitude, led_acceleration, led_filter
 from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.rotation_backstepping import RotationBackstepping
 from quadstep.control.vectoring import project, project_weights, tilted_within, up_axis, vee_error, wanted_attitude, within
@@ -95,6 +96,23 @@ def test_it_damps_a_rate_about_any_axis(kind):
     for axis in range(3):
         command, _ = asked(kind, begin=IDENTITY, rates=Vector(0.3 if i == axis else 0.0 for i in range(3)))
         assert list(command.torque)[axis] < 0.0, axis
+
+
+@EVERY
+def test_a_heading_that_turns_as_its_path_is_not_braked(kind):
+    turning = [HERE._replace(yaw_rate=rate) for rate in (0.0, 0.3)]
+    braked, free = (asked(kind, reference=one, rates=vector(0.0, 0.0, 0.3))[0].torque[2] for one in turning)
+    assert braked < 0.0
+    assert abs(free) < 0.01 * abs(braked)  # a command filter is a sample ahead
+
+
+@pytest.mark.parametrize(("kind", "gain"), [("pid", "rate"), ("loop-shaping", "rate_loop.proportional")])
+def test_a_turning_heading_is_fed_forward_about_the_wanted_axis(kind, gain):
+    plan, attitude = mission(kind).plan(), from_rotation_vector(vector(0.3, -0.2, 0.1))
+    turning, still = (asked(kind, reference=HERE._replace(yaw_rate=rate), attitude=attitude)[0].torque for rate in (0.4, 0.0))
+    wanted = rotation_matrix(attitude).T @ vector(0.0, 0.0, 0.4)  # the wanted attitude is level here
+    torque = plan.parameters.airframe.inertia * attrgetter(gain)(plan.parameters.gains) * wanted
+    assert list(turning - still) == pytest.approx(list(torque), rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["rotation-backstepping", "hedged-backstepping"])
@@ -270,23 +288,27 @@ def test_gains_are_right_to_the_last_digits_whatever_the_weights(decades):
         np.testing.assert_allclose(spectral_factor(even), wanted, rtol=2e-15)
 
 
+def towards_a_turn(filtered):
+    """The filter's acceleration towards 0.6 rad about y, its frequency 10 rad/s."""
+    command = LedAttitude(from_rotation_vector(vector(0.0, 0.6, 0.0)), ZERO, ZERO)
+    return led_acceleration(filtered, command, vector(100.0, 100.0, 100.0), vector(20.0, 20.0, 20.0))
+
+
 def test_the_attitude_filter_is_critically_damped_and_ends_at_its_command():
-    command = from_rotation_vector(vector(0.0, 0.6, 0.0))
     filtered = FilteredAttitude(IDENTITY, ZERO, ZERO)
     turned = []
     for _ in range(1000):
-        filtered = attitude_filter(filtered, command, vector(10.0, 10.0, 10.0), ZERO, 0.001)
+        filtered = led_filter(filtered, towards_a_turn(filtered), ZERO, 0.001)
         turned.append(2.0 * math.atan2(filtered.attitude[2], filtered.attitude[0]))
     t = 0.001 * np.arange(1, 1001)
     np.testing.assert_allclose(turned, 0.6 * (1.0 - (1.0 + 10.0 * t) * np.exp(-10.0 * t)), atol=5e-3)
 
 
 def test_a_hedged_filter_waits_for_a_vehicle_that_cannot_follow():
-    command = from_rotation_vector(vector(0.0, 0.6, 0.0))
     free = held = FilteredAttitude(IDENTITY, ZERO, ZERO)
     for _ in range(200):
-        free = attitude_filter(free, command, vector(10.0, 10.0, 10.0), ZERO, 0.001)
-        held = attitude_filter(held, command, vector(10.0, 10.0, 10.0), vector(0.0, 20.0, 0.0), 0.001)
+        free = led_filter(free, towards_a_turn(free), ZERO, 0.001)
+        held = led_filter(held, towards_a_turn(held), vector(0.0, 20.0, 0.0), 0.001)
     assert held.attitude[2] < 0.8 * free.attitude[2]
 
 

@@ -33,19 +33,20 @@ class OuterGains(NamedTuple):
 
 
 class OuterMemory(NamedTuple):
-    """integral [m/s^2]: what the I part of velocity adds. force [N], wanted (unit quaternion), velocity_error [m/s]: from the
-    velocity loop.
+    """integral [m/s^2]: what the I part of velocity adds. force [N], wanted (unit quaternion) and rates [rad/s] of that
+    attitude in its own axes, velocity_error [m/s]: from the velocity loop.
     """
 
     integral: Vector
     force: Vector
     wanted: Vector
+    rates: Vector
     velocity_error: Vector
 
 
 def begun(measured: Measured, gains: OuterGains) -> OuterMemory:
     zero = vector(0.0, 0.0, 0.0)
-    return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, zero)
+    return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, zero, zero)
 
 
 def entered(measured: Measured, reference: Reference, gains: OuterGains) -> OuterMemory:
@@ -65,14 +66,14 @@ def guided(memory: OuterMemory, measured: Measured, reference: Reference, gains:
     lost = (force - asked) * (1.0 / gains.mass)  # anti-windup: what cannot be had is not integrated
     integral = memory.integral + period * (gains.velocity_integral * error + 2.0 * lost)
     zero = vector(0.0, 0.0, 0.0)
-    attitude = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
-    return OuterMemory(project(integral, gains.integral_bound), force, quaternion_of(attitude), error)
+    wanted = wanted_attitude(force, zero, zero, reference.yaw, reference.yaw_rate)
+    return OuterMemory(project(integral, gains.integral_bound), force, quaternion_of(wanted.rotation), wanted.rates, error)
 
 
 def asked_rates(memory: OuterMemory, measured: Measured, gains: OuterGains) -> Vector:
-    """Attitude P gives body rates [rad/s]."""
-    error = rotation_vector(multiply(conjugate(measured.attitude), memory.wanted))
-    return project(gains.attitude * error, gains.most_rate)
+    """Attitude P gives body rates [rad/s], to which the path's turn of the heading is added."""
+    between = multiply(conjugate(measured.attitude), memory.wanted)
+    return project(gains.attitude * rotation_vector(between) + rotation_matrix(between) @ memory.rates, gains.most_rate)
 
 
 class CascadedPidGains(NamedTuple):

@@ -21,7 +21,15 @@ What a path is known to do (velocity, acceleration, the turn of its wanted attit
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.filters import Filtered, FilteredAttitude, LedAttitude, command_filter, led_acceleration, led_filter
+from quadstep.control.filters import (
+    Filtered,
+    FilteredAttitude,
+    LedAttitude,
+    command_filter,
+    led_acceleration,
+    led_by,
+    led_filter,
+)  # fmt: skip
 from quadstep.control.rotation_backstepping import AIRBORNE
 from quadstep.control.vectoring import attitude_for, project_weights, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
@@ -29,15 +37,7 @@ from quadstep.interfaces.gain import NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import NODES, growth, hats, values
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, maximum, vector, where
-from quadstep.numbers.rotations import (
-    conjugate,
-    cross,
-    multiply,
-    quaternion_of,
-    rotation_matrix,
-    rotation_vector,
-    yaw_pitch_roll,
-)
+from quadstep.numbers.rotations import conjugate, cross, multiply, rotation_matrix, rotation_vector, yaw_pitch_roll
 
 UP = vector(0.0, 0.0, 1.0)
 
@@ -168,7 +168,7 @@ class FilteredBackstepping(Controller):
             flying=flying,
             asked=asked,
             force=force,
-            wanted=LedAttitude(quaternion_of(wanted.rotation), wanted.rates, wanted.acceleration),
+            wanted=led_by(wanted),
             compensated=speed_left,
         )
 

@@ -14,6 +14,7 @@ no more than the vehicle can follow, and errors from saturation are not learnt.
 import math
 from typing import NamedTuple
 
+from quadstep.control.vectoring import WantedAttitude
 from quadstep.numbers import Number, Vector, absolute, cos, exp, maximum, sin, vector, where
 from quadstep.numbers.rotations import (
     conjugate,
@@ -21,6 +22,7 @@ from quadstep.numbers.rotations import (
     from_rotation_vector,
     multiply,
     normalised,
+    quaternion_of,
     rotation_matrix,
     rotation_vector,
 )
@@ -172,27 +174,16 @@ class FilteredAttitude(NamedTuple):
     acceleration: Vector
 
 
-def attitude_filter(
-    filtered: FilteredAttitude, command: Vector, frequency: Vector, hedge: Vector, period: Number
-) -> FilteredAttitude:
-    """The filter `period` [s] later. command: unit quaternion. frequency: natural, about each axis [rad/s].
-
-    hedge: angular acceleration that the rotors could not make [rad/s^2], taken off. Stable for frequency * period below
-    about 0.8.
-    """
-    away = rotation_vector(multiply(conjugate(filtered.attitude), command))
-    acceleration = frequency * (frequency * away - 2.0 * filtered.rates)
-    rates = filtered.rates + period * (acceleration - hedge)
-    attitude = multiply(filtered.attitude, from_rotation_vector(period * rates))
-    return FilteredAttitude(normalised(attitude), rates, acceleration)
-
-
 class LedAttitude(NamedTuple):
     """A wanted attitude with its motion: attitude, a unit quaternion; rates [rad/s], turning [rad/s^2]: in its own axes."""
 
     attitude: Vector
     rates: Vector
     turning: Vector
+
+
+def led_by(wanted: WantedAttitude) -> LedAttitude:
+    return LedAttitude(quaternion_of(wanted.rotation), wanted.rates, wanted.acceleration)
 
 
 def led_acceleration(filtered: FilteredAttitude, led: LedAttitude, stiffness: Vector, damping: Vector) -> Vector:
@@ -205,7 +196,10 @@ def led_acceleration(filtered: FilteredAttitude, led: LedAttitude, stiffness: Ve
 
 
 def led_filter(filtered: FilteredAttitude, acceleration: Vector, hedge: Vector, period: Number) -> FilteredAttitude:
-    """The filter `period` [s] later. acceleration: of `led_acceleration`. hedge: as in `attitude_filter`."""
+    """The filter `period` [s] later. acceleration: of `led_acceleration`; critically damped with stiffness w^2, damping 2 w.
+
+    hedge: angular acceleration that the rotors could not make [rad/s^2], taken off. Stable for w period below about 0.8.
+    """
     rates = filtered.rates + period * (acceleration - hedge)
     attitude = multiply(filtered.attitude, from_rotation_vector(period * rates))
     return FilteredAttitude(normalised(attitude), rates, acceleration)

@@ -18,7 +18,7 @@ the command's error alone. The nets are linear in their weights as those of [16]
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.filters import FilteredAttitude, LedAttitude, led_acceleration, led_filter
+from quadstep.control.filters import FilteredAttitude, LedAttitude, led_acceleration, led_by, led_filter
 from quadstep.control.rotation_backstepping import (
     AIRBORNE,
     FORCE_INPUTS,
@@ -35,15 +35,7 @@ from quadstep.interfaces.learning import Net, basis, net, nets_start, output, we
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, maximum, vector, where
 from quadstep.numbers.functions import length
-from quadstep.numbers.rotations import (
-    conjugate,
-    cross,
-    multiply,
-    quaternion_of,
-    rotation_matrix,
-    rotation_vector,
-    yaw_pitch_roll,
-)
+from quadstep.numbers.rotations import conjugate, cross, multiply, rotation_matrix, rotation_vector, yaw_pitch_roll
 
 
 class HedgedInversionGains(NamedTuple):
@@ -169,7 +161,7 @@ class HedgedInversion(Controller):
             flying=flying,
             asked=asked,
             force=force,
-            wanted=LedAttitude(quaternion_of(wanted.rotation), wanted.rates, wanted.acceleration),
+            wanted=led_by(wanted),
             r1=r,
         )
 

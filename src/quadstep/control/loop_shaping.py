@@ -113,7 +113,7 @@ def robust(a: list[list[float]], b: list[float], c: list[float], margin: float) 
 
 @dataclass(frozen=True)
 class LoopShaping(Controller):
-    """A position law of order four an axis, with the path's acceleration fed forward."""
+    """A position law of order four an axis, with the path's acceleration and turn of the heading fed forward."""
 
     name = "loop-shaping"
     label = "H-infinity loop shaping"
@@ -158,11 +158,12 @@ class LoopShaping(Controller):
         wanted = reference.acceleration + (gains.pace * gains.pace) * level
         force = within(gains.mass * (wanted + vector(0.0, 0.0, gains.gravity)), gains.most_thrust)
         zero = vector(0.0, 0.0, 0.0)
-        attitude = quaternion_of(wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation)
-        error = rotation_vector(multiply(conjugate(measured.attitude), attitude))
+        turned = wanted_attitude(force, zero, zero, reference.yaw, reference.yaw_rate)
+        attitude = quaternion_of(turned.rotation)
+        between = multiply(conjugate(measured.attitude), attitude)
         command = BodyRates(
             thrust=force @ up_axis(rotation_matrix(measured.attitude)),
-            rates=gains.attitude * error,
+            rates=gains.attitude * rotation_vector(between) + rotation_matrix(between) @ turned.rates,
             desired_attitude=yaw_pitch_roll(attitude),
         )
         step = gains.pace * period

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
-from quadstep.control.filters import Filtered, FilteredAttitude, attitude_filter
+from quadstep.control.filters import Filtered, FilteredAttitude, LedAttitude
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
     TORQUE_INPUTS,
@@ -188,7 +188,8 @@ class RotationBatch:
             integral_1=entries(-1.0, 1.0), integral_2=entries(-1.0, 1.0),
             weights_1=self.gains.weights_1, weights_2=self.gains.weights_2,
             filtered=FilteredAttitude(attitude(), entries(-3.0, 3.0), entries(-9.0, 9.0)),
-            flying=one_of(0.0, 1.0), force=entries(-10.0, 25.0), wanted=attitude(), r1=entries(-1.0, 1.0),
+            flying=one_of(0.0, 1.0), force=entries(-10.0, 25.0), r1=entries(-1.0, 1.0),
+            wanted=LedAttitude(attitude(), entries(-3.0, 3.0), entries(-9.0, 9.0)),
             asked_thrust=asked, asked_torque=torque,
         )  # fmt: skip
         made = asked * (1.0 + number(-0.12, 0.12))
@@ -196,7 +197,11 @@ class RotationBatch:
             entries(-5.0, 5.0), entries(-5.0, 5.0), attitude(), entries(-3.0, 3.0), made, torque + entries(-0.06, 0.06)
         )
         self.reference = Reference(
-            self.measured.position + entries(-2.0, 2.0), entries(-5.0, 5.0), entries(-4.0, 4.0), number(-3.0, 3.0), 0.0
+            self.measured.position + entries(-2.0, 2.0),
+            entries(-5.0, 5.0),
+            entries(-4.0, 4.0),
+            number(-3.0, 3.0),
+            number(-1.0, 1.0),
         )
 
 
@@ -216,10 +221,30 @@ def logarithm(r: Plain) -> Plain:
     return turn
 
 
+def exponential(turn: Plain) -> Plain:
+    """The rotation whose axis times angle is `turn`."""
+    angle, axis = size(turn)[:, :, None], turn / size(turn)
+    s = np.stack([np.cross(axis, unit) for unit in np.eye(3)], axis=2)
+    r: Plain = np.eye(3) + np.sin(angle) * s + (1.0 - np.cos(angle)) * s @ s
+    return r
+
+
 def learning_factor(missing: Plain, asked: Plain) -> Plain:
     """Factor on learning: zero where a tenth of the commanded thrust or torque is missing."""
     share: Plain = np.clip(1.0 - 10.0 * missing / np.maximum(asked, 1e-6), 0.0, None)
     return share
+
+
+def followed(m: RotationBatch, hedge: Plain) -> tuple[Plain, Plain, Plain]:
+    """The command filter a sample later: its rotation, rates and acceleration."""
+    before, wanted, w = m.memory.filtered, m.memory.wanted, rows(m.gains.filter_frequency)
+    f, spin = rotations(before.attitude), rows(before.rates)
+    ahead = np.einsum("bki,bkj->bij", f, rotations(wanted.attitude))
+    led = apply(ahead, rows(wanted.rates))
+    fed = apply(ahead, rows(wanted.turning)) - np.cross(spin, led)
+    acceleration: Plain = w**2 * logarithm(ahead) + 2.0 * w * (led - spin) + fed
+    rates: Plain = spin + PERIOD * (acceleration - hedge)
+    return f @ exponential(PERIOD * rates), rates, acceleration
 
 
 @row(ROWS, "rotation law", "the paper's law on the rotation group", "not in the paper: F = m (xi_d_dd + g e_z - "
@@ -251,7 +276,13 @@ def rotation_law() -> Checks:
     force = np.concatenate([limited((mass * asked)[:, :2], np.sqrt(most**2 - lift**2)), lift], axis=1)
     third = force / size(force)
     yaw = column(reference.yaw)
-    second = np.cross(third, np.concatenate([np.cos(yaw), np.sin(yaw), 0.0 * yaw], axis=1))
+    ahead, left = (
+        np.concatenate([x, y, 0.0 * yaw], axis=1) for x, y in ((np.cos(yaw), np.sin(yaw)), (-np.sin(yaw), np.cos(yaw)))
+    )
+    second = np.cross(third, ahead)
+    turn = column(reference.yaw_rate) * third[:, 2:] / size(second) ** 2  # about the third axis, which stays
+    lean = (third * ahead).sum(axis=1, keepdims=True) * (third * left).sum(axis=1, keepdims=True)
+    quicker = 2.0 * column(reference.yaw_rate) * turn * lean / size(second) ** 2
     second = second / size(second)
     share_1 = learning_factor(np.abs(column(memory.asked_thrust) - column(measured.thrust)), column(memory.asked_thrust))
     net_1, net_2 = g.force_net, g.torque_net
@@ -262,12 +293,12 @@ def rotation_law() -> Checks:
 
     was = column(memory.flying) > 0.0
     sigma, missing = rows(g.inertia), rows(memory.asked_torque) - rows(measured.torque)
-    filtered = attitude_filter(memory.filtered, memory.wanted, g.filter_frequency, Vector((missing / sigma).T), PERIOD)
-    into = np.einsum("bki,bkj->bij", r, rotations(filtered.attitude))
-    e2, fed = logarithm(into), apply(into, rows(filtered.rates))
+    filtered, rates, acceleration = followed(m, missing / sigma)
+    into = np.einsum("bki,bkj->bij", r, filtered)
+    e2, fed = logarithm(into), apply(into, rates)
     e2_dot = fed - omega
     r2 = e2_dot + rows(g.slope_2) * e2
-    turning = apply(into, rows(filtered.acceleration)) - np.cross(omega, fed)
+    turning = apply(into, acceleration) - np.cross(omega, fed)
     mu_2 = neurons(
         net_2.input_weights, np.concatenate([apply(r.swapaxes(1, 2), velocity) / 5.0, omega / 5.0, turning / 50.0], axis=1)
     )
@@ -280,7 +311,9 @@ def rotation_law() -> Checks:
     new_2 = learnt(w_2, mu_2, r2, size(r2), column(net_2.learning_rate), kappa_2, period_2)
     return Checks([
         agree("desired force", rows(guided.force), force),
-        agree("its attitude", rotations(guided.wanted), np.stack([np.cross(second, third), second, third], axis=2)),
+        agree("its attitude", rotations(guided.wanted.attitude), np.stack([np.cross(second, third), second, third], axis=2)),
+        agree("its rates", rows(guided.wanted.rates), turn * np.array([0.0, 0.0, 1.0])),
+        agree("its angular acceleration", rows(guided.wanted.turning), quicker * np.array([0.0, 0.0, 1.0])),
         agree("r1", rows(guided.r1), r1),
         agree("flying", column(guided.flying), flying.astype(np.float64)),
         agree("int r1", rows(guided.integral_1), limited(i_1 + flying * share_1 * PERIOD * r1, most_i[:, :1])),
@@ -289,9 +322,9 @@ def rotation_law() -> Checks:
         agree("tau", rows(command.torque), torque),
         agree("r1 and r2 of the command", np.concatenate([rows(command.r1), rows(command.r2)], 1),
               np.concatenate([rows(memory.r1), r2], 1)),
-        agree("desired attitude of the command", rows(command.desired_attitude), rows(yaw_pitch_roll(memory.wanted))),
+        agree("desired attitude of the command", rows(command.desired_attitude), rows(yaw_pitch_roll(memory.wanted.attitude))),
         agree("norms of the weights", rows(command.weight_norms), np.concatenate([size(w_1), size(w_2)], axis=1)),
-        agree("filter", rows(after.filtered.attitude), rows(filtered.attitude)),
+        agree("filter", rotations(after.filtered.attitude), filtered),
         agree("int r2", rows(after.integral_2), limited(i_2 + was * share_2 * PERIOD * r2, most_i[:, 1:])),
         agree("W_hat_2", blocks(after.weights_2), limited(new_2, bounds[:, 1:])),
         agree("what was asked for", np.concatenate([column(after.asked_thrust), rows(after.asked_torque)], axis=1),
