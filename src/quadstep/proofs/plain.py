@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers import Matrix, Number, Vector
-from quadstep.proofs.verify.rows import Check, holds
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -112,9 +111,3 @@ def christoffel(eta: Plain, rates: Plain, sigma: Plain) -> Plain:
     second = np.einsum("bjik,bk->bij", slopes, rates)
     c: Plain = 0.5 * (first + second - second.swapaxes(1, 2))
     return c
-
-
-def agree(what: str, ours: Plain, theirs: Plain) -> Check:
-    """Check: two batches are the same, relative to their size."""
-    gap = float(np.max(np.abs(ours - theirs) / (1.0 + np.abs(theirs))))
-    return holds(what, ours.shape == theirs.shape and gap < 1e-10, f"off by {gap:.0e} at {len(ours)} closed loops", "equal")

@@ -20,9 +20,9 @@ from quadstep.interfaces.learning import Net
 from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Matrix, Number, Vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
-from quadstep.proofs.plain import Plain, agree, apply, blocks, christoffel, inertia, learnt, limited, neurons, rows, size
+from quadstep.proofs.plain import Plain, apply, blocks, christoffel, inertia, learnt, limited, neurons, rows, size
 from quadstep.proofs.theory.trials import LoopBatch, draw_sample
-from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, row
+from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, agree, row
 
 ROWS: list[EquationRow] = []
 COUNT, PERIOD = 300, 0.004

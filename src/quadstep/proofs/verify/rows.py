@@ -11,7 +11,9 @@ from enum import StrEnum
 from typing import NamedTuple, TypeAlias
 
 import mpmath
+import numpy as np
 import sympy
+from numpy.typing import NDArray
 from sympy.core.relational import Relational
 
 from quadstep.numbers import Matrix, Vector, flatten
@@ -224,6 +226,12 @@ def near(what: str, found: Expression | float, expected: float, tolerance: float
 
 def holds(what: str, truth: object, found: str = "", expected: str = "true") -> Check:
     return Check(what, expected, found or str(bool(truth)).lower(), bool(truth))
+
+
+def agree(what: str, ours: NDArray[np.float64], theirs: NDArray[np.float64]) -> Check:
+    """Check: two batches are the same, relative to their size."""
+    gap = float(np.max(np.abs(ours - theirs) / (1.0 + np.abs(theirs))))
+    return holds(what, ours.shape == theirs.shape and gap < 1e-10, f"off by {gap:.0e} at {len(ours)} closed loops", "equal")
 
 
 def short(number: Expression | float) -> str:
