@@ -1,94 +1,179 @@
 """ArduPilot's own loops and ours over the same samples: the autopilot's compiled from a tree, or what it said of some.
 
-Of the tree two files are compiled whole, AC_PID and AC_PID_Basic; of others, which need all of ArduPilot, single functions are
-taken out and compiled beside them.
+Of the tree whole files are compiled, from AC_PosControl down to its mathematics; of the mixer, which needs all of ArduPilot,
+the one function.
 """
 
 import ctypes
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from quadstep.control.ardupilot_cascade import GRAVITY, ArduPilotCascade, ArduPilotCascadeMemory, outer
 from quadstep.control.ardupilot_loops import Held, PidGains, PidMemory, pid, root_within, shaped, shrinking, unrooted
 from quadstep.control.mixers import ardupilot_mixed
+from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.plant import Reference
+from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Vector
+from quadstep.numbers.rotations import from_yaw_pitch_roll, normalised, unrotate
 from tests.firmware_flights import run
 from tests.firmware_trees import STUBS
 
-LOOPS = {"rates": 2, "all": 2, "climb": 1, "shapes": 3, "mixer": 8}
+LOOPS = {"rates": 2, "all": 2, "climb": 1, "shapes": 3, "mixer": 8, "cascade": 8, "limited": 8}
 """How many numbers each gives."""
 
-HEAD = """#pragma once
-#include <math.h>
-#include <float.h>
-#include <stdint.h>
-#include <string.h>
-#define MIN(a, b) ((a) < (b) ? (a) : (b))
-#define MAX(a, b) ((a) > (b) ? (a) : (b))
-#define M_2PI (2 * M_PI)
-#define INTERNAL_ERROR(x)
-#define WARN_IF_UNUSED
-#define CLASS_NO_COPY(c) c(const c &other) = delete
-#define AP_FILTER_ENABLED 0
-static inline bool is_zero(float x) { return fabsf(x) < FLT_EPSILON; }
-static inline bool is_positive(float x) { return x >= FLT_EPSILON; }
-static inline bool is_negative(float x) { return x <= -FLT_EPSILON; }
-static inline float sq(float x) { return x * x; }
-static inline float safe_sqrt(float x) { return x > 0 ? sqrtf(x) : 0; }
-static inline float constrain_float(float x, float low, float high) { return x < low ? low : x > high ? high : x; }
-"""
-
 PARAMETER = """#pragma once
-struct AP_Float {
-    float value; void set(float v) { value = v; } float get() const { return value; } void load() {} void save() {}
-    operator const float &() const { return value; }
+template <typename T> struct AP_Value {
+    T value; void set(T v) { value = v; } T get() const { return value; } void load() {} void save() {}
+    void set_and_save(T v) { value = v; } void set_default(T v) { value = v; }
+    operator const T &() const { return value; }
 };
-struct AP_Param { struct GroupInfo { int none; }; static void setup_object_defaults(const void *, const GroupInfo *) {} };
-#define AP_GROUPINFO_FLAGS_DEFAULT_POINTER(...) {}
-#define AP_GROUPINFO(...) {}
+using AP_Float = AP_Value<float>; using AP_Int8 = AP_Value<int8_t>; using AP_Int16 = AP_Value<int16_t>;
+struct AP_Param {
+    struct GroupInfo { int kind; unsigned place; float value; unsigned from; };
+    static void setup_object_defaults(const void *object, const GroupInfo *one)
+    {
+        for (char *at = (char *)object; one->kind; one++) {
+            float value = one->from ? *(float *)(at + one->from) : one->value;
+            if (one->kind == 4) { *(float *)(at + one->place) = value; }
+            if (one->kind == 1) { *(int8_t *)(at + one->place) = value; }
+        }
+    }
+};
+#define AP_ENTRY(owner, one, value, from) {sizeof(owner::one), __builtin_offsetof(owner, one), value, from}
+#define AP_GROUPINFO(name, number, owner, one, value) AP_ENTRY(owner, one, value, 0)
+#define AP_GROUPINFO_FLAGS(name, number, owner, one, value, flags) AP_ENTRY(owner, one, value, 0)
+#define AP_GROUPINFO_FLAGS_DEFAULT_POINTER(name, number, o, one, from) AP_ENTRY(o, one, 0, __builtin_offsetof(o, from))
+#define AP_SUBGROUPINFO(...) {99}
+#define AP_NESTEDGROUPINFO(...) {99}
 #define AP_GROUPEND {}
+#define AP_PARAMDEFV(...)
 """
 
 MOTORS = """#pragma once
 #include <AP_Math/AP_Math.h>
 #define AP_MOTORS_MAX_NUM_MOTORS 4
-struct AP_MotorsMatrix {
-    struct { float get_compensation_gain() { return 1.0f; } } thr_lin;
+struct AP_Motors {
     struct { bool roll, pitch, yaw, throttle_lower, throttle_upper; } limit;
-    float _roll_in, _roll_in_ff = 0, _pitch_in, _pitch_in_ff = 0, _yaw_in, _yaw_in_ff = 0, throttle, _throttle_avg_max;
-    float _throttle_thrust_max = 1.0f, _throttle_out, _thrust_rpyt_out[4], _throttle_factor[4] = {1, 1, 1, 1};
+    float throttle, hover = 0.35f, _throttle_avg_max, _throttle_thrust_max = 1.0f, _throttle_out;
+    float get_throttle() const { return throttle; }
+    float get_throttle_hover() const { return hover; }
+    float get_throttle_out() const { return throttle; }
+    float get_throttle_slew_rate() const { return 0; }
+    float get_throttle_thrust_max() const { return _throttle_thrust_max; }
+    void set_throttle(float one) { throttle = one; }
+    void set_throttle_avg_max(float one) { _throttle_avg_max = one; }
+    void set_throttle_filter_cutoff(float) {}
+    void set_roll(float) {} void set_pitch(float) {} void set_yaw(float) {}
+    void set_roll_ff(float) {} void set_pitch_ff(float) {} void set_yaw_ff(float) {}
+};
+struct AP_MotorsMulticopter : AP_Motors {};
+struct AP_MotorsMatrix : AP_MotorsMulticopter {
+    struct { float get_compensation_gain() { return 1.0f; } } thr_lin;
+    float _roll_in, _roll_in_ff = 0, _pitch_in, _pitch_in_ff = 0, _yaw_in, _yaw_in_ff = 0;
+    float _thrust_rpyt_out[4], _throttle_factor[4] = {1, 1, 1, 1};
     float _roll_factor[4] = {-0.5f, 0.5f, 0.5f, -0.5f}, _pitch_factor[4] = {-0.5f, 0.5f, -0.5f, 0.5f};
     float _yaw_factor[4] = {-0.5f, -0.5f, 0.5f, 0.5f}, _yaw_headroom = 200;
     bool motor_enabled[4] = {true, true, true, true}, _thrust_boost = false;
     int _motor_lost_index = 0;
-    float get_throttle() { return throttle; }
     float boost_ratio(float, float normal) const { return normal; }
     void check_for_failed_motor(float) {}
     void output_armed_stabilizing();
 };
 """
 
+AHRS = """#pragma once
+#include <AP_Math/AP_Math.h>
+struct AP_AHRS_View {
+    Quaternion attitude;
+    Vector3f gyro, acceleration;
+    float yaw = 0;
+    void get_quat_body_to_ned(Quaternion &q) const { q = attitude; }
+    Vector3f get_gyro_latest() const { return gyro; }
+    Vector3f get_accel_ef() const { return acceleration; }
+    float cos_yaw() const { return 1; } float sin_yaw() const { return 0; }
+    float cos_pitch() const { return cosf(attitude.get_euler_pitch()); }
+    float cos_roll() const { return cosf(attitude.get_euler_roll()); }
+    uint32_t getLastPosNorthEastReset(Vector2f &) const { return 0; }
+    uint32_t getLastPosDownReset(float &) const { return 0; }
+};
+namespace AP {
+struct Ahrs {
+    void getControlLimits(float &, float &scale) const { scale = 1; }
+    float getControlScaleZ() const { return 1; }
+    bool get_relative_position_NED_origin(Vector3p &) const { return true; }
+    bool get_relative_position_D_origin_float(float &) const { return true; }
+    bool get_velocity_NED(Vector3f &) const { return true; }
+    bool get_vert_pos_rate_D(float &) const { return true; }
+};
+inline Ahrs ahrs() { return {}; }
+}
+"""
+
+HAL = """#pragma once
+#include <stdarg.h>
+#include <stdio.h>
+#include <AP_HAL/AP_HAL_Boards.h>
+#include <AP_InternalError/AP_InternalError.h>
+namespace AP_HAL {
+struct Util { int snprintf(char *, unsigned, const char *, ...) { return 0; } };
+struct HAL { Util *util; };
+inline unsigned millis() { return 0; }
+inline unsigned long micros64() { return 0; }
+}
+"""
+
+BOARD = """#pragma once
+#include <stdint.h>
+#include <string.h>
+#define WARN_IF_UNUSED
+#define CLASS_NO_COPY(c) c(const c &other) = delete
+#define ARRAY_SIZE(a) (sizeof(a) / sizeof(a[0]))
+#define __AP_LINE__ __LINE__
+#define CONFIG_HAL_BOARD 1
+#define HAL_BOARD_SITL 2
+#define HAL_WITH_POSTYPE_DOUBLE 1
+#define HAL_WITH_EKF_DOUBLE 0
+#define HAL_LOGGING_ENABLED 0
+#define AP_FILTER_ENABLED 0
+"""
+
+NONE = "#pragma once\n"
+
 STUB_HEADERS = {
-    "AP_Common/AP_Common.h": "#include <AP_Math/AP_Math.h>\n",
-    "AP_HAL/AP_HAL.h": "#pragma once\n",
-    "AP_InternalError/AP_InternalError.h": "#pragma once\n",
-    "AP_Param/AP_Param.h": PARAMETER,
+    "AP_AHRS/AP_AHRS_View.h": AHRS,
+    "AP_BoardConfig/AP_BoardConfig.h": NONE + "struct AP_BoardConfig { static void config_error(const char *, ...) {} };\n"
+    "class AC_PosControl;\n",
+    "AP_Common/AP_Common.h": NONE + "#include <AP_HAL/AP_HAL.h>\n#include <AP_Param/AP_Param.h>\n",
+    "AP_CustomRotations/AP_CustomRotations.h": NONE,
+    "AP_HAL/AP_HAL.h": HAL,
+    "AP_HAL/AP_HAL_Boards.h": BOARD,
+    "AP_InternalError/AP_InternalError.h": NONE + "#define INTERNAL_ERROR(x)\n",
+    "AP_Logger/AP_Logger.h": NONE,
+    "AP_Logger/LogStructure.h": NONE + "enum LogMessages { NO_LOG };\n",
     "AP_Motors/AP_Motors.h": MOTORS,
-    "Filter/SlewLimiter.h": "#pragma once\nstruct SlewLimiter { SlewLimiter(const float &, const float &) {} "
+    "AP_Motors/AP_MotorsMulticopter.h": NONE + "#include <AP_Motors/AP_Motors.h>\n",
+    "AP_Param/AP_Param.h": PARAMETER,
+    "AP_Scheduler/AP_Scheduler.h": NONE + "namespace AP { struct Scheduler { unsigned ticks32() const { return 0; }\n"
+    "float get_filtered_loop_time() const { return 0.0025f; } }; inline Scheduler scheduler() { return {}; } }\n",
+    "AP_Scripting/AP_Scripting_config.h": NONE,
+    "AP_Vehicle/AP_MultiCopter.h": NONE + "struct AP_MultiCopter { int angle_max = 3000; };\n",
+    "AP_Vehicle/AP_Vehicle_Type.h": NONE + "#define APM_BUILD_TYPE(x) 0\n",
+    "Filter/AP_Filter.h": NONE,
+    "Filter/NotchFilter.h": NONE,
+    "Filter/SlewLimiter.h": NONE + "struct SlewLimiter { SlewLimiter(const float &, const float &) {} "
     "float modifier(float, float) { return 1; } float get_slew_rate() const { return 0; } };\n",
-    "Filter/NotchFilter.h": "#pragma once\n",
-    "Filter/AP_Filter.h": "#pragma once\n",
 }
 
-TAKEN = (
-    ("AP_Math/AP_Math.cpp", r"float calc_lowpass_alpha_dt\(float dt, float cutoff_freq\)"),
-    ("AP_Math/control.cpp", r"float sqrt_controller\(float error, float p, float second_ord_lim, float dt\)"),
-    ("AP_Math/control.cpp", r"float inv_sqrt_controller\(float output, float p, float D_max\)"),
-    ("AC_AttitudeControl/AC_AttitudeControl.cpp", r"float AC_AttitudeControl::input_shaping_ang_vel\([^)]*\)"),
-    ("AC_AttitudeControl/AC_AttitudeControl.cpp", r"float AC_AttitudeControl::input_shaping_angle\([^)]*\)"),
+WHOLE = (
+    *(f"AP_Math/{one}.cpp" for one in ("AP_Math", "control", "matrix3", "quaternion", "vector2", "vector3")),
+    *(f"AC_PID/{one}.cpp" for one in ("AC_P", "AC_P_1D", "AC_P_2D", "AC_PID", "AC_PID_2D", "AC_PID_Basic")),
+    *(f"AC_AttitudeControl/AC_{one}.cpp" for one in ("AttitudeControl", "AttitudeControl_Multi", "PosControl")),
 )
-"""Functions that are taken out, by the file and how they begin."""
+"""Files of the tree that are compiled as they are."""
 
 
 def motion(lanes: int, samples: int, seed: int = 0) -> dict[str, np.ndarray]:
@@ -110,30 +195,30 @@ def motion(lanes: int, samples: int, seed: int = 0) -> dict[str, np.ndarray]:
         "climb": np.concatenate([walk(2, 3.0, 0.05), flags(2)], axis=2),
         "shapes": np.concatenate([walk(1, 0.6, 0.02), walk(2, 0.8, 0.02)], axis=2),
         "mixer": np.concatenate([walk(3, 0.5, 0.03), throttle, throttle + np.abs(walk(1, 0.2, 0.01))], axis=2),
+        "cascade": flying(walk, flags),
+        "limited": flying(walk, flags),
     }
     return {name: np.ascontiguousarray(one, dtype=np.float32) for name, one in given.items()}
 
 
-def taken(tree: Path, name: str, begins: str) -> str:
-    """A function of a file, no class's."""
-    text = (tree / "libraries" / name).read_text(encoding="utf-8")
-    found = re.search(rf"^(?:void )?{begins}\n\{{\n.*?^\}}\n", text, re.DOTALL | re.MULTILINE)
-    assert found, f"{name} has no {begins}"
-    return found[0].replace("AC_AttitudeControl::", "")
+def flying(walk: Callable[..., np.ndarray], flags: Callable[[int], np.ndarray]) -> np.ndarray:
+    """What position and attitude loops are given: position and what is wanted of it [m], velocities [m/s], acceleration
+    [m/s^2], heading [rad] and its rate, attitude, rates [rad/s], vertical acceleration, limits of throttle.
+    """
+    attitude = from_yaw_pitch_roll(Vector(np.moveaxis(np.concatenate([walk(1, 3.0, 0.02), walk(2, 0.6, 0.02)], axis=2), 2, 0)))
+    place, speed = walk(3, 5.0, 0.02), walk(3, 2.0, 0.05)
+    parts = [place, place + walk(3, 4.0, 0.05), speed, speed + walk(3, 2.0, 0.05), walk(3, 2.0, 0.05), walk(1, 3.0, 0.02)]
+    parts += [walk(1, 1.0, 0.02), np.stack(list(attitude), axis=2), walk(3, 1.0, 0.05), walk(1, 1.5, 0.05), flags(2)]
+    return np.concatenate(parts, axis=2)
 
 
 def firmware(folder: Path, tree: Path, given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """What ArduPilot's own code makes of it."""
-    functions = [taken(tree, name, begins) for name, begins in TAKEN]
-    heads = [one.partition("\n{")[0] + ";\n" for one in functions]
-    files = {
-        **STUB_HEADERS,
-        "AP_Math/AP_Math.h": HEAD + "".join(heads),
-        "taken.cpp": "#include <AP_Motors/AP_Motors.h>\n"
-        + "".join(functions)
-        + taken(tree, "AP_Motors/AP_MotorsMatrix.cpp", r"AP_MotorsMatrix::output_armed_stabilizing\(\)"),
-        "stock.cpp": (STUBS / "ardupilot/stock.cpp").read_text(encoding="utf-8"),
-    }
+    text = (tree / "libraries/AP_Motors/AP_MotorsMatrix.cpp").read_text(encoding="utf-8")
+    mixer = re.search(r"^void AP_MotorsMatrix::output_armed_stabilizing\(\)\n\{\n.*?^\}\n", text, re.DOTALL | re.MULTILINE)
+    assert mixer, "AP_MotorsMatrix.cpp has no mixer"
+    stock = (STUBS / "ardupilot/stock.cpp").read_text(encoding="utf-8")
+    files = {**STUB_HEADERS, "stock.cpp": stock, "mixer.cpp": "#include <AP_Motors/AP_Motors.h>\n" + mixer[0]}
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
@@ -141,8 +226,7 @@ def firmware(folder: Path, tree: Path, given: dict[str, np.ndarray]) -> dict[str
     flags = ["-std=gnu++17", "-O1", "-ffp-contract=off", "-fsingle-precision-constant", "-w", "-shared", "-fPIC"]
     flags += ["-Dprivate=public", "-Dprotected=public"]
     library = folder / "stock.so"
-    units = [str(tree / "libraries/AC_PID" / one) for one in ("AC_PID.cpp", "AC_PID_Basic.cpp")]
-    units += [str(folder / one) for one in ("taken.cpp", "stock.cpp")]
+    units = [*(str(tree / "libraries" / one) for one in WHOLE), "mixer.cpp", "stock.cpp"]
     run(["g++", *flags, *found, *units, "-lm", "-o", str(library)], folder)
     loaded, made = ctypes.CDLL(str(library)), {}
     for name, count in LOOPS.items():
@@ -156,6 +240,9 @@ def firmware(folder: Path, tree: Path, given: dict[str, np.ndarray]) -> dict[str
 RATES = PidGains(0.135, 0.135, 0.0036, 0.0, 0.0, 0.5, 0.0, 20.0, 0.0, 20.0)
 ALL = PidGains(0.18, 0.018, 0.002, 0.1, 0.01, 0.05, 0.2, 20.0, 2.5, 10.0)
 CLIMB = PidGains(5.0, 0.5, 0.1, 0.2, 0.0, 10.0, 0.0, 0.0, 5.0, 5.0)
+TOLD = {"MOT_HOVER_LEARN": 0.0, "MOT_THST_HOVER": 0.35, "INS_ACCEL_FILTER": 0.0}
+BOUNDS = {"ATC_RATE_R_MAX": 60.0, "ATC_RATE_P_MAX": 40.0, "ATC_RATE_Y_MAX": 30.0, "ATC_ACCEL_R_MAX": 20000.0}
+BOUNDS |= {"ATC_ACCEL_P_MAX": 15000.0, "ATC_ACCEL_Y_MAX": 4000.0, "PSC_ANGLE_MAX": 15.0}
 FACTORS = Matrix([Vector(row) for row in ((-0.5, -0.5, -0.5), (0.5, 0.5, -0.5), (0.5, -0.5, 0.5), (-0.5, 0.5, 0.5))])
 NOTHING = PidMemory(*[np.float32(0.0)] * 4)
 
@@ -168,6 +255,9 @@ def narrow(gains: PidGains) -> PidGains:
 def ours(given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """What our laws make of it, in f32 as ArduPilot."""
     period, made, begun = np.float32(0.0025), {name: [] for name in LOOPS}, 0.0
+    model = load_preset("x500").model()
+    cascades = {"cascade": ArduPilotCascade.gains(model, TOLD), "limited": ArduPilotCascade.gains(model, {**TOLD, **BOUNDS})}
+    memories: dict[str, ArduPilotCascadeMemory] = {}
     loops = {"rates": (narrow(RATES), NOTHING), "all": (narrow(ALL), NOTHING)}
     climb = NOTHING
     for i in range(given["rates"].shape[1]):
@@ -186,5 +276,16 @@ def ours(given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         roll, pitch, yaw, throttle, average = given["mixer"][:, i].T
         found = ardupilot_mixed(FACTORS, Vector((roll, pitch, yaw)), throttle, average, np.float32(0.2))
         made["mixer"].append((*found.thrusts, *found[1:]))
+        for name, gains in cascades.items():
+            n = given[name][:, i].T.astype(float)
+            attitude = normalised(Vector(n[17:21]))
+            now = Measured(Vector(n[0:3]), Vector(n[6:9]), attitude, Vector(n[21:24]), 0.0, Vector([0.0] * 3))
+            now = now._replace(specific_force=unrotate(attitude, Vector((0.0, 0.0, n[24] + GRAVITY))))
+            wanted = Reference(Vector(n[3:6]), Vector(n[9:12]), Vector(n[12:15]), n[15], n[16])
+            if not begun:
+                memories[name] = ArduPilotCascade().start(now, gains)
+            before = memories[name]._replace(limits=Vector((0.0, 0.0, n[26], n[25])), begun=begun)
+            left = memories[name] = outer(before, now, now.rates, wanted, gains, 0.0025)
+            made[name].append((*left.wanted, left.asked, left.average, left.lean, left.push[2, 0], left.push[2, 1]))
         begun = 1.0
     return {name: np.stack([np.stack(list(row), axis=1) for row in rows], axis=1) for name, rows in made.items()}

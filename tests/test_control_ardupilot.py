@@ -46,10 +46,15 @@ from tests.ardupilot_stock import LOOPS, firmware, motion, ours
 from tests.needs import ARDUPILOT_TREE, C_COMPILER, needs
 
 RECORDED = Path(__file__).parent / "golden" / "ardupilot_stock.json"
-"""What ArduPilot Copter 4.6 made of `motion(2, 40)`."""
+"""What ArduPilot Copter made of `motion(2, 40)`: 4.6, and 4.7.0-dev of October 2025 of what goes through the cascade."""
 
-NEAR = {**dict.fromkeys(LOOPS, 0.0), "all": 2e-6, "climb": 1e-5}
-"""Differences allowed: none, but where an integral next to zero is zero there, or terms are added in another order."""
+NEAR = {**dict.fromkeys(LOOPS, 0.0), "all": 2e-6, "climb": 1e-5, "cascade": 2.5e-3, "limited": 2.5e-3}
+"""Differences allowed: none, but where an integral next to zero is zero there, or terms are added in another order. The
+cascade is in f64 here: an angle of which the cosine is rounded to f32 is known to 3.5e-4 rad at 0, and counts 4.5 times.
+"""
+
+MOSTLY = 1e-5
+"""Of the cascade, on 99 % of the numbers."""
 
 MODEL = load_preset("x500").model()
 LAW = ArduPilotCascade()
@@ -62,7 +67,9 @@ PERIOD = 0.002
 
 def check(said, found, name):
     assert np.isfinite(said[name]).all()
-    assert (np.abs(said[name] - found[name]) <= NEAR[name]).all()
+    apart = np.abs(said[name] - found[name])
+    assert (apart <= NEAR[name]).all()
+    assert np.quantile(apart, 0.99) <= MOSTLY
 
 
 @pytest.fixture(scope="module")
@@ -322,10 +329,12 @@ def test_leaning_takes_more_throttle_and_a_limit_of_the_lean_keeps_the_height():
     tilted = from_rotation_vector(vector(0.5, 0.0, 0.0))
     force = vector(0.0, GRAVITY * math.sin(0.5), GRAVITY * math.cos(0.5))
     fresh = begun(g)._replace(begun=0.0)  # filters begin at what is felt
-    lean = outer(fresh, measured(attitude=tilted, specific_force=force), ZERO, HERE, g, PERIOD)
+    leaning, tilting = fresh._replace(level=math.cos(0.5)), measured(attitude=tilted, specific_force=force)
+    assert outer(fresh, tilting, ZERO, HERE, g, PERIOD).asked == pytest.approx(hover_of(g))  # by the sample before
+    lean = outer(leaning, tilting, ZERO, HERE, g, PERIOD)
     assert lean.asked == pytest.approx(hover_of(g) / math.cos(0.5))
     plain = gains(ATC_ANGLE_BOOST=0.0)
-    flat = outer(fresh, measured(attitude=tilted, specific_force=force), ZERO, HERE, plain, PERIOD)
+    flat = outer(leaning, tilting, ZERO, HERE, plain, PERIOD)
     assert flat.asked == pytest.approx(hover_of(g))
     assert flat.average == pytest.approx(hover_of(g))
     less = outer(fresh, measured(), ZERO, HERE._replace(acceleration=vector(0.0, 0.0, -4.0)), g, PERIOD)

@@ -104,8 +104,8 @@ class ArduPilotCascadeMemory(NamedTuple):
     gyro, felt: delays of the sensors' filters, a row for each axis. roll, pitch, yaw: of the rate loops; wanted: their target
     [rad/s]. climb, acceleration: of the loops of vertical velocity and acceleration. push: of that of the horizontal velocity,
     its error, slope, integral, and what was beyond the lean's limit. throttle: filtered; asked: for the filter; average: up to
-    which the mixer may raise it. lean: limit that keeps the height [rad]. limits: of roll and pitch, of yaw, of throttle up
-    and down, 1 or 0. begun: 1 after a first sample.
+    which the mixer may raise it. level: cosine of the last sample's tilt. lean: limit that keeps the height [rad]. limits: of
+    roll and pitch, of yaw, of throttle up and down, 1 or 0. begun: 1 after a first sample.
     """
 
     gyro: Matrix
@@ -121,6 +121,7 @@ class ArduPilotCascadeMemory(NamedTuple):
     throttle: Number
     asked: Number
     average: Number
+    level: Number
     lean: Number
     limits: Vector
     begun: Number
@@ -264,8 +265,9 @@ class ArduPilotCascade(Controller[ArduPilotCascadeMemory, Measured, ArduPilotCas
         loops = (NOTHING, NOTHING, NOTHING, ZERO, NOTHING, NOTHING)
         lean = RADIANS * CENTI * gains.position.copter_lean
         target = Target(measured.attitude, ZERO)
+        level = rotation_matrix(measured.attitude)[2, 2]
         return ArduPilotCascadeMemory(
-            still, still, *loops, flat, target, hover, hover, hover, lean, vector(0.0, 0.0, 0.0, 0.0), 0.0
+            still, still, *loops, flat, target, hover, hover, hover, level, lean, vector(0.0, 0.0, 0.0, 0.0), 0.0
         )
 
     def law(
@@ -315,7 +317,7 @@ def outer(
     asked, push = horizontal(g, m, measured, reference, period)
     lift, climb, acceleration = vertical(g, m, measured, reference, up, period)
     level = rotation_matrix(measured.attitude)[2, 2]
-    boosted = lift * clip(10.0 * level, 0.0, 1.0) / clip(level, 0.1, 1.0)
+    boosted = lift * clip(10.0 * level, 0.0, 1.0) / clip(m.level, 0.1, 1.0)
     boosted = where(g.attitude.boost > 0.5, boosted, lift)
     hover, mix, high = hover_of(g), g.attitude.mix, clip(maximum(boosted, lift), 0.0, 1.0)
     average = maximum(high, high * maximum(0.0, 1.0 - mix) + hover * mix)
@@ -325,8 +327,8 @@ def outer(
     target = shaped_target(attitude, m.target, wanted, reference.yaw_rate, period)
     turning, target = attitude_loop(attitude, target, measured.attitude, rates, period)
     return m._replace(
-        felt=felt, push=push, climb=climb, acceleration=acceleration, lean=lean, asked=boosted, average=average,
-        target=turned(target, period), wanted=turning,
+        felt=felt, push=push, climb=climb, acceleration=acceleration, level=level, lean=lean, asked=boosted,
+        average=average, target=turned(target, period), wanted=turning,
     )  # fmt: skip
 
 

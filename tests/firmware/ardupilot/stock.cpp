@@ -1,8 +1,10 @@
 /* ArduPilot's own loops over given samples, each lane a flight of its own: see tests/ardupilot_stock.py. */
-#include <AC_PID/AC_PID.h>
-#include <AC_PID/AC_PID_Basic.h>
-#include <AP_Math/AP_Math.h>
-#include <AP_Motors/AP_Motors.h>
+#include <AC_AttitudeControl/AC_AttitudeControl_Multi.h>
+#include <AC_AttitudeControl/AC_PosControl.h>
+#include <new>
+
+static AP_HAL::HAL none;
+const AP_HAL::HAL &hal = none;
 
 extern "C" {
 
@@ -62,7 +64,7 @@ void shapes(int lanes, int samples, const float *in, float *out)
     for (int i = 0; i < lanes * samples; i++, in += 3, out += 3) {
         out[0] = sqrt_controller(in[0], 4.5f, 9.6f, 0.0025f);
         out[1] = inv_sqrt_controller(fabsf(in[1]), 4.5f, 2.1f);
-        out[2] = input_shaping_angle(in[0], 0.15f, 4.7f, in[1], in[2], 1.05f, 0.0025f);
+        out[2] = AC_AttitudeControl::input_shaping_angle(in[0], 0.15f, 4.7f, in[1], in[2], 1.05f, 0.0025f);
     }
 }
 
@@ -81,5 +83,61 @@ void mixer(int lanes, int samples, const float *in, float *out)
         out[4] = law.limit.roll; out[5] = law.limit.yaw; out[6] = law.limit.throttle_upper; out[7] = law.limit.throttle_lower;
     }
 }
+
+/* in, in axes of forward, left, up: position, wanted; velocity, wanted; acceleration wanted; heading, its rate; attitude; rates;
+   vertical acceleration; throttle at its lower and its upper limit. out: rates wanted, throttle, its average, limit of the
+   lean, integral of the horizontal velocity. Throttle before attitude, as a mode of Copter has it. */
+static void fly(bool limited, int lanes, int samples, const float *in, float *out)
+{
+    for (int lane = 0; lane < lanes; lane++) {
+        AP_AHRS_View ahrs;
+        AP_MultiCopter copter;
+        AP_MotorsMulticopter motors {};
+        alignas(16) static char rooms[2][sizeof(AC_AttitudeControl_Multi) + sizeof(AC_PosControl)];
+        memset(rooms, 0, sizeof(rooms)); /* ArduPilot's memory is 0 before an object is made in it */
+        AC_AttitudeControl_Multi &attitude = *new (rooms[0]) AC_AttitudeControl_Multi(ahrs, copter, motors);
+        AC_PosControl &position = *new (rooms[1]) AC_PosControl(ahrs, motors, attitude);
+        position._lean_angle_max_deg.set(limited ? 15 : 0);
+        if (limited) {
+            attitude._ang_vel_roll_max_degs.set(60); attitude._ang_vel_pitch_max_degs.set(40); attitude._ang_vel_yaw_max_degs.set(30);
+            attitude._accel_roll_max_cdss.set(20000); attitude._accel_pitch_max_cdss.set(15000); attitude._accel_yaw_max_cdss.set(4000);
+        }
+        attitude.set_dt_s(0.0025f); position.set_dt_s(0.0025f);
+        position.set_correction_speed_accel_NE_m(10, 2.5f); position.set_correction_speed_accel_U_mss(1.5f, 2.5f, 1);
+        attitude._throttle_in = motors.hover;
+        attitude._althold_lean_angle_max_rad = radians(30);
+
+        for (int i = 0; i < samples; i++, in += 27, out += 8) {
+            ahrs.attitude = Quaternion(in[17], in[18], -in[19], -in[20]); ahrs.attitude.normalize();
+            ahrs.gyro = Vector3f(in[21], -in[22], -in[23]);
+            attitude._rate_gyro_rads = ahrs.gyro;
+            position._pos_estimate_neu_m = Vector3p(in[0], -in[1], in[2]);
+            position._vel_estimate_neu_ms = Vector3f(in[6], -in[7], in[8]);
+            motors.limit.throttle_lower = in[25] > 0.5f; motors.limit.throttle_upper = in[26] > 0.5f;
+
+            if (i == 0) {
+                ahrs.acceleration = Vector3f(0, 0, -GRAVITY_MSS);
+                attitude._attitude_target = ahrs.attitude;
+                attitude._thrust_angle_rad = acosf(-(ahrs.attitude * Vector3f(0, 0, -1)).z);
+                position.init_NE_controller(); position.init_U_controller();
+            }
+            ahrs.acceleration = Vector3f(0, 0, -GRAVITY_MSS - in[24]);
+            position.set_pos_vel_accel_NEU_m(Vector3p(in[3], -in[4], in[5]), Vector3f(in[9], -in[10], in[11]), Vector3f(in[12], -in[13], in[14]));
+            position.update_NE_controller();
+            position.update_U_controller();
+            attitude.input_thrust_vector_heading_rad(position.get_thrust_vector(), -in[15], -in[16]);
+            const Vector3f &rates = attitude._ang_vel_body_rads;
+            const Vector2f &integral = position._pid_vel_ne_cm.get_i();
+            const float found[] = {
+                rates.x, -rates.y, -rates.z, motors.throttle, motors._throttle_avg_max, attitude.get_althold_lean_angle_max_rad(),
+                0.01f * integral.x, -0.01f * integral.y
+            };
+            memcpy(out, found, sizeof(found));
+        }
+    }
+}
+
+void cascade(int lanes, int samples, const float *in, float *out) { fly(false, lanes, samples, in, out); }
+void limited(int lanes, int samples, const float *in, float *out) { fly(true, lanes, samples, in, out); }
 
 }
