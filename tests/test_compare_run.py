@@ -18,7 +18,7 @@ from quadstep.engines.fly import fly
 from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.parts import parts_in
 from quadstep.io.results_folder import RUNNING
-from quadstep.studies.comparison import jobs
+from quadstep.studies.comparison import jobs, run
 from quadstep.studies.comparison.run import ComparisonRun, How
 from quadstep.studies.comparison.study import FIRST, Situation, read_study
 from tests.campaigns import soon
@@ -244,6 +244,14 @@ def test_results_of_another_study_are_not_replaced_unasked(done, tmp_path):
     _, out, _ = done
     file = written(tmp_path, SMALL)
     assert "--overwrite" in quadstep("compare", file, "--out", out).err
+
+
+def test_results_of_other_code_are_said_to_be_that(done, monkeypatch):
+    _, out, file = done
+    monkeypatch.setattr(run, "code_digest", lambda: "another")
+    result = quadstep("compare", file, "--out", out)
+    assert result.refused
+    assert f"{out}: holds this result, but it was flown by other code of quadstep; choose another --out" in result.err
 
 
 def test_a_file_of_flights_that_was_changed_is_named(done, tmp_path):

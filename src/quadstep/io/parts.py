@@ -39,6 +39,10 @@ EMPTY = ((re.compile(r", \w+=(?:\[\]|Load\(\))"), ""), (re.compile(r"\b\w+=(?:\[
 """What only some versions of Python write of a syntax tree."""
 
 
+OTHER_CODE = "it was flown by other code of quadstep"
+"""Why results are neither continued nor replaced."""
+
+
 @cache
 def code_digest() -> str:
     """Of the package's code that decides results. Cached between runs, as parsing takes a second.
@@ -221,5 +225,9 @@ def parts_in(path: Path) -> Iterator[Parts]:
 
 def key(*decisive: object) -> str:
     """A digest of all that decides a part, and of the code that computes it."""
-    text = json.dumps([__version__, code_digest(), *decisive], sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return digest_of(__version__, code_digest(), *decisive)
+
+
+def digest_of(*decisive: object) -> str:
+    """A digest of what was asked, whatever code answers."""
+    return hashlib.sha256(json.dumps(decisive, sort_keys=True, default=str).encode()).hexdigest()[:16]

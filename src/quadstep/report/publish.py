@@ -7,13 +7,14 @@ import contextlib
 import csv
 import json
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError, signals_ignored
 from quadstep.io.files import JSON, PAGE, WRITING, WRITTEN
+from quadstep.io.parts import OTHER_CODE
 from quadstep.io.results_folder import Folder, names_in, opened
 
 MANIFEST = "metrics.json"
@@ -26,37 +27,39 @@ OTHERS = {MANIFEST: "results of another kind", "export.json": "an exported law",
 
 
 @contextlib.contextmanager
-def publishing(path: Path, identity: str, overwrite: bool, name: str = MANIFEST) -> Iterator[Path]:
+def publishing(path: Path, identity: str, overwrite: bool, name: str = MANIFEST, code: str = "") -> Iterator[Path]:
     """A temporary folder to write into, moved into the folder `path` when the block ends well, thrown away when it does not.
 
-    identity: digest of what is being flown. name: of the file that is moved last and identifies the results. Raises UserError
-    if the folder cannot be written or holds something else.
+    identity: digest of what is being flown. name: of the file that is moved last and identifies the results. code: digest of
+    the code that made them, where parts of them are used again. Raises UserError if the folder cannot be written or holds
+    something else.
     """
+    said = {"fingerprint": identity, **({"code": code} if code else {})}
     try:
         with opened(path) as folder, contextlib.ExitStack() as stack:
             with folder.locked():
-                replaceable(folder, identity, overwrite, name)
+                replaceable(folder, said, overwrite, name)
                 folder.sweep()
                 draft = stack.enter_context(folder.draft())
             yield draft.path
             names = draft.files()
             content = json.loads(draft.read(name, PAGE))
-            draft.write(name, as_text({**content, "fingerprint": identity, "files": names}), synced=False)
+            draft.write(name, as_text({**content, **said, "files": names}), synced=False)
             with folder.locked(), signals_ignored():
-                previous = replaceable(folder, identity, overwrite, name)  # another run may have finished meanwhile
-                replace(folder, draft, names, previous, name, identity)
+                previous = replaceable(folder, said, overwrite, name)  # another run may have finished meanwhile
+                replace(folder, draft, names, previous, name, said)
                 WRITTEN.append(str(path))
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def replace(folder: Folder, draft: Folder, names: list[str], previous: list[str], last: str, identity: str) -> None:
+def replace(folder: Folder, draft: Folder, names: list[str], previous: list[str], last: str, said: Mapping[str, str]) -> None:
     """Move files into place, remove those of the previous result, and move the manifest last.
 
     Meanwhile the folder's manifest names the files of both, so that after a kill the same command replaces all of them.
     """
     folder.check_free(names)
-    meanwhile = {"fingerprint": identity, "files": sorted({*previous, *names})}
+    meanwhile = {**said, "files": sorted({*previous, *names})}
     folder.write(last, as_text(meanwhile), synced=False)
     folder.take(draft, [one for one in names if one != last], last)
     for one in sorted(set(previous) - set(names)):
@@ -70,13 +73,16 @@ def files_to_replace(path: Path, identity: str, overwrite: bool, name: str = MAN
         if not path.exists():
             return []
         with opened(path) as folder:
-            return replaceable(folder, identity, overwrite, name)
+            return replaceable(folder, {"fingerprint": identity}, overwrite, name)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def replaceable(folder: Folder, identity: str, overwrite: bool, name: str) -> list[str]:
-    """The files of the result that a folder holds. Raises UserError where replacing it was not requested."""
+def replaceable(folder: Folder, said: Mapping[str, str], overwrite: bool, name: str) -> list[str]:
+    """The files of the result that a folder holds. said: what identifies the new one, as in a manifest.
+
+    Raises UserError where replacing it was not requested.
+    """
     other = next((what for one, what in OTHERS.items() if one != name and folder.has(one)), "")
     if other:
         raise UserError(f"{folder.path}: holds {other}; choose another --out")
@@ -90,8 +96,10 @@ def replaceable(folder: Folder, identity: str, overwrite: bool, name: str) -> li
         except UserError as error:
             says = f" ({error})"
     found = any(not one.startswith(WRITING) for one in folder.names())
-    if not overwrite and content.get("fingerprint") != identity and found:
+    others = [key for key in said if content.get(key) != said[key]]
+    if not overwrite and others and found:
         what = f"other results ({content['name']})" if content.get("name") else "other files"
+        what, says = (f"this result, but {OTHER_CODE}", "") if others == ["code"] else (what, says)
         raise UserError(f"{folder.path}: holds {what}{says}; choose another --out, or replace them with --overwrite")
     return names_in(content.get("files"))
 

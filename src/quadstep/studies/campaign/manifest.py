@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from quadstep.engines.kernel import host
 from quadstep.io import __version__
-from quadstep.io.parts import code_digest
+from quadstep.io.parts import OTHER_CODE, code_digest
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS, draws
 from quadstep.studies.campaign.schema import Campaign
 
@@ -86,7 +86,7 @@ def other_draws(manifest: Mapping[str, object]) -> str:
 
 OTHERS = {
     "fingerprint": "the campaign, its mission or a file it names has changed",
-    "code": "it was flown by other code of quadstep",
+    "code": OTHER_CODE,
 }
 """Why flights may differ, by the entry of a manifest that shows it."""
 

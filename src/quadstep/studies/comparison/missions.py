@@ -5,7 +5,7 @@ from pathlib import Path
 
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
-from quadstep.io.parts import key, parts_in
+from quadstep.io.parts import code_digest, digest_of, parts_in
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.check import check
 from quadstep.mission.presets import is_airframe
@@ -35,8 +35,8 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             found_cells.append(cell_of(name, path, seeds))
         except UserError as error:
             run.met(Problem(("", name), str(error)))
-    identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
-    with publishing(folder, identity, run.how.overwrite) as out:
+    identity = digest_of([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
+    with publishing(folder, identity, run.how.overwrite, code=code_digest()) as out:
         flights, flown = fly(run, found_cells, seeds)
         about = Comparison(
             name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",

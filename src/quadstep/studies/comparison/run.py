@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 from quadstep.engines.engine import Engine
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.io.parts import COSTS, LINEAR, Parts, changed, key, parts_in
+from quadstep.io.parts import COSTS, LINEAR, Parts, changed, code_digest, digest_of, parts_in
 from quadstep.report.evidence import Evidence
 from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing
@@ -143,10 +143,10 @@ def compare_study(study: ComparisonStudy, folder: Path, how: How) -> FinishedCom
 
     Raises UserError, and InterruptedRun on Ctrl-C.
     """
-    identity = key(study.file.model_dump(exclude={"name"}), study.text)
+    identity = digest_of(study.file.model_dump(exclude={"name"}), study.text)
     with (
         parts_in(folder) as kept,
-        publishing(folder, identity, how.overwrite) as out,
+        publishing(folder, identity, how.overwrite, code=code_digest()) as out,
     ):
         run = ComparisonRun(kept, how)
         asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is Engine.LANES)
