@@ -60,6 +60,10 @@ WRONG = {
     "of no file": ('fix = { type = "beacon" }', "sensors.fix.type: unknown value 'beacon'; allowed: your own"),
     "no table": ("fix = true", "sensors.fix: should be a table whose `type` is a sensor"),
     "a word": ('estimator = "kalman"', "sensors.estimator: should be a valid boolean"),
+    "no fix": (
+        'fix = { type = "own.py:Place" }',
+        "TypeError: `sample` should return a Navigation, not a Vector",
+    ),
     "fails": ('fix = { type = "own.py:Fails" }', "own.py:6: NameError: name 'much' is not defined; the line: return much"),
 }
 
@@ -71,6 +75,9 @@ class Fails(Sensor):
         return much
 class N(NamedTuple): pass
 Fails.Numbers = N
+class Place(Fails):
+    def sample(self, truth, noise, p):
+        return truth.position
 """
 
 

@@ -227,6 +227,8 @@ WRONG_WINDS = {
     "out of range": ('type = "thermal.py:Thermal"\ntime = 0.0', "wind.time: should be greater than 0, not 0.0"),
     "of no file": ('type = "thermal"', "wind.type: unknown value 'thermal'; allowed: your own FILE.py:NAME"),
     "fails": ('type = "own.py:Fails"', "own.py:4: NameError: name 'speed' is not defined; the line: return speed"),
+    "no vector": ('type = "own.py:Tuple"', "TypeError: `wind` should return a Vector of 3, not a tuple"),
+    "flat": ('type = "own.py:Flat"', "TypeError: `wind` should return a Vector of 3, not a Vector of 2"),
 }
 
 
@@ -284,7 +286,10 @@ def test_wrong_winds_are_one_line(folder, case):
     table, said = WRONG_WINDS[case]
     code = "from quadstep.world.air import DeclaredWind as W\nclass Fails(W):\n    def wind(self, air, p, time, truth):\n"
     numbers = "\nfrom typing import NamedTuple\nclass N(NamedTuple): pass\nFails.Numbers = N\n"
-    (folder / "own.py").write_text(f"{code}        return speed{numbers}")
+    others = "class Tuple(Fails):\n    def wind(self, *given): return 1.0, 0.0, 0.0\n"
+    others += "class Flat(Fails):\n    def wind(self, *given): return vector(1.0, 0.0)\n"
+    imports = "from quadstep.own import vector; "
+    (folder / "own.py").write_text(f"{imports}{code}        return speed{numbers}{others}")
     mission = THERMAL.partition("[wind]")[0] + f"[wind]\n{table}\n"
     refused(quadstep("fly", written(folder, mission), "--out", folder / "out"), said)
 

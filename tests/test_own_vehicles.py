@@ -106,6 +106,7 @@ def test_a_disturbance_of_ones_own_in_every_command(tmp_path):
     [
         ("def disturb", "def other", "has no `disturb`"),
         ("numbers.force +", "numbers.strength +", "pull.py:20: AttributeError"),
+        (", vector(0.0, 0.0, 0.0)\n", "\n", "TypeError: `disturb` should return a force and a torque, each a Vector of 3"),
     ],
 )
 def test_a_wrong_disturbance_is_one_line(tmp_path, old, new, said):

@@ -15,7 +15,7 @@ from quadstep.interfaces.plant import Air, PathLaw, Plant, Reference
 from quadstep.numbers import Number, Structure, Vector, flatten, matrix, rebuild, scan, vector
 from quadstep.numbers.noise import Key
 from quadstep.numbers.scan import repeated
-from quadstep.numbers.structure import replaced
+from quadstep.numbers.structure import answered, replaced
 from quadstep.sensing.sensors import Sensors, filled, passed
 from quadstep.sensing.suite import Suite, SuiteMemory
 
@@ -204,7 +204,7 @@ class Loop:
 
     def wind(self, cycle: Cycle, p: Numbers, time: Number, state: Structure) -> Vector:
         """The wind [m/s] at time t [s] where a vehicle in this state is, world axes."""
-        return self.air.wind(cycle.air, p, time, self.plant.truth(state)) if self.air else STILL
+        return answered(self.air.wind(cycle.air, p, time, self.plant.truth(state)), Vector, "wind") if self.air else STILL
 
     def rate(self, cycle: Cycle, p: Numbers, time: Number, state: Structure) -> tuple[Structure, ...]:
         """Rate of every state, the actuators' commands held."""

@@ -65,6 +65,20 @@ def flatten(structure: object) -> list[Any]:
     return [structure]
 
 
+def answered(answer: S, kind: type[S], method: str) -> S:
+    """What a user's own method returned. Raises TypeError, which names the method, if it is of another kind.
+
+    >>> from quadstep.numbers.structure import answered
+    >>> answered(3.0, tuple, "wind")
+    Traceback (most recent call last):
+    TypeError: `wind` should return a tuple, not a float
+    """
+    if not isinstance(answer, kind) or (isinstance(answer, Vector) and len(answer) != 3):
+        what = f"a Vector of {len(answer)}" if isinstance(answer, Vector) else f"a {type(answer).__name__}"
+        raise TypeError(f"`{method}` should return a {kind.__name__}{' of 3' * (kind is Vector)}, not {what}")
+    return answer
+
+
 def in_matrix(structure: object) -> list[bool]:
     """For each leaf, in the order of `flatten`, whether it is an entry of a matrix.
 

@@ -9,6 +9,7 @@ from typing import NamedTuple, TypeAlias, cast
 
 from quadstep.numbers import Number, Structure, Vector, sqrt, vector, where
 from quadstep.numbers.noise import Key
+from quadstep.numbers.structure import answered
 from quadstep.sensing.sensors import (
     FIX,
     IMU,
@@ -103,7 +104,7 @@ class Suite:
         if self.noisy:
             count = self.sensor.draws
             noise = draws(key, START, 0.0, count + self.on_board)
-            first = self.sensor.sample(truth, noise[:count], sensors)
+            first = answered(self.sensor.sample(truth, noise[:count], sensors), Navigation, "sample")
             biases = tuple(size * bias for size, bias in zip(sensors.biases, noise[count:], strict=False))
         force = vector(0.0, 0.0, sensors.gravity) if self.accelerometer else ()
         memory = SuiteMemory(
@@ -163,7 +164,7 @@ class Suite:
         if self.noisy:
             count = self.sensor.draws
             noise = draws(key, FIX, tick, count + self.on_board)
-            fix = self.sensor.sample(fix, noise[:count], sensors)
+            fix = answered(self.sensor.sample(fix, noise[:count], sensors), Navigation, "sample")
             steps = [walk * sqrt(period) for walk in sensors.walks]
             biases = (bias + step * white for bias, step, white in zip(memory.biases, steps, noise[count:], strict=False))
             memory = memory._replace(biases=tuple(biases))

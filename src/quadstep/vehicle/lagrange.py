@@ -87,7 +87,10 @@ class Lagrange(InSpace[Parameters, State, Command]):
         """A_xyz [N] and A_eta [N m] at a state and time t [s]."""
         if self.disturbance is None:
             return disturb(cast(Disturbance, p.disturbance), state)
-        return self.disturbance.disturb(state, p.disturbance, time)
+        found = self.disturbance.disturb(state, p.disturbance, time)
+        if not isinstance(found, tuple) or [len(one) for one in found if isinstance(one, Vector)] != [3, 3]:
+            raise TypeError("`disturb` should return a force and a torque, each a Vector of 3")
+        return found
 
     def settled(self, state: State) -> State:
         return state
