@@ -7,7 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
-from quadstep.proofs.article.build import article
+from quadstep.proofs.article import article
 
 HERE = Path(__file__).parent
 STILLS = HERE.parent / "src" / "quadstep" / "proofs" / "article" / "stills"

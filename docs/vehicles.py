@@ -15,8 +15,8 @@ from matplotlib.patches import FancyArrowPatch
 from matplotlib.path import Path
 
 from quadstep.mission.airframe import LAYOUTS, AirframeSection, laid_out
+from quadstep.mission.listings import load_preset
 from quadstep.mission.presets import preset_names
-from quadstep.mission.vehicle_list import load_preset
 from quadstep.report.canvas import STYLE
 from quadstep.vehicle.rigid_body import Geometry
 

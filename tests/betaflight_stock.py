@@ -7,7 +7,7 @@ from unittest import mock
 import numpy as np
 
 from quadstep.control.betaflight_rates import BetaflightRates, Mixed, mix, pid, still
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector
 from tests.firmware_flights import run
 from tests.firmware_trees import STUBS

@@ -12,7 +12,7 @@ from quadstep.control.filters import low_pass
 from quadstep.control.mixers import COUNTS
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
 from tests.firmware_flights import FIRMWARE, included, run

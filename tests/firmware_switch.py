@@ -13,7 +13,7 @@ from pymavlink import mavutil
 
 from quadstep.identify.logs.read import read_log, read_topics
 from quadstep.identify.replay import law_of
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 
 AUX, SET_INTERVAL, LOCAL_POSITION = 218, 511, 32
 """MAV_CMD, and a message's number."""

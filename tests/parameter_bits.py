@@ -12,8 +12,8 @@ from quadstep.control.registry import STOCK, controllers
 from quadstep.interfaces.controller import Measured
 from quadstep.mission.airframe import LAYOUTS
 from quadstep.mission.check import check
+from quadstep.mission.listings import preset_names
 from quadstep.mission.read import check_mission, plan_mission, read_mission, read_toml
-from quadstep.mission.vehicle_list import preset_names
 from quadstep.numbers import Table, flatten
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import planner

@@ -10,7 +10,7 @@ from quadstep.control.mixers import px4_mixed, px4_mixer
 from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, position_gains, rate_gains
 from quadstep.control.px4_loops import STILL, Flying, attitude_loop, attitude_of, of_gyro, position_loop, rate_loop
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Matrix, Vector
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from tests.firmware_flights import run

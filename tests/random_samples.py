@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.control.registry import controllers
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -13,7 +13,7 @@ from quadstep.commands.serve import explain
 from quadstep.control.vectoring import invert_force
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
-from quadstep.proofs.article.build import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
+from quadstep.proofs.article import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.vehicle.paper import thrust_direction
 from tests.browsers import axe, until

@@ -39,7 +39,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
 from quadstep.linear.grade import SOUND, grade
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import from_rotation_vector, from_yaw_pitch_roll, multiply, normalised, yaw_pitch_roll
 from tests.ardupilot_stock import LOOPS, firmware, motion, ours

@@ -12,7 +12,7 @@ from quadstep.control.betaflight_rates import BetaflightRates, Mixed, filtered, 
 from quadstep.control.filters import cut_off, low_passed, notch
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector
 from tests.betaflight_stock import CASES, compiled, firmware, gains, motion, ours
 from tests.needs import BETAFLIGHT_TREE, C_COMPILER, needs

@@ -13,7 +13,7 @@ from quadstep.control.crazyflie_pid import CrazyfliePid
 from quadstep.control.mixers import crazyflie_thrusts
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from tests.crazyflie_stock import LOOPS, firmware, motion, ours
 from tests.needs import C_COMPILER, CRAZYFLIE_TREE, needs
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
 from quadstep.mission.derived import section_of
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import IDENTITY
 from tests.random_samples import (

@@ -10,7 +10,7 @@ from quadstep.control.filtered_backstepping import FilteredBackstepping, Filtere
 from quadstep.control.filters import Filtered, FilteredAttitude, LedAttitude
 from quadstep.interfaces.learning import NODES, growth, hats, values
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import vector
 from tests.flights import array, column, same, weight_matrix
 from tests.followed import EIGHT, FAST, error

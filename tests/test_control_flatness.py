@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from quadstep import fly
 from quadstep.control.flatness import away_from_zero, flat, unit
 from quadstep.interfaces.plant import Reference
+from quadstep.mission.listings import load_preset
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector
 from tests.random_samples import (
     UP,

@@ -12,7 +12,7 @@ from quadstep.control.h_infinity_linearisation import HInfinityLinearisation, fe
 from quadstep.control.loop_shaping import LoopShaping, robust, shaped
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import flatten, vector
 from quadstep.numbers.solve import inverse, riccati
 

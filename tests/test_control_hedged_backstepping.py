@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.control.filters import FilteredAttitude, LedAttitude
 from quadstep.control.hedged_backstepping import LAW, HedgedBackstepping
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Matrix, flatten
 from tests.flights import array, column, same
 from tests.followed import EIGHT, FAST, HERE, followed

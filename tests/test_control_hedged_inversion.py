@@ -11,7 +11,7 @@ from quadstep.control.filters import FilteredAttitude, LedAttitude
 from quadstep.control.hedged_inversion import HedgedInversion, HedgedInversionMemory
 from quadstep.interfaces.learning import basis
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import IDENTITY
 from tests.flights import array, column, same, weight_matrix

@@ -7,7 +7,7 @@ import pytest
 
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationOnAirframe
 from quadstep.interfaces.plant import Kinematics, Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import vector
 from quadstep.vehicle.paper import angular_acceleration
 from tests.flights import array, column, nested_gains, random_state, same, vehicle

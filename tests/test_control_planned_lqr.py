@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from quadstep.control.lqr import HORIZON, Lqr, PlannedLqr
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import vector
 from quadstep.world.paths import Point, along, quintic
 from tests.flights import array, column

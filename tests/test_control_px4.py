@@ -16,7 +16,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
 from quadstep.linear.grade import SOUND, grade
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
 from tests.needs import C_COMPILER, PX4_TREE, needs

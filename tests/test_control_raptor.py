@@ -13,8 +13,8 @@ from quadstep.control.raptor import Raptor, act, published
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
+from quadstep.mission.listings import load_preset
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll, multiply
 from tests.needs import POLICY, needs, package

@@ -20,8 +20,8 @@ from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
 from quadstep.metrics.registry import flight_metrics
 from quadstep.mission.derived import section_of
+from quadstep.mission.listings import load_preset
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.rotations import IDENTITY, cross, from_rotation_vector, from_yaw_pitch_roll, multiply, rotation_matrix
 

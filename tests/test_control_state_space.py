@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.control.state_space_backstepping import StateSpaceBackstepping, StateSpaceMemory, predicted, steps
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector, vector
 
 GRAVITY = 9.81

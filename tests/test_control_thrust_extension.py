@@ -18,7 +18,7 @@ from quadstep.control.thrust_extended_backstepping import (
 )
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
-from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector, vector
 
 GRAVITY = 9.81

@@ -22,11 +22,10 @@ from quadstep.interfaces.learning import Learning, Net, net, nets_start, weights
 from quadstep.interfaces.plant import Model
 from quadstep.io.errors import UserError
 from quadstep.mission.check import check
-from quadstep.mission.controller_lines import controller_lines
 from quadstep.mission.derived import section_of
 from quadstep.mission.fields import label
+from quadstep.mission.listings import controller_lines, load_preset
 from quadstep.mission.read import check_mission
-from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_names, sin, smallest, vector
 from quadstep.page.controllers import OPERATIONS, page_conditions, sliders
 from quadstep.studies.tuning.gains import gain as gain_of

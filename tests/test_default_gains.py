@@ -11,7 +11,7 @@ from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import usual
 from quadstep.interfaces.plant import Model
 from quadstep.linear.grade import FRAGILE, SOUND
-from quadstep.mission.vehicle_list import preset_names
+from quadstep.mission.listings import preset_names
 from quadstep.numbers import vector
 from tests.random_sheets import UNGRADED, any_vehicle, hover, hover_grade, random_sheet, vehicle
 

@@ -14,8 +14,8 @@ from quadstep.io import files
 from quadstep.io.documents import DEEPEST, parse_toml, read_json
 from quadstep.io.errors import LONGEST, UserError, one_line
 from quadstep.mission.data_files import MOST_ROWS
+from quadstep.mission.listings import read_vehicle
 from quadstep.mission.read import plan_mission, read_mission
-from quadstep.mission.vehicle_list import read_vehicle
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import Store

@@ -26,7 +26,7 @@ from quadstep.identify.starts import differences, laid_out, starts_at
 from quadstep.identify.starts import logged as measured_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_proportion
 from quadstep.io.errors import UserError
-from quadstep.mission.vehicle_list import read_vehicle
+from quadstep.mission.listings import read_vehicle
 from quadstep.numbers import Vector
 from quadstep.vehicle.rigid_body import AirframeState
 from tests.commands import quadstep

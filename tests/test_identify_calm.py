@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadstep.commands.options import read_logs
+from quadstep.commands.identify import read_logs
 from quadstep.identify.averages import blocks
 from quadstep.identify.closed_loop import hover_ratio
 from quadstep.identify.fit import DYNAMIC, UNDETERMINED, WINDY, Fitted, Identified, by_rotors, from_averages, identify

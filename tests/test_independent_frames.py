@@ -14,8 +14,8 @@ from quadstep.control.registry import STOCK, controllers
 from quadstep.engines.fly import fly_all
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
+from quadstep.mission.listings import load_preset
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import rotation_vector
 from quadstep.vehicle.allocation import allocate

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from quadstep.commands.deliver import Delivery
+from quadstep.commands.options import Delivery
 from quadstep.io.errors import UserError
 from quadstep.metrics import requirements
 from quadstep.metrics.statistics import share as interval

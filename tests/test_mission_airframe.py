@@ -9,10 +9,10 @@ from pydantic import TypeAdapter, ValidationError
 from quadstep.io.errors import UserError
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import LAYOUTS, NO_GROUND, AirframeSection
+from quadstep.mission.listings import load_preset, parameters, read_vehicle
 from quadstep.mission.multirotor import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.sensing import SensorsSection
-from quadstep.mission.vehicle_list import load_preset, parameters, read_vehicle
 from quadstep.vehicle.airframe_plant import mass_properties
 
 OWN = """\

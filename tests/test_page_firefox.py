@@ -5,7 +5,7 @@ import pytest
 
 from quadstep.engines.fly import fly
 from quadstep.page.build import missions_page
-from quadstep.proofs.article.build import article
+from quadstep.proofs.article import article
 from tests.dropped import DROP, carried
 from tests.firefox import Firefox
 from tests.needs import FIREFOX, needs, without

@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from quadstep.commands.deliver import show
+from quadstep.commands.options import show
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome

@@ -7,7 +7,7 @@ import re
 import pytest
 from rich.cells import cell_len
 
-from quadstep.mission.vehicle_list import load_preset, parameters
+from quadstep.mission.listings import load_preset, parameters
 from quadstep.proofs.verify import registry
 from quadstep.proofs.verify.registry import all_rows
 from quadstep.report.screen import fitted, plain, say, say_whole, show_table

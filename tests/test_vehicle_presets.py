@@ -16,10 +16,10 @@ from scipy.optimize import fsolve
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import LAYOUTS, AirframeSection
 from quadstep.mission.lagrange import VehicleSection
+from quadstep.mission.listings import load_preset, numbers, parameters, read_vehicle
 from quadstep.mission.multirotor import AnyEvent, build_events
 from quadstep.mission.presets import preset_names
 from quadstep.mission.sensing import SensorsSection
-from quadstep.mission.vehicle_list import load_preset, numbers, parameters, read_vehicle
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import IDENTITY, from_rotation_vector
 from quadstep.vehicle.airframe_plant import Events, derivative, efficiencies, mass_properties

@@ -13,10 +13,10 @@ from quadstep.engines.eager import fly_floats
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
+from quadstep.mission.listings import parameters, read_vehicle
 from quadstep.mission.presets import preset_table
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.mission.template import template
-from quadstep.mission.vehicle_list import parameters, read_vehicle
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.replay import replay
 from quadstep.studies.campaign.schema import read_campaign

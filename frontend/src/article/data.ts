@@ -1,4 +1,4 @@
-// What Python tells the article (src/quadstep/proofs/article/build.py), and its one law, which flies every figure.
+// What Python tells the article (src/quadstep/proofs/article/__init__.py), and its one law, which flies every figure.
 
 import type { LawCode, Ticks } from "../data/contract";
 import { doubles } from "../data/packed";

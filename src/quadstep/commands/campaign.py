@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.deliver import Delivery
-from quadstep.commands.options import Drawing, OverwriteOption, check_range, check_seed, engine_option
+from quadstep.commands.options import Delivery, Drawing, OverwriteOption, check_range, check_seed, engine_option
 from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError

@@ -8,8 +8,7 @@ from typing import Annotated, cast
 
 import typer
 
-from quadstep.commands.deliver import Delivery
-from quadstep.commands.options import EngineOption, OverwriteOption, QuickDrawing, SignalsOption
+from quadstep.commands.options import Delivery, EngineOption, OverwriteOption, QuickDrawing, SignalsOption
 from quadstep.engines.engine import Engine
 from quadstep.io import __version__
 from quadstep.io.errors import UserError

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import show
-from quadstep.commands.options import Drawing, JsonOption, OverwriteOption, check_range
+from quadstep.commands.options import Drawing, JsonOption, OverwriteOption, check_range, show
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError, unknown_name

@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import Delivery
-from quadstep.commands.options import ReplaceOption
+from quadstep.commands.options import Delivery, ReplaceOption
 from quadstep.io.errors import UNMET, UserError, one_line
 from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report.screen import command, complain, say, say_whole, show_table
@@ -100,7 +99,7 @@ def fit(
     from quadstep.io.files import check_place, refuse_other, write_beside
     from quadstep.mission.airframe import AirframeSection
     from quadstep.mission.check import explained
-    from quadstep.mission.vehicle_list import parameters
+    from quadstep.mission.listings import parameters
 
     target = out or Path(f"{datasheet.stem}_vehicle.toml")
     if target.suffix != ".toml":
@@ -142,7 +141,7 @@ def vehicles(
     ] = None,
 ) -> None:
     """List the preset vehicles, or every parameter of one, with unit and source."""
-    from quadstep.mission.vehicle_list import load_preset, parameters, preset_names, read_vehicle
+    from quadstep.mission.listings import load_preset, parameters, preset_names, read_vehicle
 
     if vehicle is None:
         rows, broken = [], []

@@ -1,22 +1,28 @@
-"""Options and arguments that several commands share, and what reads the logs that some take."""
+"""What several commands share: options and arguments, and how a verdict is delivered: one JSON object on standard output, a
+JUnit file, an exit code.
+"""
 
 import functools
 import inspect
-import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_origin, get_type_hints
 
 import typer
 
 from quadstep.engines.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
-from quadstep.io.errors import UserError
-from quadstep.report.sheet import ON_SCREEN, SCREEN, USUAL, Sheet, sheet
+from quadstep.io.errors import UserError, signals_ignored
+from quadstep.io.files import PAGE, check_place, read_bytes
+from quadstep.metrics.verdict import Verdict
+from quadstep.report.screen import complain, say, say_whole, show_table
+from quadstep.report.sheet import FORMATS, ON_SCREEN, SCREEN, USUAL, Sheet, sheet
 
 if TYPE_CHECKING:
-    from quadstep.identify.logs.flight import FlightRecord
-    from quadstep.mission.airframe import AirframeSection
+    from quadstep.report.evidence import Evidence
 
 
 def engine_option(work: str) -> object:
@@ -135,37 +141,74 @@ def expanded(command: Callable[..., object]) -> Callable[..., object]:
     return run
 
 
-LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of flights.", show_default=False)]
-MappingOption = Annotated[
-    str | None,
-    typer.Option(help="Meaning of a CSV's columns: nanobench, crazypad, idsia, or a mapping file (TOML).", show_default=False),
-]
+START = 4096
+"""Bytes of a file by which a JUnit file is recognised."""
 
 
-def vehicle_of(given: str) -> "AirframeSection":
-    """A vehicle by the name of a preset, or in a file. Raises UserError."""
-    from quadstep.mission.vehicle_list import load_preset, preset_names, read_vehicle
+def check_junit(path: Path) -> None:
+    """Raises UserError at once where a JUnit file cannot or should not be written."""
+    try:
+        check_place(path, parents=True)
+        begin = read_bytes(path, PAGE)[:START] if path.is_file() else b""
+    except UserError as error:
+        raise UserError(f"--junit {error}") from None
+    if begin and b"<testsuite" not in begin:
+        raise UserError(f"--junit {path}: exists and is not a JUnit file; choose another")
 
-    return load_preset(given) if given in preset_names() or not given.endswith(".toml") else read_vehicle(Path(given))
+
+@dataclass(frozen=True)
+class Delivery(Options):
+    """Where a verdict goes. started: when the command was. Raises UserError at once for a file that cannot be written."""
+
+    as_json: JsonOption = False
+    junit: JunitOption = None
+    started: float = field(default_factory=time.perf_counter)
+
+    def __post_init__(self) -> None:
+        if self.junit:
+            check_junit(self.junit)
+
+    def finish(self, evidence: "Evidence", command: str, folder: Path) -> None:
+        """Say what a study has found, or print it as JSON, then exit."""
+        if not self.as_json:
+            show(evidence, folder)
+        self.deliver(evidence.verdict(command, folder))
+
+    def deliver(self, verdict: Verdict) -> None:
+        """Write and print what was requested, then exit with the verdict's exit code.
+
+        With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.
+        """
+        if self.junit:
+            from quadstep.metrics.verdict import write_junit
+
+            write_junit(self.junit, verdict, time.perf_counter() - self.started)
+        if self.as_json:
+            text = json.dumps(verdict.as_json(), indent=2, allow_nan=False) + "\n"
+            with signals_ignored():  # an object is printed whole or not at all
+                sys.stdout.write(text)
+                sys.stdout.flush()
+            for case in verdict.cases:
+                if case.failure:
+                    complain(case.sentence)
+        if verdict.exit_code:
+            raise typer.Exit(verdict.exit_code)
 
 
-def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]":
-    """Flights, named like their files, with as much of their folders as tells them apart. Raises UserError."""
-    from dataclasses import replace
-
-    from quadstep.identify.logs.read import read_log
-
-    paths = [Path(os.path.realpath(log)) for log in logs]  # Path.resolve raises for links in a circle
-    if twice := next((log for log, path in zip(logs, paths, strict=True) if paths.count(path) > 1), None):
-        raise UserError(f"{twice}: given twice; a flight counts once")
-    stems = [path.with_suffix("") for path in paths]
-    named = [(path if stems.count(stem) > 1 else stem).parts for path, stem in zip(paths, stems, strict=True)]
-    flights = []
-    for log, one in zip(logs, named, strict=True):
-        depth = next(n for n in range(1, len(one) + 1) if sum(each[-n:] == one[-n:] for each in named) == 1)
-        flights.append(replace(read_log(log, mapping), name="/".join(one[-depth:])))
-    flown = [(flight.time.tobytes(), flight.motors.tobytes()) for flight in flights]
-    for place, same in enumerate(flown):
-        if same in flown[:place]:
-            raise UserError(f"{logs[place]}: is the flight of {logs[flown.index(same)]} again; a flight counts once")
-    return flights
+def show(evidence: "Evidence", folder: Path | None) -> None:
+    """Say what a study has found, and where it is, if it is kept."""
+    for table in evidence.shown:
+        rows = [[cell if isinstance(cell, str) else cell[0] for cell in row] for row in table.rows[: table.most]]
+        show_table(table.shown, table.header, rows)
+    for sentence in evidence.lines:
+        say(sentence)
+    for line in evidence.commands:
+        say_whole(line)
+    if folder:
+        for one in evidence.figures:
+            drawn = next((path for ending in FORMATS if (path := folder / f"{one.name}.{ending}").is_file()), None)
+            if drawn and one.label:
+                say_whole(f"{one.label}: {drawn}")
+        say_whole(f"Report: {folder / 'report.html'}")
+    for case in evidence.cases[1:]:
+        say(case.sentence)

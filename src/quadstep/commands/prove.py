@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import show
-from quadstep.commands.options import Drawing, OverwriteOption
+from quadstep.commands.options import Drawing, OverwriteOption, show
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import DIVERGED, FAILED, UserError
 from quadstep.report.bars import bar

@@ -91,7 +91,7 @@ def explain(
 
     One HTML file: no network, no installation. Replaces an existing page of quadstep, but never any other file.
     """
-    from quadstep.proofs.article.build import article
+    from quadstep.proofs.article import article
 
     check_target(out)
     text = article()

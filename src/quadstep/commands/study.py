@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.deliver import show
-from quadstep.commands.options import Drawing, EngineOption, OverwriteOption, check_range, engine_option
+from quadstep.commands.options import Drawing, EngineOption, OverwriteOption, check_range, engine_option, show
 from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import BAD_INPUT, FAILED

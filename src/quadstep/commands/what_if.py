@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.deliver import Delivery
-from quadstep.commands.options import Drawing, OverwriteOption, QuickDrawing, check_range, check_seed
+from quadstep.commands.options import Delivery, Drawing, OverwriteOption, QuickDrawing, check_range, check_seed
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
 from quadstep.report.bars import bar

@@ -15,7 +15,7 @@ from quadstep.identify.vehicle_estimate import Number, VehicleEstimate
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import describe
-from quadstep.mission.vehicle_list import numbers
+from quadstep.mission.listings import numbers
 from quadstep.numbers import Vector
 from quadstep.vehicle.airframe_plant import Observer
 

@@ -11,16 +11,15 @@ from quadstep.io.errors import UserError
 from quadstep.io.files import write_beside
 from quadstep.io.places import place
 from quadstep.mission.clock import PERIODS, STEP, ClockSection
-from quadstep.mission.controller_lines import controller_lines, number_lines
 from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind, is_plant
 from quadstep.mission.derived import section_of, usual_step
 from quadstep.mission.lagrange import LagrangeMission, VehicleSection
+from quadstep.mission.listings import controller_lines, load_preset, number_lines
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.own_controller import own_section
 from quadstep.mission.own_thing import NumbersSection, unknown_type
 from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
-from quadstep.mission.vehicle_list import load_preset
 from quadstep.vehicle.paper import State
 
 TEMPLATE = """\

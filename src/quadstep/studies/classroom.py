@@ -35,8 +35,8 @@ from quadstep.io.user_code import refuse
 from quadstep.metrics.requirements import Requirement, with_full_names
 from quadstep.metrics.verdict import graded, scalars
 from quadstep.mission.check import check
-from quadstep.mission.controller_lines import commented, learning_numbers, net_lines, rounded, written
 from quadstep.mission.fields import Positive, Section, as_tuple, dotted, parts, plain, with_value
+from quadstep.mission.listings import commented, learning_numbers, net_lines, rounded, written
 from quadstep.mission.own_controller import PilotedSection
 from quadstep.mission.read import check_mission, read_mission
 from quadstep.mission.schema import Mission

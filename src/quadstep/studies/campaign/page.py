@@ -1,7 +1,11 @@
-"""The page of a campaign: its mission and the failure rate of its flights, flown in the browser as the campaign flies them."""
+"""Pages whose flights the browser flies as a campaign does: a campaign's, with the failure rate of its flights; what-if's,
+whose flights in gusts are counted anew wherever a slider is moved.
+"""
 
 import base64
+from collections.abc import Mapping
 from pathlib import Path
+from urllib.parse import quote
 
 import numpy as np
 
@@ -10,16 +14,19 @@ from quadstep.engines.fly import fly
 from quadstep.engines.scored import LARGEST, RMSE, bare
 from quadstep.engines.sweep import given_names, sweep_module
 from quadstep.engines.sweep_trace import OUTCOME
+from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
 from quadstep.mission.read import plan_mission
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.numbers import Table, flatten
 from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
-from quadstep.page.model import Rate, numbers_text
+from quadstep.page.model import Link, Rate, numbers_text
+from quadstep.report.evidence import Evidence
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import PlannedBatch, planner
-from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.schema import Campaign, campaign_of, read_campaign
+from quadstep.studies.tuning.ground import TuningRequest
 
 MOST_FLIGHTS = 1000
 """Flights that the page flies for each setting: the first of the campaign."""
@@ -80,3 +87,21 @@ def of_batch(batch: PlannedBatch, campaign: Campaign) -> Rate:
         failure={name: float(most) for name, most in campaign.file.failure.items()},
         keys=tuple(campaign.file.keys),
     )  # fmt: skip
+
+
+ENDS = (
+    "The marks on the sliders are the values before. The page does not compute margins or the step: the report has them for "
+    "the values before and after."
+)
+
+
+def what_if_page(gusts: TuningRequest, seed: int, law: type[Controller], changes: Mapping[str, float], found: Evidence) -> str:
+    """The HTML. gusts, seed: the flights in gusts, with the values before. changes: of the parameters. Raises UserError."""
+    content = {key: value for key, value in gusts.content.items() if key != "tune"}
+    file = gusts.campaign(gusts.section.vary, seed=seed, flights=min(gusts.unseen, MOST_FLIGHTS))
+    campaign = campaign_of(file, "", content, str(gusts.path), gusts.path.parent)
+    shown = shown_campaign(campaign, str(gusts.path))
+    after = [f"set={quote(f'{law.name}.{name}', safe='')}:{value!r}" for name, value in changes.items()]
+    flight = f"#flight={quote(shown.id, safe='')}"
+    links = [Link("before", flight), Link("after", "&".join([flight, *after])), Link("report", "report.html")]
+    return build_page(found.name, f"{found.answer} {ENDS}", [shown._replace(moved=changes)], links=links)

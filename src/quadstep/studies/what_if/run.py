@@ -129,7 +129,7 @@ def answer(
         drawn.result()
         found.write(draft)
         if paged:
-            from quadstep.studies.what_if.page import what_if_page  # noqa: PLC0415 (a tenth of a second, and seldom)
+            from quadstep.studies.campaign.page import what_if_page  # noqa: PLC0415 (a tenth of a second, and seldom)
 
             text = what_if_page(gusts, asked.seed, law, asked.changes, found)
             (draft / "page.html").write_text(text, encoding="utf-8")
