@@ -36,17 +36,19 @@ function insert(page, marker, text) {
 }
 
 /** A page of its template, script and style, with the places that Python fills. */
-async function page(template, script, style, places) {
+async function page(template, script, style, places, scene) {
   let text = readFileSync(join(here, template), "utf8");
   text = insert(text, "/*STYLE*/", (await bundle(style, { loader: { ".woff2": "dataurl" } })).replaceAll("</", "<\\/"));
-  text = insert(text, "/*SCRIPT*/", (await bundle(script, { format: "iife" })).replaceAll("</script", "<\\/script").replaceAll("<!--", "<\\!--"));
+  const inserted = async (entry, options) => (await bundle(entry, { format: "iife", ...options })).replaceAll("</script", "<\\/script").replaceAll("<!--", "<\\!--");
+  text = insert(text, "/*SCRIPT*/", await inserted(script));
+  if (scene) text = insert(text, "/*SCENE*/", await inserted(scene, { globalName: "quadstepScene" }));
   for (const line of places) if (text.split(line).length !== 2) throw new Error(`${template} must hold ${line} exactly once`);
   return text;
 }
 
 const PLACES = ["<title>quadstep</title>", '<script id="quadstep-data" type="application/json">{}</script>', '<script id="quadstep-laws">0</script>'];
 const pages = {
-  "page.html": await page("page.template.html", "src/main.ts", "src/style/page.css", PLACES),
+  "page.html": await page("page.template.html", "src/main.ts", "src/style/page.css", PLACES, "src/scene/view.ts"),
   "report.js": (await bundle("src/report/main.ts", { format: "iife" })).replaceAll("</script", "<\\/script"),
   "article.html": await page("article.template.html", "src/article/main.ts", "src/article/article.css", [...PLACES, "<!--ARTICLE-->"]),
 };

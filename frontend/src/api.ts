@@ -4,7 +4,7 @@ import { csv } from "./data/csv";
 import { controlsOf, controllerOf, withValues } from "./data/settings";
 import { exactShare } from "./rate/interval";
 import type { Tally } from "./rate/judge";
-import { attitudeAt } from "./scene/pose";
+import { readScene } from "./scene/panel";
 import type { SceneView } from "./scene/view";
 import type { Session, Shown } from "./session";
 import type { Clock } from "./view/clock";
@@ -73,7 +73,8 @@ export function api(session: Session, clock: Clock, scene: () => SceneView | und
     },
     /** Body to world as the scene draws it, at time t: w, x, y, z. */
     attitude: (t: number): number[] => {
-      const q = attitudeAt(shown().flight, shown().data.scene.attitude, t);
+      readScene();
+      const q = quadstepScene.attitudeAt(shown().flight, shown().data.scene.attitude, t);
       return [q.w, q.x, q.y, q.z];
     },
     /** A share of flights with its exact 95 % interval. */

@@ -11,7 +11,7 @@ import { fresh } from "./data/settings";
 import { listenToFiles } from "./logs/drop";
 import { Board } from "./plots/board";
 import { RatePanel } from "./rate/panel";
-import { ScenePanel } from "./scene/panel";
+import { type ScenePanel, openScene } from "./scene/panel";
 import { Session, type Shown } from "./session";
 import { Clock } from "./view/clock";
 import { byId, fill, h } from "./view/dom";
@@ -48,7 +48,7 @@ function start(): void {
 
   let scene: ScenePanel | undefined;
   let rates: RatePanel | undefined;
-  const clock = new Clock((passed) => scene?.view?.spin(passed / clock.speed.value));
+  const clock = new Clock((passed) => scene?.view.spin(passed / clock.speed.value));
   const board = new Board(byId("plots-list"), clock, session);
   const changes = new Changes(session);
   const pane = tabs(page.story !== null);
@@ -112,7 +112,7 @@ function start(): void {
         clock.seek(time ?? window?.[0] ?? 0);
         board.window.reset();
         if (window) board.window.zoom(...window);
-        scene?.view?.look(camera);
+        scene?.view.look(camera);
         if (!calm) clock.playing.set(true);
       })
     : undefined;
@@ -154,8 +154,8 @@ function start(): void {
   new Strip(byId("walk"), session);
   rates = new RatePanel(page, session);
   afterPaint(() => {
-    scene = new ScenePanel(session, clock);
-    scene.view?.look(guide?.step?.camera ?? "orbit");
+    scene = openScene(session, clock);
+    scene?.view.look(guide?.step?.camera ?? "orbit");
   });
   window.addEventListener("hashchange", open);
   listenToKeys(clock, {
@@ -163,7 +163,7 @@ function start(): void {
     theme: toggleTheme,
     help: openHelp,
     walk,
-    scene: (key) => scene?.view?.key(key) ?? false,
+    scene: (key) => scene?.view.key(key) ?? false,
   });
   document.documentElement.dataset["ready"] = "yes";
 }
@@ -188,6 +188,7 @@ function afterPaint(then: () => void): void {
 
 /** The fragment of the address bar, or, if `another`, of a new entry of its history; a browser that refuses keeps the old one. */
 function address(text: string, another = false): void {
+  if (text === location.hash) return;
   try {
     if (another) history.pushState(null, "", text);
     else history.replaceState(null, "", text);

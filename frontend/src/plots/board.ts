@@ -7,6 +7,7 @@ import { fill, h } from "../view/dom";
 import { download, downloadText, fileName } from "../view/download";
 import { palette } from "../view/theme";
 import { Arrangement } from "./arrangement";
+import { lettered } from "./canvas";
 import { Chooser } from "./chooser";
 import { customPanel, drawable } from "./custom";
 import { plotPng, plotSvg } from "./export";
@@ -41,7 +42,7 @@ export class Board {
     palette.follow(() => this.each((plot) => plot.recolour()));
     clock.time.follow((t) => this.each((plot) => plot.setTime(t)));
     for (const change of [this.arrangement.changed, session.kept, session.log]) change.follow(() => this.again());
-    void document.fonts.ready.then(() => this.each((plot) => plot.redraw()));
+    lettered.follow(() => this.each((plot) => plot.redraw()));
   }
 
   /** The plots of a flight; those already there stay and change their curves. */

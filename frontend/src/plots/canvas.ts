@@ -1,6 +1,12 @@
 // A surface on the screen.
 
+import { Watched } from "../view/events";
 import { type Box, FONT, type Lettering, type Stroke, type Surface } from "./surface";
+
+/** Whether the page's letters have come, or cannot: what is drawn before would have to be drawn again. */
+export const lettered = new Watched(false);
+const come = (): void => lettered.set(true);
+void document.fonts.load(`12px ${FONT}`).then(come, come);
 
 export class CanvasSurface implements Surface {
   private font = ""; // setting it, even to what it is, costs more than the text

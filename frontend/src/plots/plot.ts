@@ -3,7 +3,7 @@
 import { h } from "../view/dom";
 import { type Scale, join, number, plainUnit, scaleFor } from "../view/format";
 import { type Palette, palette } from "../view/theme";
-import { CanvasSurface } from "./canvas";
+import { CanvasSurface, lettered } from "./canvas";
 import { type Frame, drawFigure, plotBox, xOf, yOf } from "./figure";
 import { Legend } from "./legend";
 import { indexAt } from "./curve";
@@ -47,8 +47,9 @@ export class Plot {
     this.element = h("section", { class: "plot", id }, head, this.legend.element, this.stage, foot?.element, this.note);
     new ResizeObserver(() => this.resize()).observe(this.stage);
     new IntersectionObserver((entries) => {
+      const before = this.seen;
       this.seen = entries.some((entry) => entry.isIntersecting);
-      if (this.seen) this.refresh();
+      if (this.seen && !before) this.refresh();
     }).observe(this.element);
     globalThis.addEventListener("beforeprint", () => this.onPaper());
     this.show(panel);
@@ -137,7 +138,7 @@ export class Plot {
   }
 
   private refresh(): void {
-    const pen = this.pen(this.base);
+    const pen = lettered.value ? this.pen(this.base) : null;
     if (!pen) return;
     if (this.stale) {
       this.stale = false;

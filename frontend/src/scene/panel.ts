@@ -7,27 +7,56 @@ import type { Clock } from "../view/clock";
 import { byId, fill, h, swatch } from "../view/dom";
 import { join, number, plain } from "../view/format";
 import { type Palette, palette } from "../view/theme";
-import { type Caption, SceneView } from "./view";
+import type * as view from "./view";
+
+type SceneView = view.SceneView;
+
+declare global {
+  /** A script of its own, which stands in the page as text until it is needed. */
+  var quadstepScene: typeof view;
+}
+
+/** The scene, set up: its code is read only here, where there is WebGL, so that plots and text need not wait for it. */
+export function openScene(session: Session, clock: Clock): ScenePanel | undefined {
+  const canvas = byId("scene") as HTMLCanvasElement;
+  const view = viewOf(canvas);
+  if (view) return new ScenePanel(view, canvas, session, clock);
+  byId("stage").classList.add("flat");
+  canvas.hidden = true;
+  byId("camera").hidden = true;
+  fill(byId("no-webgl"), "This browser has no WebGL, so there is no 3-D scene. Plots, controls and flights still work.");
+  byId("no-webgl").hidden = false;
+  document.documentElement.dataset["scene"] = "no";
+  return undefined;
+}
+
+/** Runs the scene's own script, once. */
+export function readScene(): void {
+  const kept = document.getElementById("quadstep-scene");
+  kept?.replaceWith(h("script", {}, kept.textContent));
+}
+
+function viewOf(canvas: HTMLCanvasElement): SceneView | undefined {
+  const context = canvas.getContext("webgl2", { alpha: true, antialias: true, depth: true, premultipliedAlpha: true });
+  if (!context) return undefined;
+  readScene();
+  try {
+    return new quadstepScene.SceneView(canvas, context, palette);
+  } catch {
+    return undefined;
+  }
+}
 
 export class ScenePanel {
-  readonly view: SceneView | undefined;
   private flight = "";
   private logged = false; // whether a log has a path
 
-  constructor(session: Session, clock: Clock) {
-    const canvas = byId("scene") as HTMLCanvasElement;
-    try {
-      this.view = new SceneView(canvas);
-    } catch {
-      byId("stage").classList.add("flat");
-      canvas.hidden = true;
-      byId("camera").hidden = true;
-      fill(byId("no-webgl"), "This browser has no WebGL, so there is no 3-D scene. Plots, controls and flights still work.");
-      byId("no-webgl").hidden = false;
-      document.documentElement.dataset["scene"] = "no";
-      return;
-    }
-    const { view } = this;
+  constructor(
+    readonly view: SceneView,
+    canvas: HTMLCanvasElement,
+    session: Session,
+    clock: Clock,
+  ) {
     window.addEventListener("beforeprint", () => view.onPaper(byId("scene-paper") as HTMLCanvasElement));
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     for (const button of byId("camera").querySelectorAll("button")) {
@@ -50,12 +79,12 @@ export class ScenePanel {
   }
 
   toggleCamera(): void {
-    this.view?.look(this.view.view.value === "orbit" ? "follow" : "orbit");
+    this.view.look(this.view.view.value === "orbit" ? "follow" : "orbit");
   }
 
   private show(shown: Shown): void {
     const { data, flight, ghost, given } = shown;
-    this.view?.show(data.scene, flight, ghost, (name) => parameter(given, name), this.flight === data.id);
+    this.view.show(data.scene, flight, ghost, (name) => parameter(given, name), this.flight === data.id);
     this.flight = data.id;
     legend(shown, palette.value, this.logged);
   }
@@ -90,7 +119,7 @@ function legend({ data, ghost, flight, given }: Shown, colours: Palette, logged:
   fill(byId("legend"), ...entries);
 }
 
-function captionOf({ grid, magnified }: Caption): void {
+function captionOf({ grid, magnified }: view.Caption): void {
   const scale = magnified > 1.05 ? `vehicle drawn ${magnified < 10 ? magnified.toFixed(1) : Math.round(magnified)}× its size` : "vehicle to scale";
   const text = `grid ${plain(Number(grid.toPrecision(2)))} m · ${scale}`;
   const host = byId("caption");

@@ -21,8 +21,9 @@ import type { Flight } from "../data/flight";
 import { roundStep } from "../plots/ticks";
 import { Watched } from "../view/events";
 import { quantity } from "../view/format";
-import { type Palette, palette } from "../view/theme";
+import type { Palette } from "../view/theme";
 import { Axes } from "./axes";
+export { attitudeAt } from "./pose";
 import { Cameras, type View } from "./cameras";
 import { FINE, Flyer } from "./flyer";
 import { Ground } from "./ground";
@@ -74,10 +75,11 @@ export class SceneView {
   private time = 0;
   private pending = 0;
 
-  /** Throws where there is no WebGL. */
-  constructor(private readonly canvas: HTMLCanvasElement) {
-    const context = canvas.getContext("webgl2", { alpha: true, antialias: true, depth: true, premultipliedAlpha: true });
-    if (!context) throw new Error("no WebGL");
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    context: WebGL2RenderingContext,
+    private readonly palette: Watched<Palette>,
+  ) {
     this.renderer = new WebGLRenderer({ canvas, context, alpha: true });
     this.camera.up.set(0, 0, 1);
     this.cameras = new Cameras(this.camera, canvas);
@@ -87,7 +89,7 @@ export class SceneView {
     this.scene.add(new HemisphereLight("#ffffff", "#8a8f94", 1.7), sun, this.ground.object, this.wanted.object);
     this.scene.add(this.sky.object, this.logged.object, this.axes.object, this.streaks.object, this.target, this.plumb, this.shade);
     this.target.renderOrder = -1;
-    palette.watch((colours) => this.colour(colours));
+    this.palette.watch((colours) => this.colour(colours));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
   }
 
@@ -108,7 +110,7 @@ export class SceneView {
     this.flyer?.show(flight, this.radius * 2, constant);
     if (ghost && !this.ghost) {
       this.ghost = new Flyer(data, true);
-      this.ghost.colour(palette.value);
+      this.ghost.colour(this.palette.value);
       this.scene.add(this.ghost.object);
     }
     if (this.ghost) this.ghost.object.visible = ghost !== undefined;
@@ -172,7 +174,7 @@ export class SceneView {
     }
     this.ghost = undefined;
     this.flyer = new Flyer(data, false);
-    this.flyer.colour(palette.value);
+    this.flyer.colour(this.palette.value);
     this.scene.add(this.flyer.object);
   }
 

@@ -24,13 +24,17 @@ interface Piece {
 // a name with parts after underscores or a number at its end; psi, tau_psi, K_r1, Lambda2, x_d, norm_W1, W1
 const SYMBOL = /(?<![\p{L}\p{N}_.])(\p{L}+)(\d?)((?:_[\p{L}\p{N}]+)*)(?![\p{L}\p{N}_]|\.[\p{L}\p{N}])/gu;
 
+const LETTER = /^\p{L}/u;
+const WORD = /^(\p{Ll}{2,}|a)(?![\p{L}\p{N}_])/u;
+const UNIT = /^(u?m|s|N)$/;
+
 function pieces(text: string): Piece[] {
   const found: Piece[] = [];
   let done = 0;
   for (const match of text.matchAll(SYMBOL)) {
     const [whole, name, digit, tail] = match as unknown as [string, string, string, string];
     const greek = Object.hasOwn(GREEK, name) ? GREEK[name]! : undefined;
-    const isSymbol = greek !== undefined || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !/^(u?m|s|N)$/.test(name));
+    const isSymbol = greek !== undefined || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !UNIT.test(name));
     if (!isSymbol) continue;
     const low = [digit, ...tail.split("_")].filter(Boolean).map((part) => (Object.hasOwn(GREEK, part) ? GREEK[part]! : part));
     found.push({ text: text.slice(done, match.index) + (greek ?? name), low: false });
@@ -66,7 +70,7 @@ export function rich(text: string): Node[] {
 /** The same where nothing can be set low: on a canvas, in a title. */
 export function flat(text: string): string {
   return pieces(text)
-    .map((piece, _, all) => (piece.low && /^\p{L}/u.test(piece.text) && all.length > 1 ? `_${piece.text}` : piece.text))
+    .map((piece, _, all) => (piece.low && LETTER.test(piece.text) && all.length > 1 ? `_${piece.text}` : piece.text))
     .join("");
 }
 
@@ -77,7 +81,7 @@ export function spoken(text: string): string {
 
 /** The same, beginning with a capital where it begins with a word. */
 export function sentence(text: string): Node[] {
-  return rich(/^(\p{Ll}{2,}|a)(?![\p{L}\p{N}_])/u.test(text) && !Object.hasOwn(GREEK, text.split(/\W/)[0] ?? "") ? text[0]!.toUpperCase() + text.slice(1) : text);
+  return rich(WORD.test(text) && !Object.hasOwn(GREEK, text.split(/\W/)[0] ?? "") ? text[0]!.toUpperCase() + text.slice(1) : text);
 }
 
 /** A sentence with the full stop that it may lack. */
