@@ -11,7 +11,7 @@ from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.studies.comparison.entrants import Comparison, Entrant, SituationResult
 from quadstep.studies.comparison.margins import Linear, rows, unlinearised
 from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
-from quadstep.studies.comparison.ranking import Effort, Ranked, Spread
+from quadstep.studies.comparison.ranking import Effort, Pair, Ranked, Spread
 from quadstep.studies.comparison.study import Situation
 from quadstep.studies.comparison.tables import best
 from quadstep.studies.comparison.training import Trained
@@ -99,6 +99,38 @@ def test_nobody_wins_what_is_shared_and_who_flew_elsewhere_only_is_said_so():
     once = {WHERE: found.ranked[WHERE], second: Ranked({"law 1": 1.0, "law 2": 2.0}, 1.0, ())}
     elsewhere = found._replace(ranked=once)
     assert of_all(elsewhere).startswith("law 0 has the best mean rank over the 1 of 2 situations that it flew. 3 controllers")
+
+
+@pytest.mark.parametrize(
+    ("difference", "p", "leads", "differs", "better"),
+    [
+        (-1e-3, 0.001, "", "in 2 of 2 pairs over 2 situations, the", "significantly better than law 1."),
+        (
+            -1e-6,
+            0.001,
+            ", but is shown to be better by less than 0.1 % only",
+            "in 2 of 2 pairs over 2 situations (in 2 of these by less than 0.1 %), the",
+            "law 1 (by less than 0.1 %).",
+        ),
+        (
+            -1e-3,
+            0.4,
+            ", but no difference from another is shown",
+            "in 0 of 2 pairs over 2 situations, the",
+            "not significantly",
+        ),
+    ],
+)
+def test_a_rank_that_chance_or_hardly_anything_gave_is_said_to_be_so(difference, p, leads, differs, better):
+    second = WHERE._replace(path="circle")
+    pair = Pair("law 0", "law 1", Estimate(difference, -1.0, 1.0), 1.0, -1.0, p, 0.0, 1.0)
+    ranked = Ranked({"law 0": 1.0, "law 1": 2.0}, 0.0, (pair,))
+    results = tuple(result(name, 0.01)._replace(situation=where) for where in (WHERE, second) for name in ranked.ranks)
+    found = comparison(2)._replace(results=results, ranked={WHERE: ranked, second: ranked})
+    said = of_all(found)
+    assert said.startswith(f"law 0 has the best mean rank{leads}. 2 controllers")
+    assert f"Tracking differs significantly {differs} number of lost flights in none." in said
+    assert better in of_situation(found, WHERE, ranked)
 
 
 @pytest.mark.parametrize(

@@ -116,6 +116,16 @@ def test_a_better_objective_is_not_told_without_the_flights_that_fail_with_it():
     assert answer(compare(judge(), flown(rmse), flown(0.5 * rmse))).endswith("The objective falls by 50 %.")
 
 
+def test_a_better_objective_is_not_told_without_the_error_that_rises_with_it():
+    tighter = judge(objective={"variation_thrust": 1.0})
+    before, after = flown(np.full(100, 0.19)), flown(np.full(100, 0.6))
+    after.metrics[:, METRICS.index("variation_thrust[N]")] *= 0.7
+    said = answer(compare(tighter, before, after))
+    assert "better" in said
+    assert "The position RMSE rises from 190 mm to 600 mm. The largest error rises from 190 mm to 600 mm." in said
+    assert "rises" not in answer(compare(judge(), after, before))
+
+
 def test_gains_that_lose_flights_are_not_better_by_those_that_are_left():
     rmse, some = np.full(200, 1.0), np.where(np.arange(200) < 3, 5.0, 10.0)
     found = compare(judge(), flown(rmse), flown(0.5 * rmse, ended=some))
@@ -150,4 +160,4 @@ def test_flights_that_are_all_lost_leave_no_numbers():
     assert found.objective.difference is None
     assert found.verdict.startswith("The tuned gains are better")
     single = compare(judge(), flown([1.0]), flown([0.5]))
-    assert single.verdict == "The tuned gains are better."
+    assert single.verdict == "The tuned gains are better on the one flight that they were tuned on."

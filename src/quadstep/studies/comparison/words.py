@@ -9,8 +9,9 @@ from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.report.units import counted, listed, prose
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
+from quadstep.studies.comparison.ranking import ALPHA, Pair, Ranked, by_chance, fewest
 from quadstep.studies.comparison.study import Situation
+from quadstep.studies.tuning.judge import NEGLIGIBLE
 
 LOST, NOTHING = "lost", "-"
 
@@ -117,6 +118,10 @@ def of_all(found: Comparison) -> str:
     """How much is decided, and who ranks first."""
     pairs = [pair for one in found.ranked.values() if not one.copies for pair in one.pairs]
     decided, kept = sum(pair.winner is not None for pair in pairs), sum(pair.keeper is not None for pair in pairs)
+    every = [(situation, pair) for situation, one in found.ranked.items() for pair in one.pairs]
+    tiny = sum(negligible(found, situation, pair) for situation, pair in every)
+    won = [negligible(found, situation, pair) for situation, pair in every if pair.winner in found.leaders]
+    slight = f" (in {tiny} of these by less than {100.0 * NEGLIGIBLE:g} %)" if tiny else ""
     many = len(found.ranked)
     over = f" over {many} situations" if many > 1 else ""
     first, *others = found.leaders
@@ -129,7 +134,13 @@ def of_all(found: Comparison) -> str:
         flown = sum(one.controller == first for one in found.results)
         some = f" over the {flown} of {many} situations that {who} flew" if flown < many else ""
         leads = f"{several(found.leaders)} share" if others else f"{first} has"
-        text = f"{leads} the best mean rank{some}{loses}{'' if others else with_grade(found, first)}. {text}"
+        chance = (
+            f"is shown to be better by less than {100.0 * NEGLIGIBLE:g} % only"
+            if won
+            else "no difference from another is shown"
+        )
+        chance = "" if others or not pairs or not all(won) else f", but {chance}"
+        text = f"{leads} the best mean rank{some}{loses}{chance}{'' if others else with_grade(found, first)}. {text}"
     if found.problems:
         out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in found.problems)
         text += f" Missing from some or all situations because they failed: {several(list(out))}."
@@ -140,10 +151,16 @@ def of_all(found: Comparison) -> str:
         )
     elif pairs:
         text += (
-            f" Tracking differs significantly in {decided} of {len(pairs)} pairs{over}, the number of lost flights in "
+            f" Tracking differs significantly in {decided} of {len(pairs)} pairs{over}{slight}, the number of lost flights in "
             f"{kept or 'none'}."
         )
     return text
+
+
+def negligible(found: Comparison, situation: Situation, pair: Pair) -> bool:
+    """Whether a pair is decided, but by flights that all complete and hardly differ."""
+    lower = min(one.spreads[found.metric].median.value for one in found.of(situation) if one.controller in pair[:2])
+    return pair.winner is not None and pair.lost == 0.0 and abs(pair.difference.value) < NEGLIGIBLE * lower
 
 
 def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -> str:
@@ -223,7 +240,8 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
             other = pair.second if pair.first == best else pair.first
             if other in tied:
                 continue
-            (open_ if pair.winner is None else beaten if pair.winner == best else better).append(other)
+            slight = f" (by less than {100.0 * NEGLIGIBLE:g} %)" if negligible(found, situation, pair) else ""
+            (open_ if pair.winner is None else beaten if pair.winner == best else better).append(f"{other}{slight}")
     if beaten:
         text += f"; significantly better than {'all others' if len(beaten) == len(results) - 1 > 1 else several(beaten)}"
     if open_:

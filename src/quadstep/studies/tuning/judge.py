@@ -181,7 +181,7 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     first, second = (aggregated(kind, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
     objective = Row(OBJECTIVE, first, second, risen(kind, costs[0][both], costs[1][both]))
     rows = [row(name, present, tuned, both) for name in judge.reported]
-    where = " on flights they were not tuned on" if count > 1 else ""
+    where = " on flights they were not tuned on" if count > 1 else " on the one flight that they were tuned on"
     verdict = judged(success, objective, count == 1).format(where=where) if changed else UNCHANGED
     return Compared(count, (shares[0], shares[1]), success, objective, rows, verdict)
 

@@ -18,7 +18,7 @@ from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import prose
 from quadstep.studies.tuning.ground import TuningRequest
-from quadstep.studies.tuning.judge import AGGREGATES, UNCHANGED, Compared, Row, certain
+from quadstep.studies.tuning.judge import AGGREGATES, BETTER, NEGLIGIBLE, UNCHANGED, Compared, Row, certain
 from quadstep.studies.tuning.search import Candidate, SearchResult
 
 HEADER = ("", "present", "tuned", "tuned - present")
@@ -94,18 +94,36 @@ def answer(compared: Compared) -> str:
     """The verdict, by how much, and what share succeeds where some do not."""
     before, difference = compared.objective.present, compared.objective.difference
     present, tuned = compared.success
+    better = compared.verdict.startswith(BETTER.partition("{")[0])
+    risen = "".join(
+        rise(one, compared.flights == 1) for one in compared.rows[:2] if better
+    )  # the errors, whatever the objective
     if certain(compared.success_difference, compared.flights == 1):  # which decides
         moved = "rises" if tuned.value > present.value else "falls"
-        return f"{compared.verdict} Success {moved} from {units.percent(present.value)} to {units.percent(tuned.value)}."
+        return (
+            f"{compared.verdict} Success {moved} from {units.percent(present.value)} to {units.percent(tuned.value)}.{risen}"
+        )
     said = compared.verdict
     if compared.verdict != UNCHANGED and before and difference and before.value:
         change = difference.value / before.value
         said += f" The objective {'falls' if change < 0.0 else 'rises'} by {100.0 * abs(change):.3g} %."
+    said += risen
     if tuned.value < 1.0:
         share = f"{units.percent(tuned.value)} of the flights succeed"
         share += f", {units.percent(present.value)} with the present gains" if present.value != tuned.value else ""
         said += f" With them {share if compared.flights > 1 else 'the flight fails'}."
     return said
+
+
+def rise(one: Row, alone: bool) -> str:
+    """That a metric certainly rises, in a sentence after a blank; nothing where that is not shown, or negligible."""
+    if not (one.present and one.tuned and one.difference) or certain(one.difference, alone) <= 0:
+        return ""
+    if one.difference.value <= NEGLIGIBLE * one.present.value:
+        return ""
+    words, unit = units.metric(one.name)
+    low, high = (units.quantity(each.value, unit).replace("\N{NO-BREAK SPACE}", " ") for each in (one.present, one.tuned))
+    return f" The {words} rises from {low} to {high}."
 
 
 def listed(values: list[float]) -> str:
