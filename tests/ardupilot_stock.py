@@ -10,13 +10,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from quadstep.mission.vehicle_list import load_preset
 
 from quadstep.control.ardupilot_cascade import GRAVITY, ArduPilotCascade, ArduPilotCascadeMemory, outer
 from quadstep.control.ardupilot_loops import Held, PidGains, PidMemory, pid, root_within, shaped, shrinking, unrooted
 from quadstep.control.mixers import ardupilot_mixed
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import Matrix, Vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll, normalised, unrotate
 from tests.firmware_flights import run
