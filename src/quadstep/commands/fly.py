@@ -134,7 +134,7 @@ def check_autopilot(
     if pilot_connect is not None and not pilot:
         raise UserError("--pilot-connect: requires --pilot")
     if not 0.0 < connect_timeout < math.inf:
-        raise UserError(f"--connect-timeout {connect_timeout:g}: should be a time above 0 s")
+        raise UserError(f"--connect-timeout {connect_timeout:g}: should be a finite time above 0 s")
     if pilot:
         from quadstep.bridges.autopilot.setpoints import check_place
         from quadstep.io.doors import optional
