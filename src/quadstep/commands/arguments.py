@@ -1,7 +1,4 @@
-"""What was typed after a command: refused where it is empty, and said in plain words where it is wrong.
-
-`quadstep completion`.
-"""
+"""Errors in what was typed after a command, in plain words; and `quadstep completion`, which helps to type it."""
 
 import re
 from collections.abc import Sequence

@@ -1,14 +1,14 @@
-"""Controllers: the paper's adaptive neural backstepping (Eqs 11-54) and the nested saturations of its reference [11].
+"""Controllers: the paper's adaptive neural backstepping (Eqs 11-54), its reference [11], and laws for real vehicles.
 
 Laws over numbers that know neither files nor engines; rooms above may import it, `sensing` excepted.
 
-And controllers for real vehicles. Your own controller is a law over numbers (`controller.py`; `examples/own_controller.py` is
-one), or any callable (`control/opaque.py`). Its input is a `Measured`, or on the paper's plant a `State` of Euler angles, and
-its output a `Command`: thrust [N] and torque [N m].
+Your own controller is a law over numbers (`controller.py`; `examples/own_controller.py` is one), or any callable
+(`control/opaque.py`). Its input is a `Measured`, or on the paper's plant a `State` of Euler angles, and its output a
+`Command`: thrust [N] and torque [N m].
 
 >>> from quadstep.control import Command, invert_force
 >>> from quadstep.numbers import vector
->>> thrust, theta_d, phi_d = invert_force(vector(0.0, 0.0, 9.81))  # the wanted force [N], inertial, z up: hover
+>>> thrust, theta_d, phi_d = invert_force(vector(0.0, 0.0, 9.81))  # the desired force [N], inertial, z up: hover
 >>> command = Command(thrust, torque=vector(0.0, 0.0, 0.0), desired_attitude=vector(0.0, theta_d, phi_d))
 >>> command.thrust, command.desired_attitude
 (9.81, Vector([0.0, 0.0, 0.0]))

@@ -1,10 +1,10 @@
-"""Model predictive path integral control: perturbed plans flown in the head, and averaged by how well they went.
+"""Model predictive path integral control: perturbed plans are simulated, and averaged with weights by their cost.
 
-Williams, Aldrich, Theodorou (2017). A plan is an acceleration beside the path's for each stage of a horizon. `guide` perturbs
-it with noise of the flight's own, rolls a point whose acceleration lags out along each perturbed plan, within the rotors'
-reach of what the path wants at that stage (`reference.ahead`), weighs the plans by exp(-cost / temperature) and keeps their
-mean.
-`law` makes thrust and torque of the plan's first stage, as in `geometric.py`. The number of samples is fixed: turns of a loop.
+Williams, Aldrich, Theodorou (2017). A plan is an acceleration beside the path's for each stage of a horizon. `guide`
+perturbs it with noise of the flight's own, rolls a point whose acceleration lags out along each perturbed plan, within the
+rotors' reach of the acceleration that the path requires at that stage (`reference.ahead`), weighs the plans by exp(-cost /
+temperature) and keeps their mean. `law` makes thrust and torque of the plan's first stage, as in `geometric.py`. The number
+of samples is fixed: turns of a loop.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The engines by name: one way to fly a plan, or many; what identifies flights, and what ended one."""
+"""Flying a plan, or many, on an engine by name; what identifies a flight, and why it ended."""
 
 import hashlib
 import math

@@ -1,9 +1,10 @@
-"""Autopilots as their logs and parameters tell of them: rate loops, motors and their limits, notches, how fast they sink; what
-of a command a rate loop's setpoint alone made.
+"""Autopilots as described by their logs and parameters: rate loops, motors and their limits, notches, descent rates; and
+the part of a rate loop's command that its setpoint alone produced.
 
-A rate loop commands u = F r - K y of its setpoint r and the rate y. An attitude loop answers the angle: r = w - P (angle).
-What is left, w, comes from sticks, an attitude setpoint or an autotune and answers no gyro. With y = G u, then, u = F w - (K +
-F P / s) G u: d = F w excites the command as if it were added there, and u / d is the sensitivity 1 / (1 + L).
+A rate loop commands u = F r - K y of its setpoint r and the rate y. An attitude loop responds to the angle: r = w - P
+(angle). What is left, w, comes from sticks, an attitude setpoint or an autotune and does not respond to the gyro. With y =
+G u, then, u = F w - (K + F P / s) G u: d = F w excites the command as if it were added there, and u / d is the sensitivity
+1 / (1 + L).
 """
 
 import math

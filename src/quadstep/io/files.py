@@ -1,6 +1,7 @@
-"""Input files: only regular ones, none larger than its kind allows. Reading a pipe or a device might never end.
+"""Reading and writing files. Input: regular files only, none larger than its kind allows; a pipe or a device might never
+end.
 
-Writing a file so that its place holds the whole of it or what was there before, never half.
+Output: a file appears whole, or what was there before stays; never half of it.
 """
 
 import contextlib

@@ -1,7 +1,4 @@
-"""Writing results so that a folder always holds a complete result, the new one or the one before.
-
-Tables as CSV files and in LaTeX.
-"""
+"""Results on disk: a folder always contains a complete result, the new one or the one before; tables as CSV and LaTeX."""
 
 import contextlib
 import csv

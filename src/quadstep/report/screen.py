@@ -1,7 +1,7 @@
 """Lines on standard output and standard error, and tables that fit: side by side where every column can be read, else as
 blocks of `name: value`.
 
-Standard output and standard error as they really are: closed, full, ASCII only, or with a reader who left early.
+Either may be closed, full, ASCII only, or have a reader that left early.
 """
 
 import codecs

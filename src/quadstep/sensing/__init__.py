@@ -1,4 +1,4 @@
-"""What the controller gets to know: noise, bias, latency, rates, and an estimator that puts the measurements together.
+"""What the controller measures: noise, bias, latency, sample rates, and an estimator that fuses the measurements.
 
 Laws over numbers; rooms from `metrics` up may import it.
 """

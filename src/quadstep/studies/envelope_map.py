@@ -1,6 +1,5 @@
-"""The flights of a map gathered cell by cell.
-
-The map as a picture: one panel per value of --by, coloured by RMSE, grey and hatched where flights fail.
+"""The map of an envelope: flights gathered cell by cell, and drawn with one panel per value of --by, coloured by RMSE, grey
+and hatched where flights fail.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""The real vehicle: rotors, air, battery and rigid body put together, and a small network that adds accelerations which
-flights show and the laws do not explain. Events of a flight: a payload is picked up or released, a rotor loses efficiency.
-And what a prediction takes from measurements, part of a fitted vehicle's file.
+"""The real vehicle: rotors, air, battery and rigid body together, with a small network for accelerations that the equations
+do not explain. Events change it: a payload is picked up or released, a rotor loses efficiency. A fitted vehicle also has
+the gains with which predictions follow measurements.
 """
 
 from typing import NamedTuple

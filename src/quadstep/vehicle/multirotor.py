@@ -1,6 +1,6 @@
 """A real multirotor: a rigid body on quaternions with rotors that lag, drag, a battery, and events that change it.
 
-How fast the loops of a vehicle can be, from its rotors' lag and torque, and from all delay in its loop.
+Its agility says how fast its loops can be, given the lag and torque of the rotors and all delay in the loop.
 
 Gains over mass and inertia leave a loop that depends on time alone. With rotors of lag T and a delay D it is, about a
 horizontal axis,

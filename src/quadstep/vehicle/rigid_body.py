@@ -1,5 +1,5 @@
 """The motion of a rigid body, free of singularities: Newton and Euler on quaternions. Its centre of gravity need not be the
-body's origin. And the positions of its rotors, and the effects that are computed: known when a flight is compiled.
+body's origin. The positions of its rotors and the effects to compute are structure: fixed when a flight is compiled.
 
 World axes x, y, z with z up; body axes x forward, y left, z up along the thrust; both right-handed.
 

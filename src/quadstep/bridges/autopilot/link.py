@@ -1,4 +1,4 @@
-"""What flies a vehicle through a socket: it is told the sensors of a sample and says how fast the rotors should turn."""
+"""The link to an autopilot through a socket: each sample it sends sensor data and receives rotor speeds."""
 
 import math
 import signal

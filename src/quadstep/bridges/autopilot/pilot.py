@@ -1,6 +1,5 @@
-"""Who flies an autopilot that has nobody: a MAVLink ground station that arms it, takes off and sends a mission's path.
-
-It goes by the clock of the samples that the autopilot is given, so it is as fast as the flight.
+"""The pilot of an autopilot: a MAVLink ground station that arms it, takes off and sends a mission's path. It follows the
+clock of the samples that the autopilot is given, so it keeps pace with the flight.
 """
 
 import math

@@ -1,6 +1,4 @@
-"""Translation of the body: Eqs 1, 7, 9 and 67, and the direction of the thrust. Rotors and torques: Eq. 5, tau. Rotors and
-torques: Eq. 5, tau. Rotors and torques: Eq. 5, tau.
-"""
+"""Translation of the body (Eqs 1, 7, 9 and 67) and the direction of the thrust; rotors and torques (Eq. 5, tau)."""
 
 import itertools
 

@@ -1,6 +1,6 @@
 """The values of the varying keys, from the flight's number alone: the same in any order and on any machine.
 
-From the values of a flight to its mission and its plan; also from arrays of values to the plans of many flights.
+From these values it makes a flight's mission and plan, and from arrays of values the plans of many flights.
 """
 
 import itertools

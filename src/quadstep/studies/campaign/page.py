@@ -1,5 +1,5 @@
-"""Pages whose flights the browser flies as a campaign does: a campaign's, with the failure rate of its flights; what-if's,
-whose flights in gusts are counted anew wherever a slider is moved.
+"""Pages on which the browser flies many flights, as a campaign does, and counts failures anew whenever a slider moves: a
+campaign's page, and that of what-if.
 """
 
 import base64

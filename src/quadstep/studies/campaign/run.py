@@ -1,9 +1,9 @@
 """`quadstep campaign` from file to folder; with `--until P`, until it is certain that fewer than P of all flights fail, or
 that no fewer do.
 
-Stopping at the first interval that satisfies is wrong more often than the interval says. So looks are taken at numbers of
-flights that P alone determines, and each spends half of the remaining error probability (alpha spending, Lan and DeMets 1983):
-the intervals of all looks together contain the probability with 95 % confidence.
+Stopping at the first interval that is good enough is wrong more often than the interval says. So looks are taken at numbers
+of flights that P alone determines, and each spends half of the remaining error probability (alpha spending, Lan and DeMets
+1983): the intervals of all looks together contain the probability with 95 % confidence.
 """
 
 import math

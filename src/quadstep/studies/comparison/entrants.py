@@ -1,5 +1,5 @@
-"""Who takes part in a study: every controller with what it knows, and the gains that it flies with on each vehicle; what was
-found of them all, in numbers.
+"""Who takes part in a study: every controller with what it knows, and the gains that it flies with on each vehicle; and the
+results of all of them, in numbers.
 """
 
 import json

@@ -1,5 +1,5 @@
-"""The flights of the study as missions: the paper's cases, their variants, and the stress flights; all of them
-flown: logs of the cases, metrics of everything else.
+"""The flights of the study as missions (the paper's cases, their variants, the stress flights), and flying them: logs of
+the cases, metrics of everything else.
 """
 
 from collections.abc import Callable, Mapping
