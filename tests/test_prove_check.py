@@ -60,6 +60,21 @@ def test_coordinates_whose_inverse_is_no_number_confirm_nothing(tmp_path, hover,
         assert check_set.failing(loop_of(found, tmp_path / "proof.json"), other)
 
 
+def test_a_set_of_more_states_than_sums_are_bounded_for_is_not_confirmed(tmp_path, hover, monkeypatch):
+    """Of 255 at most (`MOST_SUMMED`); here the bound is moved instead, as a set of 256 takes hours."""
+    (tmp_path / "proof.json").write_bytes(forged(hover))
+    found = read_set(tmp_path / "proof.json")
+    loop, summed = (
+        loop_of(found, tmp_path / "proof.json"),
+        [n + n * n + check_set.UNKNOWNS for n in (len(found.live), 255, 256)],
+    )
+    assert summed[1] <= check_set.MOST_SUMMED < summed[2]
+    monkeypatch.setattr(check_set, "MOST_SUMMED", summed[0])
+    assert not check_set.failing(loop, found)
+    monkeypatch.setattr(check_set, "MOST_SUMMED", summed[0] - 1)
+    assert f"{len(found.live)} moving states have more pairs" in check_set.failing(loop, found)
+
+
 def put(*where):
     *way, value = where
 
