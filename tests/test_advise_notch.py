@@ -142,7 +142,7 @@ def test_no_notch_is_advised_where_it_would_not_fit_and_the_reason_is_said(one, 
     assert highest(found).at == pytest.approx(80.0, rel=0.06)
     assert re.search(f"none is advised: .*{why}", said(found)), said(found)
     advised = changes(found, measured(found.measured)) if found.loop == PX4[0] else None
-    assert advised is None or "IMU_GYRO_NF0_FRQ" not in advised.filters
+    assert advised is None or "IMU_GYRO_NF0_FRQ" not in advised.others
 
 
 def with_strange_command(one):

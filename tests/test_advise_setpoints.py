@@ -7,8 +7,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from quadstep.identify.changes import changes, tuned
 from quadstep.identify.excited import excited
 from quadstep.identify.measured import measured
+from quadstep.identify.plant import plant
 from quadstep.identify.symptoms import noise
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
@@ -96,6 +98,37 @@ def test_a_fragile_loop_of_px4_gets_a_file_with_nothing_but_its_k(tmp_path):
     assert "MC_ROLLRATE_K times" in found.more[0]
 
 
+def test_a_sound_loop_gets_the_gains_that_it_bears_from_the_plant_that_explains_it(tmp_path):
+    found = advise(logged(tmp_path, SOUND), None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
+    factor = found.record["factor"]
+    omega = np.geomspace(0.3, 1000.0, 8_000)
+    now, then, beyond = (setpoints.least(axes().scaled(by).opened(omega)[SOUND])[2] for by in (1.0, factor, 1.3 * factor))
+    assert now > then > 1.0 > beyond
+    assert found.record["plant"]["effect[rad/s^2]"] == pytest.approx(100.0, rel=0.02)
+    assert found.record["plant"]["lag[s]"] == pytest.approx(0.02, rel=0.1)
+    assert found.record["plant"]["delay[s]"] == pytest.approx(0.004, abs=0.002)
+    assert f"MC_ROLLRATE_K times {factor:.2f}: by the plant that gives" in found.more[0]
+    assert found.more[0].endswith("Fly it and advise again.")
+    flight = excited(logged(tmp_path, SOUND), None)
+    assert tuned(flight, flight.loop, measured(flight.measured), [{}]).factor == pytest.approx(factor)
+    for other in (
+        flight._replace(parameters={**flight.parameters, "MC_ROLLRATE_D": 0.05}),  # then no plant explains what was measured
+        flight._replace(measured=flight.measured.only(0, 60)),  # nor are gains raised beyond what was excited
+    ):
+        assert changes(other, measured(other.measured)) is None
+
+
+def test_a_loop_whose_crossover_was_not_excited_is_told_by_its_plant_and_never_called_sound(tmp_path):
+    flight = excited(logged(tmp_path, SOUND), None)
+    at = measured(flight.measured).phase.at.value
+    beyond = flight.measured.only(int(np.searchsorted(flight.measured.omega, 1.2 * at)), len(flight.measured.omega) - 1)
+    assert measured(beyond).phase is None
+    now = measured(plant(flight._replace(measured=beyond)).loop)
+    assert now.phase.value.low < truth(SOUND)[1] < now.phase.value.high
+    whole = measured(plant(flight).loop)
+    assert (whole.sound, whole._replace(by_plant=True).grade) == (True, "unknown")
+
+
 def test_only_the_stretch_in_the_air_and_of_the_autotune_counts(tmp_path):
     count = len(flight()[0])
     landed = np.zeros((count, 1))
@@ -172,7 +205,11 @@ def test_a_slow_filter_that_no_gain_makes_up_for_is_raised_where_all_its_axes_ar
     alone = math.degrees(math.atan2(math.sqrt(2.0) * crossover, 1.0 - crossover**2))
     assert 0.5 * alone < float(lag[2]) < alone  # angles, of the loop around, do not pass it
     found = advise(logged(tmp_path, DULL), None, None, tmp_path / "roll", False, sheet("svg", None, "screen"))
-    assert "none is advised" in found.more[0]  # pitch and yaw pass the same filter, and this log does not tell them
+    written = dict(read_parameters(tmp_path / "roll" / "advised.params", "px4").values)
+    assert "MC_ROLL_P" in written  # pitch and yaw pass the same filter, and this log does not tell them
+    assert f"MC_ROLL_P from 3.9 to {written['MC_ROLL_P']:.4g} 1/s" in found.more[0]
+    slower = axes()._replace(attitude=np.full(3, written["MC_ROLL_P"])).scaled(written.get("MC_ROLLRATE_K", 0.5) / 0.5)
+    assert setpoints.least(slower.opened(omega)[DULL])[2] > 1.0
 
 
 def table(found, name):

@@ -67,7 +67,9 @@ def parameters(loop: RateLoop, one: Axis) -> dict[str, float]:
     """What a log says of a vehicle, each (1,)."""
     gains = {"P": one.p, "I": one.i, "D": one.d}
     cuts = {"IMU_GYRO_CUTOFF": one.cut, "IMU_DGYRO_CUTOFF": one.slope}
-    if loop.form == "ardupilot":
+    if loop.form == "px4":
+        gains["K"] = np.ones_like(one.p)
+    else:
         gains |= {"FLTT": one.target, "FLTE": one.error, "FLTD": one.slope}
         cuts = {"INS_GYRO_FILTER": one.cut, "SCHED_LOOP_RATE": 1.0 / one.period}
     told = {f"{loop.stem}{name}": value for name, value in gains.items()} | {loop.attitude: one.attitude} | cuts
@@ -94,9 +96,10 @@ def changed(axes: Axis, advice: Advice, loop: RateLoop) -> Axis:
     endings = {"GYRO_CUTOFF": "cut", "GYRO_FILTER": "cut", "DGYRO_CUTOFF": "slope", "FLTD": "slope", "FLTE": "error"}
     endings["FLTT"] = "target"
     found = axes.scaled(advice.factor)
-    for name, (_, cut) in advice.filters.items():
+    for name, (_, value) in advice.others.items():
         ending = name.removeprefix(loop.stem).removeprefix("IMU_").removeprefix("INS_")
-        found = found._replace(**{endings[ending]: np.full_like(axes.cut, cut)})
+        field = "attitude" if name == loop.attitude else endings[ending]
+        found = found._replace(**{field: np.full_like(axes.cut, value)})
     return found
 
 
@@ -131,8 +134,8 @@ def vehicles(
         advice = changes(flight, now)
         after = least(changed(axes, advice, loop).opened(OMEGA)[place])[2] if advice else None
         held = now.phase.value.low <= phase <= now.phase.value.high
-        names, louder = (*advice.filters,) if advice else (), 1.0
-        if advice and advice.filters:
+        names, louder = (*advice.others,) if advice else (), 1.0
+        if advice and advice.others:
             both = (Axis(*(field[[place]] for field in one)) for one in (axes, changed(axes, advice, loop)))
             louder = noisier(Axis(*map(np.concatenate, zip(*both, strict=True))), angle[:NOISY_SAMPLES], noise, number)
         off = now.phase.at.value / at - 1.0, now.phase.value.value - phase

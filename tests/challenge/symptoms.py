@@ -171,10 +171,10 @@ def ringing(random: np.random.Generator, count: int, loop: RateLoop = PX4[0], du
             continue
         said = next((seen.said for seen in peak(read_flight)), "")
         advice = changes(read_flight, now)
-        if not advice or f"{stem}{names.centre}" not in advice.filters:
+        if not advice or f"{stem}{names.centre}" not in advice.others:
             yield Rung(str(kinds[place]), said, before)
             continue
-        stops = [np.array([0.0, advice.filters[f"{stem}{name}"][1]]) for name in (names.centre, names.band)]
+        stops = [np.array([0.0, advice.others[f"{stem}{name}"][1]]) for name in (names.centre, names.band)]
         after = least(one.opened(OMEGA, mine, [stop[1:] for stop in stops])[0])[2]
         both, same = Axis(*(field[[0, 0]] for field in one)), Ring(*(field[[0, 0]] for field in mine))
         part = slice(0, NOISY_SAMPLES)

@@ -1,7 +1,7 @@
-"""Which parameters would make a measured loop sound, or a sound one quieter: gains first, then the cut-off of a low-pass, or a
-notch.
+"""Which parameters would make a measured loop sound, or a sound one faster or quieter: gains first, then the cut-off of a
+low-pass, or a notch.
 
-The measured open loop times the ratio of the controllers, as the parameters make them, is the loop with other parameters.
+The open loop times the ratio of the controllers, as the parameters make them, is the loop with other parameters.
 """
 
 import math
@@ -14,18 +14,27 @@ import numpy as np
 from quadstep.identify.excited import Excited
 from quadstep.identify.measured import Measured, measured
 from quadstep.identify.peaks import STANDS, Peak, free, highest, unfit
+from quadstep.identify.plant import plant
 from quadstep.identify.rate_loops import Filter, RateLoop
 from quadstep.identify.response import Complex, Response, gain_margins
 from quadstep.io.errors import UserError
 
-FACTORS = np.geomspace(1.0, 0.25, 57)
+FACTORS = np.geomspace(16.0, 0.25, 169)
 """Factors on the gains that are tried, the largest first."""
 
+WORTH = 1.1
+"""Least factor by which the gains of a sound loop are raised."""
+
+UNHEARD = 0.5
+"""Largest gain of a loop at the fastest excited frequency with larger gains, 6 dB below 1: what decides its margins was
+excited, as nothing but a resonance grows beyond.
+"""
+
 STEP, STEPS = 1.1, 15
-"""Factor from one cut-off that is tried to the next, and how many are."""
+"""Factor from one value of a parameter that is tried to the next, and how many are."""
 
 NEARER = 0.7
-"""Least distance of the open loop from -1 on the way to another cut-off, as a share of the flown one's: the loop is stable as
+"""Least distance of the open loop from -1 on the way to another value, as a share of the flown one's: the loop is stable as
 flown, and stays so where it comes no nearer.
 """
 
@@ -35,28 +44,30 @@ noise one sample in 400 then takes 15 % of what the motors have for an axis. qua
 """
 
 MOST = 3
-"""Parameters that may change."""
+"""Changes at most: P, I and D times one factor are one."""
 
 
 class Advice(NamedTuple):
-    """A factor on the gains of a command, parameters of filters [Hz], now and then, by name, and what the measured response
-    says of the loop with them. louder: factor on the noise of the command, at most where a cut-off rises.
+    """A factor on the gains of a command, other parameters, now and then, by name (of filters [Hz] and of the attitude loop
+    [1/s]), and what the response says of the loop with them. louder: factor on the noise of the command, at most where a
+    cut-off rises.
     """
 
     factor: float
     expected: Measured
-    filters: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    others: Mapping[str, tuple[float, float]] = MappingProxyType({})
     louder: float = 1.0
 
 
-def advised(found: Response, now: Measured, whole: Iterable[float] = ()) -> Advice | None:
-    """The largest factor with which the loop would be sound at the lower ends of its intervals; None where the loop may be
-    sound as it is, or where no factor is known to make it so. The loop is stable as flown, and with smaller gains until the
-    gain has fallen to where its phase crosses -180 degrees. whole: gains that are rounded to whole numbers, which leaves the
-    loop sound too.
+def advised(found: Response, whole: Iterable[float] = (), most: float = 1.0) -> Advice | None:
+    """The largest factor up to `most` with which the loop would be sound at the lower ends of its intervals; None where none
+    is known to make it so. The loop is stable as flown, and with other gains up to where its phase crosses -180 degrees.
+    whole: gains that are rounded to whole numbers, which leaves the loop sound too.
     """
-    floor = max((one.value.high for one in gain_margins(found) if one.value.low < 1.0), default=0.0)
-    tried = FACTORS[floor < FACTORS] if now.fragile else ()
+    turns = [one.value for one in gain_margins(found)]
+    floor = max((one.high for one in turns if one.low < 1.0), default=0.0)
+    ceiling = min((max(one.low, 1.0) for one in turns if one.value > 1.0), default=math.inf)
+    tried = FACTORS[(floor < FACTORS) & (min(ceiling, most) >= FACTORS)]
     expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
     sound = (one for one in expected if one[1].sound)
     return next((Advice(*one) for one in sound if all(measured(found.scaled(by)).sound for by in ends(one[0], whole))), None)
@@ -69,38 +80,69 @@ def ends(factor: float, whole: Iterable[float]) -> list[float]:
 
 
 def changes(flight: Excited, now: Measured) -> Advice | None:
-    """What the log advises: gains that make a fragile loop sound, or a higher cut-off where these do not; a lower one, or a
-    notch, for a sound loop whose command is too noisy.
+    """What the log advises: gains as large as a sound loop bears, where the plant is told, or those that make a fragile loop
+    sound, or a higher cut-off where these do not, or a slower attitude loop; a lower cut-off, or a notch, for a sound loop
+    whose command is too noisy.
     """
     gains = (flight.loop and flight.loop.whole_gains and flight.loop.gains(flight.parameters)) or {}
-    if advice := advised(flight.measured, now, gains.values()):
+    if flight.loop is None:
+        return advised(flight.measured) if now.fragile else None
+    if (advice := tuned(flight, flight.loop, now, [{}])) and told(flight, advice):
         return advice
-    if flight.loop is None or not (now.fragile or (now.sound and loud(flight) > NOISY)):
+    if now.fragile and (advice := advised(flight.measured, gains.values())):
+        return advice
+    tried = raised(flight, flight.loop) if now.fragile else lowered(flight, flight.loop) if now.sound else ()
+    if advice := next((one for one in tried if told(flight, one)), None):
+        return advice
+    around = flight.parameters.get(flight.loop.attitude, 0.0) if flight.levelled else 0.0
+    slower = stepped(flight, flight.loop.attitude, 1.0 / STEP) if around > 0.0 else []
+    advice = tuned(flight, flight.loop, now, slower)
+    return advice if advice and told(flight, advice) else None
+
+
+def tuned(flight: Excited, loop: RateLoop, now: Measured, tried: Iterable[dict[str, float]]) -> Advice | None:
+    """With the first of other parameters that allow it, the largest gains with which the loop by its plant is sound, where it
+    is not known to be so, or where they are worth a change and it is not slower otherwise.
+    """
+    found = plant(flight)
+    if found is None or not found.explains:
         return None
-    tried = raised(flight, flight.loop) if now.fragile else lowered(flight, flight.loop)
-    return next((one for one in tried if told(flight, one)), None)
+    peak, by_plant = highest(flight), measured(found.loop)
+    poor = now.fragile or by_plant.fragile or not (now.sound or by_plant.sound)
+    rings = peak is not None and peak.tall > STANDS
+    for other, response in ways(flight, loop, tried, found.loop):
+        end = float(np.interp(flight.measured.omega[-1], response.omega, np.abs(response.opened)))
+        most = 1.0 if rings else max(min(UNHEARD / end, NOISY / loud(flight)), 1.0)
+        if advice := advised(response, (), most):
+            expected = advice.expected._replace(by_plant=True)
+            worth = poor or (advice.factor >= WORTH and not other)
+            return Advice(advice.factor, expected, since(flight, other), advice.factor) if worth else None
+    return None
 
 
 def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too."""
-    kept = [list(ways(flight, loop, stepped(flight, one, STEP))) for one in known(flight, loop)]
+    kept = [list(ways(flight, loop, stepped(flight, one.name, STEP), flight.measured)) for one in known(flight, loop)]
     for place in range(STEPS):
         for found in kept:
             if place < len(found):
                 other, response = found[place]
                 then = measured(response)
-                advice = Advice(1.0, then) if then.sound else advised(response, then)
+                advice = Advice(1.0, then) if then.sound else advised(response) if then.fragile else None
                 louder = growth(flight, loop, other)
                 if advice and louder * loud(flight) <= NOISY:
-                    yield advice._replace(filters=since(flight, other), louder=louder)
+                    yield advice._replace(others=since(flight, other), louder=louder)
 
 
 def lowered(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     """Sound loops with a notch that makes the command quiet enough, since it costs less phase than a lower cut-off, then with
     a notch or a lower cut-off; those with the least noise first.
     """
+    if loud(flight) <= NOISY:
+        return
     stopped = quietest(flight, loop, notches(flight, loop))
-    cut = [one for low_pass in known(flight, loop) for one in quietest(flight, loop, stepped(flight, low_pass, 1.0 / STEP))]
+    lower = (stepped(flight, one.name, 1.0 / STEP) for one in known(flight, loop))
+    cut = [one for tried in lower for one in quietest(flight, loop, tried)]
     yield from (one for one in stopped if one.louder * loud(flight) <= NOISY)
     yield from sorted([*stopped, *cut], key=lambda one: one.louder)
 
@@ -108,7 +150,7 @@ def lowered(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
 def quietest(flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]]) -> list[Advice]:
     """Sound loops with a tenth less noise in the command or more, that with the least first, up to the first unsound one."""
     found = []
-    for other, response in ways(flight, loop, tried):
+    for other, response in ways(flight, loop, tried, flight.measured):
         then = measured(response)
         if not then.sound:
             break
@@ -140,7 +182,7 @@ def unnotched(flight: Excited, peak: Peak) -> str:
     if advice is None:
         return "with none are all three axes known to be sound and the command quieter by a tenth"
     named = free(flight.loop, flight.parameters) if flight.loop else None
-    return "" if any(one.startswith(f"{named}") for one in advice.filters) else "a lower cut-off makes the command quieter"
+    return "" if any(one.startswith(f"{named}") for one in advice.others) else "a lower cut-off makes the command quieter"
 
 
 def known(flight: Excited, loop: RateLoop) -> list[Filter]:
@@ -152,9 +194,9 @@ def known(flight: Excited, loop: RateLoop) -> list[Filter]:
     return [one for one in loop.filters if flight.parameters.get(one.name, 0.0) > 0.0]
 
 
-def stepped(flight: Excited, one: Filter, step: float) -> list[dict[str, float]]:
-    """Cut-offs [Hz] of a low-pass, further and further away."""
-    return [{one.name: float(f"{flight.parameters[one.name] * step**place:.3g}")} for place in range(1, STEPS + 1)]
+def stepped(flight: Excited, name: str, step: float) -> list[dict[str, float]]:
+    """Values of a parameter further and further away."""
+    return [{name: float(f"{flight.parameters[name] * step**place:.3g}")} for place in range(1, STEPS + 1)]
 
 
 def since(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float, float]]:
@@ -164,14 +206,16 @@ def since(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float,
     return {name: ({**hidden, **flight.parameters}[name], value) for name, value in other.items()}
 
 
-def ways(flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]]) -> Iterator[tuple[dict[str, float], Response]]:
-    """The measured loop with other parameters, as long as it comes no nearer to -1."""
-    start = np.abs(1.0 / flight.measured.sensitivity).min()
+def ways(
+    flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]], found: Response
+) -> Iterator[tuple[dict[str, float], Response]]:
+    """A response with other parameters, as long as it comes no nearer to -1."""
+    start = np.abs(1.0 / found.sensitivity).min()
     for other in tried:
-        found = flight.measured.scaled(ratio(flight, loop, other, flight.measured.omega))
-        if np.abs(1.0 / found.sensitivity).min() < NEARER * start:
+        then = found.scaled(ratio(flight, loop, other, found.omega))
+        if np.abs(1.0 / then.sensitivity).min() < NEARER * start:
             return
-        yield other, found
+        yield other, then
 
 
 def ratio(flight: Excited, loop: RateLoop, other: dict[str, float], omega: Iterable[float]) -> Complex:
@@ -183,7 +227,7 @@ def ratio(flight: Excited, loop: RateLoop, other: dict[str, float], omega: Itera
 
 def with_advice(flight: Excited, advice: Advice) -> Response:
     """The measured loop with what is advised."""
-    other = {name: then for name, (_, then) in advice.filters.items()}
+    other = {name: then for name, (_, then) in advice.others.items()}
     by = ratio(flight, flight.loop, other, flight.measured.omega) if flight.loop and other else 1.0
     return flight.measured.scaled(advice.factor * by)
 
@@ -208,27 +252,25 @@ def quieter(flight: Excited, other: dict[str, float]) -> float:
 
 
 def told(flight: Excited, advice: Advice) -> bool:
-    """Whether no more than three parameters change besides switches of a notch, none of which scales only part of the command,
+    """Whether there are no more than three changes besides switches of a notch, none of which scales only part of the command,
     and each other axis whose command passes the same low-pass is measured and sound with it too.
     """
     assert flight.loop
-    gains = flight.loop.gains(flight.parameters) if advice.factor != 1.0 else {}
-    switches = [one for one in advice.filters if flight.loop.notches and flight.loop.notches.switches(one)]
-    if (
-        gains is None
-        or len(gains) + len(advice.filters) - len(switches) > MOST
-        or (gains and flight.loop.bypassed(flight.parameters))
+    scaled = advice.factor != 1.0
+    switches = [one for one in advice.others if flight.loop.notches and flight.loop.notches.switches(one)]
+    if len(advice.others) - len(switches) + scaled > MOST or (
+        scaled and (flight.loop.gains(flight.parameters) is None or flight.loop.bypassed(flight.parameters))
     ):
         return False
-    shared = {*advice.filters} - {one.name for one in flight.loop.filters if not one.shared}
-    return not shared or (len(flight.others) == 2 and all(bears(one, advice) for one in flight.others))
+    own = {flight.loop.attitude, *(one.name for one in flight.loop.filters if not one.shared)}
+    return not {*advice.others} - own or (len(flight.others) == 2 and all(bears(one, advice) for one in flight.others))
 
 
 def bears(other: Excited, advice: Advice) -> bool:
     """Whether another axis is sound with the same cut-offs."""
     assert other.loop
-    filters = {name: cut for name, (_, cut) in advice.filters.items()}
-    return measured(other.measured.scaled(ratio(other, other.loop, filters, other.measured.omega))).sound
+    shared = {name: then for name, (_, then) in advice.others.items()}
+    return measured(other.measured.scaled(ratio(other, other.loop, shared, other.measured.omega))).sound
 
 
 def lags(flight: Excited, at: float) -> dict[str, float]:

@@ -12,7 +12,8 @@ class Measured(NamedTuple):
     """phase: the crossover with the smallest phase margin [rad], as `sized`, None if the excitation tells of none; up, down:
     where the gain may grow and fall least, by which factor, None where the phase crosses -180 degrees at no excited frequency
     and the gain margin is unknown. open: crossovers whose phase margin it does not tell. lowest, highest: excited [rad/s].
-    floor: where `down` is unknown, how far the gain may fall at least [dB], None where that is unknown too.
+    floor: where `down` is unknown, how far the gain may fall at least [dB], None where that is unknown too. by_plant: whether
+    the margins are those of the loop that a plant and the parameters make, as far as it goes beyond what was excited.
     """
 
     phase: Crossing | None
@@ -22,6 +23,7 @@ class Measured(NamedTuple):
     lowest: float
     highest: float
     floor: float | None = None
+    by_plant: bool = False
 
     @property
     def gain_up(self) -> Estimate | None:
@@ -57,7 +59,7 @@ class Measured(NamedTuple):
 
     @property
     def grade(self) -> str:
-        return SOUND if self.sound else "fragile" if self.fragile else "unknown"
+        return SOUND if self.sound and not self.by_plant else "fragile" if self.fragile else "unknown"
 
 
 def measured(found: Response) -> Measured:

@@ -120,7 +120,8 @@ class Filter(NamedTuple):
 class Notches(NamedTuple):
     """Fixed notches of an autopilot's gyro, as the loops here have them. stems: what names begin with; centre, band: how those
     of the frequency and the bandwidth [Hz] end. rate: parameter of the loop's rate [Hz]. on: endings that switch one on, the
-    first being 0 where it is off; usual: what a log does not tell while it is.
+    first being 0 where it is off; usual: what a log does not tell while it is. depth: how the name of the attenuation [dB]
+    ends, where bandwidths are octaves.
     """
 
     stems: tuple[str, ...]
@@ -129,6 +130,19 @@ class Notches(NamedTuple):
     rate: str
     on: Mapping[str, float] = MappingProxyType({})
     usual: Mapping[str, float] = MappingProxyType({})
+    depth: str = ""
+
+    def shape(self, stem: str, parameters: Mapping[str, float]) -> tuple[float, float, float]:
+        """Frequency and half-power bandwidth [Hz] of one, 0 where it is off or moves, and its gain at the frequency: 60 dB
+        deep where it is deeper, so that controllers have a ratio.
+        """
+        centre, band = (parameters.get(f"{stem}{ending}", 0.0) for ending in (self.centre, self.band))
+        if not self.depth:
+            return centre, band, 1e-3
+        if parameters.get(f"{stem}ENABLE", 0.0) <= 0.0 or parameters.get(f"{stem}MODE", 0.0) != 0.0 or centre <= 0.5 * band:
+            return 0.0, 0.0, 1.0
+        edge = centre / (centre - 0.5 * band)
+        return centre, (edge - 1.0 / edge) * centre, 10.0 ** (-parameters.get(f"{stem}{self.depth}", 40.0) / 20.0)
 
     @property
     def off(self) -> str:
@@ -147,7 +161,7 @@ NOTCHES = {
     "px4": Notches(("IMU_GYRO_NF0_", "IMU_GYRO_NF1_"), "FRQ", "BW", "IMU_GYRO_RATEMAX", usual={"BW": 20.0}),
     "ardupilot": Notches(
         ("INS_HNTCH_", "INS_HNTC2_"), "FREQ", "BW", "SCHED_LOOP_RATE", HARMONIC,
-        {"MODE": 1.0, "HMNCS": 3.0, "FREQ": 80.0, "BW": 40.0},
+        {"MODE": 1.0, "HMNCS": 3.0, "FREQ": 80.0, "BW": 40.0}, "ATT",
     ),
 }  # fmt: skip
 
@@ -198,11 +212,14 @@ class RateLoop(NamedTuple):
             scale, cuts, on_rate = known("K", 1.0), (0.0, 0.0, parameters.get("IMU_DGYRO_CUTOFF", 30.0)), True
         else:
             scale, cuts, on_rate = 1.0, (known("FLTT", 0.0), known("FLTE", 0.0), known("FLTD", 0.0)), False
+        period = self.late(parameters)
+        delayed: Complex = np.exp(-period * s).astype(np.complex128)
+        s = (1.0 - delayed) / period if period else s  # ArduPilot takes slopes and sums from sample to sample
         target, error, slope = (1.0 / (1.0 + s / (2.0 * math.pi * cut)) if cut > 0.0 else 1.0 + 0.0 * s for cut in cuts)
         p, i, d = (scale * known(ending) for ending in "PID")
-        inner, sloped, late = p + i / s, d * s * slope, np.exp(-self.late(parameters) * s)
+        inner, sloped = p + i / s, d * s * slope
         forward = inner if on_rate else inner + sloped
-        return late * target * (error * forward + known("FF", 0.0)), error * (inner + sloped)
+        return delayed * target * (error * forward + known("FF", 0.0)), error * (inner + sloped)
 
     def controller(self, parameters: Mapping[str, float], s: Complex, levelled: bool) -> Complex:
         """From the rate, before its low-pass, to the command, times -1, at s = j omega [rad/s]. levelled: whether the attitude
@@ -220,22 +237,23 @@ class RateLoop(NamedTuple):
         return NOTCHES.get(self.form)
 
     def notched(self, parameters: Mapping[str, float], s: Complex) -> Complex:
-        """What its notches make of the rate at s = j omega [rad/s]; PX4's 60 dB deep, so that controllers have a ratio."""
+        """What its notches make of the rate at s = j omega [rad/s]."""
         found: Complex = 1.0 + 0.0 * s
         for stem in self.notches.stems if self.notches else ():
-            one = {ending: parameters.get(f"{stem}{ending}", 0.0) for ending in ("FRQ", "FREQ", "BW", "ENABLE", "MODE")}
-            centre, band, depth = one["FRQ"], one["BW"], 1e-3
-            if self.form == "ardupilot" and one["ENABLE"] > 0.0 and one["MODE"] == 0.0 and one["FREQ"] > 0.5 * band:
-                centre, edge = one["FREQ"], one["FREQ"] / (one["FREQ"] - 0.5 * band)  # bandwidths are octaves there
-                band, depth = (edge - 1.0 / edge) * centre, 10.0 ** (-parameters.get(f"{stem}ATT", 40.0) / 20.0)
+            centre, band, depth = self.notches.shape(stem, parameters) if self.notches else (0.0, 0.0, 1.0)
             for number in harmonics(parameters.get(f"{stem}HMNCS", 1.0)) if centre > 0.0 and band > 0.0 else ():
                 at, wide = (2.0 * math.pi * number * value for value in (centre, band))
                 found = found * (s**2 + depth * wide * s + at**2) / (s**2 + wide * s + at**2)
         return found
 
     def changed(self, name: str, before: float, after: float) -> str:
-        """That a parameter of a filter changes, in words."""
-        return f"{name} from {before:.4g} to {after:.4g}{'' if self.notches and self.notches.switches(name) else ' Hz'}"
+        """That a parameter of a filter, or of the attitude loop, changes, in words."""
+        return f"{name} from {before:.4g} to {self.valued(name, after)}"
+
+    def valued(self, name: str, value: float) -> str:
+        """Its value, in words."""
+        unit = " 1/s" if name == self.attitude else "" if self.notches and self.notches.switches(name) else " Hz"
+        return f"{value:.4g}{unit}"
 
     @property
     def whole_gains(self) -> bool:

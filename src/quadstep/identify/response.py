@@ -61,7 +61,8 @@ UNSURE = math.radians(10.0)
 class Response(NamedTuple):
     """The sensitivity measured at n frequencies. omega [rad/s]; sensitivity: complex; error: the standard deviation of its
     real and of its imaginary part; freedom: degrees of freedom behind it; coherence: share of the command's power that the
-    excitation explains. rising: whether |L| is known to grow towards frequencies below these.
+    excitation explains. rising: whether |L| is known to grow towards frequencies below these. late: standard deviation of
+    the excitation's time [s], which the error holds.
     """
 
     omega: Floats
@@ -70,6 +71,7 @@ class Response(NamedTuple):
     freedom: Floats
     coherence: Floats
     rising: bool = False
+    late: float = 0.0
 
     @property
     def opened(self) -> Complex:
@@ -93,12 +95,11 @@ class Response(NamedTuple):
 
     def only(self, first: int, last: int) -> "Response":
         kept = slice(first, last + 1)
-        ends = self.error[kept], self.freedom[kept], self.coherence[kept]
-        return Response(self.omega[kept], self.sensitivity[kept], *ends, self.rising)
+        return Response(*(one[kept] for one in self[:5]), self.rising, self.late)
 
     def blurred(self, late: float) -> "Response":
         """With the error of an excitation whose time is uncertain by a standard deviation [s], up to where L is told."""
-        found = self._replace(error=np.hypot(self.error, np.abs(self.sensitivity) * self.omega * late))
+        found = self._replace(error=np.hypot(self.error, np.abs(self.sensitivity) * self.omega * late), late=late)
         told = np.flatnonzero(typical(found.opened_error / np.abs(found.opened)) < VAGUE)
         return found.only(0, int(told[-1]) if len(told) else -1)
 
@@ -164,9 +165,14 @@ def response(
     return found if lines_told is None else found.heard(least, lines_told[lines])
 
 
+def halves(lines: Floats) -> Floats:
+    """Of how many lines of the spectrum on each side the response at each of some is made (n,)."""
+    return np.clip(np.round(WIDTH * lines), FEWEST, MOST)
+
+
 def local(d: Complex, u: Complex, line: int) -> tuple[complex, float, float, float]:
     """The response at one line of the spectra, the standard deviation of each of its parts, degrees of freedom, coherence."""
-    half = min(max(round(WIDTH * line), FEWEST), MOST)
+    half = int(halves(np.array([float(line)]))[0])
     place = np.arange(max(line - half, 1), min(line + half, len(d) - 1) + 1)
     powers = ((place - line) / half)[:, None] ** np.arange(DEGREE + 1)
     matrix = np.concatenate([powers * d[place, None], powers * np.abs(d[place]).mean()], axis=1)

@@ -13,6 +13,8 @@ from quadstep.identify.changes import NOISY, Advice, changes, lags, loud, with_a
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
 from quadstep.identify.measured import Measured, measured
+from quadstep.identify.plant import Plant, plant
+from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.response import UNSURE
 from quadstep.identify.setpoints import faster
 from quadstep.identify.symptoms import symptoms
@@ -48,13 +50,16 @@ def advise(
     Raises UserError.
     """
     flight = excited(path, columns)
-    now = measured(flight.measured)
+    now, behind = measured(flight.measured), plant(flight)
     if now.phase is None:
-        raise UserError(untold(path, flight, now))
+        by_plant = measured(behind.loop) if behind and behind.explains and not now.open else now
+        if by_plant.phase is None:
+            raise UserError(untold(path, flight, now))
+        now = by_plant._replace(by_plant=True)
     identity = hashlib.sha256(files.read_bytes(path, files.LOG) + repr((columns, mission)).encode()).hexdigest()
     model = modelled(mission, flight) if mission else None
     with publishing(folder, f"advise-{identity}", overwrite) as out:
-        found = evidence(out, path, flight, now, model, drawn_on, name or str(path))
+        found = evidence(out, path, flight, now, behind, model, drawn_on, name or str(path))
         found.write(out)
     return found._replace(commands=[f"Parameters to load: {folder / advised_file(flight)}"] if found.record["changes"] else [])
 
@@ -111,20 +116,27 @@ def modelled(path: Path, flight: Excited) -> Model:
 
 
 def evidence(
-    out: Path, path: Path, flight: Excited, now: Measured, model: Model | None, drawn_on: Sheet, name: str
+    out: Path,
+    path: Path,
+    flight: Excited,
+    now: Measured,
+    behind: Plant | None,
+    model: Model | None,
+    drawn_on: Sheet,
+    name: str,
 ) -> Evidence:
     """What was measured and what follows, for its readers; draws the response, and writes the parameters to load."""
     assert now.phase
     advice = changes(flight, now)
-    new = {**advice.filters, **changed_gains(flight, advice)} if advice else {}
+    new = {**advice.others, **changed_gains(flight, advice)} if advice else {}
     if new:
         text = format_of(flight).write({name: value for name, (_, value) in new.items()}, {})
         (out / advised_file(flight)).write_text(text, encoding="utf-8")
     (out / FIGURES).mkdir()
     draw_bode(out / FIGURES / "bode", loops(flight, model, advice), drawn_on.with_svg())
     answer = sentence(flight, now)
-    more = [*following(flight, now, advice), *also(flight, now)]
-    rows = margin_rows(now, model, advice)
+    more = [*following(flight, now, advice), *(described(behind) if behind else ()), *also(flight, now)]
+    rows = margin_rows(now, behind, model, advice, flight.loop)
     tables = [Table("Margins", "margins", HEADER, rows, METHOD, shown=f"{path.stem}: margins of {flight.axis}")]
     if seen := symptoms(flight):
         lines = [(one.name, one.measured, one.threshold) for one in seen]
@@ -148,6 +160,7 @@ def evidence(
             "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(), "least_gain_margin_down[dB]": now.floor,
             "grade": now.grade, "excited[rad/s]": [now.lowest, now.highest],
             "modelled": model and {"phase_margin[rad]": model.margins.phase, "crossover[rad/s]": model.margins.phase_at},
+            "plant": behind and behind.as_json(),
             "symptoms": {one.name: one.measured for one in seen},
             "factor": advice and advice.factor, "changes": {name: then for name, (_, then) in new.items()},
         },
@@ -227,15 +240,19 @@ COST = (
 )
 
 
-def margin_rows(now: Measured, model: Model | None, advice: Advice | None) -> list[tuple[str, ...]]:
-    """Measured, modelled, and expected with the changes."""
-    rows: list[tuple[str, ...]] = [("measured", *margin_cells(now))]
+def margin_rows(
+    now: Measured, behind: Plant | None, model: Model | None, advice: Advice | None, loop: RateLoop | None
+) -> list[tuple[str, ...]]:
+    """Measured, by the plant, modelled, and expected with the changes."""
+    rows: list[tuple[str, ...]] = [] if now.by_plant else [("measured", *margin_cells(now))]
+    by_plant = measured(behind.loop) if behind and behind.explains else None
+    rows += [("by the plant", *margin_cells(by_plant))] if by_plant and by_plant.phase else []
     if model:
         one = model.margins
         gains = [f"{gain:.1f}" if math.isfinite(gain) else "none" for gain in (one.up, one.down)]
         rows.append((f"model: {model.name}", f"{one.phase_at:.3g}", f"{math.degrees(one.phase):.1f}", *gains))
     if advice:
-        changed = [f"{name} {after:.4g} Hz" for name, (_, after) in advice.filters.items()]
+        changed = [f"{name} {loop.valued(name, after)}" for name, (_, after) in advice.others.items()] if loop else []
         changed += [f"gains x {advice.factor:.2f}"] if advice.factor != 1.0 or not changed else []
         rows.append((f"expected, {', '.join(changed)}", *margin_cells(advice.expected)))
     return rows
@@ -278,52 +295,65 @@ def sentence(flight: Excited, now: Measured) -> str:
         else f"downwards unknown below {now.lowest:.3g} rad/s",
     )
     return (
-        f"The loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
+        f"{'By the plant that was fitted, the' if now.by_plant else 'The'} loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
         f"its gain margin is {', '.join(gains)}."
     )
 
 
 def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence[str]:
     asked = f"{math.degrees(LEAST_PHASE):.0f}° and {LEAST_GAIN:g} dB both ways"
-    if advice and advice.filters:
-        return [
-            f"A sound loop has {asked}, {'and so does this one' if now.sound else 'this one less'}. {cut_off(flight, advice)}"
-        ]
-    if now.sound:
-        where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
-        return [f"A sound loop has {asked}, and so does this one {where}: no change of its gains is advised."]
     wider = [*([] if now.up else ["faster"]), *([] if now.down or now.floor is not None else ["slower"])]
     untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
-    if not now.fragile:
-        why = (
-            f"excitation does not show whether it has the {asked} of a sound loop: {untold}"
-            if wider
-            else (f"intervals do not show whether it has the {asked} of a sound loop: excite for longer")
-        )
-        return [f"The {why}. No change is advised."]
-    less = f"A sound loop has {asked}, this one less"
+    where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
+    if now.fragile:
+        first = f"A sound loop has {asked}, this one less"
+    elif now.sound and not now.by_plant:
+        first = f"A sound loop has {asked}, and so does this one {where}"
+    else:
+        what = "excitation does" if wider or now.by_plant else "intervals do"
+        first = f"The {what} not show whether it has the {asked} of a sound loop: "
+        first += "excite slower: its crossover was not excited" if now.by_plant else untold or "excite for longer"
     if advice is None:
+        if now.fragile:
+            none = "No common factor on its gains, or cut-off of a low-pass, is known to give it that: none is advised"
+            return [f"{first}. {none}{f'; {untold}' * bool(wider)}."]
+        return [f"{first}: no change of its gains is advised." if now.sound else f"{first}. No change is advised."]
+    if bypassed(flight) and advice.factor != 1.0:
+        return [f"{first}. Its feed-forward bypasses the gains, so that no factor on them is advised."]
+    return [f"{first}. {brought(flight, advice)}"]
+
+
+def brought(flight: Excited, advice: Advice) -> str:
+    """What is advised and what it would bring, in a sentence."""
+    expected = advice.expected
+    assert expected.phase
+    gains = ", ".join(changed_gains(flight, advice)) or "All gains of this command"
+    changed = [flight.loop.changed(name, *both) for name, both in advice.others.items()] if flight.loop else []
+    scaled = [f"{gains} times {advice.factor:.2f}"] if advice.factor != 1.0 else []
+    phase = degrees(expected.phase.value)
+    by = "plant" if expected.by_plant else "measured response"
+    said = f"{' and '.join([', '.join(changed)] * bool(changed) + scaled)}: by the {by} that gives {phase[0]} ({phase[1]})"
+    if expected.by_plant and expected.gain_up:
+        said += f" and {spelled(expected.gain_up, '.1f')} dB upwards"
+    if advice.louder != 1.0:
+        most = "at most " if advice.others and advice.louder > 1.0 and not expected.by_plant else ""
+        said += f", with {most}{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise"
+        said += " in the command"
+    return f"{said}. Fly it and advise again." if expected.by_plant else f"{said}."
+
+
+def described(behind: Plant) -> Sequence[str]:
+    """The plant, in a sentence."""
+    effect, lag, delay, _ = behind.values
+    if not behind.explains:
         return [
-            f"{less}. No common factor on its gains, or cut-off of a low-pass, is known to give it that: none is advised"
-            f"{f'; {untold}' * bool(wider)}."
+            "A rigid body with a lag and a delay does not explain what was measured (what it leaves is "
+            f"{math.sqrt(behind.misfit):.2g} times the noise), so that how far the gains could rise is not told."
         ]
-    if bypassed(flight):
-        return [f"{less}. Its feed-forward bypasses the gains, so that no factor on them is advised."]
-    assert advice.expected.phase
-    what = ", ".join((flight.loop and flight.loop.gains(flight.parameters)) or ["All gains of this command"])
-    expected = degrees(advice.expected.phase.value)
-    return [f"{less}. {what} times {advice.factor:.2f}: by the measured response that gives {expected[0]} ({expected[1]})."]
-
-
-def cut_off(flight: Excited, advice: Advice) -> str:
-    """What another cut-off or a notch would bring, in a sentence."""
-    assert advice.expected.phase and flight.loop
-    filters = ", ".join(flight.loop.changed(name, *both) for name, both in advice.filters.items())
-    phase = degrees(advice.expected.phase.value)
-    gains = "" if advice.factor == 1.0 else f" and {', '.join(changed_gains(flight, advice))} times {advice.factor:.2f}"
-    noise = f"{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise in the command"
-    most = "at most " if advice.louder > 1.0 else ""
-    return f"{filters}{gains}: by the measured response that gives {phase[0]} ({phase[1]}), with {most}{noise}."
+    return [
+        f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a delay "
+        f"of {1e3 * delay:.3g} ms. It tells the loop beyond what was excited, as far as no resonance lies there."
+    ]
 
 
 def filter_rows(flight: Excited, now: Measured) -> list[tuple[str, str, str]]:

@@ -1,0 +1,129 @@
+"""The plant behind a measured rate loop: a rigid body that the command turns after a lag and a delay, against its damping.
+
+    rate / command = effect exp(-delay s) / ((s + damping) (1 + lag s))
+
+Noise often drowns what the loop answers before its phase crosses -180 degrees. The log's parameters tell the controller, so
+that the plant tells the loop at other frequencies and with other gains, as far as no resonance of the frame lies there.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.identify.excited import Excited
+from quadstep.identify.logs.flight import Floats
+from quadstep.identify.response import Complex, Response, halves
+from quadstep.io.errors import UserError
+
+START = np.array([100.0, 0.03, 0.01, 0.3])
+"""Effect [rad/s^2], lag [s], delay [s] and damping [1/s] from which a fit starts, the effect as the response has it."""
+
+ROUNDS, FIRM = 60, 1e-3
+"""Most steps of a fit by Levenberg and Marquardt's method, and the damping of the first."""
+
+MISFIT = 1.5
+"""Mean square of what a plant leaves of the measured response, over its variance, from which on it does not explain it."""
+
+BESIDE = 10.0
+"""Factor by which the plant's frequencies go beyond those excited, on each side."""
+
+ROUGH = 0.02
+"""Standard deviation of the loop by the plant, as a share of it, that stays: the controller is taken without its samples."""
+
+
+class Plant(NamedTuple):
+    """values: as `START`; spread (4, 4): their covariance; misfit: as `MISFIT`; loop: L at frequencies that reach beyond the
+    excited ones, by the plant and the parameters in the log.
+    """
+
+    values: Floats
+    spread: Floats
+    misfit: float
+    loop: Response
+
+    @property
+    def explains(self) -> bool:
+        return self.misfit < MISFIT
+
+    def as_json(self) -> dict[str, float]:
+        names = "effect[rad/s^2]", "lag[s]", "delay[s]", "damping[1/s]"
+        return {**dict(zip(names, self.values.tolist(), strict=True)), "misfit": self.misfit}
+
+
+def plant(flight: Excited) -> Plant | None:
+    """None where the log does not tell what controls the plant."""
+    loop, found = flight.loop, flight.measured
+    if loop is None or loop.apart:  # the D part of Betaflight is not known
+        return None
+    reach = np.geomspace(found.omega[0] / BESIDE, found.omega[-1] * BESIDE, 400)
+    both: list[Complex] = [1j * omega.astype(np.complex128) for omega in (found.omega, reach)]
+    try:
+        control, beyond = (loop.controller(flight.parameters, s, flight.levelled) for s in both)
+    except UserError:
+        return None
+    lines = found.omega * flight.period * len(flight.command) / (2.0 * np.pi)
+    shared = np.maximum((2.0 * halves(lines) + 1.0) / np.gradient(lines), 1.0)  # by as many frequencies is each line used
+    size = np.abs(found.sensitivity)
+    heard = np.maximum(found.error**2 - (size * found.omega * found.late) ** 2, 0.0)  # `fitted` has the excitation's time
+    weight = 1.0 / np.sqrt((heard + (ROUGH * size * np.abs(1.0 - found.sensitivity)) ** 2) * shared)
+    values, spread, rest = fitted(found, control, weight)
+    misfit = rest / max(2.0 * float((1.0 / shared).sum()) - len(START), 1.0)
+    opened = beyond * turned(values, reach)
+    sides = slopes(values, reach)
+    parts = [np.einsum("ni,ij,nj->n", one, max(misfit, 1.0) * spread, one) for one in (sides.real, sides.imag)]
+    sensitivity = 1.0 / (1.0 + opened)
+    error = np.sqrt(np.maximum(*parts) + ROUGH**2) * np.abs(opened) * np.abs(sensitivity) ** 2
+    freedom = np.full(len(reach), float(found.freedom.sum() / shared.mean()))
+    return Plant(values, spread, misfit, Response(reach, sensitivity, error, freedom, np.ones(len(reach))))
+
+
+def turned(values: Floats, omega: Floats) -> Complex:
+    """The rate that a command makes, at frequencies [rad/s] (n,)."""
+    effect, lag, delay, damping = values
+    s = 1j * omega
+    found: Complex = effect * np.exp(-delay * s) / ((s + damping) * (1.0 + lag * s))
+    return found
+
+
+def slopes(values: Floats, omega: Floats) -> Complex:
+    """Of its logarithm along the values (n, 4)."""
+    effect, lag, _, damping = values
+    s = 1j * omega
+    found: Complex = np.stack([1.0 / effect + 0.0 * s, -s / (1.0 + lag * s), -s, -1.0 / (s + damping)], axis=1)
+    return found
+
+
+def fitted(found: Response, control: Complex, weight: Floats) -> tuple[Floats, Floats, float]:
+    """Values, their covariance, and the weighted squares that are left of the sensitivity, whose errors are normal. How late
+    the excitation is is fitted too: where the loop no longer answers, the command is the excitation.
+    """
+    late = max(found.late, 1e-9)
+
+    def left(values: Floats) -> tuple[Complex, float]:
+        shift = np.exp(-1j * values[-1] * found.omega)
+        rest = (found.sensitivity - shift / (1.0 + control * turned(values[:-1], found.omega))) * weight
+        return rest, float((np.abs(rest) ** 2).sum() + (values[-1] / late) ** 2)
+
+    scale = float(np.median(np.abs(found.opened / (control * turned(START, found.omega)))))
+    values, least = np.array([START[0] * scale, *START[1:], 0.0]), [1e-3 * START[0] * scale, 0.0, 0.0, 0.0, -np.inf]
+    rest, cost = left(values)
+    firm = FIRM
+    for _ in range(ROUNDS):
+        opened = control * turned(values[:-1], found.omega)
+        moves = -opened[:, None] / (1.0 + opened[:, None]) * slopes(values[:-1], found.omega)
+        shifted = np.exp(-1j * values[-1] * found.omega) / (1.0 + opened) * weight
+        moves = np.concatenate([moves, -1j * found.omega[:, None]], axis=1) * shifted[:, None]
+        prior = np.array([[0.0, 0.0, 0.0, 0.0, 1.0 / late]])
+        matrix = np.concatenate([moves.real, moves.imag, prior])
+        square = matrix.T @ matrix
+        pull = matrix.T @ np.concatenate([rest.real, rest.imag, [-values[-1] / late]])
+        then = np.maximum(values + np.linalg.solve(square + firm * np.diag(np.diag(square)), pull), least)
+        other, less = left(then)
+        if less > cost:
+            firm *= 5.0
+            continue
+        close = cost - less < 1e-9 * cost
+        values, rest, cost, firm = then, other, less, firm / 5.0
+        if close:
+            break
+    return values[:-1], np.linalg.pinv(square)[:-1, :-1], cost
