@@ -294,8 +294,9 @@ def sentence(flight: Excited, now: Measured) -> str:
         if now.floor is not None
         else f"downwards unknown below {now.lowest:.3g} rad/s",
     )
+    by = "By the plant that was fitted, the" if now.by_plant else "The"
     return (
-        f"{'By the plant that was fitted, the' if now.by_plant else 'The'} loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
+        f"{by} loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
         f"its gain margin is {', '.join(gains)}."
     )
 
