@@ -122,7 +122,7 @@ def check_plant(plant: type[DeclaredPlant]) -> None:
     missing = [name for name in needed if name not in plant.columns]
     if missing:
         raise TypeError(
-            f"columns: {', '.join(missing)} missing: t, axes, the wanted position along them (_d) and efforts are needed"
+            f"columns: {', '.join(missing)} missing: t, axes, the desired position along them (_d) and efforts are needed"
         )
 
 
