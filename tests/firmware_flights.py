@@ -17,7 +17,7 @@ from typing import NamedTuple
 from quadstep.export.arm import BITS
 from tests import firmware_sitl
 from tests.adapters import STUBS, adapter
-from tests.firmware_trees import VARIABLES, built
+from tests.firmware_trees import VARIABLES, built, missing
 from tests.patience import PATIENCE
 
 LAWS = ("geometric", "rotation-backstepping", "pid")
@@ -130,10 +130,14 @@ def exported(target: str, tree: Path, wanted: re.Pattern[str]) -> Iterator[tuple
 
 
 def main() -> int:
-    """The table; 2 where no tree is named."""
+    """The table; 2 where no tree is named, or what builds one is missing."""
     trees = {target: os.environ.get(variable) for target, variable in VARIABLES.items()}
     if not any(trees.values()):
         sys.stderr.write(f"make firmware: name your trees: {', '.join(f'{one}=DIRECTORY' for one in VARIABLES.values())}\n")
+        return 2
+    lacking = [f"{target}: {', '.join(found)}" for target, place in trees.items() if place and (found := missing(target))]
+    if lacking:
+        sys.stderr.write(f"make firmware: nothing is built, as these are missing on PATH: {'; '.join(lacking)}\n")
         return 2
     wanted, failed = re.compile(os.environ.get("ONLY", "")), False
     sys.stdout.write("| in | what | result | RMSE [mm] | times real time |\n|---|---|---|---|---|\n")

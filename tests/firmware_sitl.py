@@ -154,7 +154,7 @@ def acted(one: Scenario, now: Flying) -> str:
     try:
         return one.act(now)
     except AssertionError as wrong:
-        now.flight.send_signal(signal.SIGINT)
+        os.kill(now.flight.pid, signal.SIGINT)
         return f"in flight: {wrong}"
 
 

@@ -1,7 +1,9 @@
 """What an export does in flight under the real PX4 and ArduCopter: switched in and back, gains changed, logs read."""
 
 import json
+import os
 import re
+import signal
 import subprocess
 import time
 from collections.abc import Callable
@@ -196,7 +198,7 @@ def switched_in_px4(now: Any) -> str:
     lost = ground.now
     ground.until(lambda: nav() != ours, 60.0)
     said.append(f"GPS off: PX4 left the mode after {ground.now - lost:.1f} s, {-ground.place[2]:.1f} m high")
-    now.flight.send_signal(2)
+    os.kill(now.flight.pid, signal.SIGINT)
     return f"told {'; '.join(said)} end"
 
 

@@ -12,10 +12,31 @@ STUBS = Path(__file__).parent / "firmware"
 VARIABLES = {"crazyflie": "QUADSTEP_CRAZYFLIE", "px4": "QUADSTEP_PX4", "ardupilot": "QUADSTEP_ARDUPILOT"}
 """What names a checkout of each firmware, ready to be built."""
 
+NEEDED = {
+    "crazyflie": (("python3", "make", "gcc", "arm-none-eabi-gcc"), ()),
+    "px4": (("python3", "make", "cmake", "ninja", "g++"), ("kconfiglib", "jinja2", "em")),
+    "ardupilot": (("python3", "g++"), ("pexpect", "em", "future")),
+}
+"""Programs, and modules of the Python that is first on PATH, without which a firmware cannot be built."""
+
 LONGEST = 3600.0
 """Seconds that building a firmware may take."""
 
 DOCS = Path(__file__).parent.parent / "docs"
+
+
+def missing(target: str) -> list[str]:
+    """What a firmware's build would not find, and a CMake that is too new for PX4 of 2024."""
+    programs, modules = NEEDED[target]
+    lacking = [name for name in programs if not shutil.which(name)]
+    for name in () if "python3" in lacking else modules:
+        if run(["python3", "-c", f"import {name}"], DOCS).returncode:
+            lacking.append(f"Python's {name}")
+    if target == "px4" and "cmake" not in lacking and "CMAKE_POLICY_VERSION_MINIMUM" not in os.environ:
+        found = re.search(r"(\d+)\.\S+", run(["cmake", "--version"], DOCS).stdout)
+        if found and int(found[1]) > 3:
+            lacking.append(f"a CMake below 4, or CMAKE_POLICY_VERSION_MINIMUM=3.5 for CMake {found[0]}")
+    return lacking
 
 
 def documented(page: str, pattern: str) -> str:

@@ -14,7 +14,7 @@ import pytest
 from quadstep import Mission
 from quadstep.bridges.autopilot import controller as autopilots
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.controller import MATCHING
+from quadstep.bridges.autopilot.controller import KINDS
 from quadstep.bridges.autopilot.link import Piloted, SensorSample, address
 from quadstep.bridges.autopilot.px4 import Px4
 from quadstep.io.errors import UserError
@@ -113,7 +113,8 @@ def test_a_silent_autopilot_loses_the_flight(tmp_path, monkeypatch, name):
     mission = write(tmp_path, MISSION)
     pilot = fake(name, mission, silent_after=500)
     link = {"ardupilot": ArduPilot, "px4": Px4}[name]
-    monkeypatch.setitem(autopilots.KINDS, name, autopilots.AutopilotKind(lambda where, _: link(where, wait=0.3), 1))
+    said = autopilots.KINDS[name]._replace(link=lambda where, _: link(where, wait=0.3))
+    monkeypatch.setitem(autopilots.KINDS, name, said)
     run = quadstep("fly", mission, "--autopilot", name, "--connect", pilot.port, "--out", tmp_path / "out")
     pilot.stop.set()
     assert run.code == 3, run.err
@@ -275,12 +276,12 @@ def around(*rotors):
 )
 def test_frame_and_motors_of_the_vehicle_are_named(vehicle, frame, motors):
     plan = Mission(vehicle=vehicle, path={"type": "step", "end": [0.0, 0.0, 5.0], "duration": 2.0}).plan()
-    found = MATCHING["ardupilot"](plan.parameters, plan.loop.plant.geometry)
+    found = KINDS["ardupilot"].matching(plan.parameters, plan.loop.plant.geometry)
     assert found.parameters["MOT_THST_EXPO"] == 1.0
     assert found.parameters["FRAME_TYPE"] == frame
     assert [found.parameters[f"SERVO{i}_FUNCTION"] for i in range(1, 5)] == motors
     assert f"FRAME_TYPE {frame:g}\n" in found.text()
-    px4 = MATCHING["px4"](plan.parameters, plan.loop.plant.geometry)
+    px4 = KINDS["px4"].matching(plan.parameters, plan.loop.plant.geometry)
     for i, mount in enumerate(plan.loop.plant.geometry.mounts):
         assert px4.parameters[f"CA_ROTOR{i}_PX"] == mount.position[0]
         assert px4.parameters[f"CA_ROTOR{i}_PY"] == -mount.position[1]

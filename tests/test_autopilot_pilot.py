@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from quadstep.bridges.autopilot.controller import MATCHING
+from quadstep.bridges.autopilot.controller import KINDS
 from quadstep.mission.read import plan_mission, read_mission
 from tests.autopilots import FAKES, FakeMavlink, Hover, free_port
 from tests.commands import quadstep, strict_json, without_figures, write
@@ -58,7 +58,7 @@ def mission(tmp_path, monkeypatch):
 def led(name, mission, frame=None, silent_after=math.inf, **how):
     """A fake that waits for a ground station, and the arguments with which ours finds it. frame: parameters that it has."""
     plan = plan_mission(read_mission(mission), mission)
-    found = MATCHING[name](plan.parameters, plan.loop.plant.geometry)
+    found = KINDS[name].matching(plan.parameters, plan.loop.plant.geometry)
     kind, socket_kind = FAKES[name]
     hover = Hover(plan)
     hover.above = 1.5 if name == "ardupilot" else hover.above
@@ -245,7 +245,7 @@ def test_the_real_arducopter_flies_a_circle_and_is_refused_with_another_frame(tm
     without_figures(monkeypatch)
     mission, out = write(tmp_path, CIRCLE), tmp_path / "out"
     plan = plan_mission(read_mission(mission), mission)
-    found = MATCHING["ardupilot"](plan.parameters, plan.loop.plant.geometry)
+    found = KINDS["ardupilot"].matching(plan.parameters, plan.loop.plant.geometry)
     plus = write(tmp_path, found.text().replace("FRAME_TYPE 1", "FRAME_TYPE 0"), "plus.parm")
     with arducopter(tmp_path / "plus", plus):
         run = quadstep("fly", mission, "--autopilot", "ardupilot", "--pilot", "--out", out)

@@ -18,7 +18,7 @@ from quadstep.vehicle.allocation import mixing
 from tests.adapters import adapter, flown, numbers
 from tests.commands import quadstep, write
 from tests.exports import paper_mission, real_mission
-from tests.firmware_flights import flown_crazyflie
+from tests.firmware_flights import flown_crazyflie, main
 from tests.firmware_trees import VARIABLES, built, tree
 from tests.needs import C_COMPILER, CRAZYFLIE_TREE, CXX_COMPILER, needs
 
@@ -372,3 +372,21 @@ def test_an_adapter_is_built_in_its_firmwares_tree(tmp_path, target, unit):
     if not os.environ.get(VARIABLES[target]):
         shutil.rmtree(tmp_path / "external", ignore_errors=True)
         assert built(target, folder, place).returncode != 0
+
+
+def test_make_firmware_names_what_is_missing_before_it_builds(tmp_path, monkeypatch, capsys):
+    for variable in VARIABLES.values():
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setenv("QUADSTEP_PX4", str(tmp_path))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert main() == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    assert "px4: python3, make, cmake" in said.err
+    (tmp_path / "cmake").write_text("#!/bin/sh\necho cmake version 4.4.5\n")
+    (tmp_path / "cmake").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    monkeypatch.delenv("CMAKE_POLICY_VERSION_MINIMUM", raising=False)
+    assert main() == 2
+    assert "a CMake below 4, or CMAKE_POLICY_VERSION_MINIMUM=3.5 for CMake 4.4.5" in capsys.readouterr().err

@@ -136,10 +136,11 @@ def check_autopilot(
     if not 0.0 < connect_timeout < math.inf:
         raise UserError(f"--connect-timeout {connect_timeout:g}: should be a finite time above 0 s")
     if pilot:
+        from quadstep.bridges.autopilot.controller import KINDS
         from quadstep.bridges.autopilot.setpoints import check_place
         from quadstep.io.doors import optional
 
-        if autopilot != "betaflight":
-            optional("`quadstep fly --pilot`", "pymavlink.mavutil")
+        if autopilot in KINDS and (needs := KINDS[autopilot].needs):
+            optional("`quadstep fly --pilot`", needs)
         if pilot_connect is not None:
             check_place(pilot_connect, "--pilot-connect")

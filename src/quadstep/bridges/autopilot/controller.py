@@ -15,8 +15,8 @@ from pydantic import AfterValidator
 from quadstep.bridges.autopilot import ardupilot, betaflight, px4
 from quadstep.bridges.autopilot.ardupilot import ArduPilot
 from quadstep.bridges.autopilot.betaflight import Betaflight, Sticks, console
-from quadstep.bridges.autopilot.link import Address, AutopilotLink, Piloted, address, sample_of
-from quadstep.bridges.autopilot.pilot import STATIONS, Pilot
+from quadstep.bridges.autopilot.link import Address, AutopilotLink, GroundStation, Piloted, address, sample_of
+from quadstep.bridges.autopilot.pilot import STATIONS, Pilot, Station
 from quadstep.bridges.autopilot.px4 import Px4
 from quadstep.control.mixers import quarters
 from quadstep.control.opaque import NoGains, Opaque
@@ -139,24 +139,49 @@ def for_betaflight(p: AirframeParameters, geometry: Geometry) -> Matching:  # no
     return Matching(frame, {}, "betaflight.txt", more="aux 0 0 0 1700 2100 0 0\n")
 
 
-MATCHING = {"ardupilot": for_ardupilot, "px4": for_px4, "betaflight": for_betaflight}
+Told = Callable[[str], None]
+"""Hears what is waited for."""
 
 
 class AutopilotKind(NamedTuple):
-    """An autopilot that is spoken to. link: waits for it somewhere, so long [s]; port: where it is expected. order: of the
-    vehicle's rotors in its answers, where it has one of its own. Raises UserError for a vehicle that it cannot fly.
+    """An autopilot that is spoken to. link: waits for it somewhere, so long [s]; port: where it is expected. matching: what it
+    must be told of a vehicle. station: leads it; needs: a module that this imports. order: of the vehicle's rotors in its
+    answers, where it has one of its own. period: the only one that the law may have [s]. Raises UserError for a vehicle that
+    it cannot fly.
     """
 
     link: Callable[[Address, float], AutopilotLink]
     port: int
+    matching: Callable[[AirframeParameters, Geometry], Matching]
+    station: Callable[[Piloted, Address, FlightPlan, Model, Matching, str, Told], GroundStation]
+    needs: str | None = "pymavlink.mavutil"
     order: Callable[[Model], tuple[int, ...]] = lambda model: tuple(range(model.rotors))
+    period: float | None = None
+
+
+def by_mavlink(
+    station: Station, _: Piloted, __: Address, plan: FlightPlan, ___: Model, found: Matching, where: str,
+    said: Told,
+) -> GroundStation:  # fmt: skip
+    """Over MAVLink."""
+    return Pilot(station, where, plan, found.frame, found.curve, said)
+
+
+def by_sticks(
+    one: Piloted, motors: Address, plan: FlightPlan, model: Model, found: Matching, where: str, said: Told
+) -> GroundStation:
+    """By the sticks of a remote control, with Betaflight's console."""
+    return Sticks(plan, model, console(where), found.frame, motors.port, partial(last_of, one), said)
 
 
 KINDS = {
-    "px4": AutopilotKind(Px4, px4.PORT),
-    "ardupilot": AutopilotKind(ArduPilot, ardupilot.PORT),
-    "betaflight": AutopilotKind(Betaflight, betaflight.PORT, lambda model: quarters(model, "betaflight")[0]),
-}
+    "px4": AutopilotKind(Px4, px4.PORT, for_px4, partial(by_mavlink, STATIONS["px4"])),
+    "ardupilot": AutopilotKind(ArduPilot, ardupilot.PORT, for_ardupilot, partial(by_mavlink, STATIONS["ardupilot"])),
+    "betaflight": AutopilotKind(
+        Betaflight, betaflight.PORT, for_betaflight, by_sticks, None, lambda model: quarters(model, "betaflight")[0],
+        Betaflight.period,
+    ),
+}  # fmt: skip
 
 
 class PilotedGains(NamedTuple):
@@ -252,24 +277,22 @@ class AutopilotSection(PilotedSection):
         plant = plan.loop.plant
         assert isinstance(plant, Multirotor)
         every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))["law"]
-        if self.type == "betaflight" and not math.isclose(every * plan.ticks.step, Betaflight.period):
+        kind = KINDS[self.type]
+        if kind.period is not None and not math.isclose(every * plan.ticks.step, kind.period):
             raise UserError(
-                f"simulation.control_period: should be {Betaflight.period:g} s for Betaflight, a round of its loop a sample"
+                f"simulation.control_period: should be {kind.period:g} s for Betaflight, a round of its loop a sample"
             )
-        return MATCHING[self.type](plan.parameters, plant.geometry)
+        return kind.matching(plan.parameters, plant.geometry)
 
     def watch(self, told: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
         for one in CONNECTIONS.values():
             one.told, one.first_wait, one.pilot, one.kept = told, first_wait, None, True
 
     def lead(self, plan: FlightPlan, model: Model, where: str, said: Callable[[str], None]) -> None:
-        found = self.matching(plan)
+        found, kind = self.matching(plan), KINDS[self.type]
+        motors = address(self.connect, kind.port)
         for one in CONNECTIONS.values():
-            if self.type == "betaflight":
-                port = address(self.connect, betaflight.PORT).port
-                one.pilot = partial(Sticks, plan, model, console(where), found.frame, port, partial(last_of, one), said)
-            else:
-                one.pilot = partial(Pilot, STATIONS[self.type], where, plan, found.frame, found.curve, said)
+            one.pilot = partial(kind.station, one, motors, plan, model, found, where, said)
 
     def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
         """The law, and where its autopilot is."""
