@@ -17,7 +17,7 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import Flyer, on_lanes
-from quadstep.studies.envelope import Map, most_of
+from quadstep.studies.envelope import Envelope, Map, MapPanel, answer, most_of
 from quadstep.studies.envelope_map import CAUSES, Cells, cells_of, draw_panel, legend, length, middle, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import StudySpan, run
@@ -121,6 +121,16 @@ def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path
     assert most_of(asked) == ""
     assert most_of(asked._replace(random=True)) == " in the one flight of each, which chance varies"
     assert most_of(asked._replace(random=True, flights=20)).startswith(", that is, at least ")
+
+
+def test_an_axis_that_makes_no_difference_is_named(tmp_path):
+    asked = request(write(tmp_path, LINE), "path.duration=2:3:2", "vehicle.mass=1:1.1:2")
+    rmse = np.array([[[1.0, 2.0], [1.0, 2.0]]])
+    cells = Cells(1, False, np.zeros((1, 2, 2, 6), int), np.ones((1, 2, 2), int), rmse, rmse, rmse, np.zeros((1, 2, 2), int))
+    found = Envelope(asked, cells, [MapPanel("", 4, 4, 1.0, {}, (1.0, 2.0))])
+    assert answer(found).endswith("between its points. No result depends on vehicle.mass.")
+    differs = found._replace(cells=cells._replace(largest=np.array([[[1.0, 2.0], [1.0, 2.1]]])))
+    assert answer(differs).endswith("between its points.")
 
 
 def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):

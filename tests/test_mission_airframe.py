@@ -412,5 +412,9 @@ def test_events_that_this_flight_does_not_have_are_refused():
 def test_a_centre_of_gravity_beyond_the_rotors_is_warned_of():
     places = [(0.2, 0.0, 0.0)]
     assert event_warnings(EVENTS.validate_python(ALL), places) == []
+    (last, *_) = sorted(EVENTS.validate_python(ALL), key=lambda event: -event.time)
+    assert event_warnings([last], places, last.time + 0.11) == []
+    (late,) = event_warnings([last], places, last.time + 0.09)
+    assert late.endswith(": the flight does not show what follows")
     far = EVENTS.validate_python([{"type": "centre-of-gravity", "time": 1.0, "shift": [0.3, 0.0, 0.0]}])
     assert "events[0].shift: 0.3 m is beyond the rotors, at 0.2 m" in event_warnings(far, places)

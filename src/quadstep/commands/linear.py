@@ -12,7 +12,7 @@ from quadstep.io.documents import read_toml
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.report.bars import bar
-from quadstep.report.screen import complain, say, say_whole
+from quadstep.report.screen import command, complain, say, say_whole
 
 INSTANTS, MOST = 20, 10_000
 
@@ -120,7 +120,8 @@ def export(
             margins, short = in_firmware(read_mission(mission), target)
         else:
             rest = quick_grade(read_mission(mission))
-            margins, short = "".join(at_rest_sentences(rest)), rest.get("grade") in (FRAGILE, UNSTABLE)
+            unknown = f"The margins of its loop are not known: {command('linear', mission)} computes them."
+            margins, short = "".join(at_rest_sentences(rest)) or unknown, rest.get("grade") in (FRAGILE, UNSTABLE)
     if short:
         complain(f"warning: {mission}: {margins}")
     for warning in done.warnings:

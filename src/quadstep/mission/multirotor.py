@@ -117,10 +117,23 @@ def build_events(events: Sequence[AnyEvent], mass: float) -> Events:
     return Events(payloads=tuple(payloads), faults=tuple(faults))
 
 
-def event_warnings(events: Sequence[AnyEvent], places: Sequence[tuple[float, float, float]]) -> list[str]:
-    """Events that no controller could fly with: a centre of gravity beyond all rotors. places: of the rotors [m]."""
+TOO_LATE = 0.1
+"""Before the end of a flight, in which no grade need show what comes of an event [s]."""
+
+
+def event_warnings(
+    events: Sequence[AnyEvent], places: Sequence[tuple[float, float, float]], duration: float = math.inf
+) -> list[str]:
+    """Events that no controller could fly with: a centre of gravity beyond all rotors; and those that a flight of `duration`
+    [s] does not show. places: of the rotors [m].
+    """
     reach = max(Vector(place).norm() for place in places)
-    return [
+    late = [
+        f"events[{place}].time: {event.time:g} s is just before the end, {duration:g} s: the flight does not show what follows"
+        for place, event in enumerate(events)
+        if duration - event.time < TOO_LATE
+    ]
+    return late + [
         f"events[{place}].shift: {Vector(event.shift).norm():g} m is beyond the rotors, at {reach:g} m"
         for place, event in enumerate(events)
         if isinstance(event, CentreSection) and Vector(event.shift).norm() >= reach
@@ -292,7 +305,7 @@ def warnings(
     return [
         *section.warnings(),
         *section.doubts(),
-        *event_warnings(events, places),
+        *event_warnings(events, places, duration),
         *wind.warnings(),
         *path_warnings(path, duration, float(airframe.mass), float(airframe.gravity), most),
     ]

@@ -7,6 +7,8 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from quadstep.report import page, units
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.publish import booktabs
@@ -147,9 +149,24 @@ def answer(found: Envelope) -> str:
     over = f"combination{'' if max(one.cells for one in found.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
     if all(one.flyable == one.cells for one in found.panels):
         whole = f"Every one of the {found.panels[0].cells} {over} can be flown{asked.campaign.meaning}"
-        return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points."
+        return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points.{idle(found)}"
     parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in found.panels]
-    return f"Of the {over}, {', '.join(parts)} can be flown{asked.campaign.meaning}{most_of(asked)}."
+    return f"Of the {over}, {', '.join(parts)} can be flown{asked.campaign.meaning}{most_of(asked)}.{idle(found)}"
+
+
+def idle(found: Envelope) -> str:
+    """Which axes make no difference to any result, as wind to a vehicle without drag, in a sentence after a blank."""
+    asked, cells = found.asked, found.cells
+    results = [cells.causes, cells.rmse, cells.mean, cells.largest]
+    axes = [(0, asked.by), (1, asked.y), (2, asked.x)]
+    keys = [
+        axis.key
+        for place, axis in axes
+        if axis
+        and len(axis.values) > 1
+        and all(np.array_equal(one, np.broadcast_to(one.take([0], place), one.shape), equal_nan=True) for one in results)
+    ]
+    return f" No result depends on {units.listed(keys, 'or')}." if keys else ""
 
 
 def most_of(asked: Request) -> str:
@@ -191,4 +208,5 @@ def sentence(found: Envelope) -> str:
         for panel in found.panels
     ]
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    return f"Flyable{asked.campaign.meaning} of {asked.x.key} and {asked.y.key}: {', '.join(parts)}{most_of(asked)}.{same}"
+    of = f"of {asked.x.key} and {asked.y.key}: {', '.join(parts)}{most_of(asked)}."
+    return f"Flyable{asked.campaign.meaning} {of}{same}{idle(found)}"
