@@ -578,6 +578,8 @@ def test_cards_have_kind_picture_and_error(tmp_path):
     assert (found.kind, found.picture, found.rmse) == ("Flight", "figures/position.png", 0.0123)
     text = answer(tmp_path, "/").text
     assert 'src="/thumb/one/"' in text
+    (tmp_path / "one" / "figures" / "position.png").rename(tmp_path / "one" / "figures" / "step.svg")
+    assert results(tmp_path)[0].picture == "figures/step.svg"
     assert "RMSE 12.3\u00a0mm" in text
 
 

@@ -209,10 +209,9 @@ def error_table(title: str, found: ErrorTable, period: float) -> Table:
     """Mean errors at each of `HORIZONS`."""
     rows: list[Sequence[page.Cell]] = []
     for group in GROUPS:
+        unit, factor = handy(UNIT[group], FACTOR[group] * max(max(found.means(horizon, group)) for horizon in HORIZONS))
         for horizon in HORIZONS:
-            means = [FACTOR[group] * one for one in found.means(horizon, group)]
-            unit, factor = handy(UNIT[group], max(means))
-            texts = [number(factor * one) for one in means]
+            texts = [number(factor * FACTOR[group] * one) for one in found.means(horizon, group)]
             to_zero = number(found.ratio(horizon, group, "zero").value)
             rows.append((f"{group}, {horizon} [{unit}]", *texts, said(found.ratio(horizon, group)), to_zero))
     header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")

@@ -283,7 +283,10 @@ def facts(names: list[str], first: dict[str, float], second: dict[str, float]) -
 
 def value(one: float, unit: str) -> str:
     """A number as people write it; a count as it is."""
-    return f"{one:.0f}" if unit == "-" and one.is_integer() and abs(one) < 1e9 else units.quantity(one, unit, 4)
+    if unit == "-" and one.is_integer() and abs(one) < 1e9:
+        return f"{one:.0f}"
+    unit, factor = (units.of_angle if unit in units.ANGLES else units.handy)(unit, abs(one))
+    return units.number(factor * one, 4) + units.after(unit)
 
 
 def words(key: str) -> str:

@@ -139,12 +139,13 @@ def result_in(root: Path, folder: Path) -> ResultFolder | None:
 
 
 def picture(folder: Path, found: Iterable[str]) -> str | None:
-    """A PNG of a result: one of `PICTURES`, or the first that it has, there or among its figures."""
+    """A picture of a result: one of `PICTURES`, or the first that it has, there or among its figures, a PNG before an SVG."""
     try:
         figures = sorted(one.name for one in os.scandir(folder / "figures") if one.is_file(follow_symlinks=False))
     except OSError:
         figures = []
-    there = [name for name in (*sorted(found), *(f"figures/{name}" for name in figures)) if name.endswith(".png")]
+    names = (*sorted(found), *(f"figures/{name}" for name in figures))
+    there = [name for ending in (".png", ".svg") for name in names if name.endswith(ending)]
     return next((name for name in (*PICTURES, *there) if name in there), None)
 
 

@@ -3,6 +3,7 @@
 `quadstep reproduce`: fly the study and write its folder, with the choices that the paper leaves open.
 """
 
+import math
 import platform
 from collections.abc import Mapping
 from concurrent.futures import Future
@@ -159,7 +160,7 @@ def choices() -> list[Chosen]:
                "halving the step moves Case 1 by less than 1e-6 m"),
         Chosen("t_f", f"{CASE_TIME:g} s in every case, {FIGURE_3_TIME:g} s in Fig. 3", "given for Case 1; Eq. 75 has 10 s"),
         Chosen("start of Cases 1 and 2", "at rest on the path", "as described"),
-        Chosen("start of Case 3", f"{CASE_3_START}",
+        Chosen("start of Case 3", start_text(),
                "from rest on the path x, y, theta, phi stay zero for ever, yet the paper plots their errors"),
         Chosen("gains of [11]", f"{next(iter(NESTED_GAINS))}, a_psi = (2.374, 0.08), b = (2, 1, 0.2, 0.1)",
                "printed in scripts that reproduce it; the other altitude gains are flown too"),
@@ -212,6 +213,12 @@ def study_metrics(study: PaperStudy) -> dict[str, object]:
     }
 
 
+def start_text() -> str:
+    """Where Case 3 begins."""
+    position, attitude = (", ".join(f"{one:g}" for one in CASE_3_START[part]) for part in ("position", "attitude"))
+    return f"({position}) m off, psi, theta, phi = ({attitude}) rad"
+
+
 def keyed(flights: Mapping[tuple[str, int, int], Metrics] | Mapping[tuple[str, str], Metrics]) -> dict[str, Metrics]:
     return {"; ".join(map(str, key)): metrics for key, metrics in flights.items()}
 
@@ -219,7 +226,9 @@ def keyed(flights: Mapping[tuple[str, int, int], Metrics] | Mapping[tuple[str, s
 def stress_cell(metrics: Metrics) -> str:
     """One stress flight in a table: RMSE and largest tilt, or when and why it ended."""
     if completed(metrics):
-        return f"{short(1e3 * metric(metrics, 'position_rmse[m]'))} mm, {metric(metrics, 'largest_tilt[rad]'):.2f} rad"
+        return (
+            f"{short(1e3 * metric(metrics, 'position_rmse[m]'))} mm, {math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
+        )
     return f"diverged at {metric(metrics, 'ended[s]'):.2f} s: {str(metrics['outcome']).replace('_', ' ')}"
 
 
