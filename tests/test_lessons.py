@@ -179,8 +179,10 @@ def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_pat
 
 
 def test_what_of_a_lesson_is_not_checked_is_named(tmp_path):
-    run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]))
+    junit = tmp_path / "verdict.xml"
+    run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]), "--junit", junit)
     assert run.out.startswith("Not checked, since they are about other missions: 6.5.\n6.4 solved")
+    assert 'name="quadstep check: 6 (not checked: 6.5)"' in junit.read_text(encoding="utf-8")
 
 
 def test_a_flight_that_is_lost_solves_nothing(tmp_path):

@@ -54,9 +54,10 @@ def check(
     found = checked(tasks(lesson, course or OWN), read_mission(mission))
     others = [one for one in found if one.strange]
     chosen = found if len(others) == len(found) else [one for one in found if not one.strange]
+    left = ", ".join(one.task.name for one in others) if len(chosen) < len(found) else ""
     if not delivery.as_json:
-        if len(chosen) < len(found):
-            say(f"Not checked, since they are about other missions: {', '.join(one.task.name for one in others)}.")
+        if left:
+            say(f"Not checked, since they are about other missions: {left}.")
         for one in chosen:
             say(f"{one.task.name} {'solved' if one.solved else 'not solved'}: {one.task.asks}")
             for case in one.cases:
@@ -73,7 +74,7 @@ def check(
         "exercises": [{"name": one.task.name, "solved": one.solved, "checked": not one.strange} for one in found],
     }
     solved = all(one.solved for one in chosen)
-    verdict = Verdict("check", lesson, cases, content, 0 if solved else UNMET)
+    verdict = Verdict("check", f"{lesson} (not checked: {left})" if left else lesson, cases, content, 0 if solved else UNMET)
     delivery.deliver(verdict)
 
 
