@@ -193,7 +193,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
     name = f"{FIGURES}/spectra{place}"
     with drawing(SVG):
         sheet = new_figure(SVG, 9.0, 2.8)
-        sheet.subplots_adjust(0.08, 0.18, 0.99, 0.84, 0.08)
+        sheet.subplots_adjust(0.08, 0.18, 0.99, 0.8, 0.08)
         first: Axes | None = None
         for axis, turn in enumerate(AXES):
             panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
@@ -210,7 +210,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
             if first is None:
                 first = panel
                 panel.set_ylabel("rad/s per √Hz")
-                panel.legend(loc="upper right")
+                sheet.legend(*panel.get_legend_handles_labels(), loc="upper right", ncols=3)
             else:
                 panel.tick_params(labelleft=False)
         write_figure(sheet, out / name, SVG)

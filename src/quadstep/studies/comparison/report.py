@@ -128,7 +128,9 @@ def evidence(
     for vehicle in figures:
         label = vehicle or "missions"
         sections.append(Table(f"All numbers: {label}", f"all-{identity(label, ())}", *tables.full_rows(found, vehicle)))
-        sections.append(Table(header=tables.EFFORT_HEADER, rows=tables.effort_rows(found, vehicle)))
+        effort = tables.effort_rows(found, vehicle)
+        if any(cell not in page.BLANK for row in effort for cell in row[2:]):
+            sections.append(Table(header=tables.EFFORT_HEADER, rows=effort))
     return Evidence(
         name=found.name,
         kind="Comparison",
