@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from quadstep.bridges.autopilot.controller import CONNECTIONS
+from quadstep.bridges.autopilots import CONNECTIONS
 from quadstep.engines.fly import fly
 from quadstep.mission.read import plan_mission, read_mission
 from tests.autopilots import FAKES, HOVERING, Hover, free_port

@@ -12,11 +12,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from quadstep import Mission
-from quadstep.bridges.autopilot import controller as autopilots
-from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.controller import KINDS
-from quadstep.bridges.autopilot.link import Piloted, SensorSample, address
-from quadstep.bridges.autopilot.px4 import Px4
+from quadstep.bridges import autopilots
+from quadstep.bridges.ardupilot import ArduPilot
+from quadstep.bridges.autopilots import KINDS
+from quadstep.bridges.link import Piloted, SensorSample, address
+from quadstep.bridges.px4 import Px4
 from quadstep.io.errors import UserError
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.numbers import Vector
@@ -109,7 +109,7 @@ def test_an_autopilot_is_compared_with_our_own_laws(tmp_path, monkeypatch, name)
 @pytest.mark.parametrize("name", FAKES)
 def test_a_silent_autopilot_loses_the_flight(tmp_path, monkeypatch, name):
     monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
-    monkeypatch.setattr(f"quadstep.bridges.autopilot.{name}.WAIT", 0.3)
+    monkeypatch.setattr(f"quadstep.bridges.{name}.WAIT", 0.3)
     mission = write(tmp_path, MISSION)
     pilot = fake(name, mission, silent_after=500)
     link = {"ardupilot": ArduPilot, "px4": Px4}[name]
@@ -235,7 +235,7 @@ def test_a_vehicle_stands_until_the_rotors_carry_it():
 
 
 def test_an_autopilot_that_never_takes_off_is_told_of(monkeypatch):
-    monkeypatch.setattr("quadstep.bridges.autopilot.link.STANDING", 1.0)
+    monkeypatch.setattr("quadstep.bridges.link.STANDING", 1.0)
     pilot, link = piloted(lambda _: [0.4] * 4)
     with pytest.raises(UserError, match="did not take off within 1 s of simulated time"):
         pilot.begin(MOVING, 4, 0.99)
@@ -349,7 +349,7 @@ def test_a_path_is_sent_and_nothing_else(tmp_path, kind):
 
 
 def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
-    monkeypatch.setattr("quadstep.bridges.autopilot.setpoints.HEARTBEAT_WAIT", 0.2)
+    monkeypatch.setattr("quadstep.bridges.setpoints.HEARTBEAT_WAIT", 0.2)
     mission = write(tmp_path, ORBIT)
     for arguments, said in (
         (("--kind", "jerk"), "--kind: unknown value 'jerk'; allowed: position, attitude, rates"),

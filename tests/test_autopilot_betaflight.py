@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.bridges.autopilot import betaflight
-from quadstep.bridges.autopilot import controller as autopilots
-from quadstep.bridges.autopilot.betaflight import Betaflight, Sticks, exposed
-from quadstep.bridges.autopilot.link import address
+from quadstep.bridges import autopilots, betaflight
+from quadstep.bridges.betaflight import Betaflight, Sticks, exposed
+from quadstep.bridges.link import address
 from quadstep.io.errors import UserError
 from tests.autopilots import FakeBetaflight, free_port
 from tests.commands import quadstep, without_figures, write

@@ -7,9 +7,9 @@ import threading
 
 import pytest
 
-from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.link import Address, Lost, SensorSample
-from quadstep.bridges.autopilot.px4 import Px4
+from quadstep.bridges.ardupilot import ArduPilot
+from quadstep.bridges.link import Address, Lost, SensorSample
+from quadstep.bridges.px4 import Px4
 from tests.autopilots import PULSES, free_port
 from tests.needs import package
 

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from quadstep.bridges.autopilot.controller import KINDS
+from quadstep.bridges.autopilots import KINDS
 from quadstep.mission.read import plan_mission, read_mission
 from tests.autopilots import FAKES, FakeMavlink, Hover, free_port
 from tests.commands import quadstep, strict_json, without_figures, write
@@ -133,7 +133,7 @@ def test_an_autopilot_is_armed_lifted_and_sent_the_path(mission, name):
     ids=lambda one: next(iter(one)) if isinstance(one, dict) else "",
 )
 def test_what_keeps_an_autopilot_on_the_ground_is_told_in_one_line(mission, monkeypatch, name, how, said):
-    monkeypatch.setattr("quadstep.bridges.autopilot.pilot.READY", 3.0)
+    monkeypatch.setattr("quadstep.bridges.pilot.READY", 3.0)
     parameter, value = {"ardupilot": ("FRAME_TYPE", 0.0), "px4": ("CA_ROTOR0_PX", -0.1)}[name]
     frame = {parameter: value} if "frame" in how else {}
     pilot, arguments = led(name, mission, frame, **{key: one for key, one in how.items() if key != "frame"})

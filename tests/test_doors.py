@@ -16,7 +16,7 @@ from tests.commands import LINE, quadstep, write
 from tests.doors import DOORS
 
 MODULE = '''
-from quadstep.bridges.autopilot.controller import PilotedLaw
+from quadstep.bridges.autopilots import PilotedLaw
 from quadstep.engines.fly import on_floats
 from quadstep.identify.logs.series import Series, Topics
 from quadstep.mission.own_controller import PilotedSection

@@ -11,12 +11,12 @@ from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import CrazyflieYaml
 from quadstep.linear.grade import FRAGILE, UNSTABLE
 from quadstep.metrics.statistics import Estimate
+from quadstep.studies import what_if as run
 from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.judge import Row
-from quadstep.studies.what_if import run
-from quadstep.studies.what_if.asked import Asked, changes_of, unmodelled
-from quadstep.studies.what_if.report import tracking, unseen
-from quadstep.studies.what_if.run import answer
+from quadstep.studies.what_if import answer
+from quadstep.studies.what_if_report import tracking, unseen
+from quadstep.studies.what_if_request import Asked, changes_of, unmodelled
 from tests.commands import quadstep
 from tests.needs import CHROMIUM, needs, package
 

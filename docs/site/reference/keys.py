@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel
 from pydantic.fields import FieldInfo
 
 from docs.site.reference.markdown import code, plain, prose, table
-from quadstep.bridges.autopilot.controller import AutopilotSection
+from quadstep.bridges.autopilots import AutopilotSection
 from quadstep.control.registry import controllers
 from quadstep.identify.datasheet import Datasheet
 from quadstep.identify.logs.mapping import Mapping

@@ -136,8 +136,8 @@ def check_autopilot(
     if not 0.0 < connect_timeout < math.inf:
         raise UserError(f"--connect-timeout {connect_timeout:g}: should be a finite time above 0 s")
     if pilot:
-        from quadstep.bridges.autopilot.controller import KINDS
-        from quadstep.bridges.autopilot.setpoints import check_place
+        from quadstep.bridges.autopilots import KINDS
+        from quadstep.bridges.setpoints import check_place
         from quadstep.io.doors import optional
 
         if autopilot in KINDS and (needs := KINDS[autopilot].needs):

@@ -183,7 +183,7 @@ def serve_setpoints(
 
     Exit code 2: bad input, or no vehicle responded.
     """
-    from quadstep.bridges.autopilot.setpoints import SetpointKind, check_hold, check_rate, serve
+    from quadstep.bridges.setpoints import SetpointKind, check_hold, check_rate, serve
     from quadstep.mission.read import plan_mission, read_mission
 
     if kind not in list(SetpointKind):

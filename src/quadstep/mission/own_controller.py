@@ -30,7 +30,7 @@ from quadstep.vehicle.paper import State
 if TYPE_CHECKING:
     from quadstep.engines.fly import FlightPlan
 
-SECTION = "quadstep.bridges.autopilot.controller:AutopilotSection"
+SECTION = "quadstep.bridges.autopilots:AutopilotSection"
 AUTOPILOTS = Door("quadstep.autopilots", {"px4": SECTION, "ardupilot": SECTION, "betaflight": SECTION})
 """Classes of `PilotedSection` by the `type` in [controller]."""
 

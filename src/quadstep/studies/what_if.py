@@ -1,4 +1,8 @@
-"""A question answered: the missions before and after, flown."""
+"""`quadstep what-if`: what a change of an autopilot's parameters does to a vehicle, before and after.
+
+A step in calm air, the margins at rest, and the same flights in gusts with both sets of parameters: flight i has the same wind
+and the same noise of the gyro with either, so that differences are paired.
+"""
 
 import hashlib
 import io
@@ -28,8 +32,8 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
 from quadstep.studies.tuning.judge import CandidateFlights
-from quadstep.studies.what_if.asked import STEP, Asked, Side, law_of
-from quadstep.studies.what_if.report import evidence, picture
+from quadstep.studies.what_if_report import evidence, picture
+from quadstep.studies.what_if_request import STEP, Asked, Side, law_of
 
 HEIGHT, BEGIN, DURATION = 3.0, 1.0, 8.0
 """Of the step: where it is flown [m], its time, and the flights' [s]."""

@@ -19,7 +19,7 @@ from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import Panel
 from quadstep.studies.tuning.judge import Row, row
-from quadstep.studies.what_if.asked import STEP, Asked, Side
+from quadstep.studies.what_if_request import STEP, Asked, Side
 
 PICTURE = "step"
 HEADER = ("", "before", "after", "after - before")

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from time import sleep
 from typing import NamedTuple
 
-from quadstep.bridges.autopilot.link import Lost, SensorSample
-from quadstep.bridges.autopilot.setpoints import Connection, Heard, Setpoint, SetpointKind, at_rest, mavlink, send, setpoint
+from quadstep.bridges.link import Lost, SensorSample
+from quadstep.bridges.setpoints import Connection, Heard, Setpoint, SetpointKind, at_rest, mavlink, send, setpoint
 from quadstep.engines.fly import FlightPlan
 from quadstep.io.errors import UserError
 

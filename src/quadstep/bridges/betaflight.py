@@ -12,7 +12,7 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample, address, datagrams
+from quadstep.bridges.link import SHORTEST, WAIT, Address, Lost, SensorSample, address, datagrams
 from quadstep.control.betaflight_rates import BetaflightRates
 from quadstep.control.cascaded_pid import OuterMemory, asked_rates, begun, guided
 from quadstep.control.vectoring import up_axis

@@ -12,12 +12,12 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator
 
-from quadstep.bridges.autopilot import ardupilot, betaflight, px4
-from quadstep.bridges.autopilot.ardupilot import ArduPilot
-from quadstep.bridges.autopilot.betaflight import Betaflight, Sticks, console
-from quadstep.bridges.autopilot.link import Address, AutopilotLink, GroundStation, Piloted, address, sample_of
-from quadstep.bridges.autopilot.pilot import STATIONS, Pilot, Station
-from quadstep.bridges.autopilot.px4 import Px4
+from quadstep.bridges import ardupilot, betaflight, px4
+from quadstep.bridges.ardupilot import ArduPilot
+from quadstep.bridges.betaflight import Betaflight, Sticks, console
+from quadstep.bridges.link import Address, AutopilotLink, GroundStation, Piloted, address, sample_of
+from quadstep.bridges.pilot import STATIONS, Pilot, Station
+from quadstep.bridges.px4 import Px4
 from quadstep.control.mixers import quarters
 from quadstep.control.opaque import NoGains, Opaque
 from quadstep.engines.fly import FlightPlan

@@ -8,7 +8,7 @@ import socket
 from time import monotonic
 from typing import Protocol, cast
 
-from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample
+from quadstep.bridges.link import SHORTEST, WAIT, Address, Lost, SensorSample
 from quadstep.io.doors import optional
 from quadstep.io.errors import UserError
 from quadstep.mission.own_controller import FIRST_WAIT

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from enum import StrEnum
 from typing import NamedTuple, Protocol, cast
 
-from quadstep.bridges.autopilot.link import refuse_strange
+from quadstep.bridges.link import refuse_strange
 from quadstep.control.vectoring import wanted_attitude
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.plant import Reference

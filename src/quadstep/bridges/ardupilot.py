@@ -6,7 +6,7 @@ Its simulator is started by its user with `--model JSON:<host of quadstep>`; qua
 import struct
 from time import monotonic
 
-from quadstep.bridges.autopilot.link import SHORTEST, WAIT, Address, Lost, SensorSample, datagrams
+from quadstep.bridges.link import SHORTEST, WAIT, Address, Lost, SensorSample, datagrams
 from quadstep.io.errors import UserError
 from quadstep.mission.own_controller import FIRST_WAIT
 

@@ -1,1 +1,0 @@
-"""Our vehicle under somebody else's autopilot: software in the loop, and setpoints for a vehicle in its own simulator."""
