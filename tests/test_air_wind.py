@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep.numbers import flatten, rebuild, vector
-from quadstep.world.air import DRAWS, Dryden, Turbulence, Wind, start_turbulence, wind_at
+from quadstep.world.air import DRAWS, Dryden, Turbulence, Wind, start_turbulence, steady, untroubled, wind_at
 from tests.flights import array, column, through_lanes
 
 NONE = vector(0.0, 0.0, 0.0)
@@ -72,3 +72,19 @@ def test_wind_in_lanes_is_that_of_floats(double):
 
     wanted = np.array([law(*row) for row in columns.T.tolist()]).T
     np.testing.assert_allclose(through_lanes(law, *columns, double=double), wanted, atol=1e-12 if double else 1e-5)
+
+
+def test_without_swing_and_gust_the_mean_is_all_there_is_to_the_bit():
+    rng = np.random.default_rng(5)
+
+    def some(*sizes):
+        return rng.choice([0.0, 1.0, -1.0, 1e5, np.nan], 2000, p=[0.6, 0.1, 0.1, 0.1, 0.1]) * rng.choice(sizes, 2000)
+
+    swing, gust = vector(some(0.0), some(0.0, 2.0), some(0.0)), vector(some(0.0), some(0.0), some(0.0, 1.0))
+    wind = Wind(vector(3.0, 0.0, -2.0), swing, some(1.0, 20.0), gust, 1.0, some(0.0, 2.0), None)
+    with np.errstate(all="ignore"):
+        for t in (0.0, 1.0, 1.5, 2000.0):
+            holds, mean = steady((wind, t))
+            assert np.any(holds)
+            for one, other in zip(mean, untroubled((wind, t)), strict=True):
+                np.testing.assert_array_equal(np.broadcast_to(one, holds.shape)[holds], other[holds])

@@ -8,8 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from quadstep.mission.airframe import LAYOUTS, laid_out
-from quadstep.numbers import Vector, vector
-from quadstep.vehicle.allocation import Allocation, allocate, allocation, columns, even, mix, rank
+from quadstep.numbers import Vector, flatten, rebuild, vector
+from quadstep.vehicle.allocation import (
+    Allocation,
+    allocate,
+    allocation,
+    columns,
+    even,
+    mix,
+    plain,
+    rank,
+    within_limits,
+)
 from quadstep.vehicle.rigid_body import Geometry, Mount
 from quadstep.vehicle.rotor import Rotor
 from tests.flights import through_lanes
@@ -262,3 +272,23 @@ def test_a_command_that_is_not_a_number_stays_none(place):
     assert any(math.isnan(speed) for speed in law(*wanted))
     assert np.isnan(law(*np.array([wanted, [12.0, 0.0, 0.0, 0.0]]).T)).any(axis=0).tolist() == [True, False]
     assert np.isnan(through_lanes(law, *np.array([wanted, [12.0, 0.0, 0.0, 0.0]]).T)).any(axis=0).tolist() == [True, False]
+
+
+@EVERY
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_away_from_the_limits_the_short_way_is_the_long_one_to_the_bit(geometry, kind):
+    if not even(geometry):
+        return
+    shares, rng = allocation(geometry, ROTOR), np.random.default_rng(4)
+    shares = rebuild(shares, iter([kind(one) for one in flatten(shares)]))
+    size = rng.choice([0.0, 1e-3, 0.1, 1.0], (4, 40_000))
+    thrust, *torque = (rng.uniform(-1.0, 1.0, (4, 40_000)) * size).astype(kind)
+    thrust = (thrust + rng.choice([LEAST, 0.5 * MOST, MOST], len(thrust)).astype(kind)) * len(geometry.mounts)
+    asked = thrust.astype(kind), Vector(torque), shares
+    with np.errstate(invalid="ignore"):  # roots of thrusts below zero, where it does not hold
+        holds, short = plain(asked)
+        long = within_limits(True, asked)
+    assert 1000 < np.count_nonzero(holds) < 39_000
+    for one, other in zip(flatten(short), flatten(long), strict=True):
+        assert one.dtype == other.dtype == kind
+        np.testing.assert_array_equal(one[holds], other[holds])

@@ -14,7 +14,17 @@ from quadstep import fly, fly_all
 from quadstep.control.filters import FilteredAttitude, LedAttitude, led_acceleration, led_filter
 from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.rotation_backstepping import RotationBackstepping
-from quadstep.control.vectoring import project, project_weights, tilted_within, up_axis, vee_error, wanted_attitude, within
+from quadstep.control.vectoring import (
+    clearly,
+    project,
+    project_weights,
+    shrink,
+    tilted_within,
+    up_axis,
+    vee_error,
+    wanted_attitude,
+    within,
+)
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
@@ -364,6 +374,19 @@ def test_projection_shortens_and_does_not_turn():
     assert list(project(vector(3.0, 0.0, 4.0), 1.0)) == pytest.approx([0.6, 0.0, 0.8])
     assert list(project(vector(0.3, 0.0, 0.4), 1.0)) == [0.3, 0.0, 0.4]
     assert project_weights(Matrix([vector(3.0, 4.0), vector(0.0, 0.0)]), 1.0).norm() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_what_is_clearly_within_a_bound_is_not_shortened_by_rounding(kind):
+    rng, huge = np.random.default_rng(6), float(np.finfo(kind).max)
+    bound = rng.choice([0.0, 1e-30, 1.0, 30.0, 0.1 * huge, huge, np.inf, -1.0], 40_000).astype(kind)
+    ratio = rng.choice([0.0, 0.5, 0.9994, 0.9995, 1.0, 1.0 + 1e-7, 2.0, np.nan], 40_000).astype(kind)
+    with np.errstate(all="ignore"):
+        length = bound * ratio
+        holds = clearly(length * length, bound)
+        assert np.any(holds & (ratio > 0.999)) and not np.any(holds & (ratio > 0.9996))
+        root = np.sqrt(length * length)
+        np.testing.assert_array_equal(shrink(root, bound)[holds], 1.0)
 
 
 def test_nets_make_up_for_a_wind_that_the_controller_knows_nothing_of():

@@ -135,6 +135,16 @@ def test_a_sweep_scores_as_single_flights_do(double):
         np.testing.assert_allclose(swept.metrics[i], wanted, rtol=2e-3, atol=1e-5)
 
 
+def test_what_only_a_score_shows_is_known_when_it_is_due_whatever_the_law_s_rate():
+    loop, ticks = scored(CASE_1, SWEEP_TICKS._replace(every=(3,), last=40), 0.004 * 7)
+    rows = values(2)
+    swept = sweep(loop=loop, ticks=ticks).fly(rows)
+    for flight, row in enumerate(rows):
+        start, numbers = with_values(row)
+        alone = flatten(fly_floats(loop, numbers, start, ticks).final.score)
+        assert [float(leaf[flight]) for leaf in flatten(swept.score)] == [float(leaf) for leaf in alone]
+
+
 @KINDS
 def test_a_flight_of_a_sweep_is_the_same_to_the_bit_in_any_batch_order_and_number_of_threads(double):
     rows, one = values(203), sweep(double)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy
 
-from quadstep.numbers import Matrix, Vector, exp, matrix, scan, sin, vector, where
+from quadstep.numbers import Matrix, Vector, exp, matrix, scan, shortcut, sin, vector, where
 from quadstep.numbers.noise import Key, normals
 from tests.exports import COMPILERS, through_c
 from tests.flights import through_lanes
@@ -167,3 +167,23 @@ def test_what_is_no_scan_is_refused():
             scan(step, 0.0, **wrong)
     with pytest.raises(TypeError, match="had 1 numbers and has 2"):
         scan(lambda carry, row: ((carry, carry), row), 0.0, matrix((1.0,)))
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_a_shortcut_is_taken_only_where_it_holds_in_all_lanes(double):
+    """Here its result is another one, so that it shows; what is known in the branch alone is computed again after it."""
+
+    def law(x):
+        found = shortcut((x, 2.0 * x), lambda both: (both[0] < 1.0, (-both[0], 0.5)), lambda both: (sin(both[1]), both[0]))
+        return [*found, sin(2.0 * x)]
+
+    columns = np.array([0.1, 0.2, 0.3, 0.9, 0.1, 0.2, 1.0, 0.4, 5.0, 6.0, 7.0, np.nan])
+    lanes = through_lanes(law, columns, double=double)
+    full = through_lanes(lambda x: [sin(2.0 * x), x, sin(2.0 * x)], columns, double=double)
+    np.testing.assert_array_equal(lanes[:, 4:], full[:, 4:])
+    np.testing.assert_array_equal(lanes[:2, :4], np.array([-full[1, :4], [0.5] * 4]))
+    np.testing.assert_array_equal(lanes[2], full[2])
+    if double:  # all others ignore it
+        np.testing.assert_array_equal(np.array(law(columns)), full)
+        np.testing.assert_array_equal(np.array([law(x) for x in columns.tolist()]).T, full)
+        np.testing.assert_array_equal(through_lanes(law, columns, width=1), full)

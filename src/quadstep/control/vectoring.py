@@ -11,8 +11,24 @@ from typing import NamedTuple, Protocol
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Reference
-from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, exp, sin, sqrt, vector, where
+from quadstep.numbers import (
+    Condition,
+    Matrix,
+    Number,
+    Vector,
+    absolute,
+    atan2,
+    clip,
+    cos,
+    exp,
+    sin,
+    sqrt,
+    total,
+    vector,
+    where,
+)
 from quadstep.numbers.rotations import cross, rotation_matrix
+from quadstep.numbers.scan import shortcut
 
 
 class WantedAttitude(NamedTuple):
@@ -113,7 +129,7 @@ def invert_force(force: Vector) -> tuple[Number, Number, Number]:
 
 def project(entries: Vector, bound: Number) -> Vector:
     """The nearest vector of length at most `bound`."""
-    return shrink(entries.norm(), bound) * entries
+    return shortcut(entries, lambda them: (clearly(them @ them, bound), them), lambda them: shrink(them.norm(), bound) * them)
 
 
 def integral_for(part: Vector, gain: Vector, bound: Number) -> Vector:
@@ -123,7 +139,16 @@ def integral_for(part: Vector, gain: Vector, bound: Number) -> Vector:
 
 def project_weights(weights: Matrix, bound: Number) -> Matrix:
     """The nearest matrix of Frobenius norm at most `bound`."""
-    return shrink(weights.norm(), bound) * weights
+    return shortcut(
+        weights,
+        lambda them: (clearly(total(one * one for row in them.rows for one in row), bound), them),
+        lambda them: shrink(them.norm(), bound) * them,
+    )
+
+
+def clearly(square: Number, bound: Number) -> Condition:
+    """Whether a length, whose square this is, is below `bound` by more than its rounding."""
+    return square < 0.999 * (bound * absolute(bound))
 
 
 def shrink(length: Number, bound: Number) -> Number:

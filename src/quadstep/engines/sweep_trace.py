@@ -76,9 +76,12 @@ class SweepTrace(Ticking):
         ]
         start, self.parameters = self.leaves(given, homes)
         cycle = loop.start(start, self.parameters)
-        summed = len(flatten(cycle.score))
+        flight, summed = cycle.flight, len(flatten(cycle.score))
         count = len(flatten(cycle))
         self.hold = [frozen or place >= count - summed for place in range(count)]
+        if not gpu:
+            before = len(flatten((flight.state, flight.air, flight.sensed, flight.memory)))
+            self.shown = range(before, before + len(flatten(flight.command)))
         flying, last = self.emitter.constant(0.0), self.emitter.spread(self.builder.sitofp(self.final, self.emitter.element))
         self.live(cycle, [self.emitter.value(number) for number in flatten(cycle)], [flying, last])
         self.fly(self.argument["step"], self.argument["every"])

@@ -27,13 +27,15 @@ class Ticking(ABC):
     """A module with one function that flies `width` flights at once, tick by tick. Subclasses determine what it writes.
 
     hold: for each number of the cycle, whether it keeps its value from the moment its flight ends; the others go on with
-    whatever the laws compute, which is cheaper.
+    whatever the laws compute, which is cheaper. shown: the places of those that only the last task reads. They are stored, and
+    so computed, where it runs before they change again.
     """
 
     loop: ClosedLoop
     parameters: object
     shape: object
     hold: Sequence[bool]
+    shown: range = range(0)
     first: ir.Value
     past: ir.Value
     final: ir.Value
@@ -81,8 +83,10 @@ class Ticking(ABC):
         for place, task in enumerate(tasks):
 
             def run(task: Task = task, place: int = place) -> None:
-                builder.store(builder.add(tick, pauses[place]), dues[place])
-                self._run(task, clock(time, count, periods[place]), count)
+                next_run = builder.add(tick, pauses[place])
+                builder.store(next_run, dues[place])
+                soon = builder.icmp_unsigned("<", builder.load(dues[-1]), next_run) if self.shown else None
+                self._run(task, clock(time, count, periods[place]), count, soon)
 
             self.when(builder.icmp_unsigned("==", tick, builder.load(dues[place])), task.name, run)
         if others is not None:
@@ -93,17 +97,17 @@ class Ticking(ABC):
         builder.branch(self.block("head"))
         self.enter("done")
 
-    def _run(self, task: Task, clock: Clock, tick: RecordedNumber) -> None:
+    def _run(self, task: Task, clock: Clock, tick: RecordedNumber, soon: ir.Value | None) -> None:
         before = self.current()
         after, number = task.run(before, self.parameters, clock)
         code = cast(Operand, number)
         living = self._living()
         if not isinstance(code, RecordedNumber):  # a task that never ends a flight
-            self.keep(before, after, living)
+            self.keep(before, after, living, soon)
             return
         failed, survivors = living & (code != 0.0), living & (code == 0.0)
         self.store([code, tick], [self.code, self.ended], failed)
-        self.keep(before, after, survivors)
+        self.keep(before, after, survivors, soon)
         width = ir.IntType(self.emitter.width)
         anyone = self.builder.icmp_unsigned("!=", self.builder.bitcast(self.emitter.value(survivors), width), width(0))
         self.branch(anyone, f"{task.name}: someone flies", "done")
@@ -157,15 +161,28 @@ class Ticking(ABC):
     def current(self) -> object:
         return rebuild(self.shape, (RecordedNumber(self.emitter, self.builder.load(slot)) for slot in self.cycle))
 
-    def keep(self, before: object, after: object, living: RecordedCondition) -> None:
-        """Store changed numbers of the cycle; those to be held, only for flights still alive."""
-        for new, old, slot, held in zip(flatten(after), flatten(before), self.cycle, self.hold, strict=True):
-            if isinstance(new, RecordedNumber) and new.place is old.place:
-                continue
+    def keep(self, before: object, after: object, living: RecordedCondition, soon: ir.Value | None = None) -> None:
+        """Store changed numbers of the cycle; those to be held, only for flights still alive.
+
+        soon: whether the last task runs before they are changed again; else those that are shown need not be known.
+        """
+        shown: list[tuple[Operand, ir.Value, bool]] = []
+        others: list[tuple[Operand, ir.Value, bool]] = []
+        leaves = zip(flatten(after), flatten(before), self.cycle, self.hold, strict=True)
+        for place, (new, old, slot, held) in enumerate(leaves):
+            if not (isinstance(new, RecordedNumber) and new.place is old.place):
+                (others if soon is None or place not in self.shown else shown).append((new, slot, held))
+        self._put(others, living)
+        if soon is not None and shown:
+            self.when(soon, f"shown {len(self.blocks)}", lambda: self._put(shown, living))
+
+    def _put(self, changed: Sequence[tuple[Operand, ir.Value, bool]], living: RecordedCondition) -> None:
+        """Store numbers in their slots; those to be held, only for flights still alive."""
+        for number, slot, held in changed:
             if held:
-                self.store([new], [slot], living)
+                self.store([number], [slot], living)
             else:
-                self.builder.store(self.emitter.value(new), slot)
+                self.builder.store(self.emitter.value(number), slot)
 
     def store(self, numbers: list[Operand], slots: list[ir.Value], living: RecordedCondition) -> None:
         """Store numbers where the condition holds."""

@@ -20,7 +20,7 @@ from quadstep.numbers import elementary
 from quadstep.numbers.elementary import *  # noqa: F403 (whatever it declares)
 from quadstep.numbers.functions import absolute, clip, largest, maximum, minimum, power, smallest, sqrt, where
 from quadstep.numbers.kinds import Condition, Number
-from quadstep.numbers.scan import scan
+from quadstep.numbers.scan import scan, shortcut
 from quadstep.numbers.structure import Structure, Table, flatten, in_matrix, leaf_names, rebuild
 from quadstep.numbers.vectors import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
 
@@ -44,6 +44,7 @@ __all__ = [
     "power",
     "rebuild",
     "scan",
+    "shortcut",
     "smallest",
     "solve_symmetric",
     "sqrt",

@@ -4,6 +4,8 @@ On floats and arrays it runs as written. Where a law is compiled (lanes, PTX, Ja
 loop is emitted around it, so that the code does not grow with the number of turns. For SymPy symbols and other kinds of
 code the turns are unrolled. The bits are the same everywhere.
 
+What a law rarely needs, such as a limit: where it is compiled to vectors, in a branch for all lanes together.
+
 A Python function as part of a law: opaque to the compiler, which only calls it.
 
 A law passes on a handle, a number like any other, so that one compiled program serves every function:
@@ -27,7 +29,7 @@ from typing import TypeAlias, TypeVar, Union, cast, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.numbers.kinds import ARRAYS, FLOATS, Number, functions_of
+from quadstep.numbers.kinds import ARRAYS, FLOATS, Condition, Number, functions_of
 from quadstep.numbers.structure import flatten
 from quadstep.numbers.vectors import Matrix, Vector
 
@@ -162,6 +164,20 @@ def repeated(law: Callable[[S], R]) -> Callable[[S], R]:
         return result
 
     return run
+
+
+def shortcut(structure: S, quick: Callable[[S], tuple[Condition, R]], law: Callable[[S], R]) -> R:
+    """`law(structure)`, where `quick` has a condition that suffices for its other result to be the same, to the bit.
+
+    Compiled to vectors, the law is in a branch, taken where the condition fails in any lane. All else ignores `quick`.
+
+    >>> from quadstep.numbers import minimum, shortcut
+    >>> shortcut(0.5, lambda x: (x < 1.0, x), lambda x: minimum(x, 1.0))
+    0.5
+    """
+    own = getattr(functions_of(*flatten(structure)), "shortcut", None)
+    result: R = law(structure) if own is None else own(quick, law, structure)
+    return result
 
 
 Function: TypeAlias = Callable[[NDArray[np.float64]], object]

@@ -29,7 +29,7 @@ from quadstep.numbers.scan import C, Rows, Step, answer, matrices, same_shape, s
 from quadstep.numbers.structure import flatten, rebuild
 from quadstep.numbers.vectors import Matrix, Vector
 from quadstep.program.instructions import Instructions, Stored
-from quadstep.program.recorded import Operand, RecordedNumber
+from quadstep.program.recorded import Operand, Recorded, RecordedNumber
 
 PLACE = ir.IntType(64)
 
@@ -187,6 +187,27 @@ def scan(
     return last, shaped(made, iter([matrix(emitter, memory, count, columns) for memory, columns in kept]))
 
 
+def shortcut(emitter: Instructions, quick: Callable[[S], tuple[object, T]], law: Callable[[S], T], structure: S) -> T:
+    """See `quadstep.numbers.scan`: results are in memory, the law's in place of the other's where any lane needs it."""
+    builder, lanes = emitter.builder, ir.IntType(emitter.width)
+    holds, plain = quick(structure)
+    if not isinstance(holds, Recorded):  # known while the law is recorded
+        return plain if holds else law(structure)
+    leaves = flatten(plain)
+    slots = room(emitter, len(leaves))
+    store(emitter, leaves, slots, PLACE(0))
+    needed, over = (builder.function.append_basic_block(name) for name in ("needed", "over"))
+    everywhere = builder.icmp_unsigned("==", builder.bitcast(emitter.value(holds), lanes), lanes((1 << emitter.width) - 1))
+    known = dict(emitter.known)
+    builder.cbranch(everywhere, over, needed)
+    builder.position_at_end(needed)  # values known before the branch are known in it
+    store(emitter, flatten(law(structure)), slots, PLACE(0))
+    builder.branch(over)
+    builder.position_at_end(over)
+    emitter.known = known
+    return rebuild(plain, iter(loaded(emitter, slots, len(leaves))))
+
+
 def room(emitter: Instructions, size: int) -> ir.Value:
     """Memory for this many numbers, allocated once for the whole function."""
     with emitter.builder.goto_entry_block():
@@ -295,6 +316,9 @@ class Emitter(Instructions):
 
     def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
         return call_subroutine(self, memory, law, structure)
+
+    def shortcut(self, quick: Callable[[S], tuple[object, T]], law: Callable[[S], T], structure: S) -> T:
+        return law(structure) if self.width == 1 else shortcut(self, quick, law, structure)
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
         return emit(self, handle, inputs, outputs)

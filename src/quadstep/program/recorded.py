@@ -85,6 +85,10 @@ class Recording(ABC):
         """See `quadstep.numbers.scan`; written again each time, unless a record can hold functions."""
         return law(structure)
 
+    def shortcut(self, quick: Callable[[S], tuple[object, T]], law: Callable[[S], T], structure: S) -> T:
+        """See `quadstep.numbers.scan`; not taken, unless a record can branch."""
+        return law(structure)
+
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
         """See `quadstep.numbers.scan`."""
         raise TypeError("an opaque function takes floats, arrays and lanes; it has no equations")
@@ -300,6 +304,10 @@ class RecordedFunctions(Kind):
     def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
         """See `quadstep.numbers.scan`."""
         return record_of(flatten(structure)).call(memory, law, structure)
+
+    def shortcut(self, quick: Callable[[S], tuple[object, T]], law: Callable[[S], T], structure: S) -> T:
+        """See `quadstep.numbers.scan`."""
+        return record_of(flatten(structure)).shortcut(quick, law, structure)
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
         """See `quadstep.numbers.scan`."""

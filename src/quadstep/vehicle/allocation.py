@@ -16,10 +16,13 @@ With more than four rotors other thrusts than those of least norm may reach a li
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeAlias
 
 from quadstep.numbers import Matrix, Number, Vector, absolute, largest, maximum, minimum, smallest, sqrt, total, vector, where
+from quadstep.numbers.kinds import Condition
 from quadstep.numbers.rotations import cross
+from quadstep.numbers.scan import shortcut
 from quadstep.numbers.solve import least_norm_inverse
 from quadstep.numbers.solve import rank as rank_of
 from quadstep.vehicle.rigid_body import Geometry
@@ -86,6 +89,34 @@ def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque:
 
     These are the commanded ones unless a rotor is at a limit; see the module. Every rotor must carry part of the thrust.
     """
+    alike, asked = even(geometry), (thrust, torque, allocation)
+    return shortcut(asked, plain, partial(within_limits, alike)) if alike else within_limits(alike, asked)
+
+
+Asked: TypeAlias = tuple[Number, Vector, Allocation]
+"""Thrust [N] and torque [N m], and how they are shared."""
+
+Made: TypeAlias = tuple[Vector, Number, Vector]
+"""Rotor speeds [rad/s], thrust [N] and torque [N m]."""
+
+
+def plain(asked: Asked) -> tuple[Condition, Made]:
+    """What rotors that share the thrust evenly make where all of them are away from their limits by more than rounding."""
+    thrust, torque, allocation = asked
+    roll, pitch, yaw = torque
+    bases = [thrust * share[0] + (share[1] * roll + share[2] * pitch) for share in allocation.matrix]
+    turn = [share[3] * yaw for share in allocation.matrix]
+    lowest = smallest(base - absolute(part) for base, part in zip(bases, turn, strict=True))
+    highest = largest(base + absolute(part) for base, part in zip(bases, turn, strict=True))
+    clear = 1e-3 * allocation.most
+    holds = (lowest > allocation.least + clear) & (highest < allocation.most - clear)
+    thrusts = [base + part for base, part in zip(bases, turn, strict=True)]
+    return holds, (spun(allocation, thrusts), thrust, torque)
+
+
+def within_limits(alike: bool, asked: Asked) -> Made:
+    """The same at any limits. alike: whether rotors share the thrust evenly."""
+    thrust, torque, allocation = asked
     roll, pitch, yaw = torque
     least, most = allocation.least, allocation.most
     lift = [share[0] for share in allocation.matrix]
@@ -96,7 +127,7 @@ def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque:
 
     bottom, top = largest(bottoms), smallest(tops)
     tilt_kept = share_within(largest(slopes) - smallest(slopes), top - bottom, absolute(top - bottom))
-    if not even(geometry):
+    if not alike:
         level = clamped(thrust, bottom, top)
         tilt_kept = maximum(tilt_kept, fitting_all(tilt, [level * part for part in lift], least, most))
 

@@ -21,8 +21,10 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol
 
 from quadstep.interfaces.closed_loop import Clock
-from quadstep.numbers import Number, Vector, clip, cos, exp, log, sin, sqrt, vector, where
+from quadstep.numbers import Number, Vector, absolute, clip, cos, exp, log, sin, sqrt, total, vector, where
+from quadstep.numbers.kinds import Condition
 from quadstep.numbers.noise import Key, normals
+from quadstep.numbers.scan import shortcut
 
 FEET = 1.0 / 0.3048
 """In a metre."""
@@ -188,12 +190,25 @@ def wind_at(wind: Wind, memory: Turbulence, t: Number) -> Vector:
     Of the turbulence (u, v, w) u blows along the level part of the mean wind, along x where there is none, v to the left of
     it and w up.
     """
-    since = clip((t - wind.gust_start) / wind.gust_length, 0.0, 1.0)
-    gust = 0.5 * (1.0 - cos(2.0 * math.pi * since))
-    steady = wind.mean + sin(wind.swing_frequency * t) * wind.swing + gust * wind.gust
+    still = shortcut((wind, t), steady, untroubled)
     x, y = direction(wind.mean)
     u, v, w = gusts(memory)
-    return steady + vector(x * u - y * v, y * u + x * v, w)
+    return still + vector(x * u - y * v, y * u + x * v, w)
+
+
+def untroubled(given: tuple[Wind, Number]) -> Vector:
+    """The same without turbulence: mean, swing and gust."""
+    wind, t = given
+    since = clip((t - wind.gust_start) / wind.gust_length, 0.0, 1.0)
+    gust = 0.5 * (1.0 - cos(2.0 * math.pi * since))
+    return wind.mean + sin(wind.swing_frequency * t) * wind.swing + gust * wind.gust
+
+
+def steady(given: tuple[Wind, Number]) -> tuple[Condition, Vector]:
+    """What is left of it without swing and gust."""
+    wind, t = given
+    changing = total(absolute(one) for one in (*wind.swing, *wind.gust))
+    return (changing <= 0.0) & (absolute(wind.swing_frequency * t) < 1e4) & (wind.gust_length > 0.0), wind.mean
 
 
 def field(wind: Wind) -> Dryden:
