@@ -98,7 +98,7 @@ def test_the_cascaded_pid_is_its_four_loops(seed, bounds, limits):
         command, memory = law.law(memory, measured, reference, gains, 0.5, PERIOD)
         rotation = rotation_of(m["attitude"])
         turn = Rotation.from_matrix(rotation.T @ wanted).as_rotvec()
-        e_w = shortened(g["attitude"] * turn + rotation.T @ wanted @ fed, g["most_rate"]) - m["rates"]
+        e_w = shortened(g["attitude"] * turn + fed, g["most_rate"]) - m["rates"]
         before, filtered = filtered, m["rates"] + np.exp(-g["rate_filter"] * PERIOD) * (filtered - m["rates"])
         angular = g["rate"] * e_w + i_w - g["rate_derivative"] * (filtered - before) / PERIOD
         same(command, force @ rotation @ UP, g["inertia"] * angular, wanted)

@@ -5,7 +5,7 @@ other.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.vectoring import project, push_against, tilted_within, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import heading_turn, project, push_against, tilted_within, up_axis, wanted_attitude, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Reference
@@ -33,20 +33,20 @@ class OuterGains(NamedTuple):
 
 
 class OuterMemory(NamedTuple):
-    """integral [m/s^2]: what the I part of velocity adds. force [N], wanted (unit quaternion) and rates [rad/s] of that
-    attitude in its own axes, velocity_error [m/s]: from the velocity loop.
+    """integral [m/s^2]: what the I part of velocity adds. force [N], wanted (unit quaternion) and turn [rad/s] of
+    that attitude about its thrust axis, velocity_error [m/s]: from the velocity loop.
     """
 
     integral: Vector
     force: Vector
     wanted: Vector
-    rates: Vector
+    turn: Number
     velocity_error: Vector
 
 
 def begun(measured: Measured, gains: OuterGains) -> OuterMemory:
     zero = vector(0.0, 0.0, 0.0)
-    return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, zero, zero)
+    return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, 0.0, zero)
 
 
 def entered(measured: Measured, reference: Reference, gains: OuterGains) -> OuterMemory:
@@ -66,14 +66,17 @@ def guided(memory: OuterMemory, measured: Measured, reference: Reference, gains:
     lost = (force - asked) * (1.0 / gains.mass)  # anti-windup: what cannot be had is not integrated
     integral = memory.integral + period * (gains.velocity_integral * error + 2.0 * lost)
     zero = vector(0.0, 0.0, 0.0)
-    wanted = wanted_attitude(force, zero, zero, reference.yaw, reference.yaw_rate)
-    return OuterMemory(project(integral, gains.integral_bound), force, quaternion_of(wanted.rotation), wanted.rates, error)
+    rotation = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
+    turn = heading_turn(up_axis(rotation), reference.yaw, reference.yaw_rate)
+    return OuterMemory(project(integral, gains.integral_bound), force, quaternion_of(rotation), turn, error)
 
 
 def asked_rates(memory: OuterMemory, measured: Measured, gains: OuterGains) -> Vector:
-    """Attitude P gives body rates [rad/s], to which the path's turn of the heading is added."""
-    between = multiply(conjugate(measured.attitude), memory.wanted)
-    return project(gains.attitude * rotation_vector(between) + rotation_matrix(between) @ memory.rates, gains.most_rate)
+    """Attitude P gives body rates [rad/s]; the turn of the path's heading is added about the body's own thrust axis, which is
+    the wanted one up to the error.
+    """
+    roll, pitch, yaw = gains.attitude * rotation_vector(multiply(conjugate(measured.attitude), memory.wanted))
+    return project(vector(roll, pitch, yaw + memory.turn), gains.most_rate)
 
 
 class CascadedPidGains(NamedTuple):

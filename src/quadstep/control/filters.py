@@ -174,6 +174,16 @@ class FilteredAttitude(NamedTuple):
     acceleration: Vector
 
 
+def attitude_filter(
+    filtered: FilteredAttitude, command: Vector, lead: Vector, frequency: Vector, hedge: Vector, period: Number
+) -> FilteredAttitude:
+    """The filter `period` [s] later. command: unit quaternion, which turns at `lead` in its own axes [rad/s]. frequency:
+    natural, about each axis [rad/s]. hedge: as in `led_filter`.
+    """
+    away = rotation_vector(multiply(conjugate(filtered.attitude), command))
+    return led_filter(filtered, frequency * (frequency * away + 2.0 * (lead - filtered.rates)), hedge, period)
+
+
 class LedAttitude(NamedTuple):
     """A wanted attitude with its motion: attitude, a unit quaternion; rates [rad/s], turning [rad/s^2]: in its own axes."""
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.filters import led_acceleration, led_by, led_filter
+from quadstep.control.filters import LedAttitude, led_acceleration, led_filter
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
     TORQUE_INPUTS,
@@ -42,6 +42,7 @@ class HedgedBacksteppingGains(NamedTuple):
 class HedgedBacksteppingMemory(NamedTuple):
     """law: of the law. place [m], speed [m/s]: of the reference model. made: by the rotors.
 
+    From the position loop to the attitude loop: rates [rad/s] and turning [rad/s^2] of the wanted attitude, in its own axes.
     asked: the acceleration that was wanted of the last sample [m/s^2].
     """
 
@@ -49,6 +50,8 @@ class HedgedBacksteppingMemory(NamedTuple):
     place: Vector
     speed: Vector
     made: AchievedCommand
+    rates: Vector
+    turning: Vector
     asked: Vector
 
 
@@ -79,6 +82,8 @@ class HedgedBackstepping(Controller):
             place=measured.position,
             speed=measured.velocity,
             made=AchievedCommand(gains.law.mass * gains.law.gravity, zero),
+            rates=zero,
+            turning=zero,
             asked=zero,
         )
 
@@ -110,9 +115,11 @@ class HedgedBackstepping(Controller):
         made = (memory.made.thrust / law.mass) * axis - vector(0.0, 0.0, law.gravity)
         later = speed + (flying * period) * (target.acceleration - (memory.asked - made))
         return memory._replace(
-            law=following._replace(wanted=led_by(wanted)),
+            law=following,
             place=place + period * later,
             speed=later,
+            rates=wanted.rates,
+            turning=wanted.acceleration,
             asked=asked,
         )
 
@@ -128,8 +135,9 @@ class HedgedBackstepping(Controller):
         """The attitude loop behind a command filter that is led and hedged."""
         law, before = gains.law, memory.law
         made = lagged(memory.made, measured, maximum(gains.lag, 1e-6), t, period)
+        led = LedAttitude(before.wanted, memory.rates, memory.turning)
         frequency = law.filter_frequency
-        turn = led_acceleration(before.filtered, before.wanted, frequency * frequency, 2.0 * frequency)
+        turn = led_acceleration(before.filtered, led, frequency * frequency, 2.0 * frequency)
         into_body = rotation_matrix(multiply(conjugate(measured.attitude), before.filtered.attitude))
         over = Vector(1.0 / entry for entry in law.inertia)
         hedge = into_body.T @ (over * (before.asked_torque - made.torque))

@@ -17,9 +17,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.filters import FilteredAttitude, LedAttitude, led_acceleration, led_by, led_filter
+from quadstep.control.filters import FilteredAttitude, attitude_filter
 from quadstep.control.vectoring import (
     angular_of,
+    heading_turn,
     integral_for,
     project,
     project_weights,
@@ -33,7 +34,15 @@ from quadstep.interfaces.gain import AXES, NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import Net, basis, net, nets_start, output, weight_rate, weights
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, outer, vector, where
-from quadstep.numbers.rotations import conjugate, cross, multiply, rotation_matrix, rotation_vector, yaw_pitch_roll
+from quadstep.numbers.rotations import (
+    conjugate,
+    cross,
+    multiply,
+    quaternion_of,
+    rotation_matrix,
+    rotation_vector,
+    yaw_pitch_roll,
+)
 
 FORCE_INPUTS = 9
 """chi_1: velocity, thrust axis, wanted acceleration."""
@@ -84,7 +93,8 @@ class RotationMemory(NamedTuple):
     """integral_1 [m], integral_2 [rad]: integrals of r1 and r2. weights_1 [m/s^2], weights_2 [rad/s^2]: W_hat_1, W_hat_2,
     (N, 3). filtered: command filter of the attitude. flying: whether it has taken off (0 or 1).
 
-    From the position loop to the attitude loop: force [N], wanted attitude, r1 [m/s]. Asked in the last sample:
+    From the position loop to the attitude loop: force [N], wanted (unit quaternion) and its turn
+    about its thrust axis [rad/s], r1 [m/s]. Asked in the last sample:
     asked_thrust [N], asked_torque [N m].
     """
 
@@ -95,7 +105,8 @@ class RotationMemory(NamedTuple):
     filtered: FilteredAttitude
     flying: Number
     force: Vector
-    wanted: LedAttitude
+    wanted: Vector
+    turn: Number
     r1: Vector
     asked_thrust: Number
     asked_torque: Vector
@@ -121,7 +132,8 @@ class RotationBackstepping(Controller):
             filtered=FilteredAttitude(measured.attitude, measured.rates, zero),
             flying=0.0,
             force=vector(0.0, 0.0, gains.mass * gains.gravity),
-            wanted=LedAttitude(measured.attitude, zero, zero),
+            wanted=measured.attitude,
+            turn=0.0,
             r1=zero,
             asked_thrust=measured.thrust,
             asked_torque=measured.torque,
@@ -183,12 +195,14 @@ class RotationBackstepping(Controller):
         learning = on * made * period  # Eq. 54 is linear in the error: its rate times this is what the weights change by
         change = weight_rate(gains.force_net, memory.weights_1, mu_1, learning * r1, learning * r1.norm())
         zero = vector(0.0, 0.0, 0.0)
+        rotation = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
         return wanted, memory._replace(
             flying=flying,
             integral_1=project(memory.integral_1 + (flying * made * period) * r1, gains.integral_bounds[0]),
             weights_1=project_weights(memory.weights_1 + change, gains.weight_bounds[0]),
             force=force,
-            wanted=led_by(wanted_attitude(force, zero, zero, reference.yaw, reference.yaw_rate)),
+            wanted=quaternion_of(rotation),
+            turn=heading_turn(up_axis(rotation), reference.yaw, reference.yaw_rate),
             r1=r1,
         )
 
@@ -205,9 +219,8 @@ class RotationBackstepping(Controller):
         over = Vector(1.0 / entry for entry in gains.inertia)
         missing = memory.asked_torque - measured.torque
         short, made = over * missing, share_made(missing.norm(), memory.asked_torque.norm())
-        frequency = gains.filter_frequency
-        turn = led_acceleration(memory.filtered, memory.wanted, frequency * frequency, 2.0 * frequency)
-        filtered = led_filter(memory.filtered, turn, short, period)
+        lead, frequency = vector(0.0, 0.0, memory.turn), gains.filter_frequency
+        filtered = attitude_filter(memory.filtered, memory.wanted, lead, frequency, short, period)
         return self.follow(memory, measured, filtered, made, gains, t, period)
 
     def follow(
@@ -244,7 +257,7 @@ class RotationBackstepping(Controller):
         command = Command(
             thrust=thrust,
             torque=torque,
-            desired_attitude=yaw_pitch_roll(memory.wanted.attitude),
+            desired_attitude=yaw_pitch_roll(memory.wanted),
             r1=memory.r1,
             r2=r2,
             weight_norms=vector(memory.weights_1.norm(), memory.weights_2.norm()),

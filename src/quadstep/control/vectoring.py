@@ -89,6 +89,12 @@ def wanted_attitude(force: Vector, rate: Vector, change: Vector, yaw: Number, ya
     return WantedAttitude(rotation, rates, acceleration)
 
 
+def heading_turn(axis: Vector, yaw: Number, yaw_rate: Number) -> Number:
+    """How fast the attitude of `wanted_attitude` turns about its third axis, a unit vector that stands still [rad/s]."""
+    along = axis[0] * cos(yaw) + axis[1] * sin(yaw)
+    return yaw_rate * axis[2] / (1.0 - along * along)
+
+
 def up_axis(rotation: Matrix) -> Vector:
     """b3, the direction of the thrust in world axes."""
     return Vector(row[2] for row in rotation)

@@ -95,7 +95,7 @@ class Response(NamedTuple):
 
     def only(self, first: int, last: int) -> "Response":
         kept = slice(first, last + 1)
-        return Response(*(one[kept] for one in self[:5]), self.rising, self.late)
+        return self._replace(**{name: getattr(self, name)[kept] for name in self._fields[:5]})
 
     def blurred(self, late: float) -> "Response":
         """With the error of an excitation whose time is uncertain by a standard deviation [s], up to where L is told."""

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
-from quadstep.control.filters import Filtered, FilteredAttitude, LedAttitude
+from quadstep.control.filters import Filtered, FilteredAttitude
 from quadstep.control.rotation_backstepping import (
     FORCE_INPUTS,
     TORQUE_INPUTS,
@@ -189,7 +189,7 @@ class RotationBatch:
             weights_1=self.gains.weights_1, weights_2=self.gains.weights_2,
             filtered=FilteredAttitude(attitude(), entries(-3.0, 3.0), entries(-9.0, 9.0)),
             flying=one_of(0.0, 1.0), force=entries(-10.0, 25.0), r1=entries(-1.0, 1.0),
-            wanted=LedAttitude(attitude(), entries(-3.0, 3.0), entries(-9.0, 9.0)),
+            wanted=attitude(), turn=number(-3.0, 3.0),
             asked_thrust=asked, asked_torque=torque,
         )  # fmt: skip
         made = asked * (1.0 + number(-0.12, 0.12))
@@ -239,10 +239,9 @@ def followed(m: RotationBatch, hedge: Plain) -> tuple[Plain, Plain, Plain]:
     """The command filter a sample later: its rotation, rates and acceleration."""
     before, wanted, w = m.memory.filtered, m.memory.wanted, rows(m.gains.filter_frequency)
     f, spin = rotations(before.attitude), rows(before.rates)
-    ahead = np.einsum("bki,bkj->bij", f, rotations(wanted.attitude))
-    led = apply(ahead, rows(wanted.rates))
-    fed = apply(ahead, rows(wanted.turning)) - np.cross(spin, led)
-    acceleration: Plain = w**2 * logarithm(ahead) + 2.0 * w * (led - spin) + fed
+    ahead = np.einsum("bki,bkj->bij", f, rotations(wanted))
+    led = column(m.memory.turn) * np.array([0.0, 0.0, 1.0])
+    acceleration: Plain = w**2 * logarithm(ahead) + 2.0 * w * (led - spin)
     rates: Plain = spin + PERIOD * (acceleration - hedge)
     return f @ exponential(PERIOD * rates), rates, acceleration
 
@@ -276,13 +275,8 @@ def rotation_law() -> Checks:
     force = np.concatenate([limited((mass * asked)[:, :2], np.sqrt(most**2 - lift**2)), lift], axis=1)
     third = force / size(force)
     yaw = column(reference.yaw)
-    ahead, left = (
-        np.concatenate([x, y, 0.0 * yaw], axis=1) for x, y in ((np.cos(yaw), np.sin(yaw)), (-np.sin(yaw), np.cos(yaw)))
-    )
-    second = np.cross(third, ahead)
+    second = np.cross(third, np.concatenate([np.cos(yaw), np.sin(yaw), 0.0 * yaw], axis=1))
     turn = column(reference.yaw_rate) * third[:, 2:] / size(second) ** 2  # about the third axis, which stays
-    lean = (third * ahead).sum(axis=1, keepdims=True) * (third * left).sum(axis=1, keepdims=True)
-    quicker = 2.0 * column(reference.yaw_rate) * turn * lean / size(second) ** 2
     second = second / size(second)
     share_1 = learning_factor(np.abs(column(memory.asked_thrust) - column(measured.thrust)), column(memory.asked_thrust))
     net_1, net_2 = g.force_net, g.torque_net
@@ -311,9 +305,8 @@ def rotation_law() -> Checks:
     new_2 = learnt(w_2, mu_2, r2, size(r2), column(net_2.learning_rate), kappa_2, period_2)
     return Checks([
         agree("desired force", rows(guided.force), force),
-        agree("its attitude", rotations(guided.wanted.attitude), np.stack([np.cross(second, third), second, third], axis=2)),
-        agree("its rates", rows(guided.wanted.rates), turn * np.array([0.0, 0.0, 1.0])),
-        agree("its angular acceleration", rows(guided.wanted.turning), quicker * np.array([0.0, 0.0, 1.0])),
+        agree("its attitude", rotations(guided.wanted), np.stack([np.cross(second, third), second, third], axis=2)),
+        agree("its turn", column(guided.turn), turn),
         agree("r1", rows(guided.r1), r1),
         agree("flying", column(guided.flying), flying.astype(np.float64)),
         agree("int r1", rows(guided.integral_1), limited(i_1 + flying * share_1 * PERIOD * r1, most_i[:, :1])),
@@ -322,7 +315,7 @@ def rotation_law() -> Checks:
         agree("tau", rows(command.torque), torque),
         agree("r1 and r2 of the command", np.concatenate([rows(command.r1), rows(command.r2)], 1),
               np.concatenate([rows(memory.r1), r2], 1)),
-        agree("desired attitude of the command", rows(command.desired_attitude), rows(yaw_pitch_roll(memory.wanted.attitude))),
+        agree("desired attitude of the command", rows(command.desired_attitude), rows(yaw_pitch_roll(memory.wanted))),
         agree("norms of the weights", rows(command.weight_norms), np.concatenate([size(w_1), size(w_2)], axis=1)),
         agree("filter", rotations(after.filtered.attitude), filtered),
         agree("int r2", rows(after.integral_2), limited(i_2 + was * share_2 * PERIOD * r2, most_i[:, 1:])),
