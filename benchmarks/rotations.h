@@ -61,14 +61,16 @@ INLINE void turn_of(V *v, const V *q) {
     for (int i = 0; i < 3; i++) v[i] = ratio * q[1 + i];
 }
 
-/* The quaternion, with w >= 0, of the attitude whose third axis is along the force and whose first is nearest the heading. */
-INLINE void attitude_for(V *q, const V *f, V yaw) {
+/* The quaternion, with w >= 0, of the attitude whose third axis is along the force and whose first is nearest the heading; returned
+ * is how fast it turns about that axis where the heading turns by 1 rad/s. */
+INLINE V attitude_for(V *q, const V *f, V yaw) {
     V s, c, r[3][3], squares[4], column[4];
     turn(yaw, &s, &c);
     V per = (num)1 / root(dot(f, f));
     for (int i = 0; i < 3; i++) r[i][2] = per * f[i];
     V y[3] = {-r[2][2] * s, r[2][2] * c, r[0][2] * s - r[1][2] * c}, third[3] = {r[0][2], r[1][2], r[2][2]}, x[3];
     per = (num)1 / root(dot(y, y));
+    V turning = r[2][2] * (per * per);
     for (int i = 0; i < 3; i++) y[i] = r[i][1] = per * y[i];
     cross(x, y, third);
     for (int i = 0; i < 3; i++) r[i][0] = x[i];
@@ -86,6 +88,7 @@ INLINE void attitude_for(V *q, const V *f, V yaw) {
     }
     per = pick(column[0] < 0, all(-1), all(1)) / root(column[0] * column[0] + dot(column + 1, column + 1));
     for (int i = 0; i < 4; i++) q[i] = per * column[i];
+    return turning;
 }
 
 #endif

@@ -36,7 +36,7 @@ typedef struct {
     Fix queued[2], fix;
     V gyro[3];
     V integral1[3], integral2[3], weights1[N][3], weights2[N][3];
-    V filtered[4], filtered_rates[3], filtered_acceleration[3], flying, force[3], wanted[4], r1[3];
+    V filtered[4], filtered_rates[3], filtered_acceleration[3], flying, force[3], wanted[4], turn, r1[3];
     V asked_thrust, asked_torque[3];
     V command[16];
     V held_speeds[4], thrust, torque[3];
@@ -80,7 +80,7 @@ INLINE Constant constant(const Numbers *p, num h) {
 }
 
 typedef struct {
-    V position[3], velocity[3], acceleration[3], yaw;
+    V position[3], velocity[3], acceleration[3], yaw, yaw_rate;
 } Reference;
 
 /* The time along the path, its rate and the rate of that, at time t. */
@@ -117,7 +117,7 @@ INLINE Reference path(const Numbers *p, const Constant *k, num t) {
         r.velocity[i] = pace * forth;
         r.acceleration[i] = change * forth - pace * pace * (p->frequency[i] * p->frequency[i] * across);
     }
-    r.yaw = p->yaw + p->yaw_rate * s;
+    r.yaw = p->yaw + p->yaw_rate * s, r.yaw_rate = pace * p->yaw_rate;
     return r;
 }
 

@@ -47,7 +47,7 @@ INLINE void guide(Cycle *c, const Numbers *p, const Constant *k, const num *weig
     V share = c->flying * made * period;
     for (int i = 0; i < 3; i++) c->integral1[i] += share * r1[i];
     project(c->integral1, 3, dot(c->integral1, c->integral1), p->integral_bounds[0]);
-    attitude_for(c->wanted, c->force, reference.yaw);
+    c->turn = reference.yaw_rate * attitude_for(c->wanted, c->force, reference.yaw);
 }
 
 /* The rotors' thrusts where one is at a limit: tilt before thrust before yaw. */
@@ -107,7 +107,8 @@ INLINE void follow(Cycle *c, const Numbers *p, const Constant *k, const num *wei
     product(q, c->filtered, c->wanted, -1);
     turn_of(away, q);
     for (int i = 0; i < 3; i++) {
-        acceleration[i] = p->filter[i] * (p->filter[i] * away[i] - (num)2 * c->filtered_rates[i]);
+        V lead = (i == 2 ? c->turn : all(0)) - c->filtered_rates[i];
+        acceleration[i] = p->filter[i] * (p->filter[i] * away[i] + (num)2 * lead);
         c->filtered_rates[i] += h * (acceleration[i] - hedge[i]);
         step[i] = h * c->filtered_rates[i];
     }

@@ -299,10 +299,19 @@ def test_missions_of_unlike_steps_are_said_to_fly_other_noise(tmp_path):
 
 def test_the_papers_plant_can_be_compared_with_a_real_vehicle(tmp_path):
     paper = write(tmp_path, LINE, "paper.toml")
-    real = write(tmp_path, MISSION, "real.toml")
+    real = write(tmp_path, '[vehicle]\npreset = "research-2.6kg"\n' + LINE, "real.toml")
     result = quadstep("compare", paper, real, "--seeds", 4, "--out", tmp_path / "out")
     assert result.code == 0
     assert {row["energy[J]"] == "" for row in rows(tmp_path / "out", "cells.csv")} == {True, False}
+
+
+def test_missions_on_different_paths_are_not_compared(tmp_path):
+    one = write(tmp_path, MISSION, "near.toml")
+    other = write(tmp_path, MISSION.replace("[0.2, 0.0, 0.3]", "[0.2, 0.0, 0.4]"), "far.toml")
+    result = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out")
+    assert result.refused
+    assert f"{one} and {other} fly different paths" in result.err
+    assert not (tmp_path / "out").exists()
 
 
 def test_equal_missions_share_what_is_kept_and_compare_as_equal(tmp_path):

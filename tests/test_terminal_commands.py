@@ -122,14 +122,14 @@ cli.main()
 STUDIES = {
     "completion --samples 100": """
 from concurrent.futures import ThreadPoolExecutor
-from quadstep.proofs.theory import comparison, completion
+from quadstep.proofs.theory import completion, trials
 from quadstep.proofs.theory import completion
 completion.check_statements = lambda samples: [
     completion.StatementMargin(s.number, s.says, 0.0, samples, {"term": 1.0}) for s in completion.STATEMENTS
 ]
 completion.drawing_pool = lambda: ThreadPoolExecutor(1)
 completion.grid = lambda: []
-completion.summarise = lambda *cells: comparison.ComparisonSummary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0)
+completion.summarise = lambda *cells: trials.ComparisonSummary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0)
 completion.draw_map = lambda folder, cells: (folder / "completion.svg").write_text("<svg></svg>")
 from quadstep.commands import cli
 cli.main()

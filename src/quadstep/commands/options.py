@@ -17,11 +17,11 @@ import typer
 from quadstep.engines.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
 from quadstep.io.errors import UserError, signals_ignored
 from quadstep.io.files import PAGE, check_place, read_bytes
-from quadstep.metrics.verdict import Verdict
 from quadstep.report.screen import complain, say, say_whole, show_table
 from quadstep.report.sheet import FORMATS, ON_SCREEN, SCREEN, USUAL, Sheet, sheet
 
 if TYPE_CHECKING:
+    from quadstep.metrics.verdict import Verdict
     from quadstep.report.evidence import Evidence
 
 
@@ -174,7 +174,7 @@ class Delivery(Options):
             show(evidence, folder)
         self.deliver(evidence.verdict(command, folder))
 
-    def deliver(self, verdict: Verdict) -> None:
+    def deliver(self, verdict: "Verdict") -> None:
         """Write and print what was requested, then exit with the verdict's exit code.
 
         With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.

@@ -93,8 +93,8 @@ class RotationMemory(NamedTuple):
     """integral_1 [m], integral_2 [rad]: integrals of r1 and r2. weights_1 [m/s^2], weights_2 [rad/s^2]: W_hat_1, W_hat_2,
     (N, 3). filtered: command filter of the attitude. flying: whether it has taken off (0 or 1).
 
-    From the position loop to the attitude loop: force [N], wanted (unit quaternion) and its turn
-    about its thrust axis [rad/s], r1 [m/s]. Asked in the last sample:
+    From the position loop to the attitude loop: force [N], wanted (unit quaternion) and turn [rad/s] of that
+    attitude about its thrust axis, r1 [m/s]. Asked in the last sample:
     asked_thrust [N], asked_torque [N m].
     """
 

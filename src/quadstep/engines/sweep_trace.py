@@ -6,7 +6,7 @@ from typing import TypeAlias, cast
 from llvmlite import ir
 
 from quadstep.engines.loop import Numbers
-from quadstep.engines.scored import Scored
+from quadstep.engines.scored import Scored, ScoredCycle
 from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.numbers import Number, Table, flatten
 from quadstep.numbers.functions import number
@@ -76,10 +76,11 @@ class SweepTrace(Ticking):
         ]
         start, self.parameters = self.leaves(given, homes)
         cycle = loop.start(start, self.parameters)
-        flight, summed = cycle.flight, len(flatten(cycle.score))
+        summed = len(flatten(cycle.score))
         count = len(flatten(cycle))
         self.hold = [frozen or place >= count - summed for place in range(count)]
-        if not gpu:
+        if not gpu and isinstance(cycle, ScoredCycle):
+            flight = cycle.flight
             before = len(flatten((flight.state, flight.air, flight.sensed, flight.memory)))
             self.shown = range(before, before + len(flatten(flight.command)))
         flying, last = self.emitter.constant(0.0), self.emitter.spread(self.builder.sitofp(self.final, self.emitter.element))

@@ -127,11 +127,11 @@ int main(void)
         if (what == 2) { setpoint.mode.quat = modeAbs; setpoint.attitudeQuaternion.w = 0.980066578f; setpoint.attitudeQuaternion.z = 0.198669331f; }
         if (what == 3) { setpoint.mode.yaw = modeVelocity; setpoint.attitudeRate.yaw = 4.0f * 57.29577951f; }
         if (what == 4) { setpoint.mode.yaw = modeVelocity; setpoint.attitudeRate.yaw = -400.0f * 57.29577951f; }
-        for (int i = 0; i < 100; ++i)
+        for (int i = 0; i < (what == 3 ? 400 : 100); ++i) /* a rate is asked for 0.1 s; what is left of it is the angle */
         {
             now += 1000u; sensors.interruptTimestamp = now;
             controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
-            if (what == 3 && i == 99) { setpoint.attitudeRate.yaw = 0.0f; controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
+            if (i == 99) { setpoint.attitudeRate.yaw = 0.0f; }
         }
         printf("yaw %d %.9g\n", what, (double)control.torqueZ);
     }

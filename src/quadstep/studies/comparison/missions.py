@@ -20,7 +20,10 @@ MISSION_METRICS = ("position_rmse", "largest_error")
 
 
 def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) -> FinishedComparison:
-    """Missions that may differ in anything, each flown with the same draws. Raises UserError, and InterruptedRun on Ctrl-C."""
+    """Missions that may differ in anything but their path, each flown with the same draws.
+
+    Raises UserError, and InterruptedRun on Ctrl-C.
+    """
     with parts_in(folder) as kept:
         return compared(paths, folder, seeds, ComparisonRun(kept, how))
 
@@ -35,6 +38,10 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             found_cells.append(cell_of(name, path, seeds))
         except UserError as error:
             run.met(Problem(("", name), str(error)))
+    for one in found_cells[1:]:
+        if one.campaign.defaults.get("path") != found_cells[0].campaign.defaults.get("path"):
+            pair = " and ".join(str(places[cell.controller]) for cell in (found_cells[0], one))
+            raise UserError(f"{pair} fly different paths, so their errors do not say which is better; give both one path")
     identity = digest_of([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
     with publishing(folder, identity, run.how.overwrite, code=code_digest()) as out:
         flights, flown = fly(run, found_cells, seeds)
