@@ -28,6 +28,8 @@ EQUIVALENT = {
     "proofs.theory.inequalities.trace_bound: sum_squares(error) ": "the size beside which round-off is judged",
     "proofs.theory.inequalities.small_gain: paper.": "any positive numbers",
     "proofs.theory.inequalities.small_gain: 0.0 ": "the size beside which round-off is judged",
+    "control.vectoring.project_weights: one * one -> ": "which only lanes ask for (tests/test_control_real_vehicles.py)",
+    "control.vectoring.clearly: ": "which only lanes ask for (tests/test_control_real_vehicles.py)",
     "control.vectoring.shrink: 1.0 -> 1.1": "stands for a length in a quotient that is not chosen",
     "vehicle.paper.effective_inertia: scaled_rows(inertia, rates) -> ": "the factors of a product",
     "vehicle.paper.effective_inertia_partials: scaled_rows(inertia, euler": "the factors of a product",

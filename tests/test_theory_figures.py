@@ -69,7 +69,7 @@ def test_the_condition_of_theorem_a_in_numbers():
     most = 2.0 * l2 * (k1 * k2) ** 0.5
     said(f"($k_1$ = {k1:.0f}, $k_2$ = {k2:.0f}, $l_2$ = {l2:.0f}) condition (A) reads $u_{{max}}$ < {most:.0f} N")
     asked = (9.81**2 / (4.0 * k1 * 0.5)) ** (1.0 / 3.0)  # K_r2 = 10.5 Lambda_2: k2 = 0.5 Lambda_2
-    said(rf"$K_{{r2}} = 10.5\, \Lambda_2$ is stable at hover from $\Lambda_2$ = 1.10, and (A) asks {asked:.2f}")
+    said(rf"$K_{{r2}} = 10.5\, \Lambda_2$ is stable at hover from $\Lambda_2$ = 1.10 on, while (A) requires {asked:.2f}")
 
 
 @pytest.mark.parametrize(("slope", "stable"), [(1.10, False), (1.105, True)])
@@ -89,7 +89,7 @@ def test_small_figures():
 
 def test_starts_that_the_region_holds():
     region = default_region()
-    (text,) = re.findall(r"Starts that it holds, one at a time: (.*?)\. Flown", PAGE)
+    (text,) = re.findall(r"Starts inside it, one at a time: (.*?)\. ", PAGE)
     numbers = [float(number) for number in re.findall(r"[\d.]*\d", text)]
     sections = ("position", "position", "velocity", "velocity", "attitude", "attitude")
     for number, section, axis in zip(numbers, sections, (0, 2, 0, 2, 1, 0), strict=True):
