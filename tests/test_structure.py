@@ -203,6 +203,11 @@ def test_any_and_imports_inside_functions_become_fewer():
     assert inner <= MOST_INNER_IMPORTS
 
 
+def test_the_package_holds_no_leftovers_of_editors():
+    files = (path for path in SOURCE.rglob("*") if "__pycache__" not in path.parts)
+    assert [path.name for path in files if path.suffix in {".orig", ".rej", ".bak", ".swp"}] == []
+
+
 def test_no_test_imports_from_another_test_file():
     for path in Path(__file__).parent.rglob("*.py"):
         used = [one.module for one in imports(ast.parse(path.read_text(encoding="utf-8")))]
