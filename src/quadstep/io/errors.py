@@ -8,6 +8,7 @@ Ctrl-C: what it leaves is said, and it is held back where a half-done step would
 """
 
 import contextlib
+import math
 import reprlib
 import signal
 import threading
@@ -90,6 +91,14 @@ def shorten(value: object) -> str:
     """A given value, cut to fit a line."""
     text = Shortened().repr(value)
     return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
+
+
+def number_in(text: str) -> float:
+    """The number that a text is; NaN, which no range holds, where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def one_line(text: str) -> str:

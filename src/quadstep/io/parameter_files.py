@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol, TypeVar
 
 from quadstep.io import files
 from quadstep.io.doors import Door
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, number_in
 
 Said = TypeVar("Said")
 
@@ -201,10 +201,7 @@ def once(found: dict[str, Said], key: str, value: Said, line: int) -> None:
 
 def number_of(text: str, what: str) -> float:
     """A finite number. Raises UserError."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = number_in(text)
     if not math.isfinite(value):
         raise UserError(f"{what} should be a number, not {text!r:.40}")
     return value

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, number_in
 from quadstep.metrics.statistics import LEVEL, Estimate
 from quadstep.metrics.verdict import Case
 
@@ -40,10 +40,7 @@ class JudgedMetric(NamedTuple):
 def parsed(text: str) -> Requirement:
     """`position_rmse=0.05`. Raises UserError."""
     name, separator, number = (part.strip() for part in text.partition("="))
-    try:
-        most = float(number)
-    except ValueError:
-        most = math.nan
+    most = number_in(number)
     if not (name and separator) or not (math.isfinite(most) and most >= 0.0):
         raise UserError(f"{OPTION} {text!r:.80}: should be METRIC=MOST with a number from 0, like position_rmse=0.05")
     return Requirement(name, most)
@@ -93,10 +90,7 @@ def parsed_share(text: str) -> float:
 
     1 is refused with 0: no number of flights shows that none fails, the other needs no flight at all.
     """
-    try:
-        least = float(text)
-    except ValueError:
-        least = math.nan
+    least = number_in(text)
     if not 0.0 < least < 1.0:
         raise UserError(f"--require {text!r:.40}: should be a share of flights between 0 and 1, like 0.999")
     return least

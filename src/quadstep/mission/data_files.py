@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from quadstep.interfaces.controller import Controller
 from quadstep.io import files
-from quadstep.io.errors import UserError, cut, meant, shorten
+from quadstep.io.errors import UserError, cut, meant, number_in, shorten
 from quadstep.io.parameter_files import AutopilotParameters, read_parameters
 from quadstep.mission.fields import MOST
 from quadstep.report.units import listed
@@ -103,10 +103,7 @@ def unwrapped(angles: NDArray[np.float64]) -> NDArray[np.float64]:
 def number(path: Path, line: int, row: list[str], place: int, header: list[str]) -> float:
     """The finite number in one field. Raises UserError."""
     text = row[place].strip() if place < len(row) else ""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = number_in(text)
     if math.isfinite(value) and abs(value) <= MOST and "_" not in text:
         return value
     wrong = f"{shorten(text or 'nothing')} is not a finite number"

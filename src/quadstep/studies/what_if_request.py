@@ -8,7 +8,7 @@ from typing import NamedTuple
 from quadstep.control.registry import STOCK, controller
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.interfaces.log import FlightLog
-from quadstep.io.errors import UserError, meant, shorten
+from quadstep.io.errors import UserError, meant, number_in, shorten
 from quadstep.io.parameter_files import FORMATS, read_parameters
 from quadstep.linear.grade import Grade
 from quadstep.mission.data_files import briefly
@@ -54,10 +54,7 @@ def changes_of(texts: Sequence[str], file: str) -> dict[str, float]:
     found: dict[str, float] = {}
     for text in texts:
         name, sign, value = text.partition("=")
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
+        number = number_in(value)
         if not sign or not math.isfinite(number):
             raise UserError(f"{shorten(text)} should be NAME=VALUE, with a number, as pid_rate.roll_kp=200")
         if name in found:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import pyarrow.compute as pc
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, number_in
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, incomplete_beta
 from quadstep.mission.distributions import Grid, Sobol
 from quadstep.mission.schema import Grading, ungraded
@@ -154,10 +154,7 @@ def unlikely(probability: float, failures: int, flights: int) -> float:
 
 def parsed(text: str) -> float:
     """A target probability that flights can show. Raises UserError."""
-    try:
-        target = float(text)
-    except ValueError:
-        target = math.nan
+    target = number_in(text)
     if not 0.0 < target < 1.0:
         raise UserError(f"--until {text!r:.40}: should be a probability of failure between 0 and 1, like 1e-4")
     if -math.log(0.25 * (1.0 - LEVEL)) / target > MOST_FLIGHTS:
