@@ -5,12 +5,12 @@ other.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.vectoring import heading_turn, project, push_against, tilted_within, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import project, push_against, tilted_within, turning_attitude, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, clip, exp, vector
-from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll
+from quadstep.numbers.rotations import conjugate, multiply, rotation_matrix, rotation_vector, yaw_pitch_roll
 
 
 class OuterGains(NamedTuple):
@@ -65,10 +65,7 @@ def guided(memory: OuterMemory, measured: Measured, reference: Reference, gains:
     force = tilted_within(within(asked, gains.most_thrust), gains.most_tilt)
     lost = (force - asked) * (1.0 / gains.mass)  # anti-windup: what cannot be had is not integrated
     integral = memory.integral + period * (gains.velocity_integral * error + 2.0 * lost)
-    zero = vector(0.0, 0.0, 0.0)
-    rotation = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
-    turn = heading_turn(up_axis(rotation), reference.yaw, reference.yaw_rate)
-    return OuterMemory(project(integral, gains.integral_bound), force, quaternion_of(rotation), turn, error)
+    return OuterMemory(project(integral, gains.integral_bound), force, *turning_attitude(force, reference), error)
 
 
 def asked_rates(memory: OuterMemory, measured: Measured, gains: OuterGains) -> Vector:

@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.vectoring import project, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import project, turning_attitude, up_axis, within
 from quadstep.interfaces.controller import BodyRates, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, vector
-from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll
+from quadstep.numbers.rotations import conjugate, multiply, rotation_matrix, rotation_vector, yaw_pitch_roll
 from quadstep.numbers.solve import dot, inverse, product, riccati, transposed
 
 ITERATIONS = 200
@@ -157,13 +157,11 @@ class LoopShaping(Controller):
         level = gains.weight * (asked + gains.corner * memory.integral)
         wanted = reference.acceleration + (gains.pace * gains.pace) * level
         force = within(gains.mass * (wanted + vector(0.0, 0.0, gains.gravity)), gains.most_thrust)
-        zero = vector(0.0, 0.0, 0.0)
-        turned = wanted_attitude(force, zero, zero, reference.yaw, reference.yaw_rate)
-        attitude = quaternion_of(turned.rotation)
+        attitude, turn = turning_attitude(force, reference)
         between = multiply(conjugate(measured.attitude), attitude)
         command = BodyRates(
             thrust=force @ up_axis(rotation_matrix(measured.attitude)),
-            rates=gains.attitude * rotation_vector(between) + rotation_matrix(between) @ turned.rates,
+            rates=gains.attitude * rotation_vector(between) + turn * up_axis(rotation_matrix(between)),
             desired_attitude=yaw_pitch_roll(attitude),
         )
         step = gains.pace * period

@@ -20,13 +20,12 @@ from typing import NamedTuple
 from quadstep.control.filters import FilteredAttitude, attitude_filter
 from quadstep.control.vectoring import (
     angular_of,
-    heading_turn,
     integral_for,
     project,
     project_weights,
     push_against,
+    turning_attitude,
     up_axis,
-    wanted_attitude,
     within,
 )
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
@@ -38,7 +37,6 @@ from quadstep.numbers.rotations import (
     conjugate,
     cross,
     multiply,
-    quaternion_of,
     rotation_matrix,
     rotation_vector,
     yaw_pitch_roll,
@@ -194,15 +192,14 @@ class RotationBackstepping(Controller):
         made = share_made(absolute(memory.asked_thrust - measured.thrust), absolute(memory.asked_thrust))
         learning = on * made * period  # Eq. 54 is linear in the error: its rate times this is what the weights change by
         change = weight_rate(gains.force_net, memory.weights_1, mu_1, learning * r1, learning * r1.norm())
-        zero = vector(0.0, 0.0, 0.0)
-        rotation = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
+        attitude, turn = turning_attitude(force, reference)
         return wanted, memory._replace(
             flying=flying,
             integral_1=project(memory.integral_1 + (flying * made * period) * r1, gains.integral_bounds[0]),
             weights_1=project_weights(memory.weights_1 + change, gains.weight_bounds[0]),
             force=force,
-            wanted=quaternion_of(rotation),
-            turn=heading_turn(up_axis(rotation), reference.yaw, reference.yaw_rate),
+            wanted=attitude,
+            turn=turn,
             r1=r1,
         )
 

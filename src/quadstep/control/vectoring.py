@@ -27,7 +27,7 @@ from quadstep.numbers import (
     vector,
     where,
 )
-from quadstep.numbers.rotations import cross, rotation_matrix
+from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix
 from quadstep.numbers.scan import shortcut
 
 
@@ -89,10 +89,15 @@ def wanted_attitude(force: Vector, rate: Vector, change: Vector, yaw: Number, ya
     return WantedAttitude(rotation, rates, acceleration)
 
 
-def heading_turn(axis: Vector, yaw: Number, yaw_rate: Number) -> Number:
-    """How fast the attitude of `wanted_attitude` turns about its third axis, a unit vector that stands still [rad/s]."""
-    along = axis[0] * cos(yaw) + axis[1] * sin(yaw)
-    return yaw_rate * axis[2] / (1.0 - along * along)
+def turning_attitude(force: Vector, reference: Reference) -> tuple[Vector, Number]:
+    """The attitude for a force [N] that stands still while the path's heading turns: unit quaternion, and how fast it turns
+    about its third axis [rad/s], all that is left of `wanted_attitude`'s rates then.
+    """
+    still, yaw = vector(0.0, 0.0, 0.0), reference.yaw
+    rotation = wanted_attitude(force, still, still, yaw, 0.0).rotation
+    x, y, z = up_axis(rotation)
+    along = x * cos(yaw) + y * sin(yaw)
+    return quaternion_of(rotation), reference.yaw_rate * z / (1.0 - along * along)
 
 
 def up_axis(rotation: Matrix) -> Vector:
