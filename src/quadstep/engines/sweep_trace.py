@@ -6,9 +6,9 @@ from typing import TypeAlias, cast
 from llvmlite import ir
 
 from quadstep.engines.loop import Numbers
-from quadstep.engines.scored import Scored, ScoredCycle
+from quadstep.engines.scored import Scored
 from quadstep.engines.ticking import INDEX, Ticking
-from quadstep.numbers import Number, Table, flatten
+from quadstep.numbers import Number, Table, flatten, leaf_names
 from quadstep.numbers.functions import number
 from quadstep.numbers.kinds import Word
 from quadstep.program.emitter import Emitter
@@ -79,10 +79,8 @@ class SweepTrace(Ticking):
         summed = len(flatten(cycle.score))
         count = len(flatten(cycle))
         self.hold = [frozen or place >= count - summed for place in range(count)]
-        if not gpu and isinstance(cycle, ScoredCycle):
-            flight = cycle.flight
-            before = len(flatten((flight.state, flight.air, flight.sensed, flight.memory)))
-            self.shown = range(before, before + len(flatten(flight.command)))
+        if not gpu:
+            self.shown = {at for at, name in enumerate(leaf_names(cycle)) if name.startswith("flight.command.")}
         flying, last = self.emitter.constant(0.0), self.emitter.spread(self.builder.sitofp(self.final, self.emitter.element))
         self.live(cycle, [self.emitter.value(number) for number in flatten(cycle)], [flying, last])
         self.fly(self.argument["step"], self.argument["every"])

@@ -1,7 +1,7 @@
 """The closed loop as LLVM instructions: every law is called once with lanes, and the loop around them is built here."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from typing import TypeVar, cast
 
 from llvmlite import ir
@@ -35,7 +35,7 @@ class Ticking(ABC):
     parameters: object
     shape: object
     hold: Sequence[bool]
-    shown: range = range(0)
+    shown: Set[int] = frozenset()
     first: ir.Value
     past: ir.Value
     final: ir.Value
