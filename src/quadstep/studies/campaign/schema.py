@@ -155,6 +155,10 @@ class CampaignFile(Section):
         return [*self.vary, *(key for one in self.correlated for key in one.keys)]
 
 
+ERRORS = {RMSE, LARGEST, "relative_error"}
+"""Limits that a flight far from its path does not meet."""
+
+
 class Campaign(NamedTuple):
     """A campaign and its mission as they were read.
 
@@ -190,7 +194,7 @@ class Campaign(NamedTuple):
     def meaning(self) -> str:
         """What is less, or later, than one expects of how a flight is judged, in brackets after a blank; else nothing."""
         limits, since = self.file.failure, self.mission.scored_from
-        if not {RMSE, LARGEST} & limits.keys():
+        if not ERRORS & limits.keys():
             rest = f"and by {listed([*limits])} only" if limits else "only, however large the error"
             return f" (judged by reaching the end {rest})"
         return f" (errors counted from {since:g} s on: score_from)" if since else ""

@@ -158,6 +158,7 @@ class Compared(NamedTuple):
     objective: Row
     rows: list[Row]
     verdict: str
+    better: bool
 
 
 BETTER = "The tuned gains are better{where}."
@@ -182,8 +183,9 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     objective = Row(OBJECTIVE, first, second, risen(kind, costs[0][both], costs[1][both]))
     rows = [row(name, present, tuned, both) for name in judge.reported]
     where = " on flights they were not tuned on" if count > 1 else " on the one flight that they were tuned on"
-    verdict = judged(success, objective, count == 1).format(where=where) if changed else UNCHANGED
-    return Compared(count, (shares[0], shares[1]), success, objective, rows, verdict)
+    verdict = judged(success, objective, count == 1) if changed else UNCHANGED
+    better = verdict == BETTER
+    return Compared(count, (shares[0], shares[1]), success, objective, rows, verdict.format(where=where), better)
 
 
 def row(name: str, present: CandidateFlights, tuned: CandidateFlights, both: NDArray[np.bool_]) -> Row:

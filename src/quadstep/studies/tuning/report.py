@@ -18,7 +18,7 @@ from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import prose
 from quadstep.studies.tuning.ground import TuningRequest
-from quadstep.studies.tuning.judge import AGGREGATES, BETTER, NEGLIGIBLE, UNCHANGED, Compared, Row, certain
+from quadstep.studies.tuning.judge import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain
 from quadstep.studies.tuning.search import Candidate, SearchResult
 
 HEADER = ("", "present", "tuned", "tuned - present")
@@ -94,10 +94,8 @@ def answer(compared: Compared) -> str:
     """The verdict, by how much, and what share succeeds where some do not."""
     before, difference = compared.objective.present, compared.objective.difference
     present, tuned = compared.success
-    better = compared.verdict.startswith(BETTER.partition("{")[0])
-    risen = "".join(
-        rise(one, compared.flights == 1) for one in compared.rows[:2] if better
-    )  # the errors, whatever the objective
+    errors = compared.rows[:2] if compared.better else []  # whatever the objective
+    risen = "".join(rise(one, compared.flights == 1) for one in errors)
     if certain(compared.success_difference, compared.flights == 1):  # which decides
         moved = "rises" if tuned.value > present.value else "falls"
         return (
