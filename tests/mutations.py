@@ -34,7 +34,7 @@ LAWS = {
     "control.rotation_backstepping": ("pull", "law", "follow", "share_made"),
     "control.filters": ("command_filter",),
     "interfaces.learning": ("basis", "output", "weight_rate"),
-    "control.vectoring": ("invert_force", "project", "project_weights", "shrink"),
+    "control.vectoring": ("invert_force", "turning_attitude", "project", "project_weights", "shrink"),
     "vehicle.paper": (
         "effective_inertia", "effective_inertia_partials", "coriolis", "coriolis_torque", "acceleration",
         "angular_acceleration", "thrust_direction",
