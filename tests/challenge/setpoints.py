@@ -155,7 +155,7 @@ def searched(seed: int) -> Iterable[Attempt]:
         for one in vehicles(random, BATCH, loop):
             if one.after is not None or one.grade == SOUND:
                 said = f"{one.grade}, with {one.before:.3g} of a sound loop's margins, and {one.after} as advised"
-                right = one.before > CLOSE if one.after is None else one.after > max(one.before, CLOSE)
+                right = (one.before if one.after is None else one.after) > CLOSE
                 yield Attempt(0.0 if right else 2.0, said)
 
 
