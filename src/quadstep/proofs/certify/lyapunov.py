@@ -1,5 +1,5 @@
-"""Theorem 5.1 on a flight: its gain conditions, Theorem 5.1 on a flight: its gain conditions, L of Eq. 55 and its rate along a
-flight, term by term (Eq. 56 and the terms that the proof leaves out).
+"""Theorem 5.1 on a flight: its gain conditions, L of Eq. 55 and its rate along the flight, term by term (Eq. 56 and the terms
+that the proof leaves out).
 """
 
 from typing import NamedTuple, cast

@@ -183,7 +183,8 @@ def margin_rows(found: Comparison) -> list[list[str]]:
         points = []
         for estimate in (one.half, one.few):
             value, low, high = (beyond(part, entry.low, entry.high) for part in estimate)
-            points.append(f"{value} [{low}, {high}]{f' {entry.unit}' if entry.unit else ''}")
+            shown = value if low == value == high else f"{value} [{low}, {high}]"
+            points.append(f"{shown}{f' {entry.unit}' if entry.unit else ''}")
         rows.append([name, vehicle, controller, *points, percent(one.checked) if one.checked else NOTHING])
     return rows
 
