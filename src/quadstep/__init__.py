@@ -55,5 +55,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """Its names, whether loaded or not."""
     return sorted({*globals(), *__all__})

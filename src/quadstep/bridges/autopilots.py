@@ -163,7 +163,6 @@ def by_mavlink(
     station: Station, _: Piloted, __: Address, plan: FlightPlan, ___: Model, found: Matching, where: str,
     said: Told,
 ) -> GroundStation:  # fmt: skip
-    """Over MAVLink."""
     return Pilot(station, where, plan, found.frame, found.curve, said)
 
 
@@ -250,7 +249,6 @@ def connection(autopilot: str, where: Address, order: tuple[int, ...]) -> int:
 
 
 def last_of(piloted: Piloted) -> list[float]:
-    """What an autopilot last answered."""
     return piloted.last
 
 
@@ -295,7 +293,6 @@ class AutopilotSection(PilotedSection):
             one.pilot = partial(kind.station, one, motors, plan, model, found, where, said)
 
     def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
-        """The law, and where its autopilot is."""
         model = vehicle.model()
         kind = KINDS[self.type]
         handle = connection(self.type, address(self.connect, kind.port), kind.order(model))

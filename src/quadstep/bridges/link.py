@@ -22,8 +22,6 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Address(NamedTuple):
-    """Of a socket."""
-
     host: str
     port: int
 

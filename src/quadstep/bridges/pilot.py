@@ -79,14 +79,9 @@ class Pilot:
     """
 
     def __init__(
-        self,
-        station: Station,
-        where: str,
-        plan: FlightPlan,
-        frame: Mapping[str, float],
-        curve: Mapping[str, float],
-        told: Callable[[str], None],
-    ) -> None:
+        self, station: Station, where: str, plan: FlightPlan, frame: Mapping[str, float],
+        curve: Mapping[str, float], told: Callable[[str], None],
+    ) -> None:  # fmt: skip
         self.station, self.where, self.plan, self.told = station, where or station.connect, plan, told
         self.frame, self.wanted = frame, {**frame, **curve}
         self.duration = plan.ticks.last * plan.ticks.step

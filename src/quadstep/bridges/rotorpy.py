@@ -56,8 +56,6 @@ class RotorPyControl(TypedDict, total=False):
 
 
 class RotorpyControl(Protocol):
-    """A controller as RotorPy has them."""
-
     def update(self, t: float, state: State, flat_output: FlatOutput) -> RotorPyControl:
         """What is to be done from time t [s] on."""
         ...
@@ -120,7 +118,6 @@ class Adapter:
         self.memory = self.loop.controller.start(self.measured(state), self.parameters.gains)
 
     def measured(self, state: State) -> Measured:
-        """What the law gets to know."""
         i, j, k, w = map(float, state["q"])
         position, velocity, rates = (column(state[key]) for key in ("x", "v", "w"))
         return Measured(position, velocity, vector(w, i, j, k), rates, self.thrust, self.torque)

@@ -120,8 +120,6 @@ STILL = start_turbulence()
 
 
 class RotorPyVehicle(Protocol):
-    """RotorPy's."""
-
     def step(
         self, state: dict[str, NDArray[np.float64]], control: RotorPyControl, t_step: float
     ) -> dict[str, NDArray[np.float64]]:
@@ -190,13 +188,11 @@ def check(loop: Loop, parameters: AirframeParameters) -> None:
 
 
 def rotorpy_state(state: AirframeState) -> dict[str, NDArray[np.float64]]:
-    """A state as RotorPy keeps it."""
     position, velocity, attitude, rates, speeds = map(array, state[:5])
     parts = {"x": position, "v": velocity, "q": np.roll(attitude, -1), "w": rates}
     return {**parts, "wind": np.zeros(3), "rotor_speeds": speeds}
 
 
 def airframe_state(state: State) -> AirframeState:
-    """The same the other way round."""
     position, velocity, rates, speeds = (column(state[key]) for key in ("x", "v", "w", "rotor_speeds"))
     return AirframeState(position, velocity, column(np.roll(state["q"], 1)), rates, speeds, charge=0.0)

@@ -41,8 +41,6 @@ ADDRESSES = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT"
 
 
 class SetpointKind(StrEnum):
-    """What a setpoint says."""
-
     POSITION = "position"
     ATTITUDE = "attitude"
     RATES = "rates"
@@ -137,14 +135,9 @@ def check_hold(hold: float) -> None:
 
 
 def serve(
-    plan: FlightPlan,
-    connect: str,
-    kind: SetpointKind,
-    rate: float,
-    hold: float,
-    told: Callable[[float], None],
+    plan: FlightPlan, connect: str, kind: SetpointKind, rate: float, hold: float, told: Callable[[float], None],
     heard: Callable[[], None] = lambda: None,
-) -> int:
+) -> int:  # fmt: skip
     """Send the path of a plan once, in its own time, then its last point at rest for `hold` [s]; the number of setpoints.
 
     told: of the time [s] after each. heard: called once a vehicle was heard.

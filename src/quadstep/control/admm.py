@@ -130,7 +130,6 @@ def joined(parts: Sequence[Vector]) -> Vector:
 
 
 def within(values: Vector, low: Vector, high: Vector) -> Vector:
-    """Each entry within its bounds."""
     return Vector([clip(*one) for one in zip(values, low, high, strict=True)])
 
 

@@ -151,7 +151,6 @@ def filtered(cut: Number, delays: Matrix, values: Vector, begun: Number, period:
 
 
 def attitude_gains(g: ArduPilotCascadeGains) -> AttitudeGains:
-    """Of the attitude loop."""
     a, centi = g.attitude, CENTI * RADIANS
     return AttitudeGains(
         vector(a.roll, a.pitch, a.yaw), centi * vector(a.roll_acc, a.pitch_acc, a.yaw_acc),
@@ -202,7 +201,6 @@ def plane(v: Vector) -> Vector:
 
 
 def either(condition: object, yes: Vector, no: Vector) -> Vector:
-    """One of two vectors."""
     return Vector(where(condition, one, other) for one, other in zip(yes, no, strict=True))  # type: ignore[arg-type]
 
 
@@ -299,18 +297,13 @@ class ArduPilotCascade(Controller[ArduPilotCascadeMemory, Measured, ArduPilotCas
 
 
 def command_of(motors: MotorParameters, thrust: Number) -> Number:
-    """A motor's command."""
     return motors.spin_min + (motors.spin_max - motors.spin_min) * command_of_thrust(clip(thrust, 0.0, 1.0), motors.expo)
 
 
 def outer(
-    m: ArduPilotCascadeMemory,
-    measured: Measured,
-    rates: Vector,
-    reference: Reference,
-    g: ArduPilotCascadeGains,
-    period: Number,
-) -> ArduPilotCascadeMemory:
+    m: ArduPilotCascadeMemory, measured: Measured, rates: Vector, reference: Reference,
+    g: ArduPilotCascadeGains, period: Number,
+) -> ArduPilotCascadeMemory:  # fmt: skip
     """Position and attitude: the memory with the rates and the throttle for the next sample."""
     force, felt = filtered(g.motors.acc_cut, m.felt, measured.specific_force, m.begun, period)
     up = rotate(measured.attitude, force)[2] - GRAVITY

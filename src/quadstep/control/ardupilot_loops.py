@@ -121,7 +121,6 @@ def rooted(error: Vector, p: Number, most: Number) -> Vector:
 
 
 def shortened(v: Vector, most: Number) -> Vector:
-    """At most so long."""
     square = v @ v
     over = square > most * most
     return where(over, most / sqrt(where(over, square, 1.0)), 1.0) * v
@@ -167,7 +166,6 @@ class Apart(NamedTuple):
 
 
 def apart(attitude: Vector, wanted: Vector) -> Apart:
-    """From the one to the other."""
     turn = multiply(conjugate(attitude), wanted)
     x, y, z = unrotate(conjugate(turn), UP)
     opposite = 1.0 + z < 1e-9

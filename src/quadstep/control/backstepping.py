@@ -145,14 +145,9 @@ def torque_basis(gains: BacksteppingGains, measured: State, r1: Vector, r2: Vect
 
 
 def following_memory(
-    gains: BacksteppingGains,
-    memory: BacksteppingMemory,
-    outer: PositionLoop,
-    mu_2: Vector,
-    r2: Vector,
-    period: Number,
-    on: Number,
-) -> BacksteppingMemory:
+    gains: BacksteppingGains, memory: BacksteppingMemory, outer: PositionLoop, mu_2: Vector, r2: Vector,
+    period: Number, on: Number,
+) -> BacksteppingMemory:  # fmt: skip
     """The memory one `period` [s] later: integrals, command filter, and the tuning laws of Eq. 54."""
     r1, mu_1 = outer.r1, outer.mu_1
     learning = on * period  # Eq. 54 is linear in the errors: their rates times this are what the weights change by
@@ -169,13 +164,9 @@ def following_memory(
 
 
 def command_of(
-    gains: BacksteppingGains,
-    memory: BacksteppingMemory,
-    outer: PositionLoop,
-    reference: Reference,
-    torque: Vector,
-    r2: Vector,
-) -> Command:
+    gains: BacksteppingGains, memory: BacksteppingMemory, outer: PositionLoop, reference: Reference,
+    torque: Vector, r2: Vector,
+) -> Command:  # fmt: skip
     """The command with what the log wants to know."""
     stored_1 = memory.integral_1 @ (gains.integral_1 * memory.integral_1)
     stored_2 = memory.integral_2 @ (gains.integral_2 * memory.integral_2)
@@ -208,18 +199,12 @@ class Backstepping(Controller):
     measures = State
 
     def start(self, measured: State, gains: BacksteppingGains) -> BacksteppingMemory:
-        """The memory before the first sample."""
         return start_memory(measured, gains)
 
     def law(
-        self,
-        memory: BacksteppingMemory,
-        measured: State,
-        reference: Reference,
-        gains: BacksteppingGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, BacksteppingMemory]:
+        self, memory: BacksteppingMemory, measured: State, reference: Reference, gains: BacksteppingGains,
+        t: Number, period: Number,
+    ) -> tuple[Command, BacksteppingMemory]:  # fmt: skip
         """One sample: outer position loop, inner attitude loop, learning."""
         on = where(t >= gains.learning_start, 1.0, 0.0)
         outer = position_loop(gains, memory, measured, reference, on)

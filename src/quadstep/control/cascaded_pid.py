@@ -114,25 +114,15 @@ class CascadedPid(Controller):
         return CascadedPidMemory(entered(measured, reference, gains.outer), rate_integral, measured.rates)
 
     def guide(
-        self,
-        memory: CascadedPidMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: CascadedPidGains,
-        t: Number,
-        period: Number,
-    ) -> CascadedPidMemory:
+        self, memory: CascadedPidMemory, measured: Measured, reference: Reference, gains: CascadedPidGains,
+        t: Number, period: Number,
+    ) -> CascadedPidMemory:  # fmt: skip
         return memory._replace(outer=guided(memory.outer, measured, reference, gains.outer, period))
 
     def law(
-        self,
-        memory: CascadedPidMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: CascadedPidGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, CascadedPidMemory]:
+        self, memory: CascadedPidMemory, measured: Measured, reference: Reference, gains: CascadedPidGains,
+        t: Number, period: Number,
+    ) -> tuple[Command, CascadedPidMemory]:  # fmt: skip
         """Attitude P gives body rates, rate PID an angular acceleration."""
         outer = memory.outer
         rate_error = asked_rates(outer, measured, gains.outer) - measured.rates

@@ -114,7 +114,6 @@ class CompletedBackstepping(Controller):
         return cls(model.kinematics)
 
     def start(self, measured: State, gains: CompletedGains) -> CompletedMemory:
-        """The memory before the first sample."""
         return CompletedMemory(start_memory(measured, gains.paper), Filtered(vector(0.0, 0.0), vector(0.0, 0.0)))
 
     def countering(self, gains: CompletedGains, u_d: Number, tilt: Vector, wanted: Vector, r1: Vector) -> Vector:
@@ -122,14 +121,9 @@ class CompletedBackstepping(Controller):
         return counter_rate(gains, u_d, tilt, wanted, r1)
 
     def law(
-        self,
-        memory: CompletedMemory,
-        measured: State,
-        reference: Reference,
-        gains: CompletedGains,
-        t: Number,
+        self, memory: CompletedMemory, measured: State, reference: Reference, gains: CompletedGains, t: Number,
         period: Number,
-    ) -> tuple[Command, CompletedMemory]:
+    ) -> tuple[Command, CompletedMemory]:  # fmt: skip
         """One sample, in the paper's order."""
         paper, before = gains.paper, memory.paper
         on = where(t >= paper.learning_start, 1.0, 0.0)

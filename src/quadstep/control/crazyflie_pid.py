@@ -163,15 +163,9 @@ def began(value: Number) -> LoopMemory:
 
 
 def pid(
-    gains: tuple[Number, ...],
-    memory: LoopMemory,
-    wanted: Number,
-    measured: Number,
-    most_integral: float,
-    filtered: LowPass,
-    period: Number,
-    turns: bool = False,
-) -> tuple[Number, LoopMemory]:
+    gains: tuple[Number, ...], memory: LoopMemory, wanted: Number, measured: Number, most_integral: float,
+    filtered: LowPass, period: Number, turns: bool = False,
+) -> tuple[Number, LoopMemory]:  # fmt: skip
     """One sample of a loop. gains: kp, ki, kd, kff. turns: whether it is a heading [deg], which goes the short way."""
     kp, ki, kd, kff = gains
     error, change = wanted - measured, -(measured - memory.before)

@@ -61,14 +61,9 @@ class DynamicLinearisation(Controller):
         return DynamicLinearisationMemory(Push(gains.gravity, 0.0), measured.velocity, vector(0.0, 0.0, 0.0))
 
     def law(
-        self,
-        memory: DynamicLinearisationMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: DynamicLinearisationGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, DynamicLinearisationMemory]:
+        self, memory: DynamicLinearisationMemory, measured: Measured, reference: Reference,
+        gains: DynamicLinearisationGains, t: Number, period: Number,
+    ) -> tuple[Command, DynamicLinearisationMemory]:  # fmt: skip
         """One sample: the wanted snap, and the inputs that make it."""
         now = motion(measured, memory.push)
         off = measured.velocity - memory.velocity

@@ -131,14 +131,9 @@ class FilteredBackstepping(Controller):
         )
 
     def guide(
-        self,
-        memory: FilteredBacksteppingMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: FilteredBacksteppingGains,
-        t: Number,
-        period: Number,
-    ) -> FilteredBacksteppingMemory:
+        self, memory: FilteredBacksteppingMemory, measured: Measured, reference: Reference,
+        gains: FilteredBacksteppingGains, t: Number, period: Number,
+    ) -> FilteredBacksteppingMemory:  # fmt: skip
         """Stages of place and speed: the acceleration asked for, and the force and attitude that make it."""
         flying = where(measured.thrust > AIRBORNE * gains.mass * gains.gravity, 1.0, memory.flying)
         down = gains.gravity * UP
@@ -173,14 +168,9 @@ class FilteredBackstepping(Controller):
         )
 
     def law(
-        self,
-        memory: FilteredBacksteppingMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: FilteredBacksteppingGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, FilteredBacksteppingMemory]:
+        self, memory: FilteredBacksteppingMemory, measured: Measured, reference: Reference,
+        gains: FilteredBacksteppingGains, t: Number, period: Number,
+    ) -> tuple[Command, FilteredBacksteppingMemory]:  # fmt: skip
         """Stages of attitude and body rates: the torque asked for."""
         rates, rotation = measured.rates, rotation_matrix(measured.attitude)
         frequency = gains.turn_filter

@@ -91,14 +91,9 @@ class Geometric(Controller):
         return with_lean(Vector(torque / stiff for torque, stiff in zip(missing, stiffness, strict=True)))
 
     def law(
-        self,
-        memory: GeometricMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: GeometricGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, GeometricMemory]:
+        self, memory: GeometricMemory, measured: Measured, reference: Reference, gains: GeometricGains,
+        t: Number, period: Number,
+    ) -> tuple[Command, GeometricMemory]:  # fmt: skip
         """One sample. The force's rates take the acceleration from the thrust last made, along the thrust axis, without
         drag.
         """

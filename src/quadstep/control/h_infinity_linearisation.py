@@ -137,14 +137,9 @@ class HInfinityLinearisation(Controller):
         return HInfinityMemory(Push(gains.gravity, 0.0), vector(0.0, 0.0, 0.0))
 
     def law(
-        self,
-        memory: HInfinityMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: HInfinityGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, HInfinityMemory]:
+        self, memory: HInfinityMemory, measured: Measured, reference: Reference, gains: HInfinityGains,
+        t: Number, period: Number,
+    ) -> tuple[Command, HInfinityMemory]:  # fmt: skip
         """One sample: the snap that the law asks for, and the inputs that make it."""
         now = motion(measured, memory.push)
         falling = now.force - vector(0.0, 0.0, gains.gravity)

@@ -93,14 +93,9 @@ class HedgedBackstepping(Controller):
         return started._replace(law=law, made=commanded(measured), asked=asked)
 
     def guide(
-        self,
-        memory: HedgedBacksteppingMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: HedgedBacksteppingGains,
-        t: Number,
-        period: Number,
-    ) -> HedgedBacksteppingMemory:
+        self, memory: HedgedBacksteppingMemory, measured: Measured, reference: Reference,
+        gains: HedgedBacksteppingGains, t: Number, period: Number,
+    ) -> HedgedBacksteppingMemory:  # fmt: skip
         """The position loop about the reference model, and the model: e1_dd = -K_r1 e1_dot - Lambda1 (K_r1 - Lambda1) e1."""
         law, flying = gains.law, memory.law.flying
         place = flying * memory.place + (1.0 - flying) * measured.position  # on the ground the model stays where it is
@@ -124,14 +119,9 @@ class HedgedBackstepping(Controller):
         )
 
     def law(
-        self,
-        memory: HedgedBacksteppingMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: HedgedBacksteppingGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, HedgedBacksteppingMemory]:
+        self, memory: HedgedBacksteppingMemory, measured: Measured, reference: Reference,
+        gains: HedgedBacksteppingGains, t: Number, period: Number,
+    ) -> tuple[Command, HedgedBacksteppingMemory]:  # fmt: skip
         """The attitude loop behind a command filter that is led and hedged."""
         law, before = gains.law, memory.law
         made = lagged(memory.made, measured, maximum(gains.lag, 1e-6), t, period)

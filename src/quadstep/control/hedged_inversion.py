@@ -125,14 +125,9 @@ class HedgedInversion(Controller):
         )
 
     def guide(
-        self,
-        memory: HedgedInversionMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: HedgedInversionGains,
-        t: Number,
-        period: Number,
-    ) -> HedgedInversionMemory:
+        self, memory: HedgedInversionMemory, measured: Measured, reference: Reference,
+        gains: HedgedInversionGains, t: Number, period: Number,
+    ) -> HedgedInversionMemory:  # fmt: skip
         """Outer loop: pseudo-control a_des = a_r + a_pd + a_ad, the force and attitude that make it, hedge, learning."""
         flying = where(measured.thrust > AIRBORNE * gains.mass * gains.gravity, 1.0, memory.flying)
         on = flying * where(t >= gains.learning_start, 1.0, 0.0)
@@ -166,14 +161,9 @@ class HedgedInversion(Controller):
         )
 
     def law(
-        self,
-        memory: HedgedInversionMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: HedgedInversionGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, HedgedInversionMemory]:
+        self, memory: HedgedInversionMemory, measured: Measured, reference: Reference,
+        gains: HedgedInversionGains, t: Number, period: Number,
+    ) -> tuple[Command, HedgedInversionMemory]:  # fmt: skip
         """Inner loop: pseudo-control of the body rates, the torque that makes it, hedge, learning."""
         on = memory.flying * where(t >= gains.learning_start, 1.0, 0.0)
         rates, rotation = measured.rates, rotation_matrix(measured.attitude)

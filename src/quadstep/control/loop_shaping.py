@@ -143,14 +143,9 @@ class LoopShaping(Controller):
         return LoopShapingMemory((rest, rest, rest), vector(0.0, 0.0, 0.0))
 
     def law(
-        self,
-        memory: LoopShapingMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: LoopShapingGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[BodyRates, LoopShapingMemory]:
+        self, memory: LoopShapingMemory, measured: Measured, reference: Reference, gains: LoopShapingGains,
+        t: Number, period: Number,
+    ) -> tuple[BodyRates, LoopShapingMemory]:  # fmt: skip
         """One sample; the filters by the midpoint rule."""
         off = measured.position - reference.position
         asked = Vector(gains.exit @ state for state in memory.states)

@@ -268,14 +268,9 @@ class PlannedLqr(Lqr):
         return self.start(measured, gains)._replace(lqr=super().enter(measured, reference, gains))
 
     def plan(
-        self,
-        memory: PlannedLqrMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: LqrGains,
-        t: Number,
+        self, memory: PlannedLqrMemory, measured: Measured, reference: Reference, gains: LqrGains, t: Number,
         period: Number,
-    ) -> PlannedLqrMemory:
+    ) -> PlannedLqrMemory:  # fmt: skip
         """A plan from where the vehicle is. Its accelerations, of the heading too, are the plan's before: the measured tilt
         also holds the wind.
         """

@@ -100,14 +100,9 @@ class NestedSaturation(Controller):
         return NoMemory()
 
     def law(
-        self,
-        memory: NoMemory,
-        measured: State,
-        reference: Reference,
-        gains: NestedSaturationGains,
-        t: Number,
+        self, memory: NoMemory, measured: State, reference: Reference, gains: NestedSaturationGains, t: Number,
         period: Number,
-    ) -> tuple[Command, NoMemory]:
+    ) -> tuple[Command, NoMemory]:  # fmt: skip
         """One sample; thrust u = m (g - a_z1 z_dot - a_z2 z) / (cos theta cos phi) on path errors."""
         position = measured.position - reference.position
         velocity = measured.velocity - reference.velocity

@@ -140,7 +140,6 @@ class PaperOnAirframe(Controller):
     law_on_angles: Controller = field(default_factory=Backstepping)
 
     def start(self, measured: Measured, gains: object) -> object:
-        """The memory before the first sample."""
         return self.law_on_angles.start(paper_state(measured), gains)
 
     def enter(self, measured: Measured, reference: Reference, gains: object) -> object:

@@ -117,7 +117,6 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
         return self.flown
 
     def instead(self, other: Controller) -> Controller:
-        """Another controller with the same predictor."""
         return predicting(type(other))(other, self.samples, self.board_late, self.gravity)
 
     def start(self, measured: Measured, gains: object) -> PredictingMemory:
@@ -129,14 +128,12 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
         self, loop: str, memory: PredictingMemory, measured: Measured, reference: Reference, gains: object,
         t: Number, period: Number,
     ) -> PredictingMemory:  # fmt: skip
-        """The controller's, told what is predicted."""
         told = self.now(memory, measured, t)
         return memory._replace(law=self.flown.slower(loop, memory.law, told, reference, gains, t, period))
 
     def law(
         self, memory: PredictingMemory, measured: Measured, reference: Reference, gains: object, t: Number, period: Number
     ) -> tuple[object, PredictingMemory]:
-        """The controller's, told what is predicted."""
         command, law = self.flown.law(memory.law, self.now(memory, measured, t), reference, gains, t, period)
         past = (*memory.past, ImuSample(measured.rates, measured.specific_force, t))
         return command, PredictingMemory(law, past[1:])

@@ -56,7 +56,6 @@ class RateFollowing(Controller[RateFollowingMemory, Measured, RateFollowingGains
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:
-        """With the controller for this vehicle."""
         return cls(cls.Commander.for_vehicle(model))
 
     @classmethod

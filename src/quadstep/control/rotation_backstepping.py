@@ -154,26 +154,16 @@ class RotationBackstepping(Controller):
         )
 
     def guide(
-        self,
-        memory: RotationMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: RotationGains,
-        t: Number,
+        self, memory: RotationMemory, measured: Measured, reference: Reference, gains: RotationGains, t: Number,
         period: Number,
-    ) -> RotationMemory:
+    ) -> RotationMemory:  # fmt: skip
         """Position loop (Eqs 11-24), learning (Eq. 54)."""
         return self.pull(memory, measured, reference, gains, t, period)[1]
 
     def pull(
-        self,
-        memory: RotationMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: RotationGains,
-        t: Number,
+        self, memory: RotationMemory, measured: Measured, reference: Reference, gains: RotationGains, t: Number,
         period: Number,
-    ) -> tuple[Vector, RotationMemory]:
+    ) -> tuple[Vector, RotationMemory]:  # fmt: skip
         """Errors, net, wanted force and attitude (Eqs 11-24), learning (Eq. 54); and the acceleration that is wanted before
         the force is limited [m/s^2].
         """
@@ -204,14 +194,9 @@ class RotationBackstepping(Controller):
         )
 
     def law(
-        self,
-        memory: RotationMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: RotationGains,
-        t: Number,
+        self, memory: RotationMemory, measured: Measured, reference: Reference, gains: RotationGains, t: Number,
         period: Number,
-    ) -> tuple[Command, RotationMemory]:
+    ) -> tuple[Command, RotationMemory]:  # fmt: skip
         """Attitude loop: command filter, then `follow`."""
         over = Vector(1.0 / entry for entry in gains.inertia)
         missing = memory.asked_torque - measured.torque
@@ -221,15 +206,9 @@ class RotationBackstepping(Controller):
         return self.follow(memory, measured, filtered, made, gains, t, period)
 
     def follow(
-        self,
-        memory: RotationMemory,
-        measured: Measured,
-        filtered: FilteredAttitude,
-        made: Number,
-        gains: RotationGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, RotationMemory]:
+        self, memory: RotationMemory, measured: Measured, filtered: FilteredAttitude, made: Number,
+        gains: RotationGains, t: Number, period: Number,
+    ) -> tuple[Command, RotationMemory]:  # fmt: skip
         """Errors to the filtered attitude, net, torque (Eqs 27-35), learning (Eq. 54). made: share of the last torque."""
         on = memory.flying * where(t >= gains.learning_start, 1.0, 0.0)
         between = multiply(conjugate(measured.attitude), filtered.attitude)

@@ -167,14 +167,9 @@ class StateSpaceBackstepping(Controller):
         return StateSpaceMemory(vector(0.0, 0.0, 0.0))
 
     def law(
-        self,
-        memory: StateSpaceMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: StateSpaceGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, StateSpaceMemory]:
+        self, memory: StateSpaceMemory, measured: Measured, reference: Reference, gains: StateSpaceGains,
+        t: Number, period: Number,
+    ) -> tuple[Command, StateSpaceMemory]:  # fmt: skip
         found, thrust = steps(gains, memory.integral, measured, reference)
         later = predicted(measured, thrust.push, gains.gravity, period)
         ahead, _ = steps(gains, memory.integral + period * found.e1, later, following(reference, period))

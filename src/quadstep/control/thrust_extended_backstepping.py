@@ -203,14 +203,9 @@ class ThrustExtendedBackstepping(Controller):
         return ThrustExtendedMemory(Push(gains.gravity, 0.0), vector(0.0, 0.0, 0.0))
 
     def law(
-        self,
-        memory: ThrustExtendedMemory,
-        measured: Measured,
-        reference: Reference,
-        gains: ThrustExtendedGains,
-        t: Number,
-        period: Number,
-    ) -> tuple[Command, ThrustExtendedMemory]:
+        self, memory: ThrustExtendedMemory, measured: Measured, reference: Reference,
+        gains: ThrustExtendedGains, t: Number, period: Number,
+    ) -> tuple[Command, ThrustExtendedMemory]:  # fmt: skip
         """One sample: the snap that backstepping asks for, and the inputs that make it."""
         now = motion(measured, memory.push)
         errors = backstepped(gains, memory.integral, measured, reference, now.force, now.force_rate)

@@ -130,11 +130,9 @@ class Device:
         self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))
 
     def call(self, name: str, *arguments: object) -> None:
-        """Call a function of the driver; raises CudaError with the reason if it fails."""
         call(self.driver, name, *arguments)
 
     def attribute(self, which: int) -> int:
-        """A number that describes the device."""
         value = ctypes.c_int()
         self.call("cuDeviceGetAttribute", ctypes.byref(value), which, self.number)
         return value.value
@@ -192,8 +190,6 @@ class Module:
 
 
 class DeviceKernel:
-    """A kernel ready to run."""
-
     def __init__(self, module: Module, function: ctypes.c_void_p) -> None:
         self.module, self.device, self.function = module, module.device, function
 
@@ -239,7 +235,6 @@ class Memory:
 
     @classmethod
     def holding(cls, device: Device, array: NDArray[np.generic]) -> "Memory":
-        """A buffer with a copy of an array."""
         memory = cls(device, array.nbytes)
         array = np.ascontiguousarray(array)
         if array.nbytes:
@@ -247,7 +242,6 @@ class Memory:
         return memory
 
     def read(self, array: NDArray[np.generic]) -> None:
-        """Copy into a contiguous array."""
         self.device.call("cuMemcpyDtoH_v2", array.ctypes.data, self.address, array.nbytes)
 
     def __enter__(self) -> "Memory":

@@ -51,14 +51,9 @@ def prepare() -> llvm.Target:
 
 
 def ptx(
-    loop: Scored,
-    start: tuple[object, ...],
-    parameters: Numbers,
-    varying: frozenset[int],
-    double: bool = False,
-    architecture: int = NEWEST,
-    generate: Generate | None = None,
-) -> str:
+    loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool = False,
+    architecture: int = NEWEST, generate: Generate | None = None,
+) -> str:  # fmt: skip
     """PTX of a kernel `sweep`, see `SweepTrace`. architecture: compute capability times ten, 90 for 9.0."""
     if architecture < OLDEST:
         raise NoDeviceError(f"compute capability {architecture / 10}: {OLDEST / 10} or later is needed")
@@ -66,13 +61,9 @@ def ptx(
 
 
 def program(
-    loop: Scored,
-    start: tuple[object, ...],
-    parameters: Numbers,
-    varying: frozenset[int],
-    double: bool = False,
+    loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool = False,
     generate: Generate | None = None,
-) -> str:
+) -> str:  # fmt: skip
     """The kernel as LLVM text, not yet optimised."""
     trace = SweepTrace(loop, start, parameters, varying, double, 1, gpu=True, generate=generate)
     if SYMBOL in trace.module.globals:
@@ -153,16 +144,10 @@ class GpuSweep(Batch):
     """
 
     def __init__(
-        self,
-        loop: Scored,
-        ticks: Ticks,
-        start: tuple[object, ...],
-        parameters: Numbers,
-        varying: Sequence[int],
-        double: bool = False,
-        registers: int | None = None,
+        self, loop: Scored, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
+        varying: Sequence[int], double: bool = False, registers: int | None = None,
         generate: Generate | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(loop, ticks, start, parameters, varying, double)
         self.device, self.generates = Device(), generate is not None
         text = ptx(loop, start, parameters, frozenset(self.varying), double, self.device.capability, generate)
@@ -173,12 +158,9 @@ class GpuSweep(Batch):
         self.seconds = 0.0
 
     def fly(
-        self,
-        values: ArrayLike,
-        progress: Advance | None = None,
-        threads: int = THREADS,
+        self, values: ArrayLike, progress: Advance | None = None, threads: int = THREADS,
         portion: int | None = None,
-    ) -> Swept:
+    ) -> Swept:  # fmt: skip
         """Fly a flight for each row of values, shape (flights, len(varying)).
 
         progress: called with the number of newly finished flights. threads: per block. portion: flights per launch.
@@ -189,13 +171,9 @@ class GpuSweep(Batch):
         return self.swept(self._flown(0, len(rows), rows, progress, threads, portion))
 
     def generated(
-        self,
-        first: int,
-        past: int,
-        progress: Advance | None = None,
-        threads: int = THREADS,
+        self, first: int, past: int, progress: Advance | None = None, threads: int = THREADS,
         portion: int | None = None,
-    ) -> tuple[Swept, NDArray[np.float64]]:
+    ) -> tuple[Swept, NDArray[np.float64]]:  # fmt: skip
         """Fly the flights of these numbers with the values that `generate` draws; returns those too, as rows for `fly`."""
         if not self.generates:
             raise ValueError("nothing generates these flights' numbers: give `generate`, or fly rows of values")
@@ -206,14 +184,9 @@ class GpuSweep(Batch):
         return self.swept(results[: self.row_count]), drawn.T.astype(np.float64)
 
     def _flown(
-        self,
-        first: int,
-        flights: int,
-        rows: NDArray[np.float64] | None,
-        progress: Advance | None,
-        threads: int,
-        portion: int | None,
-    ) -> NDArray[np.floating]:
+        self, first: int, flights: int, rows: NDArray[np.float64] | None, progress: Advance | None,
+        threads: int, portion: int | None,
+    ) -> NDArray[np.floating]:  # fmt: skip
         """Results in the order of `SweepTrace`, launch by launch."""
         results = np.zeros((self.row_count + (len(self.varying) if self.generates else 0), flights), dtype=self.number)
         bytes_a_flight = (self.row_count + len(self.varying)) * results.itemsize

@@ -233,13 +233,9 @@ KERNELS = Kernels()
 
 
 def fly_lanes(
-    loop: ClosedLoop,
-    parameters: Sequence[object],
-    starts: Sequence[tuple[object, ...]],
-    ticks: Ticks,
-    progress: Advance | None = None,
-    double: bool = True,
-) -> list[FlightLog]:
+    loop: ClosedLoop, parameters: Sequence[object], starts: Sequence[tuple[object, ...]], ticks: Ticks,
+    progress: Advance | None = None, double: bool = True,
+) -> list[FlightLog]:  # fmt: skip
     """A batch of flights of one structure. A flight's result depends neither on the others nor on the number of cores.
 
     Tables (paths) and matrices (the nets' weights) must be the same in all flights.

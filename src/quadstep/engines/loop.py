@@ -122,7 +122,6 @@ class Loop:
         return (*(Task(name, partial(self.slower, name)) for name in loops), Task("law", self.law))
 
     def start(self, start: tuple[Structure, ...], p: Numbers) -> Cycle:
-        """The cycle before the first tick."""
         truth = self.plant.truth(start)
         sensed: Structure = self.sensing.start(truth, *sensors_of(p)) if self.sensing else ()
         command, held = self.plant.rest(start, p)

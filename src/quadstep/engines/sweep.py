@@ -84,14 +84,9 @@ class Batch:
     """
 
     def __init__(
-        self,
-        loop: Scored,
-        ticks: Ticks,
-        start: tuple[object, ...],
-        parameters: Numbers,
-        varying: Sequence[int],
-        double: bool = False,
-    ) -> None:
+        self, loop: Scored, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
+        varying: Sequence[int], double: bool = False,
+    ) -> None:  # fmt: skip
         self.loop, self.ticks, self.varying, self.double = loop, ticks, tuple(varying), double
         given = flatten((start, parameters))
         check(given, self.varying)

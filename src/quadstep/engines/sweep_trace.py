@@ -46,17 +46,9 @@ class SweepTrace(Ticking):
     """
 
     def __init__(
-        self,
-        loop: Scored,
-        start: tuple[object, ...],
-        parameters: Numbers,
-        varying: frozenset[int],
-        double: bool,
-        width: int,
-        gpu: bool = False,
-        frozen: bool = False,
-        generate: Generate | None = None,
-    ):
+        self, loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int],
+        double: bool, width: int, gpu: bool = False, frozen: bool = False, generate: Generate | None = None,
+    ):  # fmt: skip
         counters = COUNTERS if not gpu else ("first", *COUNTERS[2:]) if generate else COUNTERS[2:]
         kinds = {**dict.fromkeys(counters, INDEX), "step": ir.DoubleType() if double else ir.FloatType()}
         buffers = BUFFERS if not gpu else BUFFERS[2:] if generate else BUFFERS[1:]

@@ -95,7 +95,6 @@ LONGEST = 8.0
 
 
 def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Callable[[str], None]) -> Measurements:
-    """The measurements of the law in a folder."""
     absent: list[str] = []
     on_arm: dict[str, arm.OnArm] = {}
     lacking = arm.missing()

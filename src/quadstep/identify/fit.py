@@ -108,13 +108,9 @@ class Identified(NamedTuple):
 
 
 def identify(
-    flights: Sequence[FlightRecord],
-    vehicle: AirframeSection,
-    say: Say,
-    earlier: Identified | None = None,
-    predictors: bool = True,
-    still: bool = False,
-) -> Identified:
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, say: Say, earlier: Identified | None = None,
+    predictors: bool = True, still: bool = False,
+) -> Identified:  # fmt: skip
     """Fit a vehicle to flights. earlier: the result of fitting the same vehicle to some of them, to start from. predictors:
     whether to fit them too. still: whether no wind blew, as in a hall.
 

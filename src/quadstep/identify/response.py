@@ -188,7 +188,6 @@ def local(d: Complex, u: Complex, line: int) -> tuple[complex, float, float, flo
 
 
 def interval(value: float, error: float, freedom: float) -> Estimate:
-    """A 95 % interval."""
     half = student_quantile(0.975, freedom) * error
     return Estimate(value, value - half, value + half)
 

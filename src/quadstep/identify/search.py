@@ -176,14 +176,9 @@ def normal_equations(residuals: Floats, slopes: Floats, weights: ErrorWeights) -
 
 
 def search(
-    problem: PredictionProblem,
-    point: Floats,
-    weights: ErrorWeights,
-    rounds: int,
-    prior: Prior | None = None,
+    problem: PredictionProblem, point: Floats, weights: ErrorWeights, rounds: int, prior: Prior | None = None,
     told: Told | None = None,
-) -> Floats:
-    """The best point found from a start."""
+) -> Floats:  # fmt: skip
     size, damping = scales(problem.batch.free), 1e-3
     count = problem.residuals([point]).shape[3]
     for turn in range(rounds):

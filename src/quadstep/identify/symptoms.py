@@ -38,7 +38,6 @@ class Symptom(NamedTuple):
 
 
 def symptoms(flight: Excited) -> list[Symptom]:
-    """All that the log carries."""
     return [*saturation(flight), *noise(flight), *peak(flight), *wash(flight)]
 
 

@@ -58,7 +58,6 @@ def estimated(value: float, how: str, spread: float) -> Number:
 
 
 def usual(value: float, what: str, spread: float) -> Number:
-    """A number as others have it."""
     return Number(value, f"usual: {what}, {share(spread)}", spread)
 
 
@@ -76,8 +75,6 @@ def through_origin(x: Floats, y: Floats) -> tuple[float, float]:
 
 
 class VehicleEstimate(NamedTuple):
-    """Everything estimated, by key of a vehicle file."""
-
     thrust: Number
     torque: Number
     fastest: Number

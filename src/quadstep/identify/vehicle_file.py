@@ -156,7 +156,6 @@ UNLIKE = "do --vehicle and its mass suit the vehicle that flew?"
 
 
 def rounded(value: float) -> float:
-    """A number rounded to its significant digits."""
     return float(f"{value:.{DIGITS}g}") + 0.0
 
 

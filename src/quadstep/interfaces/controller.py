@@ -174,15 +174,8 @@ class Controller(Generic[M, Y, G, U]):
         return memory
 
     def slower(
-        self,
-        loop: str,
-        memory: M,
-        measured: Y,
-        reference: Reference,
-        gains: G,
-        t: Number,
-        period: Number,
-    ) -> M:
+        self, loop: str, memory: M, measured: Y, reference: Reference, gains: G, t: Number, period: Number,
+    ) -> M:  # fmt: skip
         """One sample of one of its `loops`, `guide` or another: returns the new memory."""
         return cast(M, getattr(self, loop)(memory, measured, reference, gains, t, period))
 

@@ -96,8 +96,6 @@ def raised(pace: Number, power: int) -> Number:
 
 
 class Declaration(Protocol):
-    """A declaration of a field of the gains."""
-
     def decide(self, gains: object, model: Model, learning: "Learning | None") -> object:
         """The field's value if the mission does not give it. gains: the other fields; learning: settings of the nets."""
         ...
@@ -129,7 +127,6 @@ class Gain:
     only: Only = ""
 
     def decide(self, gains: object, model: Model, learning: "Learning | None") -> object:
-        """The default."""
         return self.shaped(resolved(self.default, gains, model))
 
     def shaped(self, value: object) -> object:
@@ -177,43 +174,22 @@ class Given:
     value: Callable[[Model], object]
 
     def decide(self, gains: object, model: Model, learning: "Learning | None") -> object:
-        """What the vehicle gives."""
         return self.value(model)
 
 
 def gain(
-    default: Default,
-    unit: str,
-    meaning: str,
-    *,
-    symbol: str = "",
-    key: str = "",
-    parts: tuple[str, ...] = (),
-    zero: bool = False,
-    low: float | None = None,
-    high: float | None = None,
-    scale: str | None = None,
-    tunable: bool = True,
-    group: str = GAINS,
-    signed: bool = False,
-    only: Only = "",
-) -> Any:
+    default: Default, unit: str, meaning: str, *, symbol: str = "", key: str = "", parts: tuple[str, ...] = (),
+    zero: bool = False, low: float | None = None, high: float | None = None, scale: str | None = None,
+    tunable: bool = True, group: str = GAINS, signed: bool = False, only: Only = "",
+) -> Any:  # fmt: skip
     """Declares a gain; see `Gain`. Its key is the field's name, its parts those of three axes, unless they are given."""
     return Gain(default, unit, meaning, symbol, key, parts, zero, low, high, scale, tunable, group, signed, only)
 
 
 def parameter(
-    name: str,
-    default: float,
-    unit: str,
-    meaning: str,
-    *,
-    low: float | None = None,
-    high: float | None = None,
-    zero: bool = True,
-    tunable: bool = True,
-    only: Only = "",
-) -> Any:
+    name: str, default: float, unit: str, meaning: str, *, low: float | None = None, high: float | None = None,
+    zero: bool = True, tunable: bool = True, only: Only = "",
+) -> Any:  # fmt: skip
     """Declares a gain that is one of an autopilot's parameters, by its own name there. low, high: its range there; only: where
     the autopilot itself takes no other values.
     """

@@ -144,7 +144,6 @@ class Summed(NamedTuple):
 
 
 def started(metrics: Sequence[Metric]) -> tuple[Summed, ...]:
-    """Nothing summed."""
     return tuple(Summed(one.start(), 0.0) for one in metrics)
 
 

@@ -263,16 +263,9 @@ class Plant(Protocol[P_contra, X, C_contra, U, H, K, Y]):
         ...
 
     def row(
-        self,
-        p: P_contra,
-        state: X,
-        told: Y,
-        command: U,
-        held: H,
-        reference: Reference,
-        wind: Vector,
+        self, p: P_contra, state: X, told: Y, command: U, held: H, reference: Reference, wind: Vector,
         time: Number,
-    ) -> list[Number]:
+    ) -> list[Number]:  # fmt: skip
         """One row of the log, in the order of `columns`."""
         ...
 

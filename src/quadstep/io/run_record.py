@@ -40,7 +40,6 @@ class Record:
 
     @property
     def finished(self) -> int:
-        """How many of its items are finished."""
         raise NotImplementedError
 
     @property

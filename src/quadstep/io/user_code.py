@@ -45,13 +45,9 @@ def warn_of_users_only() -> None:
 
 
 def show_of_users(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
     line: str | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """What Python calls to show a warning."""
     if filename in FILES:
         (file or sys.stderr).write(warnings.formatwarning(message, category, filename, lineno, line))
@@ -204,13 +200,9 @@ class Family:
         return module
 
     def own_import(
-        self,
-        name: str,
-        spaces: Mapping[str, object] | None = None,
-        locally: Mapping[str, object] | None = None,
-        fromlist: Sequence[str] | None = (),
-        level: int = 0,
-    ) -> object:
+        self, name: str, spaces: Mapping[str, object] | None = None,
+        locally: Mapping[str, object] | None = None, fromlist: Sequence[str] | None = (), level: int = 0,
+    ) -> object:  # fmt: skip
         """What `import` does in these files: a file beside the others goes before what Python finds."""
         path = None if level else sibling(self.folder, name)
         if path is None or path not in self.contents:

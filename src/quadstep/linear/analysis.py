@@ -47,7 +47,6 @@ class StepResponse(NamedTuple):
 
 
 def steps(loop: Reduced, poles: list[Pole]) -> list[StepResponse]:
-    """The step responses of each part of the pose."""
     names, rows = loop.period.pose
     inputs = [WANTED.index(name) for name in names]
     slowest = poles[0].time_constant

@@ -71,7 +71,6 @@ WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 
 
 def graded(found: Analysis) -> Grade:
-    """The grade of a linearised loop."""
     if not found.stable:
         constant = -found.poles[0].time_constant
         return Grade(UNSTABLE, f"a mode grows by a factor of {math.e:.3g} in {constant:.3g} s ({named(found)})")

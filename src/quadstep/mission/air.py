@@ -104,7 +104,6 @@ class OwnWindSection(OwnSection):
     thing: ClassVar[DeclaredWind]
 
     def warnings(self) -> list[str]:
-        """Nothing is known that speaks against it."""
         return []
 
     def check(self, duration: float) -> None:

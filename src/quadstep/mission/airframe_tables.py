@@ -194,5 +194,4 @@ class ResidualSection(Section):
         return self
 
     def build(self) -> Residual:
-        """The network as numbers."""
         return Residual(matrix(*self.inputs), Vector(self.biases), matrix(*self.outputs), Vector(self.offsets))

@@ -43,7 +43,6 @@ class OwnVehicleSection(NumbersSection):
         return self.plant.model(self.numbers())
 
     def warnings(self) -> list[str]:
-        """Nothing is known that speaks against it."""
         return []
 
 

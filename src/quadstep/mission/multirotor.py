@@ -292,13 +292,9 @@ class MultirotorMission(Mission):
 
 
 def warnings(
-    section: AirframeSection,
-    vehicle: BuiltAirframe,
-    events: Sequence[AnyEvent],
-    wind: AnyWind,
-    path: BuiltPath,
-    duration: float,
-) -> list[str]:
+    section: AirframeSection, vehicle: BuiltAirframe, events: Sequence[AnyEvent], wind: AnyWind,
+    path: BuiltPath, duration: float,
+) -> list[str]:  # fmt: skip
     """What speaks against vehicle, events, wind and path in a flight of `duration` [s]."""
     places = [mount.position for mount in vehicle.geometry.mounts]
     airframe, most = vehicle.airframe, float(vehicle.allocation.most) * len(places)

@@ -121,12 +121,9 @@ def the_only(thing: type[T]) -> T:
 
 
 def own_or(
-    base: type,
-    section: type[OwnSection],
-    group: str,
-    known: Sequence[str | None] = (None,),
+    base: type, section: type[OwnSection], group: str, known: Sequence[str | None] = (None,),
     otherwise: Callable[[object], object] | None = None,
-) -> Callable[[object, Callable[[object], object], ValidationInfo], object]:
+) -> Callable[[object, Callable[[object], object], ValidationInfo], object]:  # fmt: skip
     """A validator around that of the package's tables: takes one of a class of the user's own too.
 
     base: what the class is one of; section: what its table is; group: of entry points. known: each `type` of the package's

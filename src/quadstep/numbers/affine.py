@@ -88,14 +88,9 @@ class Enclosure:
     functions: Kind
 
     def __init__(
-        self,
-        centre: Array,
-        parts: Array | None,
-        rest: Array,
-        reach: Array,
-        fresh: Fresh | None = None,
+        self, centre: Array, parts: Array | None, rest: Array, reach: Array, fresh: Fresh | None = None,
         floor: Array | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.centre, self.parts, self.rest, self.reach = centre, parts, rest, reach
         self.fresh, self.floor = fresh, floor
         self.known = parts is None
@@ -115,14 +110,12 @@ class Enclosure:
 
     @property
     def low(self) -> Array:
-        """A lower bound."""
         width = self.tight
         low: Array = np.where(width == 0.0, self.centre, np.nextafter(self.centre - width, -np.inf))
         return low if self.floor is None else np.maximum(low, self.floor)
 
     @property
     def high(self) -> Array:
-        """An upper bound."""
         width = self.tight
         return np.where(width == 0.0, self.centre, np.nextafter(self.centre + width, np.inf))
 

@@ -106,15 +106,10 @@ class Elementary(Kind):
 
 
 def declare(
-    function: Callable[..., float],
-    steps: Callable[..., float],
-    tangents: tuple[Callable[..., float], ...],
-    enclosure: Rule,
-    exact: Callable[..., Fraction | None],
-    coq: str = "",
-    sympy: Rule | None = None,
+    function: Callable[..., float], steps: Callable[..., float], tangents: tuple[Callable[..., float], ...],
+    enclosure: Rule, exact: Callable[..., Fraction | None], coq: str = "", sympy: Rule | None = None,
     singular: tuple[Callable[..., bool], str] = (nowhere, ""),
-) -> None:
+) -> None:  # fmt: skip
     """Give every kind of number the function that laws call, which passes its arguments to their kind's method of its name.
 
     coq, sympy: of its name if they are not stated.

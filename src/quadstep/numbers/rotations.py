@@ -9,7 +9,6 @@ IDENTITY = vector(1.0, 0.0, 0.0, 0.0)
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """a x b."""
     (a1, a2, a3), (b1, b2, b3) = a, b
     return vector(a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1)
 

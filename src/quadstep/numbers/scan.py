@@ -56,41 +56,29 @@ def scan(
 
 @overload
 def scan(
-    step: Callable[[C, Vector], tuple[C, tuple[Vector, ...]]],
-    carry: C,
-    rows: Matrix,
-    times: int | None = None,
+    step: Callable[[C, Vector], tuple[C, tuple[Vector, ...]]], carry: C, rows: Matrix, times: int | None = None,
     backwards: bool = False,
-) -> tuple[C, tuple[Matrix, ...]]: ...
+) -> tuple[C, tuple[Matrix, ...]]: ...  # fmt: skip
 
 
 @overload
 def scan(
-    step: Callable[[C, R], tuple[C, Vector]],
-    carry: C,
-    rows: tuple[Rows[Matrix], ...] = (),
-    times: int | None = None,
-    backwards: bool = False,
-) -> tuple[C, Matrix]: ...
+    step: Callable[[C, R], tuple[C, Vector]], carry: C, rows: tuple[Rows[Matrix], ...] = (),
+    times: int | None = None, backwards: bool = False,
+) -> tuple[C, Matrix]: ...  # fmt: skip
 
 
 @overload
 def scan(
-    step: Callable[[C, R], tuple[C, tuple[Vector, ...]]],
-    carry: C,
-    rows: tuple[Rows[Matrix], ...] = (),
-    times: int | None = None,
-    backwards: bool = False,
-) -> tuple[C, tuple[Matrix, ...]]: ...
+    step: Callable[[C, R], tuple[C, tuple[Vector, ...]]], carry: C, rows: tuple[Rows[Matrix], ...] = (),
+    times: int | None = None, backwards: bool = False,
+) -> tuple[C, tuple[Matrix, ...]]: ...  # fmt: skip
 
 
 def scan(
-    step: Callable[[C, R], tuple[C, W]],
-    carry: C,
-    rows: Rows[Matrix] = (),
-    times: int | None = None,
+    step: Callable[[C, R], tuple[C, W]], carry: C, rows: Rows[Matrix] = (), times: int | None = None,
     backwards: bool = False,
-) -> tuple[C, Rows[Matrix]]:
+) -> tuple[C, Rows[Matrix]]:  # fmt: skip
     """`carry, made = step(carry, row)` for each row in turn: the last carry, and the outputs as matrices, one row per turn.
 
     carry: a structure of numbers of constant shape. rows: matrices whose rows are passed turn by turn. times: number of turns

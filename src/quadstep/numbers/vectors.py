@@ -139,7 +139,6 @@ class Matrix:
 
     @property
     def T(self) -> Matrix:  # noqa: N802 (the transpose is written so everywhere)
-        """Transpose."""
         return Matrix(Vector(column) for column in zip(*(row.entries for row in self.rows), strict=True))
 
     def __add__(self, other: Matrix) -> Matrix:

@@ -48,27 +48,18 @@ def template() -> str:
 
 
 def build_page(
-    title: str,
-    intro: str,
-    flown: Sequence[ShownFlight],
-    claims: Sequence[ClaimView] = (),
-    links: Sequence[Link] = (),
-    walk: Walk | None = None,
-) -> str:
+    title: str, intro: str, flown: Sequence[ShownFlight], claims: Sequence[ClaimView] = (),
+    links: Sequence[Link] = (), walk: Walk | None = None,
+) -> str:  # fmt: skip
     """The HTML of a page with these flights. Raises UserError."""
     laws = Laws()
     return fill(template(), title, page_data(title, intro, flown, claims, links, laws, walk), laws.script())
 
 
 def page_data(
-    title: str,
-    intro: str,
-    flown: Sequence[ShownFlight],
-    claims: Sequence[ClaimView],
-    links: Sequence[Link],
-    laws: Laws,
-    walk: Walk | None = None,
-) -> dict[str, object]:
+    title: str, intro: str, flown: Sequence[ShownFlight], claims: Sequence[ClaimView], links: Sequence[Link],
+    laws: Laws, walk: Walk | None = None,
+) -> dict[str, object]:  # fmt: skip
     """What the page is told, as JSON can hold it; the loops of its flights are added to `laws`. Raises UserError."""
     sharing = Sharing()
     share = RECORDED_NUMBERS // max(1, len(flown))

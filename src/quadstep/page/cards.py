@@ -65,7 +65,6 @@ def bar(found: Iterable[ResultFolder]) -> str:
 
 
 def address(result: ResultFolder, name: str) -> str:
-    """Where a file of a result is."""
     place = result.place.as_posix()
     return f"/files/{'' if place == '.' else quote(place) + '/'}{quote(name)}"
 

@@ -183,13 +183,9 @@ GHOSTS = {
 
 
 def controllers(
-    mission: Mission,
-    plan: FlightPlan,
-    folder: Path,
-    laws: Laws,
-    called: str = "",
+    mission: Mission, plan: FlightPlan, folder: Path, laws: Laws, called: str = "",
     rivals: Mapping[str, ControllerSection] | None = None,
-) -> list[Controller]:
+) -> list[Controller]:  # fmt: skip
     """All that can fly this mission, its own first. Raises UserError where its own cannot be held by the page.
 
     called: its own one's name, if not that of its kind. rivals: the others, by name; those of the package if there are none.

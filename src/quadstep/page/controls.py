@@ -33,15 +33,9 @@ def parameter(name: str, factor: float = 1.0, power: int = 1, offset: float = 0.
 
 
 def control(
-    name: str,
-    label: str,
-    unit: str,
-    components: Sequence[Component],
-    span: tuple[float, float],
-    hint: str = "",
-    scale: str = "linear",
-    bounds: tuple[float, float] = (-MOST, MOST),
-) -> Control:
+    name: str, label: str, unit: str, components: Sequence[Component], span: tuple[float, float],
+    hint: str = "", scale: str = "linear", bounds: tuple[float, float] = (-MOST, MOST),
+) -> Control:  # fmt: skip
     """A slider over `span`, widened to hold the file's values. Its group is given by `grouped`."""
     values = [component.value for component in components]
     least, most = min(span[0], *values), max(span[1], *values)

@@ -218,7 +218,6 @@ def filed(metrics: Metrics) -> dict[str, float]:
 
 
 def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
-    """A few numbers of a flight, as text."""
     found = []
     if "position_rmse[m]" in metrics:
         found.append(("position RMSE", length(metric(metrics, "position_rmse[m]"))))

@@ -234,7 +234,6 @@ class Handler(BaseHTTPRequestHandler):
             raise UserError(f"{log.name}: the upload ended early; send it again")
 
     def answer(self) -> Answer:
-        """The answer to this request."""
         if not self.access.shared:
             return self.misdirected() or answer(self.root, self.path)
         token = self.token(self.access.opens)
@@ -281,7 +280,6 @@ class Handler(BaseHTTPRequestHandler):
         return Answer(HTTPStatus.FORBIDDEN, KINDS[".txt"], said) if found is None else found
 
     def reply(self, answer: Answer, body: bool = True) -> None:
-        """Send an answer."""
         content = answer.text.encode("utf-8", "replace")
         length = os.fstat(answer.file.fileno()).st_size if answer.file else len(content)
         self.send_response(answer.status)

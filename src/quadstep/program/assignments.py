@@ -140,7 +140,6 @@ class ScriptRecord(LoopRecord):
         self.arrays: dict[str, int] = {}
 
     def array(self, size: int) -> str:
-        """The name of a new array."""
         name = f"L{len(self.arrays)}"
         self.arrays[name] = size
         return name

@@ -96,14 +96,9 @@ def grid_alone(axes: Axes) -> None:
 
 
 def save(
-    path: Path,
-    t: Numbers,
-    panels: Sequence[Panel],
-    columns: int,
-    sheet: Sheet,
-    log_time: bool = False,
+    path: Path, t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool = False,
     track: Track | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """Write `path` in the sheet's formats: canvases print directly, as automatic layout would draw each four times."""
     with drawing(sheet):
         write(laid_out(t, panels, columns, sheet, log_time, track), path, sheet)

@@ -131,11 +131,9 @@ def escaped(text: str) -> str:
 
 
 def booktabs(
-    header: Sequence[str],
-    groups: Sequence[Sequence[Sequence[str]]],
-    comments: Sequence[str] = (),
+    header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], comments: Sequence[str] = (),
     bold: Collection[tuple[int, int, int]] = (),
-) -> str:
+) -> str:  # fmt: skip
     """A tabular with its first column to the left and the others to the right.
 
     groups: rows of cells, each set apart by a rule. comments: what the table shows. bold: group, row, column of cells.

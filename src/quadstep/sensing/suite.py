@@ -122,15 +122,9 @@ class Suite:
         return () if self.late is None or self.estimator.current else self.late
 
     def sense(
-        self,
-        memory: SuiteMemory,
-        motion: Motion,
-        specific_force: Vector,
-        sensors: Sensors,
-        key: Key,
-        tick: Number,
-        period: Number,
-    ) -> SuiteMemory:
+        self, memory: SuiteMemory, motion: Motion, specific_force: Vector, sensors: Sensors, key: Key,
+        tick: Number, period: Number,
+    ) -> SuiteMemory:  # fmt: skip
         """A sample of the IMU, every `period` [s] from tick 0 on.
 
         specific_force: acceleration of the body's origin less that of gravity, body axes [m/s^2].

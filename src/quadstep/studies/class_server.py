@@ -34,8 +34,6 @@ FORM = (
 
 
 class ClassHandler(Handler):
-    """Answers the students of a class."""
-
     room: Room
     timeout = 10
     open: Counter[str]

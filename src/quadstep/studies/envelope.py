@@ -39,8 +39,6 @@ class MapPanel(NamedTuple):
 
 
 class Envelope(NamedTuple):
-    """A map that was flown."""
-
     asked: Request
     cells: Cells
     panels: list[MapPanel]
@@ -82,7 +80,6 @@ class Map(Study[Envelope]):
 
 
 def settings(asked: Request) -> list[tuple[str, str]]:
-    """What was flown, and what counts."""
     return [
         ("mission", str(asked.campaign.defaults["name"])),
         *(

@@ -24,14 +24,9 @@ LIST = re.compile(r"\[[^\[\]{}]*\]")
 
 
 def write_report(
-    path: Path,
-    mission: "Mission",
-    log: FlightLog,
-    metrics: Metrics,
-    warnings: Sequence[str],
-    figures: dict[str, str],
-    why: str = "",
-) -> None:
+    path: Path, mission: "Mission", log: FlightLog, metrics: Metrics, warnings: Sequence[str],
+    figures: dict[str, str], why: str = "",
+) -> None:  # fmt: skip
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
     early, if known.
     """

@@ -86,18 +86,10 @@ class FlightSummary(NamedTuple):
 
 
 def fly_mission(
-    path: Path,
-    folder: Path,
-    engine: Engine,
-    overwrite: bool,
-    told: Told = lambda *_: None,
-    flight: int | None = None,
-    required: Sequence[Requirement] = (),
-    results: Path | None = None,
-    sheet: Sheet | None = None,
-    piloting: Piloting | None = None,
-    grading: Grading = ungraded,
-) -> FlightSummary:
+    path: Path, folder: Path, engine: Engine, overwrite: bool, told: Told = lambda *_: None,
+    flight: int | None = None, required: Sequence[Requirement] = (), results: Path | None = None,
+    sheet: Sheet | None = None, piloting: Piloting | None = None, grading: Grading = ungraded,
+) -> FlightSummary:  # fmt: skip
     """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
@@ -157,17 +149,9 @@ def under(piloting: Piloting, mission: Mission) -> Mission:
 
 
 def fly_planned(
-    mission: Mission,
-    plan: FlightPlan,
-    beside: Path,
-    folder: Path,
-    engine: Engine,
-    overwrite: bool,
-    told: Told,
-    required: Sequence[Requirement],
-    sheet: Sheet | None,
-    grading: Grading = ungraded,
-) -> FlightSummary:
+    mission: Mission, plan: FlightPlan, beside: Path, folder: Path, engine: Engine, overwrite: bool, told: Told,
+    required: Sequence[Requirement], sheet: Sheet | None, grading: Grading = ungraded,
+) -> FlightSummary:  # fmt: skip
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
     required = with_full_names(required, metric_names(mission, plan)) if required else []
     if sheet and sheet.signals:
@@ -186,18 +170,10 @@ def fly_planned(
 
 
 def write_results(
-    out: Path,
-    pool: DrawingPool,
-    mission: Mission,
-    plan: FlightPlan,
-    log: FlightLog,
-    engine: Engine,
-    beside: Path,
-    told: Told = lambda *_: None,
-    sheet: Sheet | None = None,
-    why: str = "",
+    out: Path, pool: DrawingPool, mission: Mission, plan: FlightPlan, log: FlightLog, engine: Engine,
+    beside: Path, told: Told = lambda *_: None, sheet: Sheet | None = None, why: str = "",
     grading: Grading = ungraded,
-) -> tuple[Metrics, tuple[str, ...]]:
+) -> tuple[Metrics, tuple[str, ...]]:  # fmt: skip
     """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. why: it
     ended early, if known.
     """

@@ -57,8 +57,6 @@ class Study(ABC, Generic[Found]):
 
 
 class FinishedStudy(NamedTuple, Generic[Found]):
-    """A study that is over."""
-
     found: Found
     evidence: Evidence
 

@@ -63,7 +63,6 @@ def failing(sides: tuple[Side, Side], flights: int) -> tuple[Estimate, Estimate,
 def evidence(
     asked: Asked, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
 ) -> Evidence:
-    """The answer."""
     failed = failing(sides, asked.flights)
     both = sides[0].flown.completed & sides[1].flown.completed
     names = ("position_rmse", "largest_error", *EFFORTS)
@@ -155,22 +154,18 @@ def tracking(error: Row) -> str:
 
 
 def cells(name: str, gain: Gain, old: float, new: float) -> tuple[str, ...]:
-    """A row of the changes."""
     return name, units.number(old), units.number(new), f"{gain.unit}; {gain.meaning}"
 
 
 def failed_row(failed: tuple[Estimate, Estimate, Estimate]) -> list[str]:
-    """Of the shares that fail."""
     return ["fail", units.percent(*failed[0]), units.percent(*failed[1]), points(failed[2])]
 
 
 def points(one: Estimate) -> str:
-    """A difference of shares."""
     return f"{100.0 * one.value:+.3g} [{100.0 * one.low:+.3g}, {100.0 * one.high:+.3g}] points"
 
 
 def metric_row(one: Row) -> list[str]:
-    """Of a metric."""
     words, unit = units.metric(one.name)
     return [words, *units.in_one_unit(one[1:], unit)]
 
@@ -192,7 +187,6 @@ def margin_rows(sides: tuple[Side, Side]) -> list[list[str]]:
 
 
 def step_rows(before: dict[str, float], after: dict[str, float]) -> list[list[str]]:
-    """Of the step."""
     return [
         [name, units.number(one), units.number(after[name]), units.number(after[name] - one)] for name, one in before.items()
     ]

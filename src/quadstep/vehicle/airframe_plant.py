@@ -105,15 +105,9 @@ class Airframe(NamedTuple):
 
 
 def derivative(
-    geometry: Geometry,
-    airframe: Airframe,
-    properties: MassProperties,
-    efficiency: Vector,
-    state: AirframeState,
-    wanted_speeds: Vector,
-    wind: Vector,
-    effects: Effects,
-) -> AirframeState:
+    geometry: Geometry, airframe: Airframe, properties: MassProperties, efficiency: Vector,
+    state: AirframeState, wanted_speeds: Vector, wind: Vector, effects: Effects,
+) -> AirframeState:  # fmt: skip
     """Rate of every state with the rotors commanded to turn at `wanted_speeds` [rad/s], in wind [m/s], world axes.
 
     efficiency: each rotor's share of its forces left after a fault. position, velocity: of the body's origin.

@@ -94,15 +94,9 @@ def airframe_columns(rotors: int) -> dict[str, str]:
 
 
 def airframe_row(
-    airframe: Airframe,
-    effects: Effects,
-    reference: Reference,
-    state: AirframeState,
-    measured: Measured,
-    command: Command,
-    wind: Vector,
-    t: Number,
-) -> list[Number]:
+    airframe: Airframe, effects: Effects, reference: Reference, state: AirframeState, measured: Measured,
+    command: Command, wind: Vector, t: Number,
+) -> list[Number]:  # fmt: skip
     """One row, in the order of `airframe_columns`, at time t [s]: the state now, the command held. wind [m/s]: world."""
     return [
         t,

@@ -49,7 +49,6 @@ class Lagrange(InSpace[Parameters, State, Command]):
 
     @property
     def columns(self) -> Mapping[str, str]:
-        """Name and unit of every logged column."""
         return COLUMNS
 
     def body(self, p: Parameters) -> Vehicle:

@@ -84,7 +84,6 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
 
     @property
     def columns(self) -> Mapping[str, str]:
-        """Name and unit of every logged column."""
         return airframe_columns(len(self.geometry.mounts))
 
     def body(self, p: AirframeParameters) -> Airframe:

@@ -219,14 +219,9 @@ def angular_acceleration(vehicle: Vehicle, attitude: Vector, rates: Vector, torq
 
 
 def derivative(
-    vehicle: Vehicle,
-    disturbance: object,
-    kinematics: Kinematics,
-    state: State,
-    thrust: Number,
-    torque: Vector,
+    vehicle: Vehicle, disturbance: object, kinematics: Kinematics, state: State, thrust: Number, torque: Vector,
     law: Callable[[Any, State], tuple[Vector, Vector]] = disturb,
-) -> State:
+) -> State:  # fmt: skip
     """Rate of every state under a held thrust u [N] and generalised torque tau [N m] (Eq. 9, Eq. 10).
 
     law: gives A_xyz and A_eta from the disturbance's numbers and the state.

@@ -120,7 +120,6 @@ class Compiled(Controller):
         return self.inner.preview
 
     def start(self, measured: object, gains: CompiledGains) -> object:
-        """The memory before the first sample."""
         return self._asked(-1, self.memory, measured, (), gains, 0.0, 0.0)[0]
 
     def slower(

@@ -79,15 +79,9 @@ def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
 
 
 def once(
-    exported: Exported,
-    memory: Structure,
-    measured: Structure,
-    wanted: Reference,
-    t: Number,
-    gains: Structure,
-    parameters: Structure,
-    periods: tuple[Number, ...],
-) -> tuple[Structure, Structure, Structure]:
+    exported: Exported, memory: Structure, measured: Structure, wanted: Reference, t: Number, gains: Structure,
+    parameters: Structure, periods: tuple[Number, ...],
+) -> tuple[Structure, Structure, Structure]:  # fmt: skip
     """One sample with every loop due: the command, the memory after it, and what the actuators make of the command."""
     law = exported.subject.controller
     for loop, period in zip(loops(exported), periods[:-1], strict=True):

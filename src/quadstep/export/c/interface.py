@@ -68,7 +68,6 @@ def c_name(text: str) -> str:
 
 
 def head(exported: Exported, what: str) -> str:
-    """The comment at the head of a file."""
     lines = [what, *exported.about]
     return "\n".join(["/*", *(f" * {line}".rstrip() for line in lines), " */"])
 

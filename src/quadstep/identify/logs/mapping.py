@@ -127,7 +127,6 @@ class Mapping(Section):
 
 
 def mapping_names() -> list[str]:
-    """The mappings that come with the package."""
     folder = files("quadstep.identify.logs") / "mappings"
     return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
 

@@ -50,12 +50,9 @@ def usual(plan: FlightPlan, force: float | None, torque: float | None, others: U
 
 
 def prove_mission(
-    path: Path,
-    force: float | None = None,
-    torque: float | None = None,
-    others: Unknown = NOTHING,
+    path: Path, force: float | None = None, torque: float | None = None, others: Unknown = NOTHING,
     out: Path | None = None,
-) -> ProofVerdict:
+) -> ProofVerdict:  # fmt: skip
     """The verdict on the mission in `path`; a tube that closes is written to `out`. others: besides force and torque.
 
     Raises UserError.

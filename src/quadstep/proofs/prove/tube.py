@@ -164,13 +164,9 @@ def beginning(loop: Sampled, unknown: Unknown) -> tuple[Array, Array]:
 
 
 def tube(
-    loop: Sampled,
-    flown: Array,
-    unknown: Unknown,
-    coordinates: Coordinates,
-    axes: int,
+    loop: Sampled, flown: Array, unknown: Unknown, coordinates: Coordinates, axes: int,
     progress: Callable[[int], None] = lambda _: None,
-) -> Tube | OpenTube:
+) -> Tube | OpenTube:  # fmt: skip
     """The tube of a flight. flown: its states before every sample, (samples + 1, states). axes: of the position."""
     count, samples = flown.shape[1], len(flown) - 1
     blocks = -(-samples // SAMPLES)

@@ -66,13 +66,9 @@ def printed_force(u: Expression, theta: Expression, phi: Expression) -> Expressi
 
 
 def plain(
-    name: str,
-    what: str,
-    printed: str,
-    verdict: EquationVerdict,
-    sides: Callable[[Solution], tuple[Expression, Expression]],
-    reason: str = "",
-) -> None:
+    name: str, what: str, printed: str, verdict: EquationVerdict,
+    sides: Callable[[Solution], tuple[Expression, Expression]], reason: str = "",
+) -> None:  # fmt: skip
     """A row whose evidence is that two sides are equal."""
 
     def gather() -> Checks:

@@ -158,13 +158,9 @@ def on_lanes(campaign: Campaign) -> Fly[FlightRange]:
 
 
 def table(
-    campaign: Campaign,
-    flights: NDArray[np.int64],
-    drawn: dict[str, DrawnColumn],
-    outcome: NDArray[np.int8],
-    ended: NDArray[np.float64],
-    metrics: NDArray[np.float64],
-) -> pa.Table:
+    campaign: Campaign, flights: NDArray[np.int64], drawn: dict[str, DrawnColumn], outcome: NDArray[np.int8],
+    ended: NDArray[np.float64], metrics: NDArray[np.float64],
+) -> pa.Table:  # fmt: skip
     """One row per flight; missing values are null, never NaN."""
     number = np.float64 if campaign.double else np.float32
     lost = outcome != Outcome.COMPLETED

@@ -21,8 +21,6 @@ PACKAGES = ("numpy", "llvmlite", "pyarrow")
 
 
 class Named(BaseModel):
-    """A file in a manifest."""
-
     file: Annotated[str, Field(pattern=rf"^{FLIGHTS}/[0-9]{{5,9}}\.parquet$")]
     first: Annotated[int, Field(ge=0, lt=MOST_FLIGHTS)]
     past: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)]

@@ -36,7 +36,6 @@ def answer(summary: CampaignSummary) -> str:
 
 
 def facts(summary: CampaignSummary) -> list[page.Fact]:
-    """Three numbers with their intervals."""
     good, low, high = summary.success
     if not summary.drawn:
         return [page.Fact("succeed", units.percent(good)), *alone(summary)]

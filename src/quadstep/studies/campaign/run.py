@@ -47,8 +47,6 @@ class CampaignRequest(NamedTuple):
 
 
 class FinishedCampaign(NamedTuple):
-    """A finished campaign."""
-
     campaign: Campaign
     summary: CampaignSummary
     folder: Path
@@ -104,8 +102,6 @@ class Look(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """A look that was taken."""
-
     look: Look
     failures: int
     rate: Estimate

@@ -107,14 +107,9 @@ def entrants(study: ComparisonStudy, kept: Parts, again: bool, local: bool) -> E
 
 
 def entrant(
-    study: ComparisonStudy,
-    kept: Parts,
-    vehicle: str,
-    name: str,
-    entry: ControllerEntry,
-    given: Mapping[str, list[Content]],
-    local: bool,
-) -> EntrantSearch:
+    study: ComparisonStudy, kept: Parts, vehicle: str, name: str, entry: ControllerEntry,
+    given: Mapping[str, list[Content]], local: bool,
+) -> EntrantSearch:  # fmt: skip
     """One of them. Raises UserError."""
     table = study.knowing(vehicle, entry.controller)
     mission = study.nominal(vehicle, table)

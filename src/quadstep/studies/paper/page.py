@@ -99,13 +99,9 @@ def view(claim: Claim) -> ClaimView:
 
 
 def paper_page(
-    study: PaperStudy,
-    plans: StudyPlans,
-    claims: Sequence[Claim],
-    links: Sequence[Link] = (),
-    story: Story | None = None,
-    engine: Engine = Engine.LANES,
-) -> str:
+    study: PaperStudy, plans: StudyPlans, claims: Sequence[Claim], links: Sequence[Link] = (),
+    story: Story | None = None, engine: Engine = Engine.LANES,
+) -> str:  # fmt: skip
     """The page of a study that was flown, with a walk if there is one. Raises UserError."""
     views = [view(claim) for claim in claims]
     flown = flown_study(study, plans, views)

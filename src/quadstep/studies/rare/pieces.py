@@ -68,14 +68,9 @@ def followed(evaluate: Callable[[Points], Floats], random: Random, size: int, le
 
 
 def chains(
-    evaluate: Callable[[Points], Floats],
-    random: Random,
-    points: Points,
-    scores: Floats,
-    threshold: float,
-    size: int,
-    step: float,
-) -> tuple[Points, Floats, float]:
+    evaluate: Callable[[Points], Floats], random: Random, points: Points, scores: Floats, threshold: float,
+    size: int, step: float,
+) -> tuple[Points, Floats, float]:  # fmt: skip
     """About `size` flights whose score is at least the threshold, including those given; their scores, and the step."""
     all_points, all_scores = [points], [scores]
     count, turns = len(scores), -(-size // len(scores)) - 1

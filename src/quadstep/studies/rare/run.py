@@ -204,8 +204,6 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
 
 
 class RareResult(NamedTuple):
-    """A finished run."""
-
     summary: RareSummary
     evidence: Evidence
 

@@ -51,15 +51,9 @@ class Tuned(NamedTuple):
 
 
 def tune(
-    path: Path,
-    budget: int,
-    folder: Path,
-    seed: int = 1,
-    overwrite: bool = False,
-    progress: Progress = SILENT,
-    sheet: Sheet | None = None,
-    grading: Grading = ungraded,
-) -> Tuned:
+    path: Path, budget: int, folder: Path, seed: int = 1, overwrite: bool = False, progress: Progress = SILENT,
+    sheet: Sheet | None = None, grading: Grading = ungraded,
+) -> Tuned:  # fmt: skip
     """Tune the mission in `path` within a budget of flights, including the comparison, and write `folder`.
 
     grading: of the loop at rest. Raises UserError. On Ctrl-C nothing is written.

@@ -182,7 +182,6 @@ class Search:
         return found
 
     def show(self) -> None:
-        """Show how far it is."""
         shown_flights(self.progress, self.flights, math.nan if self.best is None else self.best.judged.objective)
 
     def guessed(self, points: Sequence[Sequence[float]]) -> list[float]:
@@ -245,9 +244,7 @@ class Evolution(Protocol):
         """The candidates of the next generation."""
         ...
 
-    def tell(self, candidates: Sequence[NDArray[np.float64]], costs: Sequence[float]) -> None:
-        """What they cost."""
-        ...
+    def tell(self, candidates: Sequence[NDArray[np.float64]], costs: Sequence[float]) -> None: ...
 
 
 def started(begin: list[float], count: int, seed: list[int]) -> Evolution:
