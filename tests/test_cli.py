@@ -78,9 +78,9 @@ def test_a_wrong_command_line_is_one_line_and_exit_code_2(case):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["fly"], "mission: missing; it is needed (see quadstep fly --help)"),
+        (["fly"], "MISSION.toml: missing; it is needed (see quadstep fly --help)"),
         (["replay", "a.csv"], "--vehicle: missing; it is needed (see quadstep replay --help)"),
-        (["completion"], "shell: missing; it is needed; allowed: bash, zsh, fish (see quadstep completion --help)"),
+        (["completion"], "SHELL: missing; it is needed; allowed: bash, zsh, fish (see quadstep completion --help)"),
         (["fly", "a b", "it's"], '"it\'s": not expected; the command takes no further argument (see quadstep fly --help)'),
         (["flu"], "unknown command 'flu'. Did you mean fly? (see quadstep --help)"),
         (["it's"], 'unknown command "it\'s" (see quadstep --help)'),
@@ -184,7 +184,7 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
             ("campaign", "campaign.toml", "--engine", "floats"),
             "error: --engine: unknown value 'floats'; allowed: lanes, gpu, ray (see",
         ),
-        (("completion", "tcsh"), "error: shell: unknown value 'tcsh'; allowed: bash, zsh, fish (see"),
+        (("completion", "tcsh"), "error: SHELL: unknown value 'tcsh'; allowed: bash, zsh, fish (see"),
         (("serve", "--port", "70000"), "error: --port: should be from 0 to 65535, not '70000' (see"),
         (("serve", "--port", "x"), "error: --port: should be a whole number from 0 to 65535, not 'x' (see"),
         (("study", "region", "--force", "inf"), "error: --force: should be from 0 to 1000, not 'inf' (see"),

@@ -109,7 +109,7 @@ def test_pictures_have_axis_labels_with_units_and_legends(flown):
 def test_the_summary_shows_name_errors_and_folder_as_plain_text(flown):
     run, folder = flown
     assert "".join(NAME.split()) in "".join(run.out.split())
-    for axis in ("x [mm]", "y [mm]", "z [mm]", "psi [mrad]", "theta [mrad]", "phi [mrad]"):
+    for axis in ("x [mm]", "y [mm]", "z [mm]", "psi [°]", "theta [°]", "phi [°]"):
         assert axis in run.out
     assert "Completed 1 s" in run.out
     assert f"Results: {folder}" in run.out

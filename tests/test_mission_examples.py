@@ -49,7 +49,14 @@ def test_every_example_has_a_name_and_says_what_it_is():
     for name in MISSIONS:
         path = EXAMPLES / f"{name}.toml"
         assert path.read_text(encoding="utf-8").startswith("# ")
-        assert read_mission(path).name != "Flight"
+        assert read_mission(path).name != path.stem
+
+
+def test_a_mission_without_a_name_has_that_of_its_file(tmp_path):
+    content = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
+    for file, text, name in (("tower.toml", "", "tower"), ("a\nb.toml", "", "Flight"), ("c.toml", 'name = "Mast"\n', "Mast")):
+        (tmp_path / file).write_text(text + content, encoding="utf-8")
+        assert read_mission(tmp_path / file).name == name
 
 
 @needs(RECORDINGS)

@@ -60,6 +60,16 @@ def test_captions_say_where_a_flight_is_worst():
     assert [panel.lines.keys() for panel in inputs.panels] == [{"commanded", "within limits"}]
 
 
+def test_a_path_that_leaves_its_picture_says_so():
+    t = np.linspace(0.0, 4.0, 401)
+    columns = {"t": "s", **dict.fromkeys(("x", "y", "z", "x_d", "y_d", "z_d"), "m")}
+    z, x_d = np.where(t < 3.0, 0.0, -(10.0 * (t - 3.0))), 0.25 * t
+    log = FlightLog(
+        columns, np.stack([t, x_d, *np.zeros((1, 401)), z, x_d, *np.zeros((2, 401))], axis=1), Outcome.OFF_PATH, 4.0, None
+    )
+    assert flight_jobs(log, "A flight")[0].caption.endswith("Circle: start; cross: end, beyond the view along z.")
+
+
 def test_what_is_asked_for_is_drawn_below_what_comes_of_it():
     panel = Panel("x", "m", {"x": np.arange(9.0), "x_d": np.arange(9.0)})
     with drawing(Sheet()):

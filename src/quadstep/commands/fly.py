@@ -19,7 +19,10 @@ from quadstep.report.screen import complain, say, say_whole, show_table
 
 
 def fly(
-    mission: Annotated[Path, typer.Argument(help="Mission file (TOML); `quadstep new` writes one.", show_default=False)],
+    mission: Annotated[
+        Path,
+        typer.Argument(metavar="MISSION.toml", help="Mission file (TOML); `quadstep new` writes one.", show_default=False),
+    ],
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>.")] = None,
     engine: EngineOption = Engine.LANES,
     overwrite: OverwriteOption = False,

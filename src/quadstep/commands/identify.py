@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from quadstep.identify.logs.flight import FlightRecord
     from quadstep.mission.airframe import AirframeSection
 
-LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of flights.", show_default=False)]
+LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG", help="Logs of flights.", show_default=False)]
 MappingOption = Annotated[
     str | None,
     typer.Option(help="Meaning of a CSV's columns: nanobench, crazypad, idsia, or a mapping file (TOML).", show_default=False),

@@ -82,7 +82,10 @@ PRECISIONS = ("f32", "f64")
 
 
 def export(
-    mission: Annotated[Path, typer.Argument(help="Mission file (TOML) whose controller is exported.", show_default=False)],
+    mission: Annotated[
+        Path,
+        typer.Argument(metavar="MISSION.toml", help="Mission file (TOML) whose controller is exported.", show_default=False),
+    ],
     target: Annotated[str, typer.Option(help="c99, crazyflie, px4 or ardupilot.")] = "c99",
     out: Annotated[
         Path | None, typer.Option(help="Folder for the files; default: out/<mission's name>-<target>.", show_default=False)

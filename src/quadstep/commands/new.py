@@ -5,14 +5,14 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import Delivery, ReplaceOption
+from quadstep.commands.options import Delivery, ReplaceOption, expanded
 from quadstep.io.errors import UNMET, UserError, one_line
 from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report.screen import command, complain, say, say_whole, show_table
 
 
 def new(
-    mission: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
+    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="File to write.", show_default=False)],
     vehicle: Annotated[
         str | None,
         typer.Option(
@@ -36,7 +36,7 @@ def new(
 
 def check(
     lesson: Annotated[str, typer.Argument(help="A lesson (4), or one exercise (4.5).", show_default=False)],
-    mission: Annotated[Path, typer.Argument(help="Your mission (TOML).", show_default=False)],
+    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Your mission (TOML).", show_default=False)],
     course: Annotated[
         Path | None, typer.Option(help="A file of exercises instead of the package's (docs/lessons).", show_default=False)
     ] = None,
@@ -133,7 +133,7 @@ def fit(
 
 making = typer.Typer(help="Make vehicle files.", rich_markup_mode=None)
 making.callback()(lambda: None)
-making.command()(fit)
+making.command()(expanded(fit))
 
 
 def vehicles(

@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, get_args, get_origin, get_type_hints
 
 import typer
+from typer.models import ArgumentInfo
 
 from quadstep.engines.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
 from quadstep.io.errors import UserError, signals_ignored
@@ -36,7 +37,7 @@ def engine_option(work: str) -> object:
 
     told = ". ".join(f"{name}: {WORDS[Engine(name)]}" for name in allowed.own)
     return typer.Option(
-        parser=engine, metavar=f"<{'|'.join(allowed.own)}>", autocompletion=lambda: list(allowed.names), help=f"{told}."
+        parser=engine, metavar="|".join(allowed.own), autocompletion=lambda: list(allowed.names), help=f"{told}."
     )
 
 
@@ -137,8 +138,29 @@ def expanded(command: Callable[..., object]) -> Callable[..., object]:
             given[name] = group(**{option: given.pop(option) for option in options})
         return command(**given)
 
+    for one in parameters:
+        name_value(one)
     vars(run)["__signature__"] = signature.replace(parameters=parameters)
     return run
+
+
+VALUES = {Path: "FILE", int: "N", float: "NUMBER", str: "NAME"}
+"""What the help calls the value of an option of this type that has no word of its own."""
+
+
+def name_value(one: inspect.Parameter) -> None:
+    """Give an option or argument what the help calls its value, where it is not told."""
+    kind, *told = get_args(one.annotation)
+    kinds = (kind, *get_args(kind))
+    for info in told:
+        if info.metavar or info.parser or bool in kinds:
+            continue
+        if isinstance(info, ArgumentInfo):
+            info.metavar = one.name.upper()
+        elif Path in kinds and info.help.startswith("Folder"):
+            info.metavar = "DIR"
+        else:
+            info.metavar = next((word for kind, word in VALUES.items() if kind in kinds), None)
 
 
 START = 4096
@@ -154,6 +176,14 @@ def check_junit(path: Path) -> None:
         raise UserError(f"--junit {error}") from None
     if begin and b"<testsuite" not in begin:
         raise UserError(f"--junit {path}: exists and is not a JUnit file; choose another")
+
+
+def print_json(content: object) -> None:
+    """Print one object, whole or not at all."""
+    text = json.dumps(content, indent=2, allow_nan=False) + "\n"
+    with signals_ignored():
+        sys.stdout.write(text)
+        sys.stdout.flush()
 
 
 @dataclass(frozen=True)
@@ -184,10 +214,7 @@ class Delivery(Options):
 
             write_junit(self.junit, verdict, time.perf_counter() - self.started)
         if self.as_json:
-            text = json.dumps(verdict.as_json(), indent=2, allow_nan=False) + "\n"
-            with signals_ignored():  # an object is printed whole or not at all
-                sys.stdout.write(text)
-                sys.stdout.flush()
+            print_json(verdict.as_json())
             for case in verdict.cases:
                 if case.failure:
                     complain(case.sentence)

@@ -2,19 +2,24 @@
 
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import Drawing, OverwriteOption, show
+from quadstep.commands.options import Drawing, JsonOption, OverwriteOption, print_json, show
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import DIVERGED, FAILED, UserError
 from quadstep.report.bars import bar
 from quadstep.report.screen import say, say_whole, show_table
 
+if TYPE_CHECKING:
+    from quadstep.proofs.verify.rows import JudgedRow
+
 
 def prove(
-    mission: Annotated[Path | None, typer.Argument(help="Mission file (TOML).", show_default=False)] = None,
+    mission: Annotated[
+        Path | None, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML).", show_default=False)
+    ] = None,
     force: Annotated[
         float | None,
         typer.Option(
@@ -91,7 +96,10 @@ def prove(
 
 
 def certify(
-    mission: Annotated[Path, typer.Argument(help="Mission file (TOML) with the paper's controller.", show_default=False)],
+    mission: Annotated[
+        Path,
+        typer.Argument(metavar="MISSION.toml", help="Mission file (TOML) with the paper's controller.", show_default=False),
+    ],
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-certificate.")
     ] = None,
@@ -117,11 +125,9 @@ def certify(
 
 
 def verify(
-    json: Annotated[
-        Path | None, typer.Option(help="Write all rows, their checks and numbers to this file.", show_default=False)
-    ] = None,
     only: Annotated[str | None, typer.Option(help="One row, by number (1 to 75) or name (T_eta).", show_default=False)] = None,
     every: Annotated[bool, typer.Option("--all", help="Print every row, not only those that fail.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Check every equation of the paper against the code that flies; print a summary and the rows that fail.
 
@@ -130,12 +136,22 @@ def verify(
     with needed_by("`quadstep verify`"):
         from quadstep.proofs.verify import registry
 
-    if json:
-        registry.check_target(json)
     rows, started = registry.chosen(only), time.perf_counter()
     with bar("verifying", "rows", len(rows)) as progress:
         results = registry.verify(rows, progress.to)
     seconds = time.perf_counter() - started
+    if as_json:
+        print_json(registry.document(results, seconds))
+    else:
+        show_rows(results, seconds, only, every)
+    if not all(result.passed for result in results):
+        raise typer.Exit(FAILED)
+
+
+def show_rows(results: "list[JudgedRow]", seconds: float, only: str | None, every: bool) -> None:
+    """Print a summary, and the rows that were asked for or fail."""
+    from quadstep.proofs.verify import registry
+
     if not only:
         show_table("The paper against the code", *registry.summary(results))
     printed = [result for result in results if every or only or not result.passed]
@@ -144,8 +160,3 @@ def verify(
             "" if only else "Every row" if every else "FAILED", registry.HEADER, [registry.cells(one) for one in printed]
         )
     say(registry.closing(results, seconds) + ("" if every or only else "; --all prints every row"))
-    if json:
-        registry.write_document(json, results, seconds)
-        say_whole(f"Wrote {json}")
-    if not all(result.passed for result in results):
-        raise typer.Exit(FAILED)

@@ -24,7 +24,9 @@ def page(
     missions: Annotated[
         list[Path] | None,
         typer.Argument(
-            help="Mission files, or one campaign file; default: the paper's cases and stress flights.", show_default=False
+            metavar="MISSION.toml",
+            help="Mission files, or one campaign file; default: the paper's cases and stress flights.",
+            show_default=False,
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="HTML file; default: out/page.html, or out/<mission>.html for one.")] = None,
@@ -169,7 +171,10 @@ ENDED = (
 
 def serve_setpoints(
     mission: Annotated[
-        Path, typer.Argument(help="Mission file (TOML) for a real vehicle; its path is sent.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="MISSION.toml", help="Mission file (TOML) for a real vehicle; its path is sent.", show_default=False
+        ),
     ],
     connect: Annotated[
         str,

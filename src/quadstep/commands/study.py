@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import Drawing, EngineOption, OverwriteOption, check_range, engine_option, show
+from quadstep.commands.options import Drawing, EngineOption, OverwriteOption, check_range, engine_option, expanded, show
 from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import BAD_INPUT, FAILED
@@ -186,4 +186,4 @@ def controllers(
 
 studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None)
 for one in (completion, region, controllers):
-    studies.command()(one)
+    studies.command()(expanded(one))

@@ -71,7 +71,7 @@ ParametersArgument = Annotated[
 ChangesArgument = Annotated[
     list[str],
     typer.Argument(
-        metavar="NAME=VALUE...", help="The change, such as MC_ROLLRATE_P=0.2; or a second parameter file.", show_default=False
+        metavar="NAME=VALUE", help="The change, such as MC_ROLLRATE_P=0.2; or a second parameter file.", show_default=False
     ),
 ]
 

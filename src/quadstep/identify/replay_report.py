@@ -20,10 +20,10 @@ from quadstep.report.evidence import Evidence, Section, Table
 from quadstep.report.publish import write_csv
 from quadstep.report.units import counted, handy, interval, listed, number, percent, quantity
 
-UNIT = {"position": "m", "velocity": "m/s", "attitude": "°", "rates": "rad/s"}
+UNIT = {"position": "m", "velocity": "m/s", "attitude": "°", "rates": "°/s"}
 """Units in which errors are drawn and said."""
 
-FACTOR = {"position": 1.0, "velocity": 1.0, "attitude": 180.0 / np.pi, "rates": 1.0}
+FACTOR = {"position": 1.0, "velocity": 1.0, "attitude": 180.0 / np.pi, "rates": 180.0 / np.pi}
 """To these units."""
 
 
@@ -37,7 +37,7 @@ AHEAD = 50
 TIMES = 2.0
 """From this ratio on it is said how many times."""
 
-SI = UNIT | {"attitude": "rad"}
+SI = UNIT | {"attitude": "rad", "rates": "rad/s"}
 
 
 def identity(flights: Sequence[FlightRecord], asked: ReplayRequest) -> str:
@@ -237,7 +237,7 @@ def estimate_table(found: Sequence[Estimated]) -> Table:
     return Table("Estimates", "estimates", header, rows, f"{sensors}.", escape, shown=sensors)
 
 
-TRACKING = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [rad/s]", "lost")
+TRACKING = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [°/s]", "lost")
 
 
 def likeness(found: Sequence[Beside]) -> str:
@@ -264,5 +264,5 @@ def tracking_table(found: Sequence[Beside], controller: str) -> Table:
 
 def tracked(one: Tracking) -> tuple[str, str, str, str]:
     """How a flight follows its setpoints, as text."""
-    cm, ms, degrees, rate = map(number, (100 * one.rmse, 1e3 * one.lead, np.degrees(one.tilt), one.rate))
-    return cm, ms, degrees, rate
+    cm, ms, tilt, rate = map(number, (100 * one.rmse, 1e3 * one.lead, np.degrees(one.tilt), np.degrees(one.rate)))
+    return cm, ms, tilt, rate

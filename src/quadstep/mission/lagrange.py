@@ -175,7 +175,9 @@ class LimitsSection(Section):
 class LagrangeMission(Mission):
     """A mission file for the paper's plant."""
 
-    name: Annotated[Name, Quantity("", "name of the flight, shown in its results")] = "Flight"
+    name: Annotated[Name, Quantity("", "name of the flight, shown in its results; of a file without it: the file's")] = (
+        "Flight"
+    )
     vehicle: VehicleSection = VehicleSection()
     path: AnyPath
     controller: AnyController = USUAL_CONTROLLER

@@ -87,8 +87,9 @@ def kind_of(vehicle: object, folder: Path = Path()) -> "type[Mission]":
 
 
 def read_mission(path: Path | str) -> "Mission":
-    """The mission in a TOML file. Files that it names are relative to its folder. Raises UserError naming file, key and what
-    is allowed.
+    """The mission in a TOML file, named after the file unless it says how. Files that it names are relative to its folder.
+
+    Raises UserError naming file, key and what is allowed.
 
     >>> from quadstep import read_mission
     >>> read_mission("examples/figure_eight.toml").path.type
@@ -98,7 +99,8 @@ def read_mission(path: Path | str) -> "Mission":
     quadstep.io.errors.UserError: nowhere.toml: file not found
     """
     path = Path(path)
-    return check_mission(read_toml(path), str(path), path.parent)
+    named = {"name": path.stem} if path.stem.isprintable() else {}
+    return check_mission({**named, **read_toml(path)}, str(path), path.parent)
 
 
 def plan_mission(mission: "Mission", path: Path, folder: Path | None = None) -> "FlightPlan":

@@ -159,9 +159,6 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     return figure
 
 
-ROOM = 1.0
-"""Margin around the desired path, in sizes of it: a flight that diverges leaves the view, and the path stays visible."""
-
 MOST_POINTS = 2000
 
 DECADES = 20.0
@@ -186,7 +183,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     errors.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     errors.xaxis.set_major_formatter(plain())
     errors.set_ylabel(f"distance from the path [{unit}]" if sheet.width is None else f"distance [{unit}]")
-    low, high = view(track.wanted, track.flown)
+    low, high = track.view
     across = int(np.argmax(np.ptp(track.wanted[:, :2], axis=0)))  # from the side: along the longer of x and y
     for axes, a, b in ((top, 0, 1), (side, across, 2)):
         draw_path(axes, track.wanted[:, [a, b]], track.flown[:, [a, b]])
@@ -221,12 +218,3 @@ def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: NDArray[np.float64
         axes.plot(*points[:: max(1, len(points) // MOST_POINTS)].T, label=name, **style)
     axes.plot(*flown[0], marker="o", color="black", markerfacecolor="white", markersize=5, linestyle="")
     axes.plot(*flown[-1], marker="x", color="black", markersize=6, linestyle="")
-
-
-def view(wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower and upper corner of the view: a cube around both paths, as far as they are near the desired one."""
-    size = max(float(np.ptp(wanted, axis=0).max()), 0.5)
-    least, most = wanted.min(axis=0) - ROOM * size, wanted.max(axis=0) + ROOM * size
-    both = np.clip(np.concatenate([wanted, flown]), least, most)
-    middle, half = 0.5 * (both.min(axis=0) + both.max(axis=0)), 0.54 * max(float(np.ptp(both, axis=0).max()), 1e-3)
-    return middle - half, middle + half

@@ -25,9 +25,28 @@ class Panel(NamedTuple):
     reach: float = 0.0
 
 
+ROOM = 1.0
+"""Margin around the desired path, in sizes of it: a flight that diverges leaves the view, and the path stays visible."""
+
+
 class Track(NamedTuple):
     """A flight in space. distance [m]: from its path; wanted, flown: points [m], shape (samples, 3)."""
 
     distance: NDArray[np.float64]
     wanted: NDArray[np.float64]
     flown: NDArray[np.float64]
+
+    @property
+    def view(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper corner [m] of what is drawn: a cube around both paths, as far as they are near the desired one."""
+        size = max(float(np.ptp(self.wanted, axis=0).max()), 0.5)
+        least, most = self.wanted.min(axis=0) - ROOM * size, self.wanted.max(axis=0) + ROOM * size
+        both = np.clip(np.concatenate([self.wanted, self.flown]), least, most)
+        middle, half = 0.5 * (both.min(axis=0) + both.max(axis=0)), 0.54 * max(float(np.ptp(both, axis=0).max()), 1e-3)
+        return middle - half, middle + half
+
+    @property
+    def beyond(self) -> list[str]:
+        """Axes along which the end is out of view."""
+        low, high = self.view
+        return [axis for axis, a, end, b in zip("xyz", low, self.flown[-1], high, strict=True) if not a <= end <= b]

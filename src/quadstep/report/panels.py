@@ -30,7 +30,8 @@ def of_path(log: FlightLog) -> str:
     later = float(distance[t >= 0.5 * t[-1]].max())
     said = f"Farthest from its path: {quantity(float(distance[worst]), 'm')}, at {at(t, worst)}"
     said += f"; in the second half at most {quantity(later, 'm')}" if later < 0.9 * distance[worst] else ""
-    return f"{said}. Circle: start; cross: end."
+    beyond = track_of(log).beyond
+    return f"{said}. Circle: start; cross: end{f', beyond the view along {listed(beyond)}' if beyond else ''}."
 
 
 def of_position(log: FlightLog) -> str:
@@ -195,8 +196,12 @@ def signal_panels(log: FlightLog, drawn: Sequence[Panel]) -> list[Panel]:
 
 def path_job(log: FlightLog, name: str, caption: str) -> FigureJob:
     """Of a log with at least two rows."""
-    distance = np.linalg.norm(position_errors(log), axis=1)
-    return FigureJob(name, caption, log.column("t"), [], track=Track(distance, in_space(log, "_d"), in_space(log)))
+    return FigureJob(name, caption, log.column("t"), [], track=track_of(log))
+
+
+def track_of(log: FlightLog) -> Track:
+    """Of a log with at least two rows."""
+    return Track(np.linalg.norm(position_errors(log), axis=1), in_space(log, "_d"), in_space(log))
 
 
 def in_space(log: FlightLog, suffix: str = "") -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import __version__
 from quadstep.io.errors import DIVERGED, UNMET, UserError, unknown_name
 from quadstep.io.files import write_beside
-from quadstep.metrics.registry import Metrics, group, metric
+from quadstep.metrics.registry import Metrics, metric
 from quadstep.metrics.requirements import JudgedMetric, Requirement, judge, with_full_names
 from quadstep.metrics.verdict import Case, Verdict, graded, scalars
 from quadstep.mission.check import check
@@ -31,7 +31,7 @@ from quadstep.report.panels import chosen_jobs, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
-from quadstep.studies.flight_report import of_log, since, write_report
+from quadstep.studies.flight_report import error_rows, of_log, since, write_report
 
 REPORT = "report.html"
 
@@ -262,11 +262,7 @@ def summarise(
     """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known.
     counted: from when errors are, as `since` has it.
     """
-    rows = [
-        [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]
-        for kind, base, unit, scale in (("position", "m", "mm", 1e3), ("attitude", "rad", "mrad", 1e3))
-        for axis, values in group(metrics, kind).items()
-    ]
+    rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics)]
     facts = [
         [name, f"{offset + scale * metric(metrics, key):.3g}"]
         for name, key, scale, offset in (

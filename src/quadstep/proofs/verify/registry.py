@@ -1,4 +1,4 @@
-"""All rows in the order of the paper, and how to run them; what `quadstep verify` prints of them and writes, and as `python -m
+"""All rows in the order of the paper, and how to run them; what `quadstep verify` prints of them, and as `python -m
 quadstep.proofs.verify.registry` `docs/errata.md` and what the article quotes.
 """
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from quadstep.io.errors import UserError
-from quadstep.io.files import JSON, check_place, read_bytes, write_beside
+from quadstep.io.files import write_beside
 from quadstep.proofs.verify import (
     attitude_loop,
     bounds,
@@ -61,6 +61,7 @@ def closing(results: list[JudgedRow], seconds: float) -> str:
 
 
 def document(results: list[JudgedRow], seconds: float) -> dict[str, object]:
+    """All rows, their checks and numbers, for `--json`."""
     return {
         "passed": all(result.passed for result in results),
         "seconds": round(seconds, 1),
@@ -79,17 +80,6 @@ def document(results: list[JudgedRow], seconds: float) -> dict[str, object]:
             for result in results
         ],
     }
-
-
-def check_target(path: Path) -> None:
-    """Raises UserError at once if the JSON file cannot be written."""
-    check_place(path)
-    if path.exists() and b'"rows"' not in read_bytes(path, JSON):
-        raise UserError(f"{path}: exists and is not a document of `quadstep verify`; name another file")
-
-
-def write_document(path: Path, results: list[JudgedRow], seconds: float) -> None:
-    write_beside(path, json.dumps(document(results, seconds), indent=2, allow_nan=False) + "\n")
 
 
 EQUATIONS = 75
