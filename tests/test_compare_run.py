@@ -15,6 +15,7 @@ import pytest
 
 from quadstep.control import raptor
 from quadstep.engines.fly import fly
+from quadstep.io import parts
 from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.parts import parts_in
 from quadstep.io.results_folder import RUNNING
@@ -233,6 +234,23 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     assert len(whole) > 10
     assert resumed == whole
     assert rows(tmp_path / "out", "times.csv")[0].keys() == {"vehicle", "controller", "nanoseconds_per_sample"}
+
+
+def test_an_interrupted_study_that_other_code_continues_says_so_in_one_line(tmp_path, monkeypatch, caplog):
+    file, out = written(tmp_path, SMALLEST), tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
+        assert quadstep("compare", file, "--out", out).code == 130
+    left = len(files(out))
+    shutil.copytree(out, tmp_path / "same")
+    caplog.clear()
+    assert quadstep("compare", file, "--out", tmp_path / "same").code == 0
+    assert not caplog.messages
+    monkeypatch.setattr(parts, "code_digest", lambda: "another")
+    assert quadstep("compare", file, "--out", out).code == 0
+    (line,) = caplog.messages
+    assert f"{out}: of what an interrupted run left there, {left} of {left} files are of other code of quadstep" in line
+    assert not (out / RUNNING).exists()
 
 
 def interrupted(*_):

@@ -203,6 +203,9 @@ def test_a_campaign_is_not_continued_by_other_code(whole, tmp_path, other_code, 
     if not complete:
         (out / "flights/00001.parquet").unlink()
     refused(fly(path, out, "--resume"), out, "cannot be resumed: it was flown by other code of quadstep", "--overwrite")
+    result = fly(path, out)
+    refused(result, out, "cannot be resumed: it was flown by other code of quadstep", "--overwrite")
+    assert "--resume" not in result.err
 
 
 def test_a_replay_by_other_code_says_so_in_one_line(whole, tmp_path, other_code, monkeypatch):

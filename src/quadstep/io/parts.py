@@ -3,13 +3,14 @@
 Each is named by a digest of all that decides it and one of its content, which is compared before the content is used. So an
 interrupted run goes on, one that has grown computes only what is new, and no damaged part is taken for a result.
 
-None is continued by other code than began it, by a digest of the package's (`code_digest`).
+None is continued by other code than began it, by a digest of the package's (`code_digest`); an interrupted one says so.
 """
 
 import ast
 import contextlib
 import hashlib
 import json
+import logging
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,6 +23,8 @@ from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError, interruptible
 from quadstep.io.files import FLIGHTS as ANY_PART
 from quadstep.io.results_folder import RUNNING, Folder, alone_in
+
+log = logging.getLogger(__name__)
 
 ROOMS = ("control", "engines", "interfaces", "metrics", "numbers", "program", "sensing", "vehicle", "world")
 """Packages that count as a whole, data files too: their modules are also loaded by name."""
@@ -218,14 +221,28 @@ def parts_in(path: Path) -> Iterator[Parts]:
     """
     with alone_in(path, RUNNING) as folder:
         kept = f"finished flights are kept in {path}; run the same command to continue"
+        left = [Path(name).name for name in folder.files() if name.startswith(f"{RUNNING}/")]
+        if others := sum(not name.startswith(code_mark()) for name in left):
+            log.warning(
+                "quadstep: note: %s: of what an interrupted run left there, %s of %s files are of other code of quadstep; "
+                "their results are computed again",
+                path,
+                others,
+                len(left),
+            )
         with interruptible(lambda: kept if folder.files() else ""):
             yield Parts(folder)
         folder.remove_tree(RUNNING)
 
 
 def key(*decisive: object) -> str:
-    """A digest of all that decides a part, and of the code that computes it."""
-    return digest_of(__version__, code_digest(), *decisive)
+    """A digest of all that decides a part, and of the code that computes it, after the mark of that code."""
+    return code_mark() + digest_of(__version__, code_digest(), *decisive)[4:]
+
+
+def code_mark() -> str:
+    """What the names of all parts begin with that this code computes."""
+    return digest_of(__version__, code_digest())[:4]
 
 
 def digest_of(*decisive: object) -> str:

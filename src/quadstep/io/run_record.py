@@ -152,8 +152,8 @@ def prepared(
             raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
     else:
         record = kind(inside, manifest)
+        reasons = [*changed(manifest), *([] if SEAL in manifest else ["its manifest has changed"])]
         if resume:
-            reasons = [*changed(manifest), *([] if SEAL in manifest else ["its manifest has changed"])]
             if reasons:
                 raise UserError(
                     f"{folder}: cannot be resumed: {reasons[0]}; choose another --out, or start over with --overwrite"
@@ -161,8 +161,9 @@ def prepared(
             return record, True
         if not overwrite and (record.finished or record.names):
             state = "complete" if record.finished == record.count else record.progress
+            how = f"cannot be resumed: {reasons[0]};" if reasons else "continue with --resume,"
             raise UserError(
-                f"{folder}: holds the {kind.WHAT} {manifest['name']!r} ({state}); continue with --resume, choose another "
+                f"{folder}: holds the {kind.WHAT} {manifest['name']!r} ({state}); {how} choose another "
                 "--out, or replace it with --overwrite"
             )
         with record.explained():
