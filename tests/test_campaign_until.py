@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binom
 
 from quadstep.io.errors import UserError
-from quadstep.metrics.statistics import exact_share
+from quadstep.metrics.statistics import exact_share, ordered_quantile
 from quadstep.studies.campaign.run import Look, looks, parsed
 from tests.campaigns import MASS, SHORT, fly, manifest, no_report, refused, rows, written
 from tests.commands import quadstep
@@ -59,7 +59,7 @@ def test_it_stops_as_soon_as_the_probability_is_known_to_be_below(tmp_path):
     summary = manifest(out)["summary"]
     look = next(looks(0.02))
     low = 1.0 - exact_share(0, look.flights, look.tail).high
-    assert summary["success"]["low"] == low, "as looks have it, not as flights of a fixed number"
+    assert summary["success"]["low"] == pytest.approx(low), "as looks have it, not as flights of a fixed number"
     assert rows(out).num_rows == manifest(out)["flights"] == next(looks(0.02)).flights
 
 
@@ -69,7 +69,7 @@ def test_it_ends_where_the_probability_is_above_and_says_what_to_do(tmp_path):
     path.write_text(path.read_text() + head)
     run = fly(path, tmp_path / "out", "--until", "0.5")
     assert run.code == 4
-    assert "Not met: 0.5 of the flights or more fail." in run.out
+    assert "Not met: 0.5 of the flights or more fail (limit: largest error 1e-09 m)." in run.out
     assert "Next: see the report" in run.out
 
 
@@ -81,6 +81,13 @@ def test_undecided_it_says_the_command_that_goes_on(tmp_path):
     assert run.code == 4
     assert "Not decided." in run.out
     assert "Next:" in run.out
+    told, flown = manifest(tmp_path / "out")["summary"], rows(tmp_path / "out")
+    look = [one for one in islice(looks(0.3), 9) if one.flights <= 40][-1]
+    assert flown.num_rows == look.flights
+    above = ordered_quantile(flown["position_rmse[m]"].to_numpy(), 0.5, look.tail)
+    half = told["quantiles"]["position_rmse[m]"]["0.5"]
+    assert (half["low"], half["high"]) == pytest.approx((above.low, above.high))
+    assert half["high"] > ordered_quantile(flown["position_rmse[m]"].to_numpy(), 0.5).high, "of all looks, and so wider"
     refused(fly(path, tmp_path / "new", "--until", "0.3", "--flights", "5"), "--flights 5: --until needs at least 13")
 
 

@@ -117,7 +117,7 @@ def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
 
 def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path):
     asked = request(write(tmp_path, LINE), "path.duration=0.5:1:2", "vehicle.mass=1:1.1:2", failures=["effort_thrust=1e9"])
-    assert asked.campaign.meaning == " (judged by reaching the end and by effort_thrust only)"
+    assert asked.campaign.meaning == " (judged by reaching the end and by effort thrust at most 1e+09 N only)"
     assert most_of(asked) == ""
     assert most_of(asked._replace(random=True)) == " in the one flight of each, which chance varies"
     assert most_of(asked._replace(random=True, flights=20)).startswith(", that is, at least ")

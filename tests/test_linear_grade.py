@@ -2,10 +2,12 @@
 
 import math
 import re
+from html import unescape
 
 import pytest
 
 from quadstep import Mission
+from quadstep.engines.fly import fly
 from quadstep.linear import grade as grade_module
 from quadstep.linear.analysis import limits, studied
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded, quick_grade, whole_grade
@@ -200,6 +202,38 @@ def test_fly_says_the_grade_in_its_output_its_report_and_its_metrics(tmp_path):
     assert page.code == 0
     (shown,) = data_of((tmp_path / "page.html").read_text(encoding="utf-8"))["flights"]
     assert shown["facts"] == one["facts"]
+
+
+LOST = '[[events]]\ntype = "rotor"\ntime = 1.0\nrotor = 1\nefficiency = 0.0\n[simulation]\nduration = 12.0\n'
+
+
+def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(tmp_path):
+    mission = write(tmp_path, MISSION + LOST)
+    run = quadstep("linear", mission, "--out", tmp_path / "linear")
+    found = grade(read_mission(mission))
+    said = strict_json(tmp_path / "linear" / "linear.json")["sentences"][0]
+    lost = r"The mission's flight is lost at [\d.]+ s \(more than 100 m from its path\); at rest its loop is sound: "
+    assert re.match(lost, said)
+    assert said.endswith(f"{found.why}.")
+    assert said in " ".join(run.out.split())
+    report = unescape((tmp_path / "linear" / "report.html").read_text(encoding="utf-8"))
+    assert said in report.replace("\u00a0", " ")
+    exported = quadstep("export", mission, "--out", tmp_path / "c99")
+    assert exported.code == 0
+    assert "warning: " in exported.err
+    assert said.partition(";")[0].removeprefix("The ") in " ".join(exported.err.split())
+
+
+def test_a_loop_that_rests_elsewhere_says_how_far(tmp_path):
+    wind = MISSION.replace('"lqr"', '"px4-cascade"') + "wind = { mean = [8.0, 0.0, 0.0] }\n"
+    mission = read_mission(write(tmp_path, wind))
+    still = mission.with_(path={"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 120.0})
+    away = fly(still.plan()).column("x")[-1]
+    assert away > 0.02
+    found = studied(mission).analysis
+    assert found.aside == pytest.approx(away, rel=1e-2)
+    assert f"; it rests {1e3 * away:.3g}" in graded(found).why.replace("\u00a0", " ")
+    assert "rests" not in grade(read_mission(write(tmp_path, wind.replace("8.0", "0.0")))).why
 
 
 CAMPAIGN = """

@@ -211,7 +211,10 @@ def export_mission(
         found = measurements(law, plan, out, told) if request.measure else NOTHING
         (out / "datasheet.md").write_text(datasheet(law, facts, found), encoding="utf-8")
         write_json(out / MANIFEST, {"name": mission.name, "target": request.target, "precision": kind, **facts._asdict()})
-    return ExportOutcome(law, [*files, "datasheet.md", MANIFEST], summary(law, found), plan.warnings)
+    told("flying the mission")
+    short = mission.shortfall(plan)
+    warnings = (*plan.warnings, *([f"{short}: the law is exported as it is"] if short else []))
+    return ExportOutcome(law, [*files, "datasheet.md", MANIFEST], summary(law, found), warnings)
 
 
 def summary(law: Exported, found: Measurements) -> list[str]:

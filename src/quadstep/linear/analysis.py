@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.engines.fly import FlightPlan
-from quadstep.linear.equilibrium import Rest, at_rest, hovering
+from quadstep.linear.equilibrium import Rest, aside, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, MarginLimits, Margins, margins
 from quadstep.linear.modes import STILL, Modes, Pole, Reduced, poles
 from quadstep.linear.sampled import WANTED, linearising
@@ -71,7 +71,7 @@ class Analysis(NamedTuple):
     loop: the linearised period. not_held: the parts of the pose in which a deviation stays.
     limits: what a sound loop has. bends: places of the laws where slopes differ on both sides; near: states
     whose slopes are others near rest; tried: on which sides and where, in words; later: when it was linearised again,
-    as it had become another loop [s].
+    as it had become another loop [s]. aside: how far from where the path begins it rests [m].
     """
 
     channels: tuple[Channel, ...]
@@ -84,6 +84,7 @@ class Analysis(NamedTuple):
     near: tuple[str, ...] = ()
     tried: str = ""
     later: tuple[float, ...] = ()
+    aside: float = 0.0
 
     @property
     def stable(self) -> bool:
@@ -108,7 +109,8 @@ def studied(mission: Mission) -> Studied:
     with linearising():
         rests = [at_rest(plan) for plan in plans]
         found = worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
-        return Studied(rests[0], found._replace(near=rests[0].near, tried=rests[0].tried, later=rests[0].later))
+        near, tried, later = rests[0].near, rests[0].tried, rests[0].later
+        return Studied(rests[0], found._replace(near=near, tried=tried, later=later, aside=max(map(aside, rests))))
 
 
 def limits(mission: Mission) -> MarginLimits:

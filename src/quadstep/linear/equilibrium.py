@@ -136,6 +136,13 @@ def at_rest(plan: FlightPlan) -> Rest:
     return with_others(bent)
 
 
+def aside(rest: Rest) -> float:
+    """How far from where it should be a loop rests [m]."""
+    loops, plant = rest.loops, rest.loops.loop.plant
+    off = plant.error(rest.flown.cycle.state, loops.loop.wanted(rest.first * loops.h, loops.p))
+    return float(np.linalg.norm(np.array(list(off), dtype=np.float64)))
+
+
 def same(one: Rest, other: Rest) -> bool:
     """Whether two rests of a loop are within `NEAR` of each other."""
     values, others = (np.array(states(each.flown)) for each in (one, other))

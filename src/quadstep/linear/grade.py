@@ -23,7 +23,7 @@ from quadstep.io import code_cache
 from quadstep.io.errors import UserError
 from quadstep.io.parts import code_digest
 from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, worst_of
-from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_others, with_pieces
+from quadstep.linear.equilibrium import aside, at_rest, hovering, newton, warmed, with_others, with_pieces
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
@@ -31,6 +31,7 @@ from quadstep.metrics.registry import LESS_IS_BETTER, MARGINS, NO_REST, SOUND, U
 from quadstep.mission.airframe_tables import CommandSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
+from quadstep.report.units import quantity
 
 FRAGILE, UNSTABLE, UNKNOWN = "fragile", "unstable", "not linearised"
 
@@ -67,6 +68,9 @@ class Grade(NamedTuple):
         return f"{self.word[0].upper()}{self.word[1:]}: {self.why}."
 
 
+LEAST_ASIDE = 1e-3
+"""From how far on it is said that a loop rests elsewhere than where it should [m]."""
+
 WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 
 
@@ -79,6 +83,8 @@ def graded(found: Analysis) -> Grade:
     measures = least_of(found)
     short = [one for one in measures if not one.met]
     said = ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures)
+    if found.aside >= LEAST_ASIDE:
+        said += f"; it rests {quantity(found.aside, 'm')} from where the path begins"
     if not short:
         return Grade(SOUND, f"least {said}", measures)
     missed = " and ".join(f"{one.what} margin below {one.text(one.limit)}" for one in short)
@@ -278,7 +284,7 @@ def folder_digest() -> str:
 def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
     """The grade of loops of a mission, flown only where no rest is found at its start; empty where it takes longer."""
     with linearising():
-        analyses = []
+        analyses, off = [], []
         for one in loops:
             flown, first = warmed(one)
             if one.count > MOST_TICKS or len(states(flown)) > MOST_STATES:
@@ -295,6 +301,7 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
                     rest = at_rest(one.plan)
                 except NoRestError as error:
                     return {"grade": (none := refused(error)).word, "why": none.why}
+            off.append(aside(rest))
             analyses += [of_loop(each, limits(mission)) for each in (rest.period, *rest.pieces)]
-    found: Grade = graded(worst_of(analyses))
+    found: Grade = graded(worst_of(analyses)._replace(aside=max(off)))
     return {"grade": found.word, "why": found.why}

@@ -64,6 +64,7 @@ def record(found: Analysis, steps: list[StepResponse]) -> dict[str, object]:
         "bends_near": list(found.near),
         "sides_tried": found.tried,
         "changes_until[s]": list(found.later),
+        "rests_aside[m]": found.aside,
         "poles[1/s]": [[pole.real, pole.imaginary] for pole in found.poles],
         "pole_states": [list(pole.states) for pole in found.poles],
         "steps": {step.name: {"overshoot[-]": step.overshoot, "settling[s]": finite(step.settling)} for step in steps},
@@ -116,9 +117,11 @@ SLOWEST_SHOWN = 0.1
 def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> Evidence:
     """Linearise the mission in `path` where its path begins, and write `folder`. Raises UserError."""
     mission = read_mission(path)
-    with publishing(folder, "linear-" + fingerprint([plan_mission(mission, path)]), overwrite) as out:
+    plan = plan_mission(mission, path)
+    with publishing(folder, "linear-" + fingerprint([plan]), overwrite) as out:
         found = of_file(mission, path)
-        done = evidence(out, mission, path, found, sheet)
+        but = mission.shortfall(plan) if found.analysis.holds else ""
+        done = evidence(out, mission, path, found, sheet, but)
         write_csv(out / "margins.csv", ("channel", *MARGIN_COLUMNS), channel_rows(found.analysis))
         write_csv(out / "poles.csv", ("real[1/s]", "imaginary[rad/s]", "states"), [one.row for one in found.analysis.poles])
         write_json(out / "linear.json", done.record)
@@ -138,11 +141,13 @@ def channel_rows(found: Analysis) -> list[tuple[object, ...]]:
     return [(channel.name, *margin_numbers(one)) for channel, one in zip(found.channels, found.margins, strict=False)]
 
 
-def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: Sheet) -> Evidence:
-    """The loop for its readers; draws the figures of a stable one into the folder `out`."""
+def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: Sheet, but: str = "") -> Evidence:
+    """The loop for its readers; draws the figures of a stable one into the folder `out`. but: what the mission's flight does
+    that was not asked.
+    """
     found = studied.analysis
     moves = steps(studied.rest.period, found.poles) if found.stable else []
-    said = [*tables.sentences(found), *([] if found.stable else [flown_from_rest(mission)])]
+    said = [*tables.sentences(found, but), *([] if found.stable else [flown_from_rest(mission)])]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = Table(
         "Poles", "poles", tables.POLE_HEADER, tables.pole_rows(found.poles, None), shown="The slowest poles", most=tables.SHOWN

@@ -13,6 +13,7 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.modes import Pole
 from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
+from quadstep.metrics.registry import at_rest
 from quadstep.report.axes import plain, powers
 from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
@@ -114,12 +115,14 @@ def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
     ]
 
 
-def sentences(found: Analysis) -> list[str]:
-    """The opening lines, before any number."""
+def sentences(found: Analysis, but: str = "") -> list[str]:
+    """The opening lines, before any number. but: what the mission's flight does that was not asked."""
     grade, period = graded(found), found.loop.period
+    rest = at_rest({"grade": grade.word, "why": grade.why})
+    answer = f"{but[0].upper()}{but[1:]}; {rest}." if but else grade.sentence
     later = [LATER.format(listed([f"{t:.3g}" for t in found.later]))] if found.later else []
     if not found.stable:
-        return [grade.sentence, *later]
+        return [answer, *later]
     slowest = f"The slowest mode has a time constant of {number(found.poles[0].time_constant, '.3g')} s."
     still = dict.fromkeys(name for pole in found.poles if not pole.real and not pole.imaginary for name in pole.states)
     if still:
@@ -130,7 +133,7 @@ def sentences(found: Analysis) -> list[str]:
     bent = [f"{BENT.format(found.tried)} ({', '.join(found.bends)})."] if found.bends else []
     if found.near and not bent:
         bent = [NEAR.format(first(short(found.near)), found.tried)]
-    return [grade.sentence, *later, slowest, sampled, *bent]
+    return [answer, *later, slowest, sampled, *bent]
 
 
 def first(names: Iterable[str]) -> str:

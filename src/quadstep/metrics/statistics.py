@@ -12,6 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 LEVEL = 0.95
+TAIL = 0.5 * (1.0 - LEVEL)
+"""The chance that an interval misses the truth on either side."""
+
 RESAMPLES = 2000
 AT_A_TIME = 2**16
 """Numbers drawn at a time: few enough for a processor's cache, however many flights there are."""
@@ -39,7 +42,7 @@ class Estimate(NamedTuple):
 
 def share(count: int, total: int) -> Estimate:
     """A share of flights with the exact interval of Clopper and Pearson (1934). Needs 0 <= count <= total, total >= 1."""
-    return exact_share(count, total, 0.5 * (1.0 - LEVEL))
+    return exact_share(count, total, TAIL)
 
 
 def exact_share(count: int, total: int, tail: float) -> Estimate:
@@ -80,9 +83,9 @@ def share_difference(gained: int, lost: int, total: int) -> Estimate:
     return Estimate(up.value - down.value, up.low - down.high, up.high - down.low)
 
 
-def quantile(values: NDArray[np.float64], q: float) -> Estimate:
+def quantile(values: NDArray[np.float64], q: float, tail: float = TAIL) -> Estimate:
     """A quantile, linear between order statistics, with the interval of `ordered_quantile`. Needs a finite value."""
-    return ordered_quantile(values, q)._replace(value=float(np.quantile(values, q)))
+    return ordered_quantile(values, q, tail)._replace(value=float(np.quantile(values, q)))
 
 
 def quantile_difference(first: NDArray[np.float64], second: NDArray[np.float64], q: float) -> Estimate:
@@ -94,7 +97,7 @@ def quantile_difference(first: NDArray[np.float64], second: NDArray[np.float64],
     return Estimate(value, other.low - one.high, other.high - one.low)
 
 
-def ordered_quantile(values: NDArray[np.float64], q: float, tail: float = 0.5 * (1.0 - LEVEL)) -> Estimate:
+def ordered_quantile(values: NDArray[np.float64], q: float, tail: float = TAIL) -> Estimate:
     """A quantile as one of the values, with an interval between two others, free of distribution and exact (Conover 1999).
 
     Values may be infinite; an end of the interval for which there are too few values is NaN. tail: the chance that it misses

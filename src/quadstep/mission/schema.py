@@ -14,16 +14,17 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, Ty
 
 from pydantic import ValidationInfo, model_validator
 
-from quadstep.engines.fly import FlightPlan
+from quadstep.engines.fly import FlightPlan, fly, reason
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import bare, of_log, score_names
 from quadstep.engines.trial import NotFiniteError, try_metrics, try_out, try_plant
-from quadstep.interfaces.closed_loop import Ticks
+from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog, Metric
 from quadstep.interfaces.plant import Air, Plant, Reference
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import AT_REST, DELAYS, LEAST_GAIN, LEAST_PHASE, Metrics
+from quadstep.metrics.verdict import graded
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
 from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain, with_value
@@ -250,6 +251,17 @@ class Mission(Section, metaclass=MissionMeta):
             raise UserError(f"metrics: {name}: every flight already has a metric of this name")
         rest = dict(grading(self))
         return {**found, **own, **({AT_REST: rest} if rest else {})}, warnings
+
+    def shortfall(self, plan: FlightPlan) -> str:
+        """What its flight does that was not asked, in a clause for those who look at its loop alone; empty where nothing."""
+        try:
+            log = fly(plan)
+            if log.outcome is not Outcome.COMPLETED:
+                return f"the mission's flight is lost at {log.ended:.4g} s ({reason(plan, log)})"
+            reasons = graded(self.flight_metrics(log)[0]).reasons
+        except UserError as error:
+            return f"the mission cannot be flown ({error})"
+        return f"in the mission's flight, {', and '.join(reasons)}" if reasons else ""
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
         return flight_jobs(log, self.name, self.plant.efforts)

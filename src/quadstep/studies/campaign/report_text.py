@@ -7,7 +7,7 @@ from pathlib import Path
 
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
-from quadstep.metrics.statistics import Estimate, share
+from quadstep.metrics.statistics import Estimate, exact_share
 from quadstep.mission.fields import label
 from quadstep.report import page, units
 from quadstep.report.evidence import Section, Table
@@ -111,18 +111,18 @@ def outcomes(summary: CampaignSummary) -> Table:
     header, counts = ("outcome", "flights", "share of all [%]"), ended(summary)
     rows: list[tuple[page.Cell, ...]] = [(name, str(count)) for name, count in counts.items() if count]
     if summary.drawn:
-        rows = [(name, str(count), spanned(share_of(summary, name, count))) for name, count in counts.items()]
+        rows = [(name, str(count), spanned(share_of(summary, count))) for name, count in counts.items()]
     return Table("How the flights ended", "outcomes", header if summary.drawn else header[:2], rows)
 
 
-def share_of(summary: CampaignSummary, what: str, count: int) -> Estimate:
-    """Of all flights, those that ended so, with the interval."""
-    return summary.success if what == SUCCEEDED else share(count, summary.flights)
+def share_of(summary: CampaignSummary, count: int) -> Estimate:
+    """Of all flights so many, with the interval."""
+    return exact_share(count, summary.flights, summary.tail)
 
 
 def for_a_paper(summary: CampaignSummary, name: str) -> str:
     """Outcomes and quantiles as a LaTeX table; without intervals where nothing is statistical."""
-    shares = {what: share_of(summary, what, count) for what, count in ended(summary).items()}
+    shares = {what: share_of(summary, count) for what, count in ended(summary).items()}
     ends = [(what, "", units.percent(*one) if summary.drawn else str(ended(summary)[what])) for what, one in shares.items()]
     rows = [
         (words, f"{100.0 * q:g} %", units.interval(*one, unit) if summary.drawn else units.quantity(one.value, unit))

@@ -16,7 +16,7 @@ import pyarrow.compute as pc
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
 from quadstep.io.errors import UserError, number_in
-from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, incomplete_beta
+from quadstep.metrics.statistics import LEVEL, TAIL, Estimate, exact_share, incomplete_beta
 from quadstep.mission.distributions import Grid, Sobol
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.progress import SILENT, Count, Progress
@@ -72,18 +72,14 @@ def fly_missing(store: Store, fly: Fly[Chunk], flights: int, progress: Progress)
 
 
 def finish(
-    store: Store, campaign: Campaign, asked: CampaignRequest, decision: str = "", failing: Estimate | None = None
+    store: Store, campaign: Campaign, asked: CampaignRequest, decision: str = "", tail: float = TAIL
 ) -> FinishedCampaign:
-    """Summarise what was flown; write the report and the final manifest. decision: as in `CampaignSummary`. failing: the share
-    that fails, with the interval of flights whose number their failures decided.
-    """
+    """Summarise what was flown; write the report and the final manifest. decision, tail: as in `CampaignSummary`."""
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
     grading, grid = asked.grading(campaign.mission), campaign.file.combinations
-    summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign))
+    summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
     summary = summary._replace(meaning=campaign.meaning, decision=decision)
-    if failing:
-        summary = summary._replace(success=Estimate(summary.success.value, 1.0 - failing.high, 1.0 - failing.low))
     write_report(store, campaign, summary, asked.path, asked.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)
@@ -186,8 +182,8 @@ def fly_until(asked: CampaignRequest, target: float) -> Decided:
             if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
                 break
         last = seen[-1]
-        rate = last.rate if last.look.flights == store.flights else None  # of a run resumed with more, theirs
-        return Decided(finish(store, campaign, asked, decision(target, seen, campaign.meaning), rate), target, tuple(seen))
+        tail = last.look.tail if last.look.flights == store.flights else TAIL  # of a run resumed with more, theirs
+        return Decided(finish(store, campaign, asked, decision(target, seen, campaign.meaning), tail), target, tuple(seen))
 
 
 def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:

@@ -181,23 +181,30 @@ class Campaign(NamedTuple):
         """Metrics that can define a failure, by their names without units."""
         return bare(self.metrics)
 
+    def limits(self, how: str = "") -> list[str]:
+        """The limits of a flight in words. how: it stands to them, after a blank, as " at most"."""
+        named = [(*metric(self.thresholds[name]), limit) for name, limit in self.file.failure.items()]
+        return [f"{words}{how} {limit:g}{after(unit)}" for words, unit, limit in named]
+
     @property
     def failing(self) -> str:
         """When a flight fails, in words."""
-        limits = []
-        for name, limit in self.file.failure.items():
-            words, unit = metric(self.thresholds[name])
-            limits.append(f", or {words} above {limit:g}{after(unit)}")
-        return f"if it ends early{''.join(limits)}"
+        return ", or ".join(["if it ends early", *self.limits(" above")])
 
     @property
     def meaning(self) -> str:
-        """What is less, or later, than one expects of how a flight is judged, in brackets after a blank; else nothing."""
-        limits, since = self.file.failure, self.mission.scored_from
-        if not ERRORS & limits.keys():
-            rest = f"and by {listed([*limits])} only" if limits else "only, however large the error"
-            return f" (judged by reaching the end {rest})"
-        return f" (errors counted from {since:g} s on: score_from)" if since else ""
+        """How a flight is judged, in brackets after a blank: by which limits, and what is less, or later, than one expects."""
+        limits, mission = self.limits(), self.mission
+        flown, length = mission.simulation.duration, mission.path.build(self.folder).length
+        if ERRORS & self.file.failure.keys():
+            said = [f"{'limit' if len(limits) == 1 else 'limits'}: {listed(limits)}"]
+            said += [f"errors counted from {since:g} s on: score_from"] if (since := mission.scored_from) else []
+        else:
+            rest = f"and by {listed(self.limits(' at most'))} only" if limits else "only, however large the error"
+            said = [f"judged by reaching the end {rest}"]
+        if flown and flown < length and "simulation.duration" not in self.file.keys:
+            said.append(f"only the first {flown:g} s of a path of {length:.4g} s are flown")
+        return f" ({'; '.join(said)})".replace("\N{NO-BREAK SPACE}", " ")
 
     @property
     def mission(self) -> Mission:

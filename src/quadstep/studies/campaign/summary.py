@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.registry import AT_REST
-from quadstep.metrics.statistics import Estimate, quantile, share
+from quadstep.metrics.statistics import TAIL, Estimate, exact_share, quantile
 from quadstep.report import units
 from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.studies.campaign.store import Store
@@ -61,7 +61,8 @@ class CampaignSummary(NamedTuple):
     differ in any result, as where nothing varies, or nothing that has an effect. points: of a grid that the flights are, where
     nothing of them is drawn at random; 0 where something is. uneven: points of its grid, where it does not fly all of them
     equally often; else 0. singly: keys because of which each flight was set up by itself.
-    meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence.
+    meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence. tail: the chance that one of
+    its intervals misses the truth on either side.
     """
 
     flights: int
@@ -76,6 +77,7 @@ class CampaignSummary(NamedTuple):
     uneven: int = 0
     meaning: str = ""
     decision: str = ""
+    tail: float = TAIL
 
     @property
     def drawn(self) -> bool:
@@ -94,10 +96,10 @@ class CampaignSummary(NamedTuple):
 
 def summarise(
     store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}), singly: Iterable[str] = (),
-    grid: int = 1, random: bool = True,
+    grid: int = 1, random: bool = True, tail: float = TAIL,
 ) -> CampaignSummary:  # fmt: skip
     """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
-    rest, singly: as in `CampaignSummary`. grid: its points, 1 without one. random: whether anything is drawn at random.
+    rest, singly, tail: as in `CampaignSummary`. grid: its points, 1 without one. random: whether anything is drawn at random.
 
     Raises UserError for files that cannot be read.
     """
@@ -110,13 +112,13 @@ def summarise(
     for metric in (RMSE, LARGEST):
         values = finite(flown.filter(through)[metric])
         if len(values):
-            known = {q: quantile(values, q) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
+            known = {q: quantile(values, q, tail) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
             spreads.append(MetricQuantiles(metric, len(values), known))
     scored = not varied or flown[RMSE].null_count == 0
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
     return CampaignSummary(
-        count, share(good, count), counted, spreads, worst(flown), copies, rest, tuple(singly),
-        points=0 if random else min(grid, count), uneven=grid if count % grid else 0,
+        count, exact_share(good, count, tail), counted, spreads, worst(flown), copies, rest, tuple(singly),
+        points=0 if random else min(grid, count), uneven=grid if count % grid else 0, tail=tail,
     )  # fmt: skip
 
 
