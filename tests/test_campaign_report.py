@@ -17,7 +17,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.check import check
 from quadstep.report import units
-from quadstep.report.figures import view
+from quadstep.report.panel import Track
 from quadstep.studies.campaign import pictures, report, report_text
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import table
@@ -418,11 +418,11 @@ def test_lines_of_a_ranking_end_where_the_intervals_end(monkeypatch, tmp_path):
 def test_the_view_of_a_lost_flight_stays_near_the_wanted_path():
     t = np.linspace(0.0, 1.0, 50)[:, None]
     wanted = t * np.array([4.0, 0.0, 2.0])
-    low, high = view(wanted, wanted + 1e4 * t**2)
+    low, high = Track(np.zeros(50), wanted, wanted + 1e4 * t**2).view
     assert (low <= wanted.min(axis=0)).all()
     assert (high >= wanted.max(axis=0)).all()
     assert (high - low).max() < 4.0 * 4.0
-    low, high = view(np.zeros((5, 3)), np.zeros((5, 3)))
+    low, high = Track(np.zeros(5), np.zeros((5, 3)), np.zeros((5, 3))).view
     assert (high > low).all()
 
 

@@ -290,7 +290,7 @@ def test_a_tutorial_runs(tmp_path):
 
 @needs(SITE)
 def test_the_site_builds_without_a_warning(tmp_path):
-    (tmp_path / "index.md").write_text("# A\n\n```{toctree}\nkeys\ncommands\n```\n")
+    (tmp_path / "index.md").write_text("# A\n\nAgain with --overwrite.\n\n```{toctree}\nkeys\ncommands\n```\n")
     (tmp_path / "keys.md").write_text(keys.page("campaign-file").replace("(docs/campaigns.md)", ""))
     (tmp_path / "commands.md").write_text(commands_page())
     build = ["-m", "sphinx", "-b", "html", "-W", "-q", "-c", str(DOCS / "site"), str(tmp_path), str(tmp_path / "html")]
@@ -298,5 +298,6 @@ def test_the_site_builds_without_a_warning(tmp_path):
     assert done.returncode == 0, done.stderr
     html = (tmp_path / "html" / "keys.html").read_text()
     assert 'id="uniform"' in html
+    assert "with --overwrite" in (tmp_path / "html" / "index.html").read_text()
     fetched = re.findall(r'<(?:link|script|img)[^>]+(?:href|src)="(https?:[^"]+)"', html)
     assert fetched == []

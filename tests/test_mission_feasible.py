@@ -2,7 +2,6 @@
 
 import pytest
 
-from docs.site import conf
 from quadstep import Engine, Mission, UserError
 from quadstep.page.build import flown_files
 from tests.commands import write
@@ -58,7 +57,3 @@ def test_two_missions_of_one_name_are_told_apart(tmp_path):
     paths = [write(tmp_path, text, f"{name}.toml") for name in ("first", "second")]
     assert [one.name for one in flown_files(paths, Engine.LANES)] == ["Same (first)", "Same (second)"]
     assert [one.name for one in flown_files(paths[:1], Engine.LANES)] == ["Same"]
-
-
-def test_the_site_leaves_the_hyphens_of_options_alone():
-    assert conf.smartquotes is False

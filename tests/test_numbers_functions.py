@@ -1,5 +1,6 @@
 """The functions of a number on Python floats and NumPy arrays, against `math` and IEEE 754."""
 
+import itertools
 import math
 
 import numpy as np
@@ -135,6 +136,20 @@ def test_where_chooses_entry_by_entry_whatever_is_an_array():
     assert where(True, x, 0.0).tolist() == [-1.0, 2.0]
     assert where(False, x, 0.0).tolist() == [0.0, 0.0]
     assert where(np.float64(1.0) > 0.0, 1.0, 2.0) == 1.0
+
+
+@pytest.mark.filterwarnings("ignore:Bitwise inversion")
+def test_a_negated_comparison_chooses_alike_whatever_kind_of_number_is_compared():
+    def law(x, y):
+        few, many = x < 1.0, y < 1.0
+        conditions = ~few, ~few & many, ~few | many, ~(few & many), ~few & ~many
+        return tuple(where(one, 3.0, 4.0) for one in conditions)
+
+    for x, y in itertools.product((0.0, 2.0), repeat=2):
+        holds = x >= 1.0, x >= 1.0 and y < 1.0, x >= 1.0 or y < 1.0, x >= 1.0 or y >= 1.0, x >= 1.0 and y >= 1.0
+        wanted = tuple(3.0 if one else 4.0 for one in holds)
+        assert law(x, y) == wanted
+        assert tuple(float(one[0]) for one in law(np.array([x]), np.array([y]))) == wanted
 
 
 def test_array_helpers_act_entry_by_entry():

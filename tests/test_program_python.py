@@ -62,6 +62,7 @@ def test_functions(function):
         agree(lambda x: (function(x), function(0.5 * x)), value)
 
 
+@pytest.mark.filterwarnings("ignore:Bitwise inversion")  # Python's, of True and False
 def test_operations_are_neither_folded_nor_rounded_twice():
     def law(x, y):
         chosen = where((x < y) & ~(x == 0.0) | (y >= 3.0), x, 1.0 - y)

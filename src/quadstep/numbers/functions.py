@@ -42,6 +42,8 @@ def where(condition: Condition, yes: Number, no: Number) -> Number:
     """
     if type(condition) is bool and type(yes) is float and type(no) is float:  # as `Floats` has it, without asking for it
         return yes if condition else no
+    if type(condition) is int:  # Python's ~True is -2 and ~False -1: the lowest bit is right, and stays so under & and |
+        condition = bool(condition & 1)
     result: Number = functions_of(condition, yes, no).where(condition, yes, no)
     return result
 
