@@ -12,6 +12,7 @@ from quadstep.engines.fly import fly_all
 from quadstep.identify.changes import advised, changes
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.measured import Measured, measured
+from quadstep.identify.plant import plant
 from quadstep.identify.rate_loops import ARDUPILOT
 from quadstep.identify.response import Crossing, Response, crossovers, margin, response
 from quadstep.io.errors import UserError
@@ -127,7 +128,7 @@ def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     assert found.answer.startswith("The loop of roll has a phase margin of ")
     assert "ATC_RAT_RLL_P, ATC_RAT_RLL_I, ATC_RAT_RLL_D times" in found.more[0]
     flight = excited(log, None)
-    shown = loops(flight, None, changes(flight, measured(flight.measured)))
+    shown = loops(flight, None, changes(flight, measured(flight.measured), plant(flight)))
     assert [one.name for one in shown.channels] == ["measured", "with what is advised"]
     np.testing.assert_allclose(shown.loop[:, 1], factor * shown.loop[:, 0], rtol=1e-9)
     assert "with what is advised (dashed) it crosses at" in found.figures[0].caption

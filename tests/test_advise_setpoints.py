@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from quadstep.identify.changes import changes, tuned
+from quadstep.identify.changes import HIDDEN, WORTH, changes, tuned
 from quadstep.identify.excited import excited
 from quadstep.identify.measured import measured
 from quadstep.identify.plant import plant
@@ -18,7 +18,7 @@ from quadstep.report.sheet import sheet
 from quadstep.studies.advise import advise
 from tests.challenge import setpoints, symptoms
 from tests.made_logs import rate_loop
-from tests.rate_flights import PERIOD, Axis, flown, stepped
+from tests.rate_flights import PERIOD, Axis, Ring, flown, stepped
 
 STEP = 0.004
 WEAK, SOUND, DULL = 0, 1, 2
@@ -102,20 +102,38 @@ def test_a_sound_loop_gets_the_gains_that_it_bears_from_the_plant_that_explains_
     found = advise(logged(tmp_path, SOUND), None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
     factor = found.record["factor"]
     omega = np.geomspace(0.3, 1000.0, 8_000)
-    now, then, beyond = (setpoints.least(axes().scaled(by).opened(omega)[SOUND])[2] for by in (1.0, factor, 1.3 * factor))
-    assert now > then > 1.0 > beyond
+    now, then = (setpoints.least(axes().scaled(by).opened(omega)[SOUND])[2] for by in (1.0, factor))
+    assert now > then > 1.0
+    assert factor > WORTH
     assert found.record["plant"]["effect[rad/s^2]"] == pytest.approx(100.0, rel=0.02)
     assert found.record["plant"]["lag[s]"] == pytest.approx(0.02, rel=0.1)
     assert found.record["plant"]["delay[s]"] == pytest.approx(0.004, abs=0.002)
     assert f"MC_ROLLRATE_K times {factor:.2f}: by the plant that gives" in found.more[0]
     assert found.more[0].endswith("Fly it and advise again.")
     flight = excited(logged(tmp_path, SOUND), None)
-    assert tuned(flight, flight.loop, measured(flight.measured), [{}]).factor == pytest.approx(factor)
+    assert tuned(flight, flight.loop, measured(flight.measured), plant(flight), [{}]).factor == pytest.approx(factor)
     for other in (
         flight._replace(parameters={**flight.parameters, "MC_ROLLRATE_D": 0.05}),  # then no plant explains what was measured
         flight._replace(measured=flight.measured.only(0, 60)),  # nor are gains raised beyond what was excited
     ):
-        assert changes(other, measured(other.measured)) is None
+        assert changes(other, measured(other.measured), plant(other)) is None
+
+
+def test_gains_do_not_rise_until_a_resonance_beyond_what_was_excited_rings(tmp_path, monkeypatch):
+    one = Axis(*(field[[SOUND]] for field in axes().scaled(0.5)))
+    ring = Ring(*(np.array([number]) for number in (40.0, 0.02, 0.65, 0.0, 0.0)))  # nothing but the command shakes it
+    angle = stepped(np.random.default_rng(3), 30.0)
+    r, y, u = (column[:, 0] for column in flown(one, angle[:, None] * one.attitude, noise=5e-4, gust=0.1, ring=ring))
+    path = tmp_path / "flight.ulg"
+    path.write_bytes(rate_loop(r, y, u, STEP, {**parameters(SOUND), "MC_ROLLRATE_K": 0.25}))
+    shares = []
+    for most in (HIDDEN, math.inf):
+        monkeypatch.setattr("quadstep.identify.changes.HIDDEN", most)
+        factor = advise(path, None, None, tmp_path / "out", True, sheet("svg", None, "screen")).record["factor"]
+        flew, then = (one.scaled(by).opened(setpoints.OMEGA, ring)[0] for by in (1.0, factor))
+        shares.append(setpoints.least(then, flew)[2])
+    assert shares[0] > 1.0, shares
+    assert shares[1] < 0.5, shares
 
 
 def test_a_loop_whose_crossover_was_not_excited_is_told_by_its_plant_and_never_called_sound(tmp_path):

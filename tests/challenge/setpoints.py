@@ -1,6 +1,6 @@
 """Random vehicles whose sticks snap, without an excitation: what `advise` measures and advises, against the flown loop.
 
-`python -m tests.challenge.setpoints [COUNT] [ardupilot] [loud]` flies so many vehicles and counts.
+`python -m tests.challenge.setpoints [COUNT] [ardupilot] [loud] [rings]` flies so many vehicles and counts.
 """
 
 import itertools
@@ -18,12 +18,13 @@ from quadstep.identify.changes import Advice, changes
 from quadstep.identify.excited import Excited, explained, refuse_narrow
 from quadstep.identify.logs.series import Columns, Series, Topics
 from quadstep.identify.measured import measured
+from quadstep.identify.plant import plant
 from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE, SOUND
 from tests.challenge.advice import CLOSE
 from tests.challenge.search import Attempt, Search
-from tests.rate_flights import Axis, flown, random_axes, stepped
+from tests.rate_flights import Axis, Ring, flown, random_axes, stepped
 
 USUAL, LOUD = (-3.5, -2.0), (-1.5, -0.5)
 """Powers of ten between which a gyro's noise lies [rad/s a sample]; of one whose command asks for a lower cut-off."""
@@ -52,15 +53,18 @@ class Flown(NamedTuple):
     refusal: str = ""
 
 
-def least(opened: np.ndarray) -> tuple[float, float, float]:
-    """Crossover [rad/s] and phase margin [rad], negative where unstable, and the least margin as a share of a sound loop's."""
+def least(opened: np.ndarray, stable: np.ndarray | None = None) -> tuple[float, float, float]:
+    """Crossover [rad/s] and phase margin [rad], negative where unstable, and the least margin as a share of a sound loop's,
+    negative where it turns about -1 otherwise than a stable loop.
+    """
     level, phase = 20.0 * np.log10(np.abs(opened)), np.unwrap(np.angle(-opened))
     at = np.flatnonzero(np.diff(level > 0.0))
     margins = np.array([math.remainder(float(phase[i]), 2.0 * math.pi) for i in at])
     turns = np.flatnonzero(np.diff(np.floor(phase / (2.0 * math.pi))))
     place = int(np.abs(margins).argmin())
     shares = [margins[place] / LEAST_PHASE, *(abs(level[turns]) / LEAST_GAIN)]
-    return float(OMEGA[at[place]]), float(margins[place]), float(min(shares))
+    turned = 0.0 if stable is None else np.ptp([np.diff(np.unwrap(np.angle(1.0 + one))[[0, -1]]) for one in (opened, stable)])
+    return float(OMEGA[at[place]]), float(margins[place]), float(min(shares)) if turned < math.pi else -1.0
 
 
 def parameters(loop: RateLoop, one: Axis) -> dict[str, float]:
@@ -103,20 +107,30 @@ def changed(axes: Axis, advice: Advice, loop: RateLoop) -> Axis:
     return found
 
 
+def resonances(random: np.random.Generator, axes: Axis) -> Ring:
+    """Of frames, that nothing shakes but the command, by up to 0.7 of itself where the loop closes over them."""
+    count, none = len(axes.p), np.zeros(len(axes.p))
+    at, damping, gain = np.exp(random.uniform(np.log([[15.0], [0.01], [0.05]]), np.log([[120.0], [0.1], [0.7]]), (3, count)))
+    ring = Ring(at, damping, none + 1.0, none, none)
+    return ring._replace(by_torque=gain / np.abs(axes.opened(OMEGA, ring) - axes.opened(OMEGA)).max(axis=1))
+
+
 def vehicles(
-    random: np.random.Generator, count: int, loop: RateLoop = PX4[0], powers: tuple[float, float] = USUAL
+    random: np.random.Generator, count: int, loop: RateLoop = PX4[0], powers: tuple[float, float] = USUAL, rings: bool = False
 ) -> Iterator[Flown]:
     """Stable ones, as PX4 logs them every 2 ms or ArduPilot every sample, with noisy gyros in gusts. powers: of ten, between
-    which the gyros' noise lies [rad/s a sample].
+    which the gyros' noise lies [rad/s a sample]. rings: small gains, and a resonance of the frame.
     """
     axes, every = random_axes(random, count, loop.form == "ardupilot"), EVERY[loop.form]
+    axes = axes.scaled(np.exp(random.uniform(math.log(0.2), 0.0, count))) if rings else axes
+    ring = resonances(random, axes) if rings else None
     period = float(axes.period[0])
     angle = stepped(random, DURATION, period=period)
     with np.errstate(all="ignore"):
         noise, number = 10.0 ** random.uniform(*powers), int(random.integers(1 << 30))
-        columns = flown(axes, angle[:, None] * axes.attitude, noise, 0.3, number, every)
+        columns = flown(axes, angle[:, None] * axes.attitude, noise, 0.3, number, every, ring)
     time = every * period * np.arange(len(columns[0]))
-    opened = axes.opened(OMEGA)
+    opened = axes.opened(OMEGA, ring)
     for place in range(count):
         signals = [column[:, place] for column in columns]
         at, phase, before = least(opened[place])
@@ -131,8 +145,9 @@ def vehicles(
         if now.phase is None:
             yield Flown(refusal="no phase margin is told")
             continue
-        advice = changes(flight, now)
-        after = least(changed(axes, advice, loop).opened(OMEGA)[place])[2] if advice else None
+        advice = changes(flight, now, plant(flight))
+        then = changed(axes, advice, loop).opened(OMEGA, ring)[place] if advice else None
+        after = None if then is None else least(then, opened[place])[2]
         held = now.phase.value.low <= phase <= now.phase.value.high
         names, louder = (*advice.others,) if advice else (), 1.0
         if advice and advice.others:
@@ -159,6 +174,18 @@ def searched(seed: int) -> Iterable[Attempt]:
                 yield Attempt(0.0 if right else 2.0, said)
 
 
+def hidden(seed: int) -> Iterable[Attempt]:
+    """Resonances that only their own loop shakes, so that nothing but its noise tells them: gains rise no further than they
+    allow.
+    """
+    random = np.random.default_rng(seed)
+    for loop in itertools.cycle((PX4[0], ARDUPILOT[0])):
+        for one in vehicles(random, BATCH, loop, rings=True):
+            if one.after is not None:
+                said = f"{loop.form}: {one.before:.3g} of a sound loop's margins as flown, {one.after:.3g} as advised"
+                yield Attempt(0.0 if one.after > min(one.before, CLOSE) else 2.0, said)
+
+
 def quietened(seed: int) -> Iterable[Attempt]:
     """Loops whose gyro's noise dominates their command: a lower cut-off leaves them sound, and is quieter."""
     random = np.random.default_rng(seed)
@@ -171,6 +198,7 @@ def quietened(seed: int) -> Iterable[Attempt]:
 
 SEARCHES = [
     Search("advice from setpoints", "no loop is called sound, as flown or as advised, that is not", searched),
+    Search("advice where a frame resonates", "gains that rise wake no resonance", hidden),
     Search("advice for noisy commands", "with a lower cut-off a loop is sound, and its command quieter", quietened),
 ]
 
@@ -180,26 +208,32 @@ def main() -> None:
     wanted, random = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(20261126)
     loop, every = ARDUPILOT[0] if "ardupilot" in sys.argv else PX4[0], list[Flown]()
     while len(every) < wanted:
-        every += vehicles(random, BATCH, loop, LOUD if "loud" in sys.argv else USUAL)
+        every += vehicles(random, BATCH, loop, LOUD if "loud" in sys.argv else USUAL, "rings" in sys.argv)
     told = [one for one in every[:wanted] if not one.refusal]
     close = [one for one in told if abs(one.crossover) < 0.05 and abs(one.phase) < math.radians(3.0)]
     after = [one.after for one in told if one.after is not None]
-    better = sum(one.after > one.before for one in told if one.after is not None)
+    weak = [one for one in told if one.before < 1.0]
+    better, sure = (
+        sum(one.after is not None and one.after > most(one.before) for one in weak) for most in (float, lambda _: 1.0)
+    )
+    worse = sum(one.after is not None and one.after < min(one.before, 1.0) for one in told)
     sound = [one.before for one in told if one.grade == SOUND]
     off = np.abs([(100.0 * one.crossover, math.degrees(one.phase)) for one in told])
     held = sum(one.held for one in told)
     counts = f"{len(told)} of {wanted} measured, {len(close)} within 5 % and 3 degrees; {held} intervals hold"
     errors = f"crossover [%] and phase margin [deg] off by: median, 95 %, largest {np.quantile(off, (0.5, 0.95, 1.0), axis=0)}"
-    weak = f"{sum(one.before < 1.0 for one in told)} lack margin; {len(after)} advised, {better} better, "
-    weak += f"at least {min(after, default=0.0):.3g} of a sound loop's margins"
-    weak += "; cut-offs: " + ", ".join(f"{name} {n}" for name, n in Counter(n for o in told for n in o.filters).items())
+    least_after = f"{worse} of these worse, at least {min(after, default=0.0):.3g} of a sound loop's margins"
+    said = (
+        f"{len(weak)} lack margin, {better} of these better and {sure} sound as advised; {len(after)} advised, {least_after}"
+    )
+    said += "; others: " + ", ".join(f"{name} {n}" for name, n in Counter(n for o in told for n in o.filters).items())
     quiet = [one for one in told if one.filters and one.grade == SOUND]
     less = (
         f"{len(quiet)} sound ones quietened to {', '.join(f'{one.louder:.2f}' for one in quiet)} of their noise, and at least "
     )
     less += f"{min((one.after or 0.0 for one in quiet), default=0.0):.3g} of a sound loop's margins"
     good = f"{len(sound)} called sound, at least {min(sound, default=0.0):.3g}"
-    sys.stdout.write("\n".join([counts, errors, weak, good, less, ""]))
+    sys.stdout.write("\n".join([counts, errors, said, good, less, ""]))
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from quadstep.identify.excited import Excited
 from quadstep.identify.logs.series import Series
 from quadstep.identify.measured import measured
 from quadstep.identify.peaks import STANDS
+from quadstep.identify.plant import plant
 from quadstep.identify.rate_loops import ARDUPILOT, COLUMNS, PX4, PX4_MOTORS, SINKING, RateLoop
 from quadstep.identify.response import Response
 from quadstep.identify.symptoms import peak, saturation, wash
@@ -105,7 +106,8 @@ def toned(random: np.random.Generator) -> tuple[bool, bool, float]:
         phase = 2.0 * math.pi * np.cumsum(at * (1.0 + 0.003 * slow(random, count, 0.5))) * PERIOD
         level = math.sqrt(2.0) * float(np.abs(shape[np.searchsorted(lines, at)])) * noise.std()
         rate = rate + 0.7 * level * np.sin(phase)
-    (found,) = peak(flight(noise, rate))
+    made = flight(noise, rate)
+    (found,) = peak(made, measured(made.measured), None)
     where = float(re.search(r"at ([\d.]+) Hz", found.measured)[1])
     return told, found.shows, where / at - 1.0
 
@@ -169,8 +171,8 @@ def ringing(random: np.random.Generator, count: int, loop: RateLoop = PX4[0], du
         now = measured(read_flight.measured)
         if not now.sound:
             continue
-        said = next((seen.said for seen in peak(read_flight)), "")
-        advice = changes(read_flight, now)
+        advice = changes(read_flight, now, plant(read_flight))
+        said = next((seen.said for seen in peak(read_flight, now, advice)), "")
         if not advice or f"{stem}{names.centre}" not in advice.others:
             yield Rung(str(kinds[place]), said, before)
             continue

@@ -15,6 +15,7 @@ import numpy as np
 
 from quadstep.identify.changes import changes
 from quadstep.identify.measured import measured
+from quadstep.identify.plant import plant
 from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.io.errors import UserError
 from tests.challenge.advice import CLOSE
@@ -85,7 +86,7 @@ def flight(loop: RateLoop, axes: Axis, angle: np.ndarray, seed: int) -> tuple[Ax
                 word = "refused"
             else:
                 now = measured(found.measured)
-                word, advice = now.grade, changes(found, now)
+                word, advice = now.grade, changes(found, now, plant(found))
                 one, word = (changed(one, advice, loop), "advised") if advice else (one, word)
         then.append(one)
         said.append(word)

@@ -14,7 +14,7 @@ import numpy as np
 from quadstep.identify.excited import Excited
 from quadstep.identify.measured import Measured, measured
 from quadstep.identify.peaks import STANDS, Peak, free, highest, unfit
-from quadstep.identify.plant import plant
+from quadstep.identify.plant import Plant
 from quadstep.identify.rate_loops import Filter, RateLoop
 from quadstep.identify.response import Complex, Response, gain_margins
 from quadstep.io.errors import UserError
@@ -29,6 +29,9 @@ UNHEARD = 0.5
 """Largest gain of a loop at the fastest excited frequency with larger gains, 6 dB below 1: what decides its margins was
 excited, as nothing but a resonance grows beyond.
 """
+
+HIDDEN = 0.4
+"""Largest gain of a resonance beyond, with larger gains: 8 dB below 1, as noise tells it to 2 dB or so."""
 
 STEP, STEPS = 1.1, 15
 """Factor from one value of a parameter that is tried to the next, and how many are."""
@@ -79,7 +82,7 @@ def ends(factor: float, whole: Iterable[float]) -> list[float]:
     return [min(found), max(found)] if found else []
 
 
-def changes(flight: Excited, now: Measured) -> Advice | None:
+def changes(flight: Excited, now: Measured, behind: Plant | None) -> Advice | None:
     """What the log advises: gains as large as a sound loop bears, where the plant is told, or those that make a fragile loop
     sound, or a higher cut-off where these do not, or a slower attitude loop; a lower cut-off, or a notch, for a sound loop
     whose command is too noisy.
@@ -87,7 +90,7 @@ def changes(flight: Excited, now: Measured) -> Advice | None:
     gains = (flight.loop and flight.loop.whole_gains and flight.loop.gains(flight.parameters)) or {}
     if flight.loop is None:
         return advised(flight.measured) if now.fragile else None
-    if (advice := tuned(flight, flight.loop, now, [{}])) and told(flight, advice):
+    if (advice := tuned(flight, flight.loop, now, behind, [{}])) and told(flight, advice):
         return advice
     if now.fragile and (advice := advised(flight.measured, gains.values())):
         return advice
@@ -96,23 +99,23 @@ def changes(flight: Excited, now: Measured) -> Advice | None:
         return advice
     around = flight.parameters.get(flight.loop.attitude, 0.0) if flight.levelled else 0.0
     slower = stepped(flight, flight.loop.attitude, 1.0 / STEP) if around > 0.0 else []
-    advice = tuned(flight, flight.loop, now, slower)
+    advice = tuned(flight, flight.loop, now, behind, slower)
     return advice if advice and told(flight, advice) else None
 
 
-def tuned(flight: Excited, loop: RateLoop, now: Measured, tried: Iterable[dict[str, float]]) -> Advice | None:
+def tuned(
+    flight: Excited, loop: RateLoop, now: Measured, behind: Plant | None, tried: Iterable[dict[str, float]]
+) -> Advice | None:
     """With the first of other parameters that allow it, the largest gains with which the loop by its plant is sound, where it
     is not known to be so, or where they are worth a change and it is not slower otherwise.
     """
-    found = plant(flight)
-    if found is None or not found.explains:
+    if behind is None or not behind.explains:
         return None
-    peak, by_plant = highest(flight), measured(found.loop)
+    by_plant = measured(behind.loop)
     poor = now.fragile or by_plant.fragile or not (now.sound or by_plant.sound)
-    rings = peak is not None and peak.tall > STANDS
-    for other, response in ways(flight, loop, tried, found.loop):
+    for other, response in ways(flight, loop, tried, behind.loop):
         end = float(np.interp(flight.measured.omega[-1], response.omega, np.abs(response.opened)))
-        most = 1.0 if rings else max(min(UNHEARD / end, NOISY / loud(flight)), 1.0)
+        most = max(min(UNHEARD / end, NOISY / loud(flight), HIDDEN / behind.hidden), 1.0)
         if advice := advised(response, (), most):
             expected = advice.expected._replace(by_plant=True)
             worth = poor or (advice.factor >= WORTH and not other)
@@ -169,16 +172,14 @@ def notches(flight: Excited, loop: RateLoop) -> list[dict[str, float]]:
     return [{**on, f"{stem}{names.centre}": float(f"{peak.middle:.3g}"), f"{stem}{names.band}": one} for one in widths]
 
 
-def unnotched(flight: Excited, peak: Peak) -> str:
+def unnotched(flight: Excited, peak: Peak, now: Measured, advice: Advice | None) -> str:
     """Why no notch is advised against a significant peak; empty where one is."""
     if why := unfit(flight, peak):
         return why
-    now = measured(flight.measured)
     if not now.sound:
         return "it costs phase, and the loop is not known to be sound without it"
     if (share := loud(flight)) <= NOISY:
         return f"it costs phase, and noise makes {100.0 * share:.2g} % of the whole command, less than {100.0 * NOISY:g} %"
-    advice = changes(flight, now)
     if advice is None:
         return "with none are all three axes known to be sound and the command quieter by a tenth"
     named = free(flight.loop, flight.parameters) if flight.loop else None

@@ -6,6 +6,7 @@ Noise often drowns what the loop answers before its phase crosses -180 degrees. 
 that the plant tells the loop at other frequencies and with other gains, as far as no resonance of the frame lies there.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -30,16 +31,27 @@ BESIDE = 10.0
 ROUGH = 0.02
 """Standard deviation of the loop by the plant, as a share of it, that stays: the controller is taken without its samples."""
 
+NARROW, NARROWEST = 0.01, 0.3
+"""Width of the bands over which noise is averaged, as a share of their frequency, and the least [Hz]: a resonance damped by
+1 % is twice as wide. Wider ones hide it, narrower ones are noise.
+"""
+
+TREND, FEWEST_BANDS = 3, 30
+"""Degree of the polynomial that is taken from the noise's logarithm: a gyro's own noise is as smooth, a resonance is not; and
+fewest bands that tell.
+"""
+
 
 class Plant(NamedTuple):
     """values: as `START`; spread (4, 4): their covariance; misfit: as `MISFIT`; loop: L at frequencies that reach beyond the
-    excited ones, by the plant and the parameters in the log.
+    excited ones, by the plant and the parameters in the log; hidden: `unseen`.
     """
 
     values: Floats
     spread: Floats
     misfit: float
     loop: Response
+    hidden: float
 
     @property
     def explains(self) -> bool:
@@ -47,7 +59,7 @@ class Plant(NamedTuple):
 
     def as_json(self) -> dict[str, float]:
         names = "effect[rad/s^2]", "lag[s]", "delay[s]", "damping[1/s]"
-        return {**dict(zip(names, self.values.tolist(), strict=True)), "misfit": self.misfit}
+        return {**dict(zip(names, self.values.tolist(), strict=True)), "misfit": self.misfit, "unseen_gain": self.hidden}
 
 
 def plant(flight: Excited) -> Plant | None:
@@ -56,9 +68,12 @@ def plant(flight: Excited) -> Plant | None:
     if loop is None or loop.apart:  # the D part of Betaflight is not known
         return None
     reach = np.geomspace(found.omega[0] / BESIDE, found.omega[-1] * BESIDE, 400)
-    both: list[Complex] = [1j * omega.astype(np.complex128) for omega in (found.omega, reach)]
+
+    def controller(s: Complex) -> Complex:
+        return loop.controller(flight.parameters, s, flight.levelled)
+
     try:
-        control, beyond = (loop.controller(flight.parameters, s, flight.levelled) for s in both)
+        control, beyond = (controller(1j * omega.astype(np.complex128)) for omega in (found.omega, reach))
     except UserError:
         return None
     lines = found.omega * flight.period * len(flight.command) / (2.0 * np.pi)
@@ -74,7 +89,29 @@ def plant(flight: Excited) -> Plant | None:
     sensitivity = 1.0 / (1.0 + opened)
     error = np.sqrt(np.maximum(*parts) + ROUGH**2) * np.abs(opened) * np.abs(sensitivity) ** 2
     freedom = np.full(len(reach), float(found.freedom.sum() / shared.mean()))
-    return Plant(values, spread, misfit, Response(reach, sensitivity, error, freedom, np.ones(len(reach))))
+    whole = Response(reach, sensitivity, error, freedom, np.ones(len(reach)))
+    return Plant(values, spread, misfit, whole, unseen(flight, controller, whole))
+
+
+def unseen(flight: Excited, control: Callable[[Complex], Complex], loop: Response) -> float:
+    """The largest |L| at -180 degrees that a resonance may have beyond what was excited, by the noise in the command; 1 where
+    the log shows too little of it. control: of the command from the rate, at s; loop: without the resonance.
+
+    Noise passes the loop times 1 / |1 + L|: at a resonance it stands by 1 / (1 - |L|) or more over what the loop without it
+    leaves.
+    """
+    omega, power = flight.above
+    width = np.maximum(NARROW * omega, 2.0 * np.pi * NARROWEST)
+    step = 2.0 * np.pi / (flight.period * len(flight.command))
+    bands = np.unique(np.floor(np.cumsum(step / width)), return_inverse=True)[1]
+    if not len(bands) or bands[-1] < FEWEST_BANDS:
+        return 1.0
+    count = np.bincount(bands)
+    middle, level = (np.bincount(bands, one) / count for one in (omega, power))
+    left = np.interp(middle, loop.omega, np.abs(loop.sensitivity))
+    stands = np.log(np.maximum(level, 1e-300) / np.abs(control(1j * middle.astype(np.complex128)) * left) ** 2)
+    stands -= np.polynomial.Polynomial.fit(np.log(middle), stands, TREND, w=np.sqrt(count))(np.log(middle))
+    return 1.0 - float(np.exp(-0.5 * stands.max()))
 
 
 def turned(values: Floats, omega: Floats) -> Complex:

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.changes import NOISY, loud, unnotched
+from quadstep.identify.changes import NOISY, Advice, loud, unnotched
 from quadstep.identify.excited import FEWEST, LOOPS_OF, Excited, motors
 from quadstep.identify.logs.flight import Flags, Floats, stretches
+from quadstep.identify.measured import Measured
 from quadstep.identify.peaks import STANDS, covered, highest
 from quadstep.identify.rate_loops import SINKING, RateLoop
 from quadstep.identify.setpoints import latest
@@ -37,8 +38,9 @@ class Symptom(NamedTuple):
     shows: bool
 
 
-def symptoms(flight: Excited) -> list[Symptom]:
-    return [*saturation(flight), *noise(flight), *peak(flight), *wash(flight)]
+def symptoms(flight: Excited, now: Measured, advice: Advice | None) -> list[Symptom]:
+    """All that the log carries. now, advice: what was measured, and is advised, of its loop."""
+    return [*saturation(flight), *noise(flight), *peak(flight, now, advice), *wash(flight)]
 
 
 def saturation(flight: Excited) -> Iterator[Symptom]:
@@ -115,7 +117,7 @@ def rms(lines: NDArray[np.complex128], count: int) -> float:
     return math.sqrt(2.0 * float((np.abs(lines) ** 2).sum())) / count
 
 
-def peak(flight: Excited) -> Iterator[Symptom]:
+def peak(flight: Excited, now: Measured, advice: Advice | None) -> Iterator[Symptom]:
     """The highest peak in the gyro's spectrum above the excited frequencies, and why no notch is advised, if none is."""
     found = highest(flight)
     if flight.loop is None or found is None:
@@ -125,7 +127,7 @@ def peak(flight: Excited) -> Iterator[Symptom]:
     said = f"Above the excited frequencies no peak of the gyro's spectrum rises {STANDS:g} dB above its surroundings"
     if shows:
         alias = f"such as {1.0 / flight.period - at:.3g} Hz, since the log has a sample every {1e3 * flight.period:.3g} ms"
-        why = unnotched(flight, found)
+        why = unnotched(flight, found, now, advice)
         said = f"The gyro's spectrum has a peak at {at:.3g} Hz, {found.tall:.0f} dB above its surroundings: "
         said += f"a resonance or rotors, at that frequency or an alias of it, {alias}; " if why else "a resonance; "
         said += f"{covered(flight.loop, flight.parameters, at)}; {f'none is advised: {why}' if why else 'one is advised'}"

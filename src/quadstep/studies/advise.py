@@ -127,7 +127,7 @@ def evidence(
 ) -> Evidence:
     """What was measured and what follows, for its readers; draws the response, and writes the parameters to load."""
     assert now.phase
-    advice = changes(flight, now)
+    advice = changes(flight, now, behind)
     new = {**advice.others, **changed_gains(flight, advice)} if advice else {}
     if new:
         text = format_of(flight).write({name: value for name, (_, value) in new.items()}, {})
@@ -138,7 +138,7 @@ def evidence(
     more = [*following(flight, now, advice), *(described(behind) if behind else ()), *also(flight, now)]
     rows = margin_rows(now, behind, model, advice, flight.loop)
     tables = [Table("Margins", "margins", HEADER, rows, METHOD, shown=f"{path.stem}: margins of {flight.axis}")]
-    if seen := symptoms(flight):
+    if seen := symptoms(flight, now, advice):
         lines = [(one.name, one.measured, one.threshold) for one in seen]
         tables.append(Table("Symptoms", "symptoms", SYMPTOMS, lines, ELSE, shown=f"{path.stem}: besides margins"))
         more += [one.said for one in seen if one.shows]
@@ -353,7 +353,8 @@ def described(behind: Plant) -> Sequence[str]:
         ]
     return [
         f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a delay "
-        f"of {1e3 * delay:.3g} ms. It tells the loop beyond what was excited, as far as no resonance lies there."
+        f"of {1e3 * delay:.3g} ms. It tells the loop beyond what was excited, but for a resonance there, whose gain is at "
+        f"most {behind.hidden:.2g} by the noise in the command."
     ]
 
 
