@@ -196,6 +196,15 @@ def test_a_log_that_begins_on_the_ground_flies_once_it_has_left_that_height(flig
     assert airborne.flying[0]
 
 
+def test_a_log_that_begins_in_level_flight_flies(flight):
+    t = 0.01 * np.arange(500)
+    motors, still = np.full((500, 4), 0.5), 0.0 * t
+    for there, flies in ((np.sin(t), True), (0.01 * np.sin(t), False)):
+        position = np.stack([there, still, still + 3.0], axis=1)
+        one = dataclasses.replace(flight, time=t, motors=motors, channels={"position": position}, lost=np.zeros(500, bool))
+        assert one.flying.all() == one.flying.any() == flies
+
+
 def test_rotors_that_never_turned_are_named(flight):
     still = [dataclasses.replace(flight, motors=flight.motors * np.array(share)) for share in ([0] * 4, [1, 0, 1, 0])]
     apart = flight.motors * (np.arange(flight.rows)[:, None] % 4 == np.arange(4))

@@ -101,7 +101,8 @@ class FlightRecord:
     def flying(self) -> Flags:
         """(n,): whether the vehicle is in the air: rotors turning, off the ground; where the height is unknown, as before.
 
-        Where the rotors begin to turn in the log it stands until it leaves that height, which need not be the lowest one.
+        Where the rotors begin to turn in the log it stands until it leaves that height, which need not be the lowest one. Where
+        they turn from its first row on, and it goes sideways and never up, it is in the air throughout.
         """
         height = self.channel("position")[:, 2]
         known = np.isfinite(height)
@@ -113,6 +114,9 @@ class FlightRecord:
         first = int(np.argmax(self.turning))
         if self.time[first] - self.time[0] >= STOOD:
             high &= np.maximum.accumulate((np.abs(height - height[first]) > LIFT) & (index >= first))
+        elif not high.any():
+            sideways = self.channel("position")[known, :2]
+            high = self.turning & bool(np.nanmax(np.ptp(sideways, axis=0)) > LIFT)
         return high
 
     def runs(self) -> NDArray[np.int64]:
