@@ -49,7 +49,7 @@ def ulog_of(topics, time, parameters=()) -> bytes:
     out = [b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0), message(b"B", bytes(40))]
     for name, (fields, _) in topics.items():
         out.append(message(b"F", f"{name}:uint64_t timestamp;{fields};".encode()))
-    for name, value in dict(parameters).items():
+    for name, value in parameters.items() if isinstance(parameters, dict) else parameters:
         key = f"float {name}".encode()
         out.append(message(b"P", bytes([len(key)]) + key + struct.pack("<f", value)))
     for number, name in enumerate(topics):

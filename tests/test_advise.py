@@ -10,7 +10,8 @@ import pytest
 
 from quadstep.engines.fly import fly_all
 from quadstep.identify.changes import advised, changes
-from quadstep.identify.excited import Excited, excited
+from quadstep.identify.excited import EXCITATION, Excited, excited
+from quadstep.identify.logs.read import read_topics
 from quadstep.identify.measured import Measured, measured
 from quadstep.identify.plant import plant
 from quadstep.identify.rate_loops import ARDUPILOT
@@ -136,6 +137,10 @@ def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     assert picture.count('style="fill: #bfbfbf') == 3  # the interval in both plots, and in the legend
     assert np.all((shown.unsure > 0.0) & (shown.unsure < 0.5))
     assert "safe" not in (tmp_path / "out" / "report.html").read_text().partition("<body")[2].lower().replace("unsafe", "")
+    before = in_ardupilots_log(*flown(WEAK), {**GAINS, "ATC_RAT_PIT_P": 0.1})
+    later = in_ardupilots_log(*flown(WEAK), {**GAINS, "ATC_RAT_RLL_P": 0.1, "ATC_RAT_PIT_P": 0.2})
+    log.write_bytes(before + later)  # messages of both; those of the second are no later, but its parameters are
+    assert read_topics(log, [EXCITATION]).changed == ("ATC_RAT_RLL_P", "ATC_RAT_PIT_P")
     forward = in_ardupilots_log(*flown(WEAK), {**GAINS, "ATC_RAT_RLL_FF": 0.1})
     log.write_bytes(forward)
     found = advise(log, None, None, tmp_path / "other", False, sheet("svg", None, "screen"))

@@ -81,6 +81,25 @@ def test_a_log_of_a_release_before_1_14_tells_the_same(tmp_path):
     assert measured(old.measured).phase.value == measured(new.measured).phase.value
 
 
+def test_margins_of_a_log_in_which_gains_changed_are_said_to_be_those_of_no_single_loop(tmp_path):
+    """The interval of the phase margin holds neither the first loop's nor the second's."""
+    angle = stepped(np.random.default_rng(3), 30.0)
+    after = flown(axes().scaled(1.4), angle[:, None] * axes().attitude, noise=5e-4, gust=0.1)
+    half = len(angle) // 8  # a row every four samples
+    r, y, u = (np.concatenate([a[:half, SOUND], b[half:, SOUND]]) for a, b in zip(flight(), after, strict=True))
+    told = [*parameters(SOUND).items(), ("LND_FLIGHT_T_LO", 0.0), ("LND_FLIGHT_T_LO", 9.0), ("MC_ROLLRATE_K", 0.7)]
+    path = tmp_path / "flight.ulg"
+    path.write_bytes(rate_loop(r, y, u, STEP, told))
+    found = advise(path, None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
+    low, high = found.record["phase_margin[rad]"]["low"], found.record["phase_margin[rad]"]["high"]
+    assert not low < truth(SOUND)[1] < high or found.record["crossover[rad/s]"]["high"] > 1.2 * truth(SOUND)[0]
+    assert found.answer.startswith(
+        "MC_ROLLRATE_K changed in this log, so these may be the margins of no single loop. The loop"
+    )
+    assert found.record["changed_in_log"] == ["MC_ROLLRATE_K"]
+    assert "changed in this log" not in advise(logged(tmp_path, SOUND), None, None, tmp_path / "o", False, sheet("svg")).answer
+
+
 def test_a_release_that_cannot_log_fast_is_not_told_to(tmp_path):
     path = logged(tmp_path, SOUND)
     path.write_bytes(path.read_bytes().replace(b"vehicle_angular_velocity", b"vehicle_angular_velocitx"))

@@ -125,7 +125,7 @@ def test_mcap(tmp_path, flight, motors):
 def test_own_readers_read_what_the_formats_own_readers_do(tmp_path, flight, motors):
     pyulog, dfreader = pytest.importorskip("pyulog"), pytest.importorskip("pymavlink.DFReader")
     (tmp_path / "a.ulg").write_bytes(made_logs.ulog(flight, motors))
-    found, damaged, _ = ulog.read(tmp_path / "a.ulg", load_mapping("px4").names())
+    found, damaged, *_ = ulog.read(tmp_path / "a.ulg", load_mapping("px4").names())
     assert damaged == 0
     theirs = {one.name: one.data for one in pyulog.ULog(str(tmp_path / "a.ulg")).data_list}
     assert len(found) > 15
@@ -138,7 +138,7 @@ def test_own_readers_read_what_the_formats_own_readers_do(tmp_path, flight, moto
     theirs = pyulog.ULog(str(tmp_path / "p.ulg")).initial_parameters
     assert ulog.read(tmp_path / "p.ulg", ["a.x"]).parameters == theirs == pytest.approx(told)
     (tmp_path / "a.bin").write_bytes(made_logs.ardupilot(flight, motors))
-    found, damaged, _ = ardupilot.read(tmp_path / "a.bin", load_mapping("ardupilot").names())
+    found, damaged, *_ = ardupilot.read(tmp_path / "a.bin", load_mapping("ardupilot").names())
     assert damaged == 0
     assert len(found) > 15
     log = dfreader.DFReader_binary(str(tmp_path / "a.bin"))
@@ -167,7 +167,7 @@ def test_layouts_of_a_ulog_within_one_another(tmp_path):
     out += made_logs.message(b"A", struct.pack("<BH", 0, 7) + b"status")
     sample = struct.pack("<HQBffBff?", 7, 3_000_000, 1, 1.0, 2.0, 2, 3.0, 4.0, True)
     (tmp_path / "a.ulg").write_bytes(out + made_logs.message(b"D", sample) + made_logs.message(b"D", sample + bytes(7)))
-    found, damaged, _ = ulog.read(
+    found, damaged, *_ = ulog.read(
         tmp_path / "a.ulg", ["status.e[1].v[0]", "status.ok", "status.e[2].v[0]", "status.e", "status.x"]
     )
     assert damaged == 0
@@ -193,7 +193,7 @@ def test_a_layout_that_no_message_can_have_is_damage(tmp_path, layout):
     out = b"ULog\x01\x12\x35\x01" + bytes(8) + made_logs.message(b"F", b"b:float[60000] x;") + made_logs.message(b"F", layout)
     out += made_logs.message(b"A", struct.pack("<BH", 0, 7) + b"a")
     (tmp_path / "a.ulg").write_bytes(out)
-    columns, damaged, _ = ulog.read(tmp_path / "a.ulg", ["a.x"])
+    columns, damaged, *_ = ulog.read(tmp_path / "a.ulg", ["a.x"])
     assert not columns
     assert damaged > 0
 

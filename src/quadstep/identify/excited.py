@@ -64,6 +64,7 @@ class Excited(NamedTuple):
     damaged: places of the log that could not be read. loop: of the autopilot, where its columns are known. levelled: whether
     the attitude loop gave the setpoint. others: the other axes whose response the same log tells. begin: time of the first
     sample [s]; rate: the gyro (n,), filtered, None where it is not known which; columns: all that was read of the log.
+    changed: parameters of the loop that were something else before.
     """
 
     axis: str
@@ -80,6 +81,7 @@ class Excited(NamedTuple):
     begin: float = 0.0
     rate: Floats | None = None
     columns: Mapping[str, Series] = MappingProxyType({})
+    changed: tuple[str, ...] = ()
 
     @property
     def end(self) -> float:
@@ -132,7 +134,8 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     loop = next((one for one in loops if columns is None and one.command == commands[best]), None)
     axis, source = loop.axis if loop else commands[best], (given, commands[best])
     one = Excited(axis, source, measured[best], *several[best][:3], found.parameters, found.damaged, loop)
-    one = one._replace(begin=several[best][3], columns=found.columns)
+    changed = tuple(name for name in found.changed if any(each.has(name) for each in ([loop] if loop else loops)))
+    one = one._replace(begin=several[best][3], columns=found.columns, changed=changed)
     refuse(path, one)
     return one
 
@@ -195,7 +198,8 @@ def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
     answer = response(one.excitation, one.command, one.period, HEARD, one.told).blurred(one.late)
     answer = answer._replace(rising=not one.levelled)
     flight = Excited(loop.axis, source, answer, *one[:3], found.parameters, found.damaged, loop, one.levelled)
-    return flight._replace(begin=one.begin, rate=one.rate, columns=found.columns)
+    changed = tuple(name for name in found.changed if loop.has(name))
+    return flight._replace(begin=one.begin, rate=one.rate, columns=found.columns, changed=changed)
 
 
 def sampled(

@@ -260,6 +260,11 @@ class RateLoop(NamedTuple):
         """Whether its gains are whole numbers."""
         return self.form == "betaflight"
 
+    def has(self, name: str) -> bool:
+        """Whether a parameter is one of its gains, filters or notches, or the gain of the attitude loop."""
+        stems = (self.stem or " ", *(self.notches.stems if self.notches else ()))
+        return name.startswith(stems) or name in (self.attitude, *self.scaled, *(one.name for one in self.filters))
+
     @property
     def named(self) -> str:
         """Its gains, in words."""

@@ -34,6 +34,7 @@ from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.page import Fact
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet, sheet
+from quadstep.report.units import listed
 
 
 def advise(
@@ -158,7 +159,7 @@ def evidence(
             "crossover[rad/s]": now.phase.at.as_json(), "phase_margin[rad]": now.phase.value.as_json(),
             "gain_margin_up[dB]": now.gain_up and now.gain_up.as_json(),
             "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(), "least_gain_margin_down[dB]": now.floor,
-            "grade": now.grade, "excited[rad/s]": [now.lowest, now.highest],
+            "grade": now.grade, "changed_in_log": list(flight.changed), "excited[rad/s]": [now.lowest, now.highest],
             "modelled": model and {"phase_margin[rad]": model.margins.phase, "crossover[rad/s]": model.margins.phase_at},
             "plant": behind and behind.as_json(),
             "symptoms": {one.name: one.measured for one in seen},
@@ -295,6 +296,8 @@ def sentence(flight: Excited, now: Measured) -> str:
         else f"downwards unknown below {now.lowest:.3g} rad/s",
     )
     by = "By the plant that was fitted, the" if now.by_plant else "The"
+    if flight.changed:
+        by = f"{listed(flight.changed)} changed in this log, so these may be the margins of no single loop. {by}"
     return (
         f"{by} loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
         f"its gain margin is {', '.join(gains)}."

@@ -44,16 +44,19 @@ def read(path: Path, wanted: list[str]) -> Topics:
     for name, series in found.items():
         topic, _, field = name.partition(".")
         found[name] = series._replace(value=series.value * UNITS.get(letters[topic].get(field, ""), 1.0))
-    return Topics(found, damaged, told)
+    return Topics.told(found, damaged, told)
 
 
-def parameters(logged: Packed) -> dict[str, float]:
-    """The vehicle's parameters by name, as last logged."""
+def parameters(logged: Packed) -> dict[str, list[float]]:
+    """All that the vehicle's parameters were, by name."""
     rows = rows_of(logged)
     if not {"Name", "Value"} <= set(rows.dtype.names or ()):
         return {}
     named = zip(rows["Name"], rows["Value"], strict=True)
-    return {bytes(name).rstrip(b"\0").decode("latin-1"): float(value) for name, value in named}
+    found: dict[str, list[float]] = {}
+    for name, value in named:
+        found.setdefault(bytes(name).rstrip(b"\0").decode("latin-1"), []).append(float(value))
+    return found
 
 
 def walked(content: bytes, topics: list[str]) -> tuple[dict[str, Packed], dict[str, dict[str, str]], int]:

@@ -101,8 +101,8 @@ class FlightRecord:
     def flying(self) -> Flags:
         """(n,): whether the vehicle is in the air: rotors turning, off the ground; where the height is unknown, as before.
 
-        Where the rotors begin to turn in the log it stands until it leaves that height, which need not be the lowest one. Where
-        they turn from its first row on, and it goes sideways and never up, it is in the air throughout.
+        Where the rotors begin to turn in the log it stands until it leaves that height, which need not be the lowest one.
+        Where they turn from its first row on, and it goes sideways and never up, it is in the air throughout.
         """
         height = self.channel("position")[:, 2]
         known = np.isfinite(height)

@@ -166,7 +166,9 @@ def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
     if not mappings:
         refuse_empty(path)
         raise UserError(f"{path}: topics have no fixed names; give --mapping FILE that assigns the columns (docs/logs.md)")
-    columns, damaged, told = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
+    columns, damaged, told, _ = read_topics(
+        path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names()))
+    )
     chosen = next((one for one in mappings if all(name in columns for name in one.motors.columns)), mappings[0])
     rows = gridded(path, columns, chosen)
     factor = told.get("THR_MDL_FAC", 0.0)

@@ -113,12 +113,19 @@ Columns = dict[str, Series]
 
 class Topics(NamedTuple):
     """What is read of a log. damaged: how many stretches of it are not what its format says, and were skipped. parameters: of
-    the autopilot, by name, as last logged; empty where the format has none.
+    the autopilot, by name, as last logged; empty where the format has none. changed: those that were something else before.
     """
 
     columns: Columns
     damaged: int
     parameters: Mapping[str, float] = {}
+    changed: tuple[str, ...] = ()
+
+    @classmethod
+    def told(cls, columns: Columns, damaged: int, parameters: Mapping[str, Sequence[float]]) -> "Topics":
+        """Of a log with all that parameters were, by name, in order."""
+        changed = tuple(name for name, values in parameters.items() if len(set(values)) > 1)
+        return cls(columns, damaged, {name: values[-1] for name, values in parameters.items()}, changed)
 
 
 def by_topic(wanted: Iterable[str]) -> dict[str, list[str]]:

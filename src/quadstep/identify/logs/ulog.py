@@ -36,7 +36,7 @@ class Logged(NamedTuple):
 def read(path: Path, wanted: list[str]) -> Topics:
     """Columns of a ULog: the first instance of each topic, times in seconds. Raises UserError if it is none."""
     fields = by_topic(wanted)
-    logged, parameters, damaged = walked(path, files.read_bytes(path, files.LOG), list(fields))
+    logged, told, damaged = walked(path, files.read_bytes(path, files.LOG), list(fields))
     rows = {}
     for one in logged:
         messages = rows_of(one.packed)
@@ -44,16 +44,16 @@ def read(path: Path, wanted: list[str]) -> Topics:
         stamps = next((messages[name] for name in known if messages[name].any()), None)
         if stamps is not None and stamps.ndim == 1:
             rows[one.topic] = stamps.astype(np.float64) * 1e-6, messages
-    return Topics(columns_of(path, rows, fields), damaged, parameters)
+    return Topics.told(columns_of(path, rows, fields), damaged, told)
 
 
-def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[Logged], dict[str, float], int]:
-    """The messages of the topics, the parameters, and how many places are damaged. Raises UserError."""
+def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[Logged], dict[str, list[float]], int]:
+    """The messages of the topics, all that parameters were, and how many places are damaged. Raises UserError."""
     if not content.startswith(MAGIC):
         raise UserError(f"{path}: cannot be read as a ULog: damaged, or another kind of file")
     formats: Formats = {}
     found: dict[bytes, Logged] = {}
-    parameters: dict[str, float] = {}
+    parameters: dict[str, list[float]] = {}
     resume = header_of(topics, [])
     at, damaged = START, 0
     while at < len(content):
@@ -97,13 +97,13 @@ def declare(body: bytes, formats: Formats) -> bool:
     return True
 
 
-def tell(body: bytes, parameters: dict[str, float]) -> bool:
+def tell(body: bytes, parameters: dict[str, list[float]]) -> bool:
     """Takes in a parameter: how long its key is, the key, as `float NAME`, and its value. Returns whether it is one."""
     kind, _, name = body[1 : 1 + body[0]].decode("latin-1").partition(" ") if body else ("", "", "")
     value = body[1 + len(kind) + 1 + len(name) :]
     if kind not in ("int32_t", "float") or len(value) != 4:
         return False
-    parameters[name] = float(np.frombuffer(value, NUMBERS[kind])[0])
+    parameters.setdefault(name, []).append(float(np.frombuffer(value, NUMBERS[kind])[0]))
     return True
 
 
