@@ -197,7 +197,7 @@ def gains(line):
 
 BAD = {
     "no table": (PAPER, ["[tune] is missing", "controller.K_r1"]),
-    "no gains": (PAPER + "[tune]\n", ["tune.gains", "missing"]),
+    "no gains": (PAPER + "[tune]\n", ["tune.gains", "missing; it is needed: keys of the controller and their ranges"]),
     "empty gains": (PAPER + "[tune]\ngains = {}\n", ["tune.gains", "at least 1"]),
     "unknown gain": (
         gains("controller.K_r9 = { low = 1.0, high = 2.0 }"),

@@ -9,6 +9,7 @@ from typing import Any, TypeVar, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from quadstep.io.errors import LONGEST_VALUE, UserError, cut, meant, shorten, unknown_name
+from quadstep.mission.fields import Quantity
 from quadstep.mission.presets import origin
 
 INSIDE = "inside"
@@ -68,12 +69,15 @@ def describe(model: type[BaseModel], problem: Any) -> str:
         names = [name for option in options for name in types(option)]
         missing = f"missing; allowed: {', '.join(names)}"
         return f"{key}.type: {missing if kind == 'union_tag_not_found' else unknown_name('value', context['tag'], names)}"
+    field = models[-1].model_fields.get(keys[-1]) if keys else None
+    notes = (note for note in (field.metadata if field else ()) if isinstance(note, Quantity))
+    meaning = next((f": {note.meaning}{note.unit and f' [{note.unit}]'}" for note in notes), "")
     said = {
         "extra_forbidden": unknown(keys[-1] if keys else "", models[-1].model_fields),
-        "missing": "missing; it is needed",
+        "missing": f"missing; it is needed{meaning}",
         "model_type": f"should be a table, not {shorten(given)}",
         "model_attributes_type": f"should be a table, not {shorten(given)}",
-        "dict_type": f"should be a table, not {shorten(given)}",
+        "dict_type": f"should be a table, not {shorten(given)}{meaning}",
         "too_short": f"should have at least {context.get('min_length')} entries, not {context.get('actual_length')}",
         "too_long": f"should have at most {context.get('max_length')} entries, not {context.get('actual_length')}",
     }.get(kind)

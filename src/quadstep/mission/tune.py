@@ -117,7 +117,10 @@ class TuneSection(Section):
         BeforeValidator(ranges_by_key),
         Field(min_length=1, max_length=64),
         AfterValidator(as_ranges),
-        Quantity("", "keys of the controller and their ranges; {} for the declared range"),
+        Quantity(
+            "",
+            "keys of the controller and their ranges: controller.k_x = { low = 2.0, high = 90.0 }, or {} for the declared one",
+        ),
     ]
     vary: Varied = Field(default_factory=dict)
     correlated: Together = ()
