@@ -14,7 +14,7 @@ from quadstep.interfaces.controller import Command
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, flatten, vector
 from quadstep.vehicle.in_space import COLUMNS
-from quadstep.vehicle.lagrange import Lagrange, Limits, Made
+from quadstep.vehicle.lagrange import AttainedCommand, Lagrange, Limits
 from quadstep.vehicle.paper import Disturbance, Rotors
 from tests.flights import CASE_1, NESTED, array, gains, nested_gains, parameters, random_state, same, state, vehicle
 
@@ -26,7 +26,7 @@ FINE = Command(9.81, same(0.0))
 
 def sampled(motion, command):
     """The cycle after a sample."""
-    return Cycle(motion, (), (), None, command, Made(command.thrust, command.torque))
+    return Cycle(motion, (), (), None, command, AttainedCommand(command.thrust, command.torque))
 
 
 EVERY_ENGINE = {

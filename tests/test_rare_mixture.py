@@ -12,7 +12,7 @@ from quadstep.studies.rare.cross_entropy import (
     LAST,
     LEAST,
     SLOW,
-    Drawing,
+    Proposal,
     SampledFlights,
     cross_entropy,
     highest,
@@ -117,7 +117,7 @@ def beyond(limit):
 
 
 def test_a_share_is_drawn_as_the_campaign_draws_and_bounds_every_weight():
-    drawing = Drawing(Mixture(np.ones(1), np.array([[40.0, 0.0]]), 0.1 * np.eye(2)[None]))
+    drawing = Proposal(Mixture(np.ones(1), np.array([[40.0, 0.0]]), 0.1 * np.eye(2)[None]))
     points = drawing.points(Random(1, 0, 2), 5000)
     near = points.latent[:, 0] < 10.0
     assert near.mean() == pytest.approx(DEFENSIVE, abs=0.015)
@@ -129,7 +129,7 @@ def test_a_share_is_drawn_as_the_campaign_draws_and_bounds_every_weight():
 
 def test_the_parts_of_a_fit_are_drawn_by_their_shares():
     apart = np.array([[30.0, 0.0], [-30.0, 0.0]])
-    drawing = Drawing(Mixture(np.array([0.25, 0.75]), apart, 0.1 * np.array([np.eye(2), np.eye(2)])))
+    drawing = Proposal(Mixture(np.array([0.25, 0.75]), apart, 0.1 * np.array([np.eye(2), np.eye(2)])))
     first = drawing.points(Random(1, 0, 2), 5000).latent[:, 0]
     assert [np.mean(first > 10.0), np.mean(first < -10.0)] == pytest.approx([0.225, 0.675], abs=0.02)
 
@@ -138,7 +138,7 @@ def test_all_flights_of_a_replicate_are_one_weighted_sample():
     """Drawn from three distributions in turn, their weights add to 1, and over an event to its probability."""
     sample = SampledFlights(beyond(1.0), Random(2, 0, 2), 4000)
     for mean in (1.5, -1.0):
-        sample.add(Drawing(Mixture(np.ones(1), np.array([[mean, 0.5]]), 0.8 * np.eye(2)[None])))
+        sample.add(Proposal(Mixture(np.ones(1), np.array([[mean, 0.5]]), 0.8 * np.eye(2)[None])))
     assert len(sample.weights) == 16_000  # with the wide ones
     assert sample.weights.sum() == pytest.approx(1.0, abs=0.02)
     assert sample.probability(0) == pytest.approx(probability(-1.0), rel=0.03)

@@ -218,3 +218,14 @@ def test_no_message_gives_none_as_the_reason_of_an_error():
     """An OSError that Python's library raises itself, as shutil does, has no `strerror`."""
     texts = {path: path.read_text(encoding="utf-8") for path in SOURCE.rglob("*.py")}
     assert not [path.name for path, text in texts.items() if "{error.strerror}" in text]
+
+
+SAME_NAMES = {
+    "Condition", "Controller", "Flight", "Measured", "Model", "Panel", "Plant", "Recorded", "Rotor", "Table",
+}  # fmt: skip
+"""Classes of one name that stay: the page's views of what has the name elsewhere, and names that users import."""
+
+
+def test_no_class_name_stands_for_two_things():
+    names = [node.name for tree in modules().values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    assert {name for name in names if names.count(name) > 1} == SAME_NAMES

@@ -52,7 +52,7 @@ PX4_FIRST_MOTOR = 101
 HEAD = "# The vehicle of this mission: what must match. Written by quadstep.\n"
 
 
-class Matching(NamedTuple):
+class AutopilotSettings(NamedTuple):
     """Parameters by name: of the frame, and of the thrust curve. file: name of the autopilot's own file of them. note: what
     they do not settle; may be empty. more: lines of that file that set no parameter.
     """
@@ -99,7 +99,7 @@ def hover_share(p: AirframeParameters, geometry: Geometry) -> float:
     return float(p.airframe.mass * p.airframe.gravity / p.allocation.most) / len(geometry.mounts)
 
 
-def for_ardupilot(p: AirframeParameters, geometry: Geometry) -> Matching:
+def for_ardupilot(p: AirframeParameters, geometry: Geometry) -> AutopilotSettings:
     """Of ArduPilot: the frame, the motor of each output, a thrust that goes with the square of the pulse."""
     curve = {"MOT_THST_EXPO": 1.0, "MOT_SPIN_ARM": 0.0, "MOT_SPIN_MIN": 0.0, "MOT_SPIN_MAX": 1.0, "MOT_PWM_MIN": 1000.0}
     curve |= {"MOT_PWM_MAX": 2000.0, "MOT_BAT_VOLT_MAX": 0.0, "MOT_THST_HOVER": round(hover_share(p, geometry), 4)}
@@ -108,14 +108,14 @@ def for_ardupilot(p: AirframeParameters, geometry: Geometry) -> Matching:
         if len(motors) == len(frame) and None not in motors:
             frames = {"FRAME_CLASS": 1.0, "FRAME_TYPE": float(frame_type)}
             outputs = {f"SERVO{i}_FUNCTION": float(FIRST_MOTOR + (motor or 0)) for i, motor in enumerate(motors, 1)}
-            return Matching({**frames, **outputs}, curve, "ardupilot.parm")
+            return AutopilotSettings({**frames, **outputs}, curve, "ardupilot.parm")
     note = (
         "No quadrotor frame of ArduPilot has these arms and spins: set FRAME_CLASS, FRAME_TYPE and SERVOn_FUNCTION yourself."
     )
-    return Matching({}, curve, "ardupilot.parm", note)
+    return AutopilotSettings({}, curve, "ardupilot.parm", note)
 
 
-def for_px4(p: AirframeParameters, geometry: Geometry) -> Matching:
+def for_px4(p: AirframeParameters, geometry: Geometry) -> AutopilotSettings:
     """Of PX4: the rotors where they are, in the mission's order, and a thrust that goes with the square of the output."""
     moment = float(p.airframe.rotor.torque / p.airframe.rotor.thrust)
     frame = {"CA_AIRFRAME": 0.0, "CA_ROTOR_COUNT": float(len(geometry.mounts))}
@@ -129,14 +129,14 @@ def for_px4(p: AirframeParameters, geometry: Geometry) -> Matching:
         }
     frame |= {f"PWM_MAIN_FUNC{i}": float(PX4_FIRST_MOTOR + i - 1) for i in range(1, len(geometry.mounts) + 1)}
     curve = {"THR_MDL_FAC": 1.0, "MPC_THR_HOVER": round(hover_share(p, geometry), 4)}
-    return Matching({name: value + 0.0 for name, value in frame.items()}, curve, "px4.params")
+    return AutopilotSettings({name: value + 0.0 for name, value in frame.items()}, curve, "px4.params")
 
 
-def for_betaflight(p: AirframeParameters, geometry: Geometry) -> Matching:  # noqa: ARG001 (as for the others)
+def for_betaflight(p: AirframeParameters, geometry: Geometry) -> AutopilotSettings:  # noqa: ARG001 (as for the others)
     """Of Betaflight: a loop at 1 kHz, its directions of spin, motors that are on, and a switch that arms."""
     mirrored = any(x > 0.0 > y and mount.spin < 0 for mount in geometry.mounts for x, y, _ in [mount.position])
     frame = {"pid_process_denom": 8.0, "yaw_motors_reversed": float(mirrored), "motor_pwm_protocol": 0.0}
-    return Matching(frame, {}, "betaflight.txt", more="aux 0 0 0 1700 2100 0 0\n")
+    return AutopilotSettings(frame, {}, "betaflight.txt", more="aux 0 0 0 1700 2100 0 0\n")
 
 
 Told = Callable[[str], None]
@@ -152,22 +152,22 @@ class AutopilotKind(NamedTuple):
 
     link: Callable[[Address, float], AutopilotLink]
     port: int
-    matching: Callable[[AirframeParameters, Geometry], Matching]
-    station: Callable[[Piloted, Address, FlightPlan, Model, Matching, str, Told], GroundStation]
+    matching: Callable[[AirframeParameters, Geometry], AutopilotSettings]
+    station: Callable[[Piloted, Address, FlightPlan, Model, AutopilotSettings, str, Told], GroundStation]
     needs: str | None = "pymavlink.mavutil"
     order: Callable[[Model], tuple[int, ...]] = lambda model: tuple(range(model.rotors))
     period: float | None = None
 
 
 def by_mavlink(
-    station: Station, _: Piloted, __: Address, plan: FlightPlan, ___: Model, found: Matching, where: str,
+    station: Station, _: Piloted, __: Address, plan: FlightPlan, ___: Model, found: AutopilotSettings, where: str,
     said: Told,
 ) -> GroundStation:  # fmt: skip
     return Pilot(station, where, plan, found.frame, found.curve, said)
 
 
 def by_sticks(
-    one: Piloted, motors: Address, plan: FlightPlan, model: Model, found: Matching, where: str, said: Told
+    one: Piloted, motors: Address, plan: FlightPlan, model: Model, found: AutopilotSettings, where: str, said: Told
 ) -> GroundStation:
     """By the sticks of a remote control, with Betaflight's console."""
     return Sticks(plan, model, console(where), found.frame, motors.port, partial(last_of, one), said)
@@ -271,7 +271,7 @@ class AutopilotSection(PilotedSection):
         str, AfterValidator(checked_address), Quantity("", "where to listen, [HOST:]PORT; 127.0.0.1 and its usual port")
     ] = ""
 
-    def matching(self, plan: FlightPlan) -> Matching:
+    def matching(self, plan: FlightPlan) -> AutopilotSettings:
         plant = plan.loop.plant
         assert isinstance(plant, Multirotor)
         every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))["law"]

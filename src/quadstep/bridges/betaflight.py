@@ -101,14 +101,14 @@ class Betaflight:
         self.socket.close()
 
 
-class Setting(NamedTuple):
+class MspField(NamedTuple):
     """Where an answer of MSP has it: the question, and the byte."""
 
     question: int
     byte: int
 
 
-SETTINGS = {"pid_process_denom": Setting(90, 1), "yaw_motors_reversed": Setting(42, 1)}
+SETTINGS = {"pid_process_denom": MspField(90, 1), "yaw_motors_reversed": MspField(42, 1)}
 VERSION, RATES, ACTUAL, OLDEST = 1, 111, 3, (1, 46)
 """Questions: of the version of MSP, of rates; their type that is led; the version of Betaflight 4.5."""
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import Delivery, Drawing, OverwriteOption, check_range, check_seed, engine_option
+from quadstep.commands.options import Delivery, FigureOptions, OverwriteOption, check_range, check_seed, engine_option
 from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
@@ -47,7 +47,7 @@ def campaign(
     ] = None,
     *,
     delivery: Delivery,
-    drawing: Drawing,
+    drawing: FigureOptions,
 ) -> None:
     """Monte Carlo: fly a mission many times with random variations; how often, and how well, does it succeed?
 
@@ -112,7 +112,7 @@ def envelope(
     overwrite: OverwriteOption = False,
     *,
     delivery: Delivery,
-    drawing: Drawing,
+    drawing: FigureOptions,
 ) -> None:
     """Map where a mission can be flown, and how well, over two of its keys.
 
@@ -141,7 +141,7 @@ def tune(
     overwrite: OverwriteOption = False,
     *,
     delivery: Delivery,
-    drawing: Drawing,
+    drawing: FigureOptions,
 ) -> None:
     """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights not used for tuning.
 

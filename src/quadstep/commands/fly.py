@@ -8,7 +8,7 @@ from typing import Annotated, cast
 
 import typer
 
-from quadstep.commands.options import Delivery, EngineOption, OverwriteOption, QuickDrawing, SignalsOption
+from quadstep.commands.options import Delivery, EngineOption, OverwriteOption, QuickFigureOptions, SignalsOption
 from quadstep.engines.engine import Engine
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
@@ -74,7 +74,7 @@ def fly(
     ] = None,
     *,
     delivery: Delivery,
-    drawing: QuickDrawing,
+    drawing: QuickFigureOptions,
     signals: SignalsOption = None,
 ) -> None:
     """Fly a mission and print a summary.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import Drawing, OverwriteOption, ReplaceOption, SignalsOption, show
+from quadstep.commands.options import FigureOptions, OverwriteOption, ReplaceOption, SignalsOption, show
 from quadstep.io.errors import UserError
 from quadstep.report.screen import complain, say, say_whole
 from quadstep.report.units import counted
@@ -155,7 +155,7 @@ def replay(
     ] = None,
     overwrite: OverwriteOption = False,
     *,
-    drawing: Drawing,
+    drawing: FigureOptions,
     signals: SignalsOption = None,
 ) -> None:
     """Predict logged flights from their measured states and commands, and report the errors.

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import Drawing, JsonOption, OverwriteOption, check_range, show
+from quadstep.commands.options import FigureOptions, JsonOption, OverwriteOption, check_range, show
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError, unknown_name
@@ -32,7 +32,7 @@ def linear(
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
     *,
-    drawing: Drawing,
+    drawing: FigureOptions,
 ) -> None:
     """Linearise the sampled closed loop where the path begins: poles, stability margins, Bode, Nyquist and step responses.
 

@@ -98,7 +98,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Drawing(Options):
+class FigureOptions(Options):
     """How figures are drawn."""
 
     figures: FiguresOption = USUAL
@@ -111,7 +111,7 @@ class Drawing(Options):
 
 
 @dataclass(frozen=True)
-class QuickDrawing(Drawing):
+class QuickFigureOptions(FigureOptions):
     """The same, of figures that are to be there at once."""
 
     figures: FiguresOption = ON_SCREEN

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import Drawing, JsonOption, OverwriteOption, print_json, show
+from quadstep.commands.options import FigureOptions, JsonOption, OverwriteOption, print_json, show
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import DIVERGED, FAILED, UserError
 from quadstep.report.bars import bar
@@ -105,7 +105,7 @@ def certify(
     ] = None,
     overwrite: OverwriteOption = False,
     *,
-    drawing: Drawing,
+    drawing: FigureOptions,
 ) -> None:
     """Measure on one flight what Theorem 5.1 requires and promises.
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import Drawing, EngineOption, OverwriteOption, check_range, engine_option, expanded, show
+from quadstep.commands.options import EngineOption, FigureOptions, OverwriteOption, check_range, engine_option, expanded, show
 from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import BAD_INPUT, FAILED
@@ -23,7 +23,7 @@ def reproduce(
     engine: EngineOption = Engine.LANES,
     overwrite: OverwriteOption = False,
     *,
-    drawing: Drawing,
+    drawing: FigureOptions,
 ) -> None:
     """Fly the paper's cases and the stress flights, judge its claims, and write figures, CSV, JSON and report.html."""
     from quadstep.studies.paper.reproduce import reproduce as run
@@ -57,7 +57,7 @@ def compare(
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<study's name>.")] = None,
     overwrite: OverwriteOption = False,
     *,
-    drawing: Drawing,
+    drawing: FigureOptions,
 ) -> None:
     """Compare controllers: tuned with equal budgets, flown through the same draws, judged with intervals (docs/compare.md).
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import Delivery, Drawing, OverwriteOption, QuickDrawing, check_range, check_seed
+from quadstep.commands.options import Delivery, FigureOptions, OverwriteOption, QuickFigureOptions, check_range, check_seed
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
 from quadstep.report.bars import bar
@@ -35,7 +35,7 @@ def advise(
     overwrite: OverwriteOption = False,
     *,
     delivery: Delivery,
-    drawing: Drawing,
+    drawing: FigureOptions,
 ) -> None:
     """Measure a loop's margins in flight, and say which gains would repair them: log in, advice out (docs/advise.md).
 
@@ -89,7 +89,7 @@ def what_if(
     overwrite: OverwriteOption = False,
     *,
     delivery: Delivery,
-    drawing: QuickDrawing,
+    drawing: QuickFigureOptions,
 ) -> None:  # fmt: skip
     """Compare a vehicle before and after a change of autopilot parameters: step, margins, noise, power, failures in gusts.
 

@@ -27,10 +27,10 @@ from quadstep.control.ardupilot_loops import (
 )
 from quadstep.control.autopilot_parameters import (
     RENAMED,
-    AttitudeParameters,
+    ArduPilotAttitudeParameters,
+    ArduPilotPositionParameters,
     MotorParameters,
     PitchParameters,
-    PositionParameters,
     RollParameters,
     YawParameters,
 )
@@ -90,8 +90,8 @@ class ArduPilotCascadeGains(NamedTuple):
     roll: RollParameters
     pitch: PitchParameters
     yaw: YawParameters
-    attitude: AttitudeParameters
-    position: PositionParameters
+    attitude: ArduPilotAttitudeParameters
+    position: ArduPilotPositionParameters
     motors: MotorParameters
     full_speed: Number = FULL_SPEED
     hover_speed: Number = HOVER_SPEED

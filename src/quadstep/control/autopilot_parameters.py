@@ -81,7 +81,7 @@ class YawParameters(NamedTuple):
     slope_cut: Number = parameter("ATC_RAT_YAW_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", tunable=False)
 
 
-class AttitudeParameters(NamedTuple):
+class ArduPilotAttitudeParameters(NamedTuple):
     """ATC: from rad to rad/s, and its limits."""
 
     roll: Number = parameter("ATC_ANG_RLL_P", 4.5, "1/s", "P gain of roll", zero=False, low=3.0, high=12.0)
@@ -101,7 +101,7 @@ class AttitudeParameters(NamedTuple):
     mix: Number = parameter("ATC_THR_MIX_MAX", 0.5, "-", "priority of torques over throttle", tunable=False)
 
 
-class PositionParameters(NamedTuple):
+class ArduPilotPositionParameters(NamedTuple):
     """PSC, WPNAV and ANGLE_MAX."""
 
     xy: Number = parameter("PSC_POSXY_P", 1.0, "1/s", "P gain of the horizontal position", zero=False, low=0.5, high=2.0)

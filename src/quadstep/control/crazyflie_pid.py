@@ -40,7 +40,7 @@ INTEGRALS = {"outer": 5000.0, "roll": 20.0, "yaw": 360.0, "roll_rate": 33.3, "ya
 """Limits of the integrals, in the unit of each loop's error times seconds; those of pitch are those of roll."""
 
 
-class RateParameters(NamedTuple):
+class CrazyflieRateParameters(NamedTuple):
     """Group `pid_rate`: from deg/s to counts."""
 
     roll_kp: Number = parameter("pid_rate.roll_kp", 250.0, "counts/(deg/s)", "P gain of the roll rate")
@@ -61,7 +61,7 @@ class RateParameters(NamedTuple):
     yaw_cut: Number = parameter("pid_rate.omzFiltCut", 30.0, "Hz", "cut-off for yaw", zero=False, tunable=False)
 
 
-class AttitudeParameters(NamedTuple):
+class CrazyflieAttitudeParameters(NamedTuple):
     """Group `pid_attitude`: from deg to deg/s."""
 
     roll_kp: Number = parameter("pid_attitude.roll_kp", 6.0, "1/s", "P gain of roll")
@@ -97,7 +97,7 @@ class VelocityParameters(NamedTuple):
     z_kff: Number = parameter("velCtlPid.vzKFF", 0.0, "1000 counts/(m/s)", "feed-forward gain of the vertical velocity")
 
 
-class PositionParameters(NamedTuple):
+class CrazyfliePositionParameters(NamedTuple):
     """Group `posCtlPid`: from m to m/s, and limits."""
 
     x_kp: Number = parameter("posCtlPid.xKp", 2.0, "1/s", "P gain of the position ahead")
@@ -124,10 +124,10 @@ class PositionParameters(NamedTuple):
 class CrazyfliePidGains(NamedTuple):
     """The firmware's parameters by their groups, and the thrust of a rotor at full command [N]."""
 
-    rates: RateParameters
-    attitude: AttitudeParameters
+    rates: CrazyflieRateParameters
+    attitude: CrazyflieAttitudeParameters
     velocity: VelocityParameters
-    position: PositionParameters
+    position: CrazyfliePositionParameters
     full_thrust: Number = FULL
 
 

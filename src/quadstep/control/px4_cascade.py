@@ -25,7 +25,7 @@ from quadstep.control.px4_loops import (
     GyroFilters,
     GyroMemory,
     PositionGains,
-    RateGains,
+    Px4RateGains,
     attitude_loop,
     attitude_of,
     notch,
@@ -44,7 +44,7 @@ RADIANS = math.pi / 180.0
 ZERO = vector(0.0, 0.0, 0.0)
 
 
-class RateParameters(NamedTuple):
+class Px4RateParameters(NamedTuple):
     """Multicopter rate control: from rad/s to shares of torque."""
 
     roll_p: Number = parameter("MC_ROLLRATE_P", 0.15, "s/rad", "P gain of the roll rate", low=0.01, high=0.5)
@@ -82,7 +82,7 @@ class FilterParameters(NamedTuple):
     band1: Number = parameter("IMU_GYRO_NF1_BW", 20.0, "Hz", "its band", tunable=False)
 
 
-class AttitudeParameters(NamedTuple):
+class Px4AttitudeParameters(NamedTuple):
     """Multicopter attitude control: from rad to rad/s."""
 
     roll: Number = parameter("MC_ROLL_P", 6.5, "1/s", "P gain of roll", high=12.0)
@@ -94,7 +94,7 @@ class AttitudeParameters(NamedTuple):
     yaw_most: Number = parameter("MC_YAWRATE_MAX", 200.0, "deg/s", "largest commanded yaw rate", tunable=False)
 
 
-class PositionParameters(NamedTuple):
+class Px4PositionParameters(NamedTuple):
     """Multicopter position control."""
 
     xy: Number = parameter("MPC_XY_P", 0.95, "1/s", "P gain of the horizontal position", high=2.0)
@@ -127,10 +127,10 @@ class Px4CascadeGains(NamedTuple):
     hover_speed: of a rotor that carries its share [rad/s].
     """
 
-    rates: RateParameters
+    rates: Px4RateParameters
     filters: FilterParameters
-    attitude: AttitudeParameters
-    position: PositionParameters
+    attitude: Px4AttitudeParameters
+    position: Px4PositionParameters
     full_speed: Number = FULL_SPEED
     hover_speed: Number = HOVER_SPEED
     mixer: Px4Mixer = given(px4_mixer)
@@ -180,13 +180,13 @@ def position_gains(g: Px4CascadeGains) -> PositionGains:
     return PositionGains(outer, proportional, integral, slope, *limits)
 
 
-def rate_gains(r: RateParameters) -> RateGains:
+def rate_gains(r: Px4RateParameters) -> Px4RateGains:
     k = vector(r.roll_k, r.pitch_k, r.yaw_k)
     p, i, d = (
         k * Vector(parts)
         for parts in ((r.roll_p, r.pitch_p, r.yaw_p), (r.roll_i, r.pitch_i, r.yaw_i), (r.roll_d, r.pitch_d, r.yaw_d))
     )
-    return RateGains(p, i, d, vector(r.roll_ff, r.pitch_ff, r.yaw_ff), vector(r.roll_most, r.pitch_most, r.yaw_most))
+    return Px4RateGains(p, i, d, vector(r.roll_ff, r.pitch_ff, r.yaw_ff), vector(r.roll_most, r.pitch_most, r.yaw_most))
 
 
 def gyro_filters(f: FilterParameters, period: Number) -> GyroFilters:

@@ -165,7 +165,7 @@ def third_axis(q: Vector) -> Vector:
 # Gyro
 
 
-class Notch(NamedTuple):
+class NotchFilter(NamedTuple):
     """A filter that stops a band. on: above 0.5, or it does nothing."""
 
     on: Number
@@ -174,17 +174,17 @@ class Notch(NamedTuple):
     a2: Number
 
 
-def notch(centre: Number, band: Number, period: Number) -> Notch:
+def notch(centre: Number, band: Number, period: Number) -> NotchFilter:
     """centre, band: of what it stops [Hz]; nothing if either is 0."""
     on = where(centre > 0.0, where(band > 0.0, where(2.0 * centre * period < 1.0, 1.0, 0.0), 0.0), 0.0)
     some = on > 0.5
     angle, about = math.pi * period * where(some, band, 20.0), 2.0 * math.pi * period * where(some, centre, 100.0)
     alpha = sin(angle) / cos(angle)
     over = 1.0 / (alpha + 1.0)
-    return Notch(on, over, -2.0 * cos(about) * over, (1.0 - alpha) * over)
+    return NotchFilter(on, over, -2.0 * cos(about) * over, (1.0 - alpha) * over)
 
 
-def notched(by: Notch, past: Vector, value: Number) -> tuple[Number, Vector]:
+def notched(by: NotchFilter, past: Vector, value: Number) -> tuple[Number, Vector]:
     """One sample, and the new past: the last two values in and out."""
     x1, x2, y1, y2 = past
     out = by.b0 * value + by.b1 * x1 + by.b0 * x2 - by.b1 * y1 - by.a2 * y2
@@ -194,8 +194,8 @@ def notched(by: Notch, past: Vector, value: Number) -> tuple[Number, Vector]:
 class GyroFilters(NamedTuple):
     """IMU_GYRO_NF0_*, IMU_GYRO_NF1_*, IMU_GYRO_CUTOFF; share: of a new sample in the filtered derivative, 1 for all."""
 
-    first: Notch
-    second: Notch
+    first: NotchFilter
+    second: NotchFilter
     smooth: LowPass
     share: Number
 
@@ -234,7 +234,7 @@ def of_gyro(by: GyroFilters, memory: GyroMemory, value: Number, begun: Number, p
 # Rates
 
 
-class RateGains(NamedTuple):
+class Px4RateGains(NamedTuple):
     """About the three axes: MC_ROLLRATE_P times MC_ROLLRATE_K, and so on. most: of the integral, MC_RR_INT_LIM."""
 
     p: Vector
@@ -245,7 +245,7 @@ class RateGains(NamedTuple):
 
 
 def rate_loop(
-    g: RateGains, integral: Vector, wanted: Vector, rates: Vector, acceleration: Vector, missed: Vector, period: Number
+    g: Px4RateGains, integral: Vector, wanted: Vector, rates: Vector, acceleration: Vector, missed: Vector, period: Number
 ) -> tuple[Vector, Vector]:
     """Torques, and the new integral. missed: 1 or -1 where the rotors could not make a torque of that sign: there the
     integral only shrinks. It grows slowly where the error is large, and not at all beyond 400 deg/s.

@@ -47,7 +47,7 @@ EXPLAINED = 0.9
 """Least share of a command that the logged gains make of the logged setpoint and rate."""
 
 
-class Made(NamedTuple):
+class Excitation(NamedTuple):
     """excitation: what the setpoint made of the command, both (n,), a `period` [s] apart. explained: share of the command's
     power that the loop's gains make of setpoint and rate. told: the lines of its spectrum that are no noise. late: how
     uncertain the setpoint's time is, a standard deviation [s]. levelled: whether the attitude loop gave the setpoint.
@@ -84,7 +84,7 @@ def columns_of(loops: tuple[RateLoop, ...]) -> list[str]:
     ]
 
 
-def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
+def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Excitation:
     """Of one axis. Raises UserError."""
     r, y, u = (found.columns[name] for name in (loop.setpoint, loop.rate, loop.command))
     refuse_backward(path, found.columns, (loop.setpoint, loop.rate, loop.command))
@@ -122,7 +122,9 @@ def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Made:
     fed = big_u - added - damped
     rest = fed - f * big_r + k * big_y
     explained = 1.0 - float((np.abs(rest[slow]) ** 2).sum() / max(float((np.abs(fed[slow]) ** 2).sum()), 1e-300))
-    return Made(excitation, command, period, explained, told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate)
+    return Excitation(
+        excitation, command, period, explained, told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate
+    )
 
 
 def refuse_slow(path: Path, columns: str, period: float, form: str, parameters: Mapping[str, float]) -> None:

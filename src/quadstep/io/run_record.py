@@ -19,10 +19,10 @@ from quadstep.io.results_folder import Folder, alone_in, names_in
 
 REPORT, FIGURES = "report.html", "figures"
 
-R = TypeVar("R", bound="Record")
+R = TypeVar("R", bound="RunRecord")
 
 
-class Record:
+class RunRecord:
     """The folder of one run, which has it for itself. Made by `opened`. A subclass says what kind of run it is.
 
     NAME: of the manifest's file; SCHEMA: what that must hold. WHAT: the run in a word; ITEMS: what it finishes
@@ -172,6 +172,6 @@ def prepared(
     return kind(inside, mine), False
 
 
-def nothing_there(kind: type[Record], folder: Path) -> UserError:
+def nothing_there(kind: type[RunRecord], folder: Path) -> UserError:
     """Why a run cannot be resumed."""
     return UserError(f"{folder}: there is no {kind.WHAT} to resume; leave out --resume to start one")

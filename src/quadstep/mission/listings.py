@@ -93,10 +93,10 @@ def commented(line: str, *said: str) -> str:
     return f"{line:<{WIDTH}} # {'; '.join(filter(lambda part: part not in ('', '-'), said))}"
 
 
-__all__ = ["Parameter", "load_preset", "parameters", "preset_names", "read_vehicle"]
+__all__ = ["VehicleNumber", "load_preset", "parameters", "preset_names", "read_vehicle"]
 
 
-class Parameter(NamedTuple):
+class VehicleNumber(NamedTuple):
     """One number of a vehicle, as text: its key in a vehicle file, value, unit, what it means, and where it is from."""
 
     key: str
@@ -126,15 +126,17 @@ def read_vehicle(path: Path) -> AirframeSection:
     return check(AirframeSection, read_toml(path), str(path), path.parent)
 
 
-def parameters(vehicle: AirframeSection) -> list[Parameter]:
+def parameters(vehicle: AirframeSection) -> list[VehicleNumber]:
     """Every number of a vehicle in the order of its file, rotors one by one."""
     found = []
     for key, value, quantity in numbers(vehicle):
-        found.append(Parameter(key, short_text(value), quantity.unit, quantity.meaning, source(vehicle.sources, key)))
+        found.append(VehicleNumber(key, short_text(value), quantity.unit, quantity.meaning, source(vehicle.sources, key)))
         if key == "arm":
-            found.insert(-1, Parameter("layout", str(vehicle.layout), "", "of the rotors", source(vehicle.sources, "layout")))
+            found.insert(
+                -1, VehicleNumber("layout", str(vehicle.layout), "", "of the rotors", source(vehicle.sources, "layout"))
+            )
     rotors = [
-        Parameter(
+        VehicleNumber(
             f"rotor {place + 1}",
             f"({short_text(mount.position)}), {'ccw' if mount.spin > 0 else 'cw'}",
             "m",

@@ -21,7 +21,7 @@ EVERY = 60.0
 """Seconds from one line of progress to the next, where there is no terminal."""
 
 
-class Count(ProgressColumn):
+class AmountColumn(ProgressColumn):
     """The amount done, and the total once known."""
 
     def render(self, task: Task) -> Text:
@@ -29,7 +29,7 @@ class Count(ProgressColumn):
         return Text(f"{task.completed:,.0f}{of} {task.fields['unit']}".rstrip(), no_wrap=True)
 
 
-class Rate(ProgressColumn):
+class RateColumn(ProgressColumn):
     """Units per second, where at least one."""
 
     def render(self, task: Task) -> Text:
@@ -90,9 +90,9 @@ def bar(doing: str, unit: str = "", total: float | None = None) -> Iterator[Bar]
     screen = console(sys.stderr)
     narrow = screen.width < WIDE
     drawn = [] if narrow else [BarColumn(bar_width=min(40, screen.width - ROOM))]
-    columns = [TextColumn("{task.description}"), *drawn, Count(), TextColumn("{task.fields[note]}")]
+    columns = [TextColumn("{task.description}"), *drawn, AmountColumn(), TextColumn("{task.fields[note]}")]
     if not narrow:
-        columns += [Rate(), TimeRemainingColumn()]
+        columns += [RateColumn(), TimeRemainingColumn()]
     shown = screen.is_terminal and not screen.is_dumb_terminal
     with Drawn(*columns, console=screen, transient=True, disable=not shown) as progress:
         yield Bar(progress, doing, unit, total)

@@ -30,7 +30,7 @@ class Parameters(NamedTuple):
     limits: Limits
 
 
-class Made(NamedTuple):
+class AttainedCommand(NamedTuple):
     """What is left of a command within the rotors' limits: thrust u [N], generalised torque tau [N m]."""
 
     thrust: Number
@@ -54,9 +54,9 @@ class Lagrange(InSpace[Parameters, State, Command]):
     def body(self, p: Parameters) -> Vehicle:
         return p.vehicle
 
-    def rest(self, state: State, p: Parameters) -> tuple[Command, Made]:
+    def rest(self, state: State, p: Parameters) -> tuple[Command, AttainedCommand]:
         """A placeholder of the right shape: a law runs before the first step."""
-        return Command(thrust=0.0, torque=state.rates), Made(0.0, state.rates)
+        return Command(thrust=0.0, torque=state.rates), AttainedCommand(0.0, state.rates)
 
     def truth(self, state: State) -> State:
         return state
@@ -65,16 +65,16 @@ class Lagrange(InSpace[Parameters, State, Command]):
         """Never asked: this plant has no estimator."""
         raise NotImplementedError
 
-    def told(self, known: State, held: Made) -> State:
+    def told(self, known: State, held: AttainedCommand) -> State:
         return known
 
-    def actuate(self, p: Parameters, command: Command) -> Made:
+    def actuate(self, p: Parameters, command: Command) -> AttainedCommand:
         """What Eq. 5's rotors can make of thrust and torque."""
         if not self.rotor_limits:
-            return Made(command.thrust, command.torque)
-        return Made(*limit(p.vehicle.rotors, command.thrust, command.torque))
+            return AttainedCommand(command.thrust, command.torque)
+        return AttainedCommand(*limit(p.vehicle.rotors, command.thrust, command.torque))
 
-    def rate(self, p: Parameters, state: State, held: Made, wind: Vector, time: Number) -> State:
+    def rate(self, p: Parameters, state: State, held: AttainedCommand, wind: Vector, time: Number) -> State:
         """Eq. 9 and Eq. 10."""
 
         def law(_: object, at: State) -> tuple[Vector, Vector]:
@@ -113,8 +113,8 @@ class Lagrange(InSpace[Parameters, State, Command]):
         return Drawn(rotors, "u", ("psi", "theta", "phi"))
 
     def row(
-        self, p: Parameters, state: State, told: State, command: Command, held: Made, reference: Reference, wind: Vector,
-        time: Number,
+        self, p: Parameters, state: State, told: State, command: Command, held: AttainedCommand, reference: Reference,
+        wind: Vector, time: Number,
     ) -> list[Number]:  # fmt: skip
         """One row of the log, in the order of `COLUMNS`."""
         made = command._replace(thrust=held.thrust, torque=held.torque)

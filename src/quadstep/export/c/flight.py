@@ -166,14 +166,14 @@ class Library:
         self.measured = len(flatten(measured_part(law.subject.measured)))
         self.params = ctypes.byref((ctypes.c_char * 1).in_dll(self.code, f"{law.name}_mission"))
 
-        class State(ctypes.Structure):
+        class CState(ctypes.Structure):
             _fields_ = [
                 ("memory", self.real * self.memory),
                 ("held", self.real * self.command),
                 ("ready", ctypes.c_uint32),
             ]
 
-        class Clock(ctypes.Structure):
+        class CClock(ctypes.Structure):
             _fields_ = [
                 ("tick", ctypes.c_uint32),
                 ("step", self.real),
@@ -181,7 +181,7 @@ class Library:
                 ("age", self.real),
             ]
 
-        self.state, self.clock = State, Clock
+        self.state, self.clock = CState, CClock
 
     def answer(self, inputs: Array) -> list[float]:
         """Memory and command after a call; NaN if the code rejects its input."""

@@ -27,7 +27,7 @@ from quadstep.proofs.verify.rows import (
     symbols,
 )
 from quadstep.vehicle.in_space import COLUMNS
-from quadstep.vehicle.lagrange import Lagrange, Limits, Made, Parameters
+from quadstep.vehicle.lagrange import AttainedCommand, Lagrange, Limits, Parameters
 from quadstep.vehicle.paper import effective_inertia
 from quadstep.world.paths import MinimumJerk, MinimumJerkParameters
 
@@ -144,7 +144,7 @@ def equation_55() -> Checks:
     path = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(20.0, 5.0, 10.0), 0.0, 0.0, 40.0)
     parameters = Parameters(body(), loop.DISTURBANCE, path, GAINS, Limits(100.0, 100.0, 1.5))
     command = loop.sample().command
-    cycle = Cycle(STATE, (), (), MEMORY, command, Made(command.thrust, command.torque))
+    cycle = Cycle(STATE, (), (), MEMORY, command, AttainedCommand(command.thrust, command.torque))
     flown = Loop(Lagrange(), MinimumJerk(), Backstepping())
     logged = dict(zip(COLUMNS, flown.row(cycle, parameters, 3.0), strict=True))
     i1, i2 = array(MEMORY.integral_1), array(MEMORY.integral_2)

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from quadstep.io import files
 from quadstep.io.errors import UserError
 from quadstep.io.results_folder import Folder
-from quadstep.io.run_record import Record
+from quadstep.io.run_record import RunRecord
 from quadstep.io.run_record import opened as open_record
 from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, SUCCESS, TIME, judged
 from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, CampaignManifest, cannot_continue, machine, new_manifest
@@ -27,7 +27,7 @@ class Chunk(NamedTuple):
     past: int
 
 
-class Store(Record):
+class Store(RunRecord):
     """The folder of one campaign, which one run has for itself. Made by `opened`."""
 
     NAME, SCHEMA, WHAT, ITEMS, INNER = MANIFEST, CampaignManifest, "campaign", "files of flights", (FLIGHTS,)

@@ -88,7 +88,7 @@ SLOW, GAINS = 3, 0.25
 """Levels over which the probability must fall to this share: if it does not, the keys hardly decide, and steering ends."""
 
 
-class Drawing:
+class Proposal:
     """What flights are drawn from: a fitted mixture after a step, and a share as the campaign draws."""
 
     def __init__(self, fit: Mixture) -> None:
@@ -114,11 +114,11 @@ class SampledFlights:
         self.evaluate, self.random, self.size = evaluate, random, size
         first = random.points(size)
         self.latent, self.scores = first.latent, evaluate(first)
-        self.drawings, self.log_total = list[Drawing](), log_standard(self.latent)
+        self.drawings, self.log_total = list[Proposal](), log_standard(self.latent)
         self.crude = np.isinf(self.scores).sum(axis=1)
-        self.add(Drawing(wide(random.dimensions)))
+        self.add(Proposal(wide(random.dimensions)))
 
-    def add(self, drawing: Drawing) -> None:
+    def add(self, drawing: Proposal) -> None:
         points = drawing.points(self.random, self.size)
         self.drawings.append(drawing)
         mine = [log_standard(points.latent), *(one.log_density(points.latent) for one in self.drawings)]
@@ -151,7 +151,7 @@ def cross_entropy(evaluate: Evaluate, events: int, random: Random, size: int) ->
     failed, points = np.zeros((events, 0), dtype=np.bool_), random.points(0)
     if any(shares):
         earlier = [one.fit for one in sample.drawings]
-        drawing = Drawing(
+        drawing = Proposal(
             together([together(fits, shares), *earlier], [1.0 - EARLIER, *(EARLIER / len(earlier) for _ in earlier)])
         )
         points = drawing.points(random, LAST * size)
@@ -187,7 +187,7 @@ def steered(sample: SampledFlights, event: int, least: float) -> tuple[Mixture, 
         slow = len(levels) > SLOW and probability > GAINS * levels[-1 - SLOW].probability
         if reached == FITS_TO_FAILURES or (slow and not failing):
             break
-        sample.add(Drawing(fit))
+        sample.add(Proposal(fit))
     return fit, levels
 
 

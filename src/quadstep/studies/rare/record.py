@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from quadstep.io import __version__
 from quadstep.io.results_folder import Folder
-from quadstep.io.run_record import Record
+from quadstep.io.run_record import RunRecord
 from quadstep.io.run_record import opened as open_record
 from quadstep.studies.campaign import draws
 from quadstep.studies.campaign.manifest import OTHERS, cannot_continue, identity, machine
@@ -95,7 +95,7 @@ class RareManifest(BaseModel):
     sha256: str = ""
 
 
-class RareRecord(Record):
+class RareRecord(RunRecord):
     """The folder of one run, which has it for itself. Made by `opened`. pieces: that are finished, in order."""
 
     NAME, SCHEMA, WHAT, ITEMS = MANIFEST, RareManifest, "estimate", "replicates"
