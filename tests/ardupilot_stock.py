@@ -4,7 +4,6 @@ Of the tree whole files are compiled, from AC_PosControl down to its mathematics
 the one function.
 """
 
-import ctypes
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +18,7 @@ from quadstep.interfaces.plant import Reference
 from quadstep.mission.listings import load_preset
 from quadstep.numbers import Matrix, Vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll, normalised, unrotate
-from tests.firmware_flights import run
+from tests.firmware_flights import answers, run, walks
 from tests.firmware_trees import STUBS
 
 LOOPS = {"rates": 2, "all": 2, "climb": 1, "shapes": 3, "mixer": 8, "cascade": 8, "limited": 8}
@@ -179,10 +178,7 @@ WHOLE = (
 def motion(lanes: int, samples: int, seed: int = 0) -> dict[str, np.ndarray]:
     """Random walks, near limits and beyond, rounded to f32."""
     random = np.random.default_rng(seed)
-
-    def walk(parts: int, size: float, step: float) -> np.ndarray:
-        begin = random.uniform(-size, size, (lanes, 1, parts))
-        return begin + np.cumsum(random.normal(0.0, step, (lanes, samples, parts)), axis=1)
+    walk = walks(random, lanes, samples)
 
     def flags(parts: int) -> np.ndarray:
         return random.random((lanes, samples, parts)) < 0.3
@@ -228,13 +224,7 @@ def firmware(folder: Path, tree: Path, given: dict[str, np.ndarray]) -> dict[str
     library = folder / "stock.so"
     units = [*(str(tree / "libraries" / one) for one in WHOLE), "mixer.cpp", "stock.cpp"]
     run(["g++", *flags, *found, *units, "-lm", "-o", str(library)], folder)
-    loaded, made = ctypes.CDLL(str(library)), {}
-    for name, count in LOOPS.items():
-        lanes, samples, _ = given[name].shape
-        made[name] = np.empty((lanes, samples, count), np.float32)
-        place = [one.ctypes.data_as(ctypes.c_void_p) for one in (given[name], made[name])]
-        getattr(loaded, name)(lanes, samples, *place)
-    return made
+    return answers(library, given, LOOPS)
 
 
 RATES = PidGains(0.135, 0.135, 0.0036, 0.0, 0.0, 0.5, 0.0, 20.0, 0.0, 20.0)

@@ -1,6 +1,5 @@
 """The Crazyflie's own loops and ours over the same samples: the firmware's compiled from a tree, or what it said of some."""
 
-import ctypes
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +14,7 @@ from quadstep.interfaces.plant import Reference
 from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
-from tests.firmware_flights import FIRMWARE, included, run
+from tests.firmware_flights import FIRMWARE, answers, included, run, walks
 from tests.firmware_trees import STUBS
 
 LOOPS = {"attitude": 3, "rates": 3, "filtered": 3, "position": 3, "mellinger": 4}
@@ -34,11 +33,7 @@ class Motion(NamedTuple):
 def motion(lanes: int, samples: int, seed: int = 0) -> Motion:
     """Random walks, the wanted values near limits and beyond; lane by lane."""
     random = np.random.default_rng(seed)
-
-    def walk(parts: int, size: float, step: float) -> np.ndarray:
-        begin = random.uniform(-size, size, (lanes, 1, parts))
-        return begin + np.cumsum(random.normal(0.0, step, (lanes, samples, parts)), axis=1)
-
+    walk = walks(random, lanes, samples)
     degrees = np.concatenate([walk(2, 40.0, 1.0), walk(1, 170.0, 5.0)], axis=2)
     degrees[..., 2] = (degrees[..., 2] + 180.0) % 360.0 - 180.0
     wanted = np.concatenate([walk(2, 20.0, 2.0), random.uniform(-180.0, 180.0, (lanes, samples, 1))], axis=2)
@@ -68,13 +63,7 @@ def firmware(folder: Path, tree: Path, given: dict[str, np.ndarray]) -> dict[str
     sources = [str(one) for one in (*units, harness)]
     flags = ["-std=gnu11", "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-DCRAZYFLIE_FW"]
     run(["gcc", *flags, *found, *sources, "-lm", "-o", str(library)], folder)
-    loaded, made = ctypes.CDLL(str(library)), {}
-    for name, count in LOOPS.items():
-        lanes, samples, _ = given[name].shape
-        made[name] = np.empty((lanes, samples, count), np.float32)
-        place = [one.ctypes.data_as(ctypes.c_void_p) for one in (given[name], made[name])]
-        getattr(loaded, name)(lanes, samples, *place)
-    return made
+    return answers(library, given, LOOPS)
 
 
 def ours(motion: Motion) -> dict[str, np.ndarray]:

@@ -3,16 +3,20 @@
 Trees are those of the variables in `tests/firmware_trees.py`; nothing is fetched.
 """
 
+import ctypes
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from quadstep.export.arm import BITS
 from tests import firmware_sitl
@@ -161,3 +165,29 @@ def main() -> int:
 
 if __name__ == "__main__":
     sys.exit(main())
+
+
+def walks(random: np.random.Generator, lanes: int, samples: int) -> Callable[[int, float, float], np.ndarray]:
+    """Gives random walks of so many numbers that begin within a size and go on by normal steps, (lanes, samples, numbers)."""
+
+    def walk(parts: int, size: float, step: float) -> np.ndarray:
+        begin = random.uniform(-size, size, (lanes, 1, parts))
+        return begin + np.cumsum(random.normal(0.0, step, (lanes, samples, parts)), axis=1)
+
+    return walk
+
+
+def answers(library: Path, given: dict[str, np.ndarray], loops: Mapping[str, int]) -> dict[str, np.ndarray]:
+    """What a compiled firmware's own loops make of what each is given, in f32. loops: how many numbers each gives."""
+    loaded, made = ctypes.CDLL(str(library)), {}
+    for name, count in loops.items():
+        made[name] = np.empty((*given[name].shape[:2], count), np.float32)
+        place = [one.ctypes.data_as(ctypes.c_void_p) for one in (given[name], made[name])]
+        getattr(loaded, name)(*given[name].shape[:2], *place)
+    return made
+
+
+def recorded(firmware: str) -> dict[str, np.ndarray]:
+    """What its loops made of two lanes of 40 samples."""
+    text = (Path(__file__).parent / "golden" / f"{firmware}_stock.json").read_text(encoding="utf-8")
+    return {name: np.array(rows, np.float32) for name, rows in json.loads(text).items()}

@@ -1,6 +1,5 @@
 """PX4's own loops and ours over the same samples: the autopilot's compiled from a tree, or what it said of some."""
 
-import ctypes
 import re
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from quadstep.interfaces.plant import Reference
 from quadstep.mission.listings import load_preset
 from quadstep.numbers import Matrix, Vector
 from quadstep.numbers.rotations import from_rotation_vector, multiply
-from tests.firmware_flights import run
+from tests.firmware_flights import answers, run, walks
 from tests.firmware_trees import STUBS
 
 LOOPS = {
@@ -58,10 +57,7 @@ KINDS = {"float32": "float", "bool": "bool"}
 def motion(lanes: int, samples: int, seed: int = 0) -> dict[str, np.ndarray]:
     """Random walks, the wanted values near limits and beyond; in this package's axes, rounded to f32."""
     random = np.random.default_rng(seed)
-
-    def walk(parts: int, size: float, step: float) -> np.ndarray:
-        begin = random.uniform(-size, size, (lanes, 1, parts))
-        return begin + np.cumsum(random.normal(0.0, step, (lanes, samples, parts)), axis=1)
+    walk = walks(random, lanes, samples)
 
     def turned(v: np.ndarray) -> np.ndarray:
         return np.stack(list(from_rotation_vector(Vector(np.moveaxis(v, 2, 0)))), axis=2)
@@ -136,14 +132,8 @@ def firmware(folder: Path, tree: Path, given: dict[str, np.ndarray]) -> dict[str
     library = folder / "stock.so"
     units = [str(source / one) for one in UNITS]
     run(["g++", *flags, *found, *units, str(folder / "stock.cpp"), "-lm", "-o", str(library)], folder)
-    loaded, made = ctypes.CDLL(str(library)), {}
-    for name, count in LOOPS.items():
-        lanes, samples, _ = given[name].shape
-        asked = np.ascontiguousarray(given[name] * np.array(SIGNS[name], np.float32))
-        said = np.empty((lanes, samples, count), np.float32)
-        place = [one.ctypes.data_as(ctypes.c_void_p) for one in (asked, said)]
-        getattr(loaded, name)(lanes, samples, *place)
-        made[name] = said * np.array(BACK[name], np.float32)
+    asked = {name: np.ascontiguousarray(given[name] * np.array(signs, np.float32)) for name, signs in SIGNS.items()}
+    made = {name: one * np.array(BACK[name], np.float32) for name, one in answers(library, asked, LOOPS).items()}
     for name in FLIGHTS:  # of the two quaternions of an attitude that with w >= 0
         made[name][..., 3:] *= np.where(made[name][..., 3:4] < 0.0, -1.0, 1.0)
     return made

@@ -1,6 +1,5 @@
 """ArduPilot's cascade: the autopilot's own loops say the same, and its parameters mean what they mean there."""
 
-import json
 import math
 import os
 from pathlib import Path
@@ -43,10 +42,8 @@ from quadstep.mission.listings import load_preset
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import from_rotation_vector, from_yaw_pitch_roll, multiply, normalised, yaw_pitch_roll
 from tests.ardupilot_stock import LOOPS, firmware, motion, ours
+from tests.firmware_flights import recorded
 from tests.needs import ARDUPILOT_TREE, C_COMPILER, needs
-
-RECORDED = Path(__file__).parent / "golden" / "ardupilot_stock.json"
-"""What ArduPilot Copter made of `motion(2, 40)`: 4.6, and 4.7.0-dev of October 2025 of what goes through the cascade."""
 
 NEAR = {**dict.fromkeys(LOOPS, 0.0), "all": 2e-6, "climb": 1e-5, "cascade": 2.5e-3, "limited": 2.5e-3}
 """Differences allowed: none, but where an integral next to zero is zero there, or terms are added in another order. The
@@ -79,8 +76,8 @@ def found():
 
 @pytest.mark.parametrize("name", LOOPS)
 def test_loops_do_what_ardupilot_did(found, name):
-    said = json.loads(RECORDED.read_text(encoding="utf-8"))
-    check({one: np.array(rows, np.float32) for one, rows in said.items()}, found, name)
+    """ArduPilot Copter: 4.6, and 4.7.0-dev of October 2025 of what goes through the cascade."""
+    check(recorded("ardupilot"), found, name)
 
 
 @needs(C_COMPILER, ARDUPILOT_TREE)

@@ -1,6 +1,5 @@
 """The Crazyflie's stock laws: the firmware's own loops say the same, sample by sample, and its mixer and limits act."""
 
-import json
 import os
 from pathlib import Path
 
@@ -15,10 +14,8 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.mission.listings import load_preset
 from tests.crazyflie_stock import LOOPS, firmware, motion, ours
+from tests.firmware_flights import recorded
 from tests.needs import C_COMPILER, CRAZYFLIE_TREE, needs
-
-RECORDED = Path(__file__).parent / "golden" / "crazyflie_stock.json"
-"""What the firmware of August 2026 (commit 2a18fc29) made of `motion(2, 40)`."""
 
 NEAR = {"attitude": 0.0, "rates": 0.0, "filtered": 2.0, "position": 0.025, "mellinger": 4.05}
 """Differences allowed: none where both compute in f32; rounding of filter coefficients [counts of 4e5]; f32 in positions and
@@ -38,8 +35,8 @@ def found():
 
 @pytest.mark.parametrize("name", LOOPS)
 def test_loops_do_what_the_firmware_did(found, name):
-    said = json.loads(RECORDED.read_text(encoding="utf-8"))
-    check({one: np.array(rows, np.float32) for one, rows in said.items()}, found, name)
+    """the firmware of August 2026 (commit 2a18fc29)."""
+    check(recorded("crazyflie"), found, name)
 
 
 @needs(C_COMPILER, CRAZYFLIE_TREE)

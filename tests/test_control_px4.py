@@ -19,11 +19,9 @@ from quadstep.linear.grade import SOUND, grade
 from quadstep.mission.listings import load_preset
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
+from tests.firmware_flights import recorded
 from tests.needs import C_COMPILER, PX4_TREE, needs
 from tests.px4_stock import LOOPS, firmware, motion, ours
-
-RECORDED = Path(__file__).parent / "golden" / "px4_stock.json"
-"""What PX4 v1.15.4 made of `motion(2, 40)`."""
 
 FLOWN = Path(__file__).parent / "golden" / "px4_flight.json"
 """0.16 s of a circle that the real PX4 (main of May 2024) flew with preset `x500`, in this package's axes. Rows: position and
@@ -60,8 +58,8 @@ def found():
 
 @pytest.mark.parametrize("name", LOOPS)
 def test_loops_do_what_px4_did(found, name):
-    said = json.loads(RECORDED.read_text(encoding="utf-8"))
-    check({one: np.array(rows, np.float32) for one, rows in said.items()}, found, name)
+    """PX4 v1.15.4."""
+    check(recorded("px4"), found, name)
 
 
 @needs(C_COMPILER, PX4_TREE)

@@ -1,4 +1,4 @@
-"""`quadstep reproduce`, `quadstep compare` and `quadstep study`: the paper's study, controllers compared, what goes beyond."""
+"""`quadstep reproduce`, `quadstep compare` and `quadstep study`: the paper's study, laws compared, the completed law."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -1,4 +1,4 @@
-"""A predictor that any controller can be given: what it is told of the past is carried forward to now.
+"""A predictor for any controller: delayed measurements are carried forward to the present.
 
 A fix speaks of an instant some time ago. Gyro and accelerometer have been sampled since, so attitude, velocity and position
 now follow from it by dead reckoning, `age` [s] long:

@@ -1,4 +1,4 @@
-"""The ground: errors and exit codes, files read with limits and written whole, documents, folders of results, users' code.
+"""Errors and exit codes, files read with limits and written whole, documents, folders of results, users' code.
 
 Every room may import it; it imports no other.
 """

@@ -20,6 +20,7 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
 from quadstep.linear.tables import Open, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.transfer import LOWEST, harmonic, opened
+from quadstep.metrics.statistics import finite
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.evidence import Evidence, Figure, Table
@@ -33,11 +34,6 @@ MARGIN_COLUMNS = (
 )  # fmt: skip
 
 
-def finite(value: float) -> float | None:
-    """A number as JSON can represent it."""
-    return value if math.isfinite(value) else None
-
-
 def margin_numbers(one: Margins) -> list[float | None]:
     """The columns of `MARGIN_COLUMNS`."""
     gains = [20.0 * math.log10(gain) if 0.0 < gain < math.inf else None for gain in (one.gain_up, one.gain_down)]
@@ -45,8 +41,8 @@ def margin_numbers(one: Margins) -> list[float | None]:
     return [*gains, *map(finite, rest)]
 
 
-def margin_record(one: Margins) -> dict[str, float | None]:
-    return dict(zip(MARGIN_COLUMNS, margin_numbers(one), strict=True))
+def channel_margins(found: Analysis) -> dict[str, list[float | None]]:
+    return {channel.name: margin_numbers(one) for channel, one in zip(found.channels, found.margins, strict=False)}
 
 
 def record(found: Analysis, steps: list[StepResponse]) -> dict[str, object]:
@@ -59,7 +55,7 @@ def record(found: Analysis, steps: list[StepResponse]) -> dict[str, object]:
         "not_held": list(found.not_held),
         "period[s]": period.length,
         "states": list(period.names),
-        "margins": {channel.name: margin_record(one) for channel, one in zip(found.channels, found.margins, strict=False)},
+        "margins": {name: dict(zip(MARGIN_COLUMNS, one, strict=True)) for name, one in channel_margins(found).items()},
         "bends": list(found.bends),
         "bends_near": list(found.near),
         "sides_tried": found.tried,
@@ -122,7 +118,8 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> E
         found = of_file(mission, path)
         but = mission.shortfall(plan) if found.analysis.holds else ""
         done = evidence(out, mission, path, found, sheet, but)
-        write_csv(out / "margins.csv", ("channel", *MARGIN_COLUMNS), channel_rows(found.analysis))
+        rows = channel_margins(found.analysis).items()
+        write_csv(out / "margins.csv", ("channel", *MARGIN_COLUMNS), [(name, *one) for name, one in rows])
         write_csv(out / "poles.csv", ("real[1/s]", "imaginary[rad/s]", "states"), [one.row for one in found.analysis.poles])
         write_json(out / "linear.json", done.record)
         done.write_report(out)
@@ -135,10 +132,6 @@ def of_file(mission: Mission, path: Path) -> Studied:
         return studied(mission)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
-
-
-def channel_rows(found: Analysis) -> list[tuple[object, ...]]:
-    return [(channel.name, *margin_numbers(one)) for channel, one in zip(found.channels, found.margins, strict=False)]
 
 
 def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: Sheet, but: str = "") -> Evidence:

@@ -37,7 +37,12 @@ class Estimate(NamedTuple):
 
     def as_json(self) -> dict[str, float | None]:
         """For a file; an end that there is not is null."""
-        return {name: None if math.isnan(value) else value for name, value in self._asdict().items()}
+        return {name: finite(value) for name, value in self._asdict().items()}
+
+
+def finite(value: float | None) -> float | None:
+    """A number as JSON can hold it: None for NaN and infinity."""
+    return None if value is None or not math.isfinite(value) else float(value)
 
 
 def share(count: int, total: int) -> Estimate:

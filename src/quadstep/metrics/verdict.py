@@ -1,4 +1,4 @@
-"""What a machine is told of a run: whether it is good enough, point by point; grades of flights.
+"""The verdict on a run, for machines: whether it is good enough, point by point; grades of flights.
 
 Also as JUnit XML, which CI services show beside the change that was tested. Written so that it is valid under the stricter of
 the schemas in use (Ant's, and the xUnit plugin's for Jenkins).

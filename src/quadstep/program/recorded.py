@@ -104,16 +104,16 @@ class Recorded:
         self.record, self.place = record, place
 
 
+def relation(operation: str) -> Callable[[Recorded, object], RecordedCondition]:
+    return lambda one, other: RecordedCondition(one.record, one.record.write(operation, one, other))
+
+
 class RecordedCondition(Recorded):
     """The result of comparing recorded numbers."""
 
     __slots__ = ()
 
-    def __and__(self, other: RecordedCondition) -> RecordedCondition:
-        return RecordedCondition(self.record, self.record.write("and", self, other))
-
-    def __or__(self, other: RecordedCondition) -> RecordedCondition:
-        return RecordedCondition(self.record, self.record.write("or", self, other))
+    __and__, __or__ = relation("and"), relation("or")
 
     def __invert__(self) -> RecordedCondition:
         return RecordedCondition(self.record, self.record.write("not", self))
@@ -181,24 +181,8 @@ class RecordedNumber(Recorded, PythonOperators):
     def __abs__(self) -> RecordedNumber:
         return RecordedNumber(self.record, self.record.write("magnitude", self))
 
-    def __lt__(self, other: Operand) -> RecordedCondition:
-        return RecordedCondition(self.record, self.record.write("<", self, other))
-
-    def __le__(self, other: Operand) -> RecordedCondition:
-        return RecordedCondition(self.record, self.record.write("<=", self, other))
-
-    def __gt__(self, other: Operand) -> RecordedCondition:
-        return RecordedCondition(self.record, self.record.write(">", self, other))
-
-    def __ge__(self, other: Operand) -> RecordedCondition:
-        return RecordedCondition(self.record, self.record.write(">=", self, other))
-
-    def __eq__(self, other: object) -> Any:
-        return RecordedCondition(self.record, self.record.write("==", self, other))
-
-    def __ne__(self, other: object) -> Any:
-        return RecordedCondition(self.record, self.record.write("!=", self, other))
-
+    __lt__, __le__, __gt__, __ge__ = relation("<"), relation("<="), relation(">"), relation(">=")
+    __eq__, __ne__ = relation("=="), relation("!=")  # type: ignore[assignment]
     __hash__ = None  # type: ignore[assignment]
 
     def __bool__(self) -> NoReturn:
@@ -208,33 +192,22 @@ class RecordedNumber(Recorded, PythonOperators):
 Operand: TypeAlias = RecordedNumber | float
 
 
+def of_words(operation: str) -> Callable[[RecordedWord, RecordedWord | int], RecordedWord]:
+    return lambda one, other: RecordedWord(one.record, one.record.write(operation, one, other))
+
+
 class RecordedWord(Recorded):
     """The bits of a number, 32 where the record folds. Sums wrap around; `>>` shifts zeros in; a Python int is a constant."""
 
     __slots__ = ()
-
-    def _write(self, operation: str, other: RecordedWord | int) -> RecordedWord:
-        return RecordedWord(self.record, self.record.write(operation, self, other))
-
-    def __add__(self, other: RecordedWord | int) -> RecordedWord:
-        return self._write("word +", other)
+    __add__, __or__, __xor__, __lshift__, __rshift__ = map(of_words, ("word +", "word |", "word ^", "word <<", "word >>"))
 
     def __and__(self, other: RecordedWord | int) -> RecordedWord:
-        return self if other == EVERY_BIT and self.record.folds else self._write("word &", other)
-
-    def __or__(self, other: RecordedWord | int) -> RecordedWord:
-        return self._write("word |", other)
-
-    def __xor__(self, other: RecordedWord | int) -> RecordedWord:
-        return self._write("word ^", other)
+        if other == EVERY_BIT and self.record.folds:
+            return self
+        return RecordedWord(self.record, self.record.write("word &", self, other))
 
     __radd__, __rand__, __ror__, __rxor__ = __add__, __and__, __or__, __xor__
-
-    def __lshift__(self, bits: int) -> RecordedWord:
-        return self._write("word <<", bits)
-
-    def __rshift__(self, bits: int) -> RecordedWord:
-        return self._write("word >>", bits)
 
 
 class RecordedTable(Recorded):
@@ -249,6 +222,10 @@ class RecordedTable(Recorded):
     def at(self, index: Number) -> RecordedNumber:
         """The entry at a whole index; see `entry`."""
         return RecordedNumber(self.record, self.record.write("entry", self, entry(index, self.size)))
+
+
+def of_number(operation: str) -> Callable[[object, RecordedNumber], RecordedNumber]:
+    return lambda _, x: RecordedNumber(x.record, x.record.write(operation, x))
 
 
 class RecordedFunctions(Kind):
@@ -273,17 +250,7 @@ class RecordedFunctions(Kind):
     def bit(self, x: RecordedNumber, place: int) -> RecordedCondition:
         return RecordedCondition(x.record, x.record.write("bit", x, 1 << place))
 
-    def power(self, m: RecordedNumber) -> RecordedNumber:
-        return RecordedNumber(m.record, m.record.write("power", m))
-
-    def fraction(self, x: RecordedNumber) -> RecordedNumber:
-        return RecordedNumber(x.record, x.record.write("fraction", x))
-
-    def exponent(self, x: RecordedNumber) -> RecordedNumber:
-        return RecordedNumber(x.record, x.record.write("exponent", x))
-
-    def sqrt(self, x: RecordedNumber) -> RecordedNumber:
-        return RecordedNumber(x.record, x.record.write("sqrt", x))
+    power, fraction, exponent, sqrt = map(of_number, ("power", "fraction", "exponent", "sqrt"))
 
     def where(self, condition: RecordedCondition | bool, yes: Operand, no: Operand) -> Operand:
         if not isinstance(condition, RecordedCondition):

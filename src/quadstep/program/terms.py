@@ -6,7 +6,7 @@ Nothing is simplified and nothing is decided: a term is what the code does, oper
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from functools import reduce
 from typing import ClassVar, TypeAlias, cast
@@ -16,6 +16,20 @@ from quadstep.numbers.operation import Kind, Operation, Rule
 from quadstep.program.operations import in_coq
 
 Operand: TypeAlias = "Term | float | int | Fraction"
+
+
+Infix: TypeAlias = "Callable[[Term, Operand], Term]"
+
+
+def infix(op: str) -> tuple[Infix, Infix]:
+    """An operator of two numbers, and the same with the term at the right; vectors and matrices have their own."""
+
+    def written(left: Operand, right: Operand) -> Term:
+        if isinstance(left, Term | float | int | Fraction) and isinstance(right, Term | float | int | Fraction):
+            return Term(op, term(left), term(right))
+        return NotImplemented
+
+    return written, lambda right, left: written(left, right)
 
 
 class Term:
@@ -37,29 +51,11 @@ class Term:
             cls.known[key] = found
         return found
 
-    def __add__(self, other: Operand) -> Term:
-        return binary("+", self, other)
-
-    def __radd__(self, other: Operand) -> Term:
-        return binary("+", other, self)
-
-    def __sub__(self, other: Operand) -> Term:
-        return binary("-", self, other)
-
-    def __rsub__(self, other: Operand) -> Term:
-        return binary("-", other, self)
-
-    def __mul__(self, other: Operand) -> Term:
-        return binary("*", self, other)
-
-    def __rmul__(self, other: Operand) -> Term:
-        return binary("*", other, self)
-
-    def __truediv__(self, other: Operand) -> Term:
-        return binary("/", self, other)
-
-    def __rtruediv__(self, other: Operand) -> Term:
-        return binary("/", other, self)
+    __add__, __radd__ = infix("+")
+    __sub__, __rsub__ = infix("-")
+    __mul__, __rmul__ = infix("*")
+    __truediv__, __rtruediv__ = infix("/")
+    __lt__, __le__, __gt__, __ge__ = (infix(one)[0] for one in ("<", "<=", ">", ">="))
 
     def __pow__(self, count: int) -> Term:
         return reduce(Term.__mul__, [self] * count)
@@ -69,18 +65,6 @@ class Term:
 
     def __abs__(self) -> Term:
         return Term("magnitude", self)
-
-    def __lt__(self, other: Operand) -> Term:
-        return Term("<", self, term(other))
-
-    def __le__(self, other: Operand) -> Term:
-        return Term("<=", self, term(other))
-
-    def __gt__(self, other: Operand) -> Term:
-        return Term(">", self, term(other))
-
-    def __ge__(self, other: Operand) -> Term:
-        return Term(">=", self, term(other))
 
     def __bool__(self) -> bool:
         raise TypeError("a law chooses with `where`, not with `if`")
@@ -112,13 +96,6 @@ Term.functions = Functions()
 def term(value: Operand | Number) -> Term:
     """A number as a term; a float is the fraction that it is."""
     return value if isinstance(value, Term) else Term("const", leaf=Fraction(value))
-
-
-def binary(op: str, left: Operand, right: Operand) -> Term:
-    """An operation on two numbers; a vector or matrix is left to its own operators."""
-    if isinstance(left, Term | float | int | Fraction) and isinstance(right, Term | float | int | Fraction):
-        return Term(op, term(left), term(right))
-    return NotImplemented
 
 
 def variable(name: str) -> Number:

@@ -1,4 +1,4 @@
-"""Axes whose numbers are whole: no offset, no exponent aside, and a scale on which all of a line can be seen.
+"""Axes with plain numbers: no offset, no exponent aside, and a scale on which all of a line can be seen.
 
 In a figure's SVG they are told to the script of reports (`frontend/src/report`), which reads values off the figure.
 """

@@ -1,4 +1,4 @@
-"""The parts of a figure."""
+"""What a figure shows, as numbers: panels over time, or a flight in space."""
 
 from typing import NamedTuple
 

@@ -64,13 +64,13 @@ def replace(folder: Folder, draft: Folder, names: list[str], previous: list[str]
     folder.take(draft, [last], last)
 
 
-def files_to_replace(path: Path, identity: str, overwrite: bool, name: str = MANIFEST) -> list[str]:
+def files_to_replace(path: Path, identity: str, overwrite: bool) -> list[str]:
     """The files of the result in the folder `path`. Raises UserError where it is none, or replacing it was not requested."""
     try:
         if not path.exists():
             return []
         with opened(path) as folder:
-            return replaceable(folder, {"fingerprint": identity}, overwrite, name)
+            return replaceable(folder, {"fingerprint": identity}, overwrite, MANIFEST)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
 

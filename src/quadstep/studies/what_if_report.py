@@ -1,4 +1,4 @@
-"""The answer in words, tables and a figure."""
+"""The answer of `quadstep what-if`: words, tables and a figure."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,7 +11,7 @@ from quadstep.interfaces.gain import Gain
 from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
 from quadstep.metrics.registry import EFFORTS
-from quadstep.metrics.statistics import Estimate, share, share_difference
+from quadstep.metrics.statistics import Estimate, finite, share, share_difference
 from quadstep.mission.data_files import briefly
 from quadstep.mission.schema import Mission
 from quadstep.report import page, units
@@ -95,8 +95,7 @@ def evidence(
         "grades": {
             name: {"grade": one.grade.word, "why": one.grade.why} for name, one in zip(SIDES, sides, strict=True)
         },
-        "step": {name: {key: None if np.isnan(one) else one for key, one in step.items()}
-                 for name, step in zip(SIDES, steps, strict=True)},
+        "step": {name: {key: finite(one) for key, one in step.items()} for name, step in zip(SIDES, steps, strict=True)},
     }  # fmt: skip
     return Evidence(
         name=mission.name,

@@ -1,4 +1,4 @@
-"""What is asked: which parameters change, of which law, on which vehicle, in which wind."""
+"""The question of `quadstep what-if`: which parameters change, of which law, on which vehicle, in which wind."""
 
 import math
 from collections.abc import Mapping, Sequence

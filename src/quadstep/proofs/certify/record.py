@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.metrics.reductions import rmse
+from quadstep.metrics.statistics import finite
 from quadstep.proofs.certify.certificate import FlightCertificate
 from quadstep.proofs.plain import Array, Mask, lengths
 
@@ -92,14 +94,6 @@ def verdict(c: FlightCertificate) -> str:
 TERMS = ("dissipation", "residual", "learning", "coupling", "filtering")
 
 
-def number(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(value)
-
-
-def rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
 def share(condition: Mask) -> float | None:
     """The share of samples for which a condition holds; None for no samples."""
     return float(np.mean(condition)) if len(condition) else None
@@ -109,7 +103,7 @@ def rate_record(c: FlightCertificate) -> dict[str, object]:
     """L and L_dot: ends, work of each term, and how well the three ways to L_dot agree."""
     rate, value = c.lyapunov.rate, c.lyapunov.value
     mean = 0.5 * (rate[1:] + rate[:-1])
-    scale = rms(rate) or 1.0
+    scale = rmse(rate) or 1.0
     outside, period = c.outside, c.history.period
     return {
         "first[J]": float(value[0]),
@@ -122,7 +116,7 @@ def rate_record(c: FlightCertificate) -> dict[str, object]:
         "share_falling": share(rate < 0.0),
         "share_rising_only_by_coupling": share((rate - c.lyapunov.coupling)[rate > 0.0] <= 0.0),
         "formula_less_plant": float(np.abs(c.lyapunov.terms - rate).max()) / (float(np.abs(rate).max()) or 1.0),
-        "formula_less_differenced_rms": rms(c.lyapunov.differenced - mean) / scale,
+        "formula_less_differenced_rms": rmse(c.lyapunov.differenced - mean) / scale,
         "same_sign_as_differenced": share((c.lyapunov.differenced < 0.0) == (mean < 0.0)),
         "largest_skew_term[W]": float(np.abs(c.lyapunov.skew).max()),
     }
@@ -137,9 +131,9 @@ def coupling_record(c: FlightCertificate) -> dict[str, object]:
         "largest_delta[N]": float(lengths(h.delta).max()),
         "largest_delta_of_filter[N]": float(lengths(h.lag).max()),
         "largest_term[W]": float(np.abs(c.lyapunov.coupling).max()),
-        "largest_ratio": number(ratio.max()) if len(ratio) else None,
-        "median_ratio": number(float(np.median(ratio))) if len(ratio) else None,
-        "ratio_in_the_mean": number(
+        "largest_ratio": finite(ratio.max()) if len(ratio) else None,
+        "median_ratio": finite(float(np.median(ratio))) if len(ratio) else None,
+        "ratio_in_the_mean": finite(
             float((lengths(h.r1) * lengths(h.delta)).mean() / (c.conditions.k_min * np.square(c.r).mean()))
         )
         if c.conditions.k_min > 0.0 and c.r.any()
@@ -183,25 +177,25 @@ def record(c: FlightCertificate) -> dict[str, Any]:
             "corrected_hold": k.hold,
             "coupling_holds": k.coupling_holds,
             "u_max[N]": k.thrust,
-            "u_max_allowed[N]": {"visited": number(k.thrust_bound), "anywhere": number(k.thrust_bound_anywhere)},
+            "u_max_allowed[N]": {"visited": finite(k.thrust_bound), "anywhere": finite(k.thrust_bound_anywhere)},
             "broken": k.broken(),
         },
         "K_min": k.k_min,
         "K_min_printed": k.k_min_printed,
         "nets": {
             "used": c.ideal.used,
-            "learning_from[s]": number(float(c.history.t[np.argmax(c.history.on)])) if c.ideal.used else None,
+            "learning_from[s]": finite(float(c.history.t[np.argmax(c.history.on)])) if c.ideal.used else None,
             "W_B": c.weight_bound,
             "eps_N": c.residual_bound,
-            "ridges": [number(first.ridge), number(second.ridge)],
+            "ridges": [finite(first.ridge), finite(second.ridge)],
             "norm_W": [float(np.linalg.norm(first.weights)), float(np.linalg.norm(second.weights))],
             "largest_target": [float(lengths(t).max()) for t in target_rows(c)],
-            "least_squares": {"W_B": c.weight_bound_plain, "eps_N": c.residual_bound_plain, "b_r": number(c.b_r_plain)},
-            "condition_numbers": [number(value) for value in c.ideal.conditions],
+            "least_squares": {"W_B": c.weight_bound_plain, "eps_N": c.residual_bound_plain, "b_r": finite(c.b_r_plain)},
+            "condition_numbers": [finite(value) for value in c.ideal.conditions],
             "W1": first.weights.tolist(),
             "W2": second.weights.tolist(),
         },
-        "bounds": {"b_r": number(c.b_r), "b_r_printed": number(c.b_r_printed), "b_w": number(c.b_w)},
+        "bounds": {"b_r": finite(c.b_r), "b_r_printed": finite(c.b_r_printed), "b_w": finite(c.b_w)},
         "flight": flight_record(c),
         "lyapunov": rate_record(c),
         "coupling": coupling_record(c),

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from math import isqrt
+from operator import ge, gt, le, lt
 from typing import NamedTuple, NoReturn, TypeAlias
 
 import numpy as np
@@ -24,6 +25,17 @@ from quadstep.proofs.prove.linear import Spectrum, spectrum
 from quadstep.proofs.prove.sampled import Array, Sampled
 
 Operand: TypeAlias = "ExactNumber | float"
+
+
+def compared(relation: Callable[[Fraction, float | Fraction], bool]) -> Callable[[ExactNumber, Operand], bool | ExactNumber]:
+    """Whether a relation holds, or that this is not known."""
+
+    def between(a: ExactNumber, b: Operand) -> bool | ExactNumber:
+        other = exact(b)
+        right = float(b) if other.value is None and not isinstance(b, ExactNumber) else other.value
+        return ExactNumber(None) if a.value is None or right is None else relation(a.value, right)
+
+    return between
 
 
 class ExactNumber:
@@ -73,17 +85,7 @@ class ExactNumber:
     def __abs__(self) -> ExactNumber:
         return ExactNumber(None if self.value is None else abs(self.value))
 
-    def __lt__(self, other: Operand) -> bool | ExactNumber:
-        return compared(self, other, lambda a, b: a < b)
-
-    def __le__(self, other: Operand) -> bool | ExactNumber:
-        return compared(self, other, lambda a, b: a <= b)
-
-    def __gt__(self, other: Operand) -> bool | ExactNumber:
-        return compared(self, other, lambda a, b: a > b)
-
-    def __ge__(self, other: Operand) -> bool | ExactNumber:
-        return compared(self, other, lambda a, b: a >= b)
+    __lt__, __le__, __gt__, __ge__ = compared(lt), compared(le), compared(gt), compared(ge)
 
 
 def exact(x: Operand) -> ExactNumber:
@@ -100,13 +102,6 @@ def both(a: ExactNumber, b: Operand, operation: Callable[[Fraction, Fraction], F
     """An operation on two known numbers."""
     b = exact(b)
     return ExactNumber(None if a.value is None or b.value is None else operation(a.value, b.value))
-
-
-def compared(a: ExactNumber, b: Operand, relation: Callable[[Fraction, float | Fraction], bool]) -> bool | ExactNumber:
-    """Whether a relation holds, or that this is not known."""
-    other = exact(b)
-    right = float(b) if other.value is None and not isinstance(b, ExactNumber) else other.value
-    return ExactNumber(None) if a.value is None or right is None else relation(a.value, right)
 
 
 class Knowns(Kind):

@@ -8,8 +8,9 @@ if its radicand is known to be of second order, as a sum of squares of numbers w
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import reduce
-from operator import add
+from operator import add, ge, gt, le, lt
 from typing import NoReturn, TypeAlias, TypeVar, cast, overload
 
 import numpy as np
@@ -21,6 +22,10 @@ Operand: TypeAlias = "Jet | Plain"
 
 Yes = TypeVar("Yes")
 No = TypeVar("No")
+
+
+def compared(relation: Callable[[Enclosure, Enclosure | Plain], Truth]) -> Callable[[Jet, Operand], JetChoice]:
+    return lambda one, other: decided(relation(one.value, plain(other)), one - other)
 
 
 class Jet:
@@ -92,17 +97,7 @@ class Jet:
     def __abs__(self) -> Jet:
         return Jet.functions.where(self < 0.0, -self, self)
 
-    def __lt__(self, other: Operand) -> JetChoice:
-        return decided(self.value < plain(other), self - other)
-
-    def __le__(self, other: Operand) -> JetChoice:
-        return decided(self.value <= plain(other), self - other)
-
-    def __gt__(self, other: Operand) -> JetChoice:
-        return decided(self.value > plain(other), self - other)
-
-    def __ge__(self, other: Operand) -> JetChoice:
-        return decided(self.value >= plain(other), self - other)
+    __lt__, __le__, __gt__, __ge__ = map(compared, (lt, le, gt, ge))
 
 
 class JetChoice(Truth):

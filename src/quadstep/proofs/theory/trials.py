@@ -1,4 +1,4 @@
-"""What theory is tried on: closed loops at random, and flights of the paper's and the completed controller.
+"""Test cases for the theory: random closed loops, and flights of the paper's and the completed controller.
 
 Closed loops are states, gains, ideal weights and errors, many at once as NumPy arrays, each a point of the unit cube. Errors,
 residuals and differences between gains are cubes of uniform numbers, so each is often near zero beside the others: the

@@ -18,6 +18,7 @@ from quadstep.interfaces.closed_loop import Clock, Task, Ticks
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
 from quadstep.io.errors import ToolError, UserError
+from quadstep.metrics.statistics import finite
 from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
 from quadstep.numbers.structure import replaced
 from quadstep.studies.comparison.schema import Content
@@ -176,7 +177,7 @@ def cost_of(cell: StudyCell) -> Cost:
 
 def as_json(found: Cost) -> Content:
     """For a file; no number of nanoseconds is null."""
-    return {**found._asdict(), "nanoseconds": found.nanoseconds if math.isfinite(found.nanoseconds) else None}
+    return {**found._asdict(), "nanoseconds": finite(found.nanoseconds)}
 
 
 def from_json(content: Content) -> Cost:

@@ -1,4 +1,4 @@
-"""The pieces that a study is worked out in, each by itself: on a core of this machine, or on a node of a Ray cluster.
+"""The jobs of a study, each independent of the others: on a core of this machine, or on a node of a Ray cluster.
 
 A piece gives the content of the file that keeps it. What goes wrong in it comes back as a line, so that others can go on.
 """

@@ -183,8 +183,8 @@ def by_steps(proving: Proving) -> tuple[Estimate, Estimate]:
             known[place] = int(proving.failed(np.full(proving.entry.flights, values[place]), FIRST).sum())
         return known[place]
 
-    def first(most: float, low: int = 0) -> float:
-        high = len(values)  # the first that fails is in [low, high]
+    def first(most: float) -> float:
+        low, high = 0, len(values)  # the first that fails is in [low, high]
         while low < high:
             middle = (low + high) // 2
             low, high = (low, middle) if failing(middle) > most else (middle + 1, high)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from quadstep.report.publish import booktabs, write_csv
+from quadstep.report.publish import booktabs, cell, write_csv
 from quadstep.report.units import counted
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.cost import BOARD
@@ -35,7 +35,7 @@ def cell_rows(found: Comparison) -> Iterator[Row]:
             "rotor_activity[N/s]": one.effort.activity,
             "saturation": one.effort.saturation,
         }
-        yield {name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()}
+        yield {name: cell(value) for name, value in row.items()}
 
 
 def pair_rows(found: Comparison) -> Iterator[Row]:
@@ -58,9 +58,7 @@ def pair_rows(found: Comparison) -> Iterator[Row]:
                 "p_lost_holm": one.p_lost,
                 "loses_fewer": one.keeper,
             }
-            yield {
-                name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
-            }
+            yield {name: cell(value) for name, value in row.items()}
 
 
 def write_tables(out: Path, found: Comparison) -> None:

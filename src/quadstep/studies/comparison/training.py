@@ -22,6 +22,7 @@ from quadstep.io.results_folder import opened
 from quadstep.linear.analysis import limits
 from quadstep.linear.grade import margin_metrics
 from quadstep.metrics.registry import MARGINS
+from quadstep.metrics.statistics import finite
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Constraint, Range
@@ -292,8 +293,8 @@ def train(asked: TuningTask, journal: JournalPlace | None = None) -> Trained:
     return Trained(
         values=found.best.values,
         before=found.present.values,
-        objective=None if math.isnan(best.objective) else best.objective,
-        objective_before=None if math.isnan(before.objective) else before.objective,
+        objective=finite(best.objective),
+        objective_before=finite(before.objective),
         lost=best.lost,
         flights=search.flights,
         seeds=search.each.every,

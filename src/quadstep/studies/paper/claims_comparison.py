@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from quadstep.metrics.registry import Metrics, metric
+from quadstep.metrics.statistics import finite
 from quadstep.studies.paper.cases import Claim, ClaimVerdict, PaperStudy, completed, judge
 
 
@@ -89,13 +90,8 @@ def settling(study: PaperStudy) -> Claim:
         "The attitude stabilization occurs more quickly for the controller proposed in this paper (Case 3).",
         f"roll and pitch level to 5 mrad from {new:.2f} s against {old:.2f} s" + dependence(table),
         over_starts(table),
-        {"adaptive[s]": finite_or_none(new), "nested[s]": finite_or_none(old), "by_start": table},
+        {"adaptive[s]": finite(new), "nested[s]": finite(old), "by_start": table},
     )
-
-
-def finite_or_none(value: float) -> float | None:
-    """A number for JSON, which has no infinity."""
-    return value if np.isfinite(value) else None
 
 
 def smoothness(study: PaperStudy) -> Claim:

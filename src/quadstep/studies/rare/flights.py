@@ -1,4 +1,4 @@
-"""Flies points: which of them failed, and how close to failure the others came, by a score from the campaign's metrics."""
+"""Flies sampled values of the keys: which flights failed, and by a score of metrics how close the others came to failure."""
 
 from collections.abc import Sequence
 from enum import Enum

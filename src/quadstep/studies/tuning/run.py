@@ -19,7 +19,6 @@ from quadstep.io.errors import UserError
 from quadstep.io.files import ANY, is_file, read_bytes
 from quadstep.io.parameter_files import FORMATS
 from quadstep.io.places import place, sources
-from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
@@ -28,7 +27,7 @@ from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.schema import strings
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
-from quadstep.studies.tuning.judge import Compared, Row, compare
+from quadstep.studies.tuning.judge import Compared, compare
 from quadstep.studies.tuning.report import caution, draw_search, evidence
 from quadstep.studies.tuning.search import Candidate, Search, SearchResult, check_budget, shown_flights
 
@@ -167,13 +166,8 @@ def write_history(path: Path, wanted: TuningRequest, history: list[Candidate]) -
 
 
 def as_json(wanted: TuningRequest, found: SearchResult, compared: Compared, budget: int, seed: int) -> dict[str, object]:
-
-    def estimate(one: Estimate | None) -> object:
-        return None if one is None else {name: x if math.isfinite(x) else None for name, x in one._asdict().items()}
-
-    def row(one: Row) -> dict[str, object]:
-        return {"name": one.name, **{name: estimate(getattr(one, name)) for name in ("present", "tuned", "difference")}}
-
+    estimates = ("present", "tuned", "difference")
+    rows = [one._asdict() for one in (compared.objective, *compared.rows)]
     flown = found.history[-1].flights + 2 * wanted.unseen
     return {
         "name": wanted.mission.name,
@@ -186,9 +180,9 @@ def as_json(wanted: TuningRequest, found: SearchResult, compared: Compared, budg
         "unseen": {
             "first": UNSEEN,
             "flights": compared.flights,
-            "success": {"present": estimate(compared.success[0]), "tuned": estimate(compared.success[1])},
-            "success_difference": estimate(compared.success_difference),
-            "rows": [row(one) for one in (compared.objective, *compared.rows)],
+            "success": dict(zip(estimates, (one.as_json() for one in compared.success), strict=False)),
+            "success_difference": compared.success_difference.as_json(),
+            "rows": [{**row, **{name: row[name] and row[name].as_json() for name in estimates}} for row in rows],
             "verdict": compared.verdict,
         },
     }

@@ -1,4 +1,4 @@
-"""What is seen of a candidate, cheapest first: a few flights, of those that would be the best all of them, then their margins.
+"""How a candidate is evaluated, cheapest first: a few flights, all of them if it would be the best, then its margins.
 
 So most candidates cost few flights, and a linearisation, which costs more than all flights of a candidate, is for those
 that would win (a race: Maron and Moore, 1994, "Hoeffding races"). The margins of all others are guessed from those that were
