@@ -40,9 +40,7 @@ scalars = st.one_of(
     st.sampled_from(["backstepping", "circle", "waypoints", "recorded", "a\nb", "\x00", ".", "/"]),
 )
 garbage = st.recursive(
-    scalars,
-    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=6), inner, max_size=4),
-    max_leaves=8,
+    scalars, lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=6), inner, max_size=4), max_leaves=8
 )
 
 

@@ -15,8 +15,7 @@ from tests.flights import CASE_1, parameters, same, state, vehicle
 TICKS = Ticks(0.004, (1,), 5, 10000)
 UNEQUAL = vehicle((5, 8, 12), mass=1.2, rotors=Rotors(0.25, 0.02, 0.0, 6.0))
 WAYPOINTS = through_waypoints(
-    np.array([0.0, 0.5, 1.0, 1.8]),
-    np.array([[0, 0, 0, 0], [0.2, 0, 0.1, 0.1], [0.3, 0.2, 0.1, 0.0], [0, 0.1, 0.2, 0.3]]),
+    np.array([0.0, 0.5, 1.0, 1.8]), np.array([[0, 0, 0, 0], [0.2, 0, 0.1, 0.1], [0.3, 0.2, 0.1, 0.0], [0, 0.1, 0.2, 0.3]])
 )
 TILTED = state((0.01, -0.02, 0.03), (0.01, 0.02, -0.03), (0.1, 0.05, -0.05), (0.1, -0.05, 0.05))
 SWEEP_TICKS = Ticks(0.004, (1,), 5, 300)

@@ -9,17 +9,7 @@ from hypothesis import strategies as st
 
 from quadstep.mission.airframe import LAYOUTS, laid_out
 from quadstep.numbers import Vector, flatten, rebuild, vector
-from quadstep.vehicle.allocation import (
-    Allocation,
-    allocate,
-    allocation,
-    columns,
-    even,
-    mix,
-    plain,
-    rank,
-    within_limits,
-)
+from quadstep.vehicle.allocation import Allocation, allocate, allocation, columns, even, mix, plain, rank, within_limits
 from quadstep.vehicle.rigid_body import Geometry, Mount
 from quadstep.vehicle.rotor import Rotor
 from tests.flights import through_lanes

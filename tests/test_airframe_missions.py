@@ -291,12 +291,7 @@ EVERY_KEY = {
             "fastest": 866.0,
             "radius": 0.14,
         },
-        "drag": {
-            "parasitic": [0.02, 0.02, 0.02],
-            "rotor": [4e-4, 4e-4, 4e-4],
-            "flapping": 1e-6,
-            "translational_lift": 1e-3,
-        },
+        "drag": {"parasitic": [0.02, 0.02, 0.02], "rotor": [4e-4, 4e-4, 4e-4], "flapping": 1e-6, "translational_lift": 1e-3},
         "battery": {"full": 16.8, "empty": 13.2, "capacity": 18000.0, "resistance": 0.02, "efficiency": 0.8},
         "ground": 0.0,
         "effects": {"battery": True, "ground": True, "gyroscopic": True, "drag": True},

@@ -10,19 +10,7 @@ from quadstep.numbers import Vector, flatten, rebuild, vector
 from quadstep.vehicle.airframe_plant import Events, Payload, RotorFault, specific_force, voltage
 from quadstep.vehicle.rigid_body import Effects, Geometry, Mount
 from quadstep.vehicle.rotor import Battery, Drag
-from tests.airframes import (
-    ALL,
-    NONE,
-    PLUS,
-    UP,
-    airframe,
-    at,
-    attitude_matrix,
-    hover_speed,
-    random_attitude,
-    rate_of,
-    rotor,
-)
+from tests.airframes import ALL, NONE, PLUS, UP, airframe, at, attitude_matrix, hover_speed, random_attitude, rate_of, rotor
 from tests.flights import array, column, through_lanes
 
 TILTED = Geometry(

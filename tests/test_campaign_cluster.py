@@ -32,20 +32,7 @@ from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import Chunk, parquet
 from quadstep.studies.comparison import jobs
-from tests.campaigns import (
-    SHORT,
-    ended,
-    flights,
-    fly,
-    leftovers,
-    manifest,
-    no_report,
-    processes,
-    rows,
-    soon,
-    started,
-    written,
-)
+from tests.campaigns import SHORT, ended, flights, fly, leftovers, manifest, no_report, processes, rows, soon, started, written
 from tests.needs import package
 from tests.patience import PATIENCE
 

@@ -12,19 +12,7 @@ import pytest
 
 from quadstep.io.errors import UserError
 from quadstep.studies.campaign import cluster_connection
-from tests.campaigns import (
-    MASS,
-    SHORT,
-    WITHOUT_REPORT,
-    ended,
-    flights,
-    fly,
-    processes,
-    refused,
-    soon,
-    started,
-    written,
-)
+from tests.campaigns import MASS, SHORT, WITHOUT_REPORT, ended, flights, fly, processes, refused, soon, started, written
 from tests.needs import package
 from tests.terminals import in_terminal
 

@@ -15,8 +15,7 @@ COLUMNS = {"t": "t", "x": "x", "y": "y", "z": "z", "psi": None}
 
 
 @pytest.mark.parametrize(
-    "rows",
-    ["0,1,2,3\n1e300,1,2,3", "0,1e308,2,3\n1,1,2,3", "0,1,2,3\n1e-300,1,2,3", "0,1_000,2,3\n1,1,2,3"],
+    "rows", ["0,1,2,3\n1e300,1,2,3", "0,1e308,2,3\n1,1,2,3", "0,1,2,3\n1e-300,1,2,3", "0,1_000,2,3\n1,1,2,3"]
 )
 def test_absurd_numbers_in_a_recording_are_refused_in_one_line(tmp_path, rows):
     path = tmp_path / "p.csv"

@@ -41,14 +41,7 @@ def by_numpy(memory, measured, path, design, learning):
     xi, xi_dot, eta, eta_dot = (array(part) for part in measured)
     l1, k1, i1, l2, k2, i2 = (
         array(part)
-        for part in (
-            design.slope_1,
-            design.gain_1,
-            design.integral_1,
-            design.slope_2,
-            design.gain_2,
-            design.integral_2,
-        )
+        for part in (design.slope_1, design.gain_1, design.integral_1, design.slope_2, design.gain_2, design.integral_2)
     )
     w1, w2 = array(memory.weights_1), array(memory.weights_2)
     s1, s2 = array(memory.integral_1), array(memory.integral_2)
@@ -124,11 +117,7 @@ def test_errors_and_filtered_errors_by_hand():
 
 def test_wanted_force_by_hand():
     design = gains(
-        mass=2.0,
-        gravity=10.0,
-        slope_1=vector(1.0, 2.0, 3.0),
-        gain_1=vector(4.0, 5.0, 6.0),
-        integral_1=vector(0.1, 0.2, 0.3),
+        mass=2.0, gravity=10.0, slope_1=vector(1.0, 2.0, 3.0), gain_1=vector(4.0, 5.0, 6.0), integral_1=vector(0.1, 0.2, 0.3)
     )
     path = Reference(same(0.0), same(0.0), vector(1.0, 2.0, 3.0), 0.0, 0.0)
     got = desired_force(design, path, same(1.0), vector(1.0, 2.0, 3.0), vector(10.0, 20.0, 30.0), vector(0.5, -0.5, 0.25))

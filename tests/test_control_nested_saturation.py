@@ -98,10 +98,7 @@ def test_it_follows_path_errors_and_not_places():
     rng = np.random.default_rng(63)
     motion = random_state(rng, tilt=0.5)
     moved = Reference(vector(5.0, -4.0, 3.0), vector(0.5, 0.4, -0.3), vector(9.0, 9.0, 9.0), 0.7, -0.2)
-    there = motion._replace(
-        position=motion.position + moved.position,
-        velocity=motion.velocity + moved.velocity,
-    )
+    there = motion._replace(position=motion.position + moved.position, velocity=motion.velocity + moved.velocity)
     here = command_at(motion)
     got = command_at(there, moved)
     assert got.thrust == pytest.approx(here.thrust)

@@ -156,10 +156,7 @@ def test_a_broken_command_names_its_distribution_in_one_line_whatever_its_argume
         ("attribute", "attribute, which tiny 1.5 registers for quadstep.paths: should be module:name, not 'tiny:Sec"),
         ("number", "number, which tiny 1.5 registers for quadstep.paths: should be a subclass of quadstep.own.Path"),
         ("raises", "raises:Path, which tiny 1.5 registers: "),
-        (
-            "loop",
-            "figure-eight, step, recorded, absent, number, raises, or your own",
-        ),
+        ("loop", "figure-eight, step, recorded, absent, number, raises, or your own"),
     ],
 )
 def test_a_broken_path_names_its_distribution(kind, why):

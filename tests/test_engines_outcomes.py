@@ -197,13 +197,7 @@ def test_a_row_holds_what_its_column_names_say():
         stored=7.0,
         weight_norms=vector(8.0, 9.0),
     )
-    row = dict(
-        zip(
-            COLUMNS,
-            CASE_1.row(sampled(motion, command), numbers, 4.0),
-            strict=True,
-        )
-    )
+    row = dict(zip(COLUMNS, CASE_1.row(sampled(motion, command), numbers, 4.0), strict=True))
     wanted = np.concatenate([array(part) for part in motion])
     names = ["x", "y", "z", "x_dot", "y_dot", "z_dot", "psi", "theta", "phi", "psi_dot", "theta_dot", "phi_dot"]
     assert [row[name] for name in names] == wanted.tolist()

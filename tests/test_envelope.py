@@ -189,8 +189,7 @@ def test_without_chance_a_share_is_no_estimate(case):
 
 
 @pytest.mark.parametrize(
-    ("mission", "axis", "flights"),
-    [(SHORT, "vehicle.mass=1:2:2", 1), (NOISY, "vehicle.mass=2,3", NOISY_FLIGHTS)],
+    ("mission", "axis", "flights"), [(SHORT, "vehicle.mass=1:2:2", 1), (NOISY, "vehicle.mass=2,3", NOISY_FLIGHTS)]
 )
 def test_a_cell_has_several_flights_where_they_differ(tmp_path, mission, axis, flights):
     asked = request(saved(tmp_path, mission), axis, "path.duration=0.3,0.4")

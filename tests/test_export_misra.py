@@ -15,8 +15,7 @@ def found(folder, kind, mission=real_mission):
 
 @needs(CPPCHECK)
 @pytest.mark.parametrize(
-    "kind",
-    [pytest.param("mpc", marks=pytest.mark.thorough), "mppi", pytest.param("raptor", marks=needs(POLICY))],
+    "kind", [pytest.param("mpc", marks=pytest.mark.thorough), "mppi", pytest.param("raptor", marks=needs(POLICY))]
 )
 def test_every_deviation_of_a_long_law_has_a_reason(tmp_path, kind):
     """Each rule that `mpc` deviates from, at three times the price, `mppi` does too."""

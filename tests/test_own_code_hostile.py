@@ -133,10 +133,7 @@ def command(folder, *arguments):
                 "law": "type(self).calls += 1e-10; return Command(self.calls, torque), memory",
             },
         ),
-        (
-            "law: the Command: torque.1 is nan at t = 0 s",
-            {"law": "return Command(1.0, vector(0.0, math.nan, 0.0)), memory"},
-        ),
+        ("law: the Command: torque.1 is nan at t = 0 s", {"law": "return Command(1.0, vector(0.0, math.nan, 0.0)), memory"}),
         ("guide: the memory", {"more": "def guide(self, *given): pass"}),
         ("guide: should be declared as guide(self, memory, ", {"more": "rates = {'guide': 1.0}\ndef guide(self): pass"}),
         ("rates: should be a dict of sample times", {"more": "rates = 0.004"}),
@@ -154,10 +151,7 @@ def command(folder, *arguments):
         ("key, unit, meaning and symbol should be text", {"gain": "k: Number = gain(1.0, None, None)"}),
         ("cannot have the key 'type'", {"gain": "k: Number = gain(1.0, '1', 'x', key='type')"}),
         ("cannot have the key 'a.b'", {"gain": "k: Number = gain(1.0, '1', 'x', key='a.b')"}),
-        (
-            "k: its default 1 should lie within its range, 2",
-            {"gain": "k: Number = gain(1.0, '1', 'x', low=2.0, high=3.0)"},
-        ),
+        ("k: its default 1 should lie within its range, 2", {"gain": "k: Number = gain(1.0, '1', 'x', low=2.0, high=3.0)"}),
         ("Gains.k: needs a type, as in `k: Number = gain(...)`", {"gain": "k = gain(1.0, '1', 'x')"}),
         ("Gains.k: a gain is a Number or a Vector, not a str", {"gain": "k: str = gain(1.0, '1', 'x')"}),
         ("low = 2 must be below high = 2", {"gain": "k: Number = gain(1.0, '1', 'x', low=2.0, high=2.0)"}),

@@ -54,11 +54,7 @@ WRONG_PATHS = {
         "path.type: own.py:Loop: has no `Numbers`",
     ),
     "fails": ('type = "own.py:Loop"', "\n1 / 0", "own.py:2: ZeroDivisionError: division by zero; the line: 1 / 0"),
-    "unknown key": (
-        'type = "lissajous.py:Lissajous"\nspeed = 1.0',
-        "",
-        "path.speed: unknown key; allowed here: centre,",
-    ),
+    "unknown key": ('type = "lissajous.py:Lissajous"\nspeed = 1.0', "", "path.speed: unknown key; allowed here: centre,"),
     "out of range": ('type = "lissajous.py:Lissajous"\nperiod = -1.0', "", "path.period: should be greater than 0, not -1.0"),
     "no list": ('type = "lissajous.py:Lissajous"\nsize = "big"', "", "path.size: should be a number or a list of three"),
 }

@@ -139,10 +139,7 @@ def test_a_vehicle_in_a_python_file_is_the_same_as_in_toml():
         ("racer.py:WRONG", "mass: should be greater than 0, not -1"),
         ("racer.py:fails", "racer.py:17: ZeroDivisionError"),
         ("nowhere.py:RACER", "nowhere.py"),
-        (
-            "racer",
-            "unknown preset 'racer'; allowed: crazyflie, hummingbird, paper, research-2.6kg, x500, or your own FILE",
-        ),
+        ("racer", "unknown preset 'racer'; allowed: crazyflie, hummingbird, paper, research-2.6kg, x500, or your own FILE"),
     ],
 )
 def test_a_wrong_vehicle_is_one_line(name, said):

@@ -228,10 +228,7 @@ def test_a_log_that_is_dropped_on_the_list_gives_the_advice_of_the_command(tmp_p
         assert status == 201
         folder = re.fullmatch(r"/files/(my_flight-[0-9a-f]{8}-advise)/report\.html", address)[1]
         assert get(port, address)[0] == 200
-        told, asked = (
-            advise(log, None, None, tmp_path / "out", True, sheet("svg")).record,
-            manifest(root / folder),
-        )
+        told, asked = (advise(log, None, None, tmp_path / "out", True, sheet("svg")).record, manifest(root / folder))
         assert {name: asked[name] for name in ("crossover[rad/s]", "phase_margin[rad]", "changes")} == {
             name: told[name] for name in ("crossover[rad/s]", "phase_margin[rad]", "changes")
         }

@@ -62,11 +62,7 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
     assert story["title"] == "A walk"
     first, second = story["steps"]
     assert first["text"] == ["Look: it flies. And goes on.", "A second paragraph."]
-    assert first["values"] == {
-        "backstepping.K_r1": [4.0, 4.0, 4.0],
-        "backstepping.neurons": [8.0],
-        "wind": [0.1, 0.0, 0.2],
-    }
+    assert first["values"] == {"backstepping.K_r1": [4.0, 4.0, 4.0], "backstepping.neurons": [8.0], "wind": [0.1, 0.0, 0.2]}
     assert (first["flight"], first["controller"], first["ghost"], first["time"]) == (
         "case", "backstepping", "nested-saturation", 1.0)  # fmt: skip
     assert (first["window"], second["window"]) == ([0.0, 5.0], None)

@@ -257,11 +257,7 @@ REFUSED = {
         [],
         "no equilibrium: vehicle.rotor.fastest: the rotors lift",
     ),
-    "singular": (
-        SHORT,
-        ["--start", "30.0"],
-        "no bound of the first sample over the starts and unknowns: an angle",
-    ),
+    "singular": (SHORT, ["--start", "30.0"], "no bound of the first sample over the starts and unknowns: an angle"),
     "noise": (X500 + "[sensors]\ngyro_noise = 0.01\n", [], "sensors: nothing can be proved with unbounded noise"),
     "late": (X500 + "[sensors]\nlatency = 3.0\n", [], "latency"),
     "random law": (X500 + '[controller]\ntype = "mppi"\n', [], "controller: nothing can be proved about it"),

@@ -21,9 +21,7 @@ from quadstep.studies.rare.cross_entropy import (
 from quadstep.studies.rare.mixture import Mixture, Random, effective, fitted, fitted_with, log_standard, standard, together
 
 LEANING = Mixture(
-    np.array([0.3, 0.7]),
-    np.array([[2.0, 1.0], [-1.0, 0.5]]),
-    np.array([[[0.6, 0.0], [0.5, 1.2]], [[1.1, 0.0], [-0.4, 0.5]]]),
+    np.array([0.3, 0.7]), np.array([[2.0, 1.0], [-1.0, 0.5]]), np.array([[[0.6, 0.0], [0.5, 1.2]], [[1.1, 0.0], [-0.4, 0.5]]])
 )
 """Two parts, both correlated."""
 

@@ -20,12 +20,7 @@ HOSTILE = "<script>alert('x')</script> & \"quotes\""
 
 
 @pytest.mark.parametrize(
-    "markup",
-    [
-        page.paragraph(HOSTILE),
-        page.heading(HOSTILE, 'a"b'),
-        page.table([HOSTILE], [[HOSTILE], [(HOSTILE, 'k"')]]),
-    ],
+    "markup", [page.paragraph(HOSTILE), page.heading(HOSTILE, 'a"b'), page.table([HOSTILE], [[HOSTILE], [(HOSTILE, 'k"')]])]
 )
 def test_every_text_is_escaped(markup):
     assert "<script>" not in markup

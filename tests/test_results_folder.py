@@ -212,10 +212,7 @@ def flown(tmp_path_factory):
     folder = tmp_path_factory.mktemp("flown")
     rare = '[failure]\nposition_rmse = 1e-5\n[rare]\nmethod = "subset"\nflights = 200\nreplicates = 5\nopinions = 0\n'
     file = campaigns.written(folder, campaigns.MASS, head=f"chunk = 16\nflights = 32\n{rare}")
-    commands = {
-        "campaign.json": ("campaign", file),
-        "rare.json": ("campaign", file, "--rare"),
-    }
+    commands = {"campaign.json": ("campaign", file), "rare.json": ("campaign", file, "--rare")}
     with pytest.MonkeyPatch.context() as patch:
         quickly(patch)
         for name, command in commands.items():

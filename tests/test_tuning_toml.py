@@ -43,10 +43,7 @@ def changed(text, **controller):
         ('a = """x\\""""\n[controller]\nk=1', 'a = """x\\""""\n[controller]\nk=[9.0, 8.0, 7.5]'),
         ("# k = 1\n[controller]\n#k = 1\nk = 1\n", "# k = 1\n[controller]\n#k = 1\nk = [9.0, 8.0, 7.5]\n"),
         ("[[e]]\nk = 1\n[[e]]\nk = 2\n[controller]\nk = 1", "[[e]]\nk = 1\n[[e]]\nk = 2\n[controller]\nk = [9.0, 8.0, 7.5]"),
-        (
-            'controller = { type = "x", k = 1 } # one line\n',
-            'controller = { type = "x", k = [9.0, 8.0, 7.5] } # one line\n',
-        ),
+        ('controller = { type = "x", k = 1 } # one line\n', 'controller = { type = "x", k = [9.0, 8.0, 7.5] } # one line\n'),
     ],
 )
 def test_only_the_value_changes(text, wanted):

@@ -16,16 +16,7 @@ from typing import TYPE_CHECKING
 
 from quadstep.io import __version__ as __version__
 
-__all__ = [
-    "Engine",
-    "Flight",
-    "Mission",
-    "UserError",
-    "flight_metrics",
-    "fly",
-    "fly_all",
-    "read_mission",
-]
+__all__ = ["Engine", "Flight", "Mission", "UserError", "flight_metrics", "fly", "fly_all", "read_mission"]
 
 if TYPE_CHECKING:
     from quadstep.engines.engine import Engine

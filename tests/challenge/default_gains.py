@@ -28,5 +28,5 @@ def hovers(seed: int) -> Iterator[Attempt]:
 
 
 SEARCHES = [
-    Search("default gains", "any vehicle hovers with margin under every law's default gains, with drag or without", hovers),
+    Search("default gains", "any vehicle hovers with margin under every law's default gains, with drag or without", hovers)
 ]

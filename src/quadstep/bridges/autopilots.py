@@ -121,12 +121,7 @@ def for_px4(p: AirframeParameters, geometry: Geometry) -> AutopilotSettings:
     frame = {"CA_AIRFRAME": 0.0, "CA_ROTOR_COUNT": float(len(geometry.mounts))}
     for i, mount in enumerate(geometry.mounts):
         x, y, z = mount.position
-        frame |= {
-            f"CA_ROTOR{i}_PX": x,
-            f"CA_ROTOR{i}_PY": -y,
-            f"CA_ROTOR{i}_PZ": -z,
-            f"CA_ROTOR{i}_KM": mount.spin * moment,
-        }
+        frame |= {f"CA_ROTOR{i}_PX": x, f"CA_ROTOR{i}_PY": -y, f"CA_ROTOR{i}_PZ": -z, f"CA_ROTOR{i}_KM": mount.spin * moment}
     frame |= {f"PWM_MAIN_FUNC{i}": float(PX4_FIRST_MOTOR + i - 1) for i in range(1, len(geometry.mounts) + 1)}
     curve = {"THR_MDL_FAC": 1.0, "MPC_THR_HOVER": round(hover_share(p, geometry), 4)}
     return AutopilotSettings({name: value + 0.0 for name, value in frame.items()}, curve, "px4.params")

@@ -40,9 +40,7 @@ def campaign(
     require: Annotated[
         str | None,
         typer.Option(
-            metavar="SHARE",
-            help="Success rate that the lower end of its exact 95 % interval must reach.",
-            show_default=False,
+            metavar="SHARE", help="Success rate that the lower end of its exact 95 % interval must reach.", show_default=False
         ),
     ] = None,
     *,

@@ -73,8 +73,7 @@ def identify(
         bool, typer.Option("--hold-out/--no-hold-out", help="Hold out one flight in four and test the first fit on it.")
     ] = True,
     residual: Annotated[
-        bool,
-        typer.Option("--residual", help="Train a small network on the residual; it is switched off in the vehicle file."),
+        bool, typer.Option("--residual", help="Train a small network on the residual; it is switched off in the vehicle file.")
     ] = False,
     report: Annotated[
         bool,

@@ -21,8 +21,7 @@ def new(
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Use the paper's plant and controller instead of a vehicle.")] = False,
     controller: Annotated[
-        str | None,
-        typer.Option(help="Default: rotation-backstepping, or the paper's with --paper.", show_default=False),
+        str | None, typer.Option(help="Default: rotation-backstepping, or the paper's with --paper.", show_default=False)
     ] = None,
 ) -> None:
     """Write a commented mission file to start from."""

@@ -39,8 +39,7 @@ def prove(
     start: Annotated[float, typer.Option(help="Uncertainty of the start position on each axis [m].")] = 0.0,
     start_velocity: Annotated[float, typer.Option(help="Uncertainty of the velocity at the start [m/s].")] = 0.0,
     start_attitude: Annotated[
-        float,
-        typer.Option(help="Uncertainty of the attitude at the start, each angle, or about each axis [rad]."),
+        float, typer.Option(help="Uncertainty of the attitude at the start, each angle, or about each axis [rad].")
     ] = 0.0,
     start_rates: Annotated[float, typer.Option(help="Uncertainty of the angular rates at the start [rad/s].")] = 0.0,
     out: Annotated[

@@ -86,8 +86,7 @@ def open_in_browser(address: str) -> None:
 
 
 def explain(
-    out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("out/article.html"),
-    show: OpenOption = False,
+    out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("out/article.html"), show: OpenOption = False
 ) -> None:
     """Write the paper as an article: five figures that fly its laws as you drag.
 
@@ -177,8 +176,7 @@ def serve_setpoints(
         ),
     ],
     connect: Annotated[
-        str,
-        typer.Option(metavar="ADDRESS", help="Vehicle address, in pymavlink's form, such as udpin:127.0.0.1:14540."),
+        str, typer.Option(metavar="ADDRESS", help="Vehicle address, in pymavlink's form, such as udpin:127.0.0.1:14540.")
     ] = "udpin:127.0.0.1:14540",
     kind: Annotated[str, typer.Option(help="What each setpoint contains: position, attitude or rates.")] = "position",
     rate: Annotated[float, typer.Option(help="Setpoints per second, 2 to 200.")] = 50.0,

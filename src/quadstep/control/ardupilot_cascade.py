@@ -47,14 +47,7 @@ from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import given
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
-from quadstep.numbers.rotations import (
-    from_rotation_vector,
-    multiply,
-    normalised,
-    rotate,
-    rotation_matrix,
-    yaw_pitch_roll,
-)
+from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised, rotate, rotation_matrix, yaw_pitch_roll
 
 GRAVITY = 9.80665
 """ArduPilot's own [m/s^2]."""

@@ -78,10 +78,7 @@ class DynamicLinearisation(Controller):
         )
         made = driving(memory.push, snap, measured, reference, gains, period)
         command = Command(
-            thrust=made.thrust,
-            torque=made.torque,
-            r1=reference.velocity - measured.velocity,
-            r2=-measured.rates,
+            thrust=made.thrust, torque=made.torque, r1=reference.velocity - measured.velocity, r2=-measured.rates
         )
         following = DynamicLinearisationMemory(
             push=made.push,

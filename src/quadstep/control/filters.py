@@ -157,8 +157,7 @@ def command_filter(filtered: Filtered, command: Vector, frequency: Number, perio
     offset = filtered.value - command
     slope = filtered.rate + frequency * offset
     return Filtered(
-        value=command + decay * (offset + period * slope),
-        rate=decay * (filtered.rate - (frequency * period) * slope),
+        value=command + decay * (offset + period * slope), rate=decay * (filtered.rate - (frequency * period) * slope)
     )
 
 

@@ -19,15 +19,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.filters import FilteredAttitude, LedAttitude, led_acceleration, led_by, led_filter
-from quadstep.control.rotation_backstepping import (
-    AIRBORNE,
-    FORCE_INPUTS,
-    GRAVITY,
-    RATE,
-    SPEED,
-    TORQUE_INPUTS,
-    TURN,
-)
+from quadstep.control.rotation_backstepping import AIRBORNE, FORCE_INPUTS, GRAVITY, RATE, SPEED, TORQUE_INPUTS, TURN
 from quadstep.control.vectoring import attitude_for, project_weights, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import NETS, believed, gain, given, usual

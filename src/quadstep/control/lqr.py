@@ -13,13 +13,7 @@ from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, absolute, atan2, cos, sin, vector
-from quadstep.numbers.rotations import (
-    conjugate,
-    from_yaw_pitch_roll,
-    heading,
-    multiply,
-    rotation_vector,
-)
+from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, heading, multiply, rotation_vector
 from quadstep.numbers.solve import solve_square
 from quadstep.world.paths import Point, Quintic, along, quintic
 
@@ -51,10 +45,7 @@ class LqrWeights(NamedTuple):
         parts=CLIMB,
     )
     turn: Vector = gain(
-        usual((40.0, 4.0, 0.4), (4, 2, 0), "yaw"),
-        "-",
-        "weights of heading, its rate and angular acceleration",
-        parts=TURN,
+        usual((40.0, 4.0, 0.4), (4, 2, 0), "yaw"), "-", "weights of heading, its rate and angular acceleration", parts=TURN
     )
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
 
@@ -252,10 +243,7 @@ class PlannedLqr(Lqr):
     label = "planner with LQR [24]"
     source = "Cowling, Yakimenko, Whidborne, Cooke 2007"
     preview = (HORIZON,)
-    defaults: ClassVar[Mapping[str, object]] = {
-        "level": (40.0, 40.0, 4.0, 1.0, 0.3, 0.002),
-        "climb": (20.0, 40.0, 4.0, 1.0),
-    }
+    defaults: ClassVar[Mapping[str, object]] = {"level": (40.0, 40.0, 4.0, 1.0, 0.3, 0.002), "climb": (20.0, 40.0, 4.0, 1.0)}
     rates = {"plan": 0.4, "law": 0.002}  # noqa: RUF012 (as the base class declares it)
 
     def start(self, measured: Measured, gains: LqrGains) -> PlannedLqrMemory:  # type: ignore[override]

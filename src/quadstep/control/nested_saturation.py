@@ -30,11 +30,7 @@ class NestedSaturationGains(NamedTuple):
     altitude: Vector = gain((3.0, 0.5), "1/s, 1/s^2", "altitude: damping and stiffness", key="a_z", parts=PAIR)
     yaw: Vector = gain((2.374, 0.08), "1/s, 1/s^2", "yaw: damping and stiffness", key="a_psi", parts=PAIR)
     bounds: Vector = gain(
-        (2.0, 1.0, 0.2, 0.1),
-        "-",
-        "bounds of the saturations; [11]: b_i >= 2 b_(i+1)",
-        symbol="b",
-        parts=("1", "2", "3", "4"),
+        (2.0, 1.0, 0.2, 0.1), "-", "bounds of the saturations; [11]: b_i >= 2 b_(i+1)", symbol="b", parts=("1", "2", "3", "4")
     )
     slope_1: Vector = given(lambda _: vector(1.0, 1.0, 1.0))
     slope_2: Vector = given(lambda _: vector(15.0, 15.0, 15.0))
@@ -51,11 +47,7 @@ def nested(bounds: Vector, rate: Number, angle: Number, speed: Number, offset: N
     a: angle [rad], a_dot: its rate [rad/s], v: speed / g [s], p: offset / g [s^2]. Unsaturated it places four poles at -1.
     """
     inner = rate + 3.0 * angle + 3.0 * speed + offset
-    for bound, outside in zip(
-        reversed(bounds.entries),
-        (2.0 * angle + rate + speed, angle + rate, rate, 0.0),
-        strict=True,
-    ):
+    for bound, outside in zip(reversed(bounds.entries), (2.0 * angle + rate + speed, angle + rate, rate, 0.0), strict=True):
         inner = outside + clip(inner, -bound, bound)
     return -inner
 

@@ -46,10 +46,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "ardupilot-cascade": "ardupilot_cascade.ArduPilotCascade",
         "betaflight-rates": "betaflight_rates.BetaflightRates",
     },
-    PlanarState: {
-        "planar-pd": "planar.PlanarPd",
-        "planar-linearisation": "planar.PlanarLinearisation",
-    },
+    PlanarState: {"planar-pd": "planar.PlanarPd", "planar-linearisation": "planar.PlanarLinearisation"},
 }
 """Module and class by the name in missions, in the order in which users are told of them."""
 

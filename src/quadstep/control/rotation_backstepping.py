@@ -33,14 +33,7 @@ from quadstep.interfaces.gain import AXES, NETS, believed, gain, given, usual
 from quadstep.interfaces.learning import Net, basis, net, nets_start, output, weight_rate, weights
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, outer, vector, where
-from quadstep.numbers.rotations import (
-    conjugate,
-    cross,
-    multiply,
-    rotation_matrix,
-    rotation_vector,
-    yaw_pitch_roll,
-)
+from quadstep.numbers.rotations import conjugate, cross, multiply, rotation_matrix, rotation_vector, yaw_pitch_roll
 
 FORCE_INPUTS = 9
 """chi_1: velocity, thrust axis, wanted acceleration."""

@@ -118,10 +118,7 @@ def steps(gains: StateSpaceGains, integral: Vector, measured: Measured, referenc
 def coupled(measured: Measured, push: Number, e3: Vector) -> Vector:
     """s J^T e3: what makes e3' and e4' cancel in V'."""
     rotation = rotation_matrix(measured.attitude)
-    return push * vector(
-        -rotation[0, 1] * e3[0] - rotation[1, 1] * e3[1],
-        rotation[0, 0] * e3[0] + rotation[1, 0] * e3[1],
-    )
+    return push * vector(-rotation[0, 1] * e3[0] - rotation[1, 1] * e3[1], rotation[0, 0] * e3[0] + rotation[1, 0] * e3[1])
 
 
 def predicted(measured: Measured, push: Number, gravity: Number, period: Number) -> Measured:

@@ -279,11 +279,7 @@ class Predictor:
         moved = runge_kutta_4(rate, Moving(*cycle.state, passed=0.0), clock.period)
         state = renormalised(AirframeState(*moved[:-1]))
         torque_kept, force_kept = (fading(fade, clock.period) for fade in (gains.torque_fade, gains.force_fade))
-        after = Unexplained(
-            torque_kept * unexplained.torque,
-            unexplained.trend,
-            force_kept * unexplained.force,
-        )
+        after = Unexplained(torque_kept * unexplained.torque, unexplained.trend, force_kept * unexplained.force)
         return cycle._replace(state=state, unexplained=after)
 
 

@@ -161,12 +161,7 @@ def differences(predicted: States, truth: States) -> list[Floats]:
     length = np.linalg.norm(sine, axis=1, keepdims=True)
     angle = 2.0 * np.arctan2(length, np.abs(turn[:, :1]))
     vectors = sine * np.where(length > 1e-12, angle / np.maximum(length, 1e-12), 2.0)
-    return [
-        predicted.position - truth.position,
-        predicted.velocity - truth.velocity,
-        vectors,
-        predicted.rates - truth.rates,
-    ]
+    return [predicted.position - truth.position, predicted.velocity - truth.velocity, vectors, predicted.rates - truth.rates]
 
 
 def norms(predicted: States, truth: States) -> Floats:

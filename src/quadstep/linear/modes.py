@@ -69,10 +69,7 @@ def reduced(period: Period) -> Reduced:
 def tick_of(tick: Tick, places: NDArray[np.intp], grid: tuple[NDArray[np.intp], ...], acting: NDArray[np.intp]) -> Tick:
     """A tick restricted to these states and channels."""
     return tick._replace(
-        tasks=tick.tasks[grid],
-        path=tick.path[places],
-        step=tick.step[grid],
-        acting=tick.acting[np.ix_(places, acting)],
+        tasks=tick.tasks[grid], path=tick.path[places], step=tick.step[grid], acting=tick.acting[np.ix_(places, acting)]
     )
 
 

@@ -214,10 +214,7 @@ class LagrangeMission(Mission):
         rotors, vehicle = self.vehicle.rotors.limits, self.vehicle.build()
         return Built(
             numbers=partial(
-                Parameters,
-                vehicle=vehicle,
-                disturbance=self.disturbance.build(),
-                limits=self.limits.as_numbers(Limits),
+                Parameters, vehicle=vehicle, disturbance=self.disturbance.build(), limits=self.limits.as_numbers(Limits)
             ),
             start=self.start.state,
             warnings=lambda duration: [

@@ -333,10 +333,7 @@ def atan2_enclosed(y: Operand, x: Operand) -> Enclosure:
 declare(
     atan2,
     atan2_steps,
-    tangents=(
-        lambda t, y, x, _: t * (x / (y * y + x * x)),
-        lambda t, y, x, _: t * -(y / (y * y + x * x)),
-    ),
+    tangents=(lambda t, y, x, _: t * (x / (y * y + x * x)), lambda t, y, x, _: t * -(y / (y * y + x * x))),
     enclosure=atan2_enclosed,
     exact=lambda y, x: Fraction(0) if y == 0 and x is not None and x >= 0 else None,
     singular=(lambda y, x: y * y + x * x == 0.0, "the angle of a point at the origin"),

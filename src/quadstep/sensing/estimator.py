@@ -187,11 +187,7 @@ def predict(memory: EstimatorMemory, gyro: Vector, accelerometer: Vector, gravit
     )
     line = (*memory.recent, memory.now, Instant(state, period))[1:]
     return memory._replace(
-        now=line[-1],
-        gyro=gyro,
-        accelerometer=accelerometer,
-        recent=line[:-1],
-        elapsed=memory.elapsed + line[0].since,
+        now=line[-1], gyro=gyro, accelerometer=accelerometer, recent=line[:-1], elapsed=memory.elapsed + line[0].since
     )
 
 

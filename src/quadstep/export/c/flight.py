@@ -167,19 +167,10 @@ class Library:
         self.params = ctypes.byref((ctypes.c_char * 1).in_dll(self.code, f"{law.name}_mission"))
 
         class CState(ctypes.Structure):
-            _fields_ = [
-                ("memory", self.real * self.memory),
-                ("held", self.real * self.command),
-                ("ready", ctypes.c_uint32),
-            ]
+            _fields_ = [("memory", self.real * self.memory), ("held", self.real * self.command), ("ready", ctypes.c_uint32)]
 
         class CClock(ctypes.Structure):
-            _fields_ = [
-                ("tick", ctypes.c_uint32),
-                ("step", self.real),
-                ("period", self.real),
-                ("age", self.real),
-            ]
+            _fields_ = [("tick", ctypes.c_uint32), ("step", self.real), ("period", self.real), ("age", self.real)]
 
         self.state, self.clock = CState, CClock
 

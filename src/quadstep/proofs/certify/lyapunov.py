@@ -12,13 +12,7 @@ from quadstep.numbers import Number, smallest
 from quadstep.proofs.certify.history import History, IdealWeights
 from quadstep.proofs.plain import Array, apply, as_rows, as_stack, as_vector, dot
 from quadstep.vehicle.lagrange import Lagrange
-from quadstep.vehicle.paper import (
-    acceleration,
-    angular_acceleration,
-    coriolis,
-    effective_inertia,
-    effective_inertia_partials,
-)
+from quadstep.vehicle.paper import acceleration, angular_acceleration, coriolis, effective_inertia, effective_inertia_partials
 
 
 class ConditionMargins(NamedTuple):

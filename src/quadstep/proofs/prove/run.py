@@ -196,10 +196,7 @@ def still_open(
         [axis, f"open after {seconds:g} s", f"{millimetres(p)} mm until then", f"{millimetres(o)} mm until then"]
         for axis, p, o in zip(plan.loop.plant.axes, position, (off[:closed] + result.position).max(axis=0), strict=True)
     ]
-    says = [
-        f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}.",
-        *not_for_ever(why),
-    ]
+    says = [f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}.", *not_for_ever(why)]
     return ProofVerdict(name, VerdictKind.OPEN, rows, says)
 
 

@@ -4,13 +4,7 @@ from typing import NamedTuple
 
 import sympy
 
-from quadstep.control.backstepping import (
-    FORCE_INPUTS,
-    TORQUE_INPUTS,
-    Backstepping,
-    BacksteppingGains,
-    BacksteppingMemory,
-)
+from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains, BacksteppingMemory
 from quadstep.control.filters import Filtered
 from quadstep.interfaces.controller import Command
 from quadstep.interfaces.learning import Net, basis

@@ -68,14 +68,7 @@ def printed_direction(attitude: Vector = ATTITUDE) -> Expression:
     return sympy.Matrix([-s(theta), c(theta) * s(phi), c(theta) * c(phi)])
 
 
-@row(
-    ROWS,
-    "1",
-    "position subsystem",
-    "m xi_dd + (0, 0, m g) = F_d",
-    "vehicle.paper:acceleration",
-    EquationVerdict.AS_PRINTED,
-)
+@row(ROWS, "1", "position subsystem", "m xi_dd + (0, 0, m g) = F_d", "vehicle.paper:acceleration", EquationVerdict.AS_PRINTED)
 def equation_1() -> Checks:
     shipped = array(acceleration(body(), ATTITUDE, THRUST, NOTHING))
     return Checks([same("m xi_dd + (0, 0, m g) of the plant", MASS * shipped + WEIGHT, THRUST * printed_direction())])

@@ -82,10 +82,7 @@ def other_draws(manifest: Mapping[str, object]) -> str:
     )
 
 
-OTHERS = {
-    "fingerprint": "the campaign, its mission or a file it names has changed",
-    "code": OTHER_CODE,
-}
+OTHERS = {"fingerprint": "the campaign, its mission or a file it names has changed", "code": OTHER_CODE}
 """Why flights may differ, by the entry of a manifest that shows it."""
 
 

@@ -173,9 +173,7 @@ FIRST_ORDER = (
 
 
 def ranking(
-    campaign: Campaign,
-    found: Mapping[str, Mapping[str, Estimate]],
-    said: Mapping[str, tuple[str, Interaction | None]],
+    campaign: Campaign, found: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]]
 ) -> list[Table]:
     """The ranking, in words and as a table."""
     lines = []

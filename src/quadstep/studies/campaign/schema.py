@@ -94,8 +94,7 @@ class CampaignFile(Section):
 
     name: Annotated[Name, Quantity("", "name of the campaign, shown in its results")] = "Campaign"
     mission: Annotated[
-        str | dict[str, object],
-        Quantity("", "a mission file, relative to this file's folder, or a whole mission as a table"),
+        str | dict[str, object], Quantity("", "a mission file, relative to this file's folder, or a whole mission as a table")
     ]
     flights: Annotated[
         Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None,
@@ -108,9 +107,7 @@ class CampaignFile(Section):
     ] = None
     chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK), Quantity("", "flights per results file")] = CHUNK
     vary: Annotated[
-        dict[str, Distribution],
-        BeforeValidator(by_key),
-        Quantity("", "a distribution for each mission key that varies"),
+        dict[str, Distribution], BeforeValidator(by_key), Quantity("", "a distribution for each mission key that varies")
     ] = Field(default_factory=dict)
     correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary jointly")] = ()
     failure: Annotated[

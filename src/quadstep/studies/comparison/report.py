@@ -186,13 +186,7 @@ def as_json(found: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, o
             for row in tables.margin_rows(found)
         ],
         "linear": [
-            {
-                "vehicle": vehicle,
-                "controller": controller,
-                "grade": one.grade,
-                "why": one.why,
-                **one.metrics,
-            }
+            {"vehicle": vehicle, "controller": controller, "grade": one.grade, "why": one.why, **one.metrics}
             for (vehicle, controller), one in found.linear.items()
         ],
         "difference_unit": unit,

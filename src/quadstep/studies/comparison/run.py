@@ -144,10 +144,7 @@ def compare_study(study: ComparisonStudy, folder: Path, how: How) -> FinishedCom
     Raises UserError, and InterruptedRun on Ctrl-C.
     """
     identity = digest_of(study.file.model_dump(exclude={"name"}), study.text)
-    with (
-        parts_in(folder) as kept,
-        publishing(folder, identity, how.overwrite, code=code_digest()) as out,
-    ):
+    with parts_in(folder) as kept, publishing(folder, identity, how.overwrite, code=code_digest()) as out:
         run = ComparisonRun(kept, how)
         asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is Engine.LANES)
         for problem in problems:

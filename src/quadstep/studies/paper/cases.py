@@ -79,10 +79,7 @@ def case_3(controller: dict[str, object], start: dict[str, object] | None = None
 def stress(duration: float, scale: float, **nets: object) -> LagrangeMission:
     """Case 1's path in `duration` seconds under `scale` times the paper's disturbance, then held; `nets` as in a mission."""
     return case_1(
-        duration=duration,
-        disturbance={"scale": scale},
-        controller=adaptive(**nets),
-        simulation={"duration": duration + HOLD},
+        duration=duration, disturbance={"scale": scale}, controller=adaptive(**nets), simulation={"duration": duration + HOLD}
     )
 
 
