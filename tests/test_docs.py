@@ -214,6 +214,8 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     assert with_links("See `docs/ci.md`.\n\n```text\n`docs/ci.md`\n```", "lessons/a.md", there).startswith(
         "See [`docs/ci.md`](../ci.md).\n\n```text\n`docs/ci.md`"
     )
+    decisions = {"docs/decisions/0002": "decisions/0002-b.md"}
+    assert with_links("(docs/decisions/0002)", "a.md", decisions) == "([docs/decisions/0002](decisions/0002-b.md))"
     passed = "[docs/ci.md](ci.md), `make docs/ci.md`, src/docs/ci.md, docs/no.md"
     assert (
         with_links(f"| a | docs/ci.md; b | {passed}", "lessons/a.md", there) == f"| a | [docs/ci.md](../ci.md); b | {passed}"
@@ -224,6 +226,11 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     assert 'src="../flown/' in flown
     flown = with_flights("<!-- page: out/page.html#nested | Live -->", tmp_path, tmp_path / "static", "lessons/a.md")
     assert 'page.html#nested" title="Live"' in flown and 'page.html">Live' in flown
+    (tmp_path / "out" / "x.svg").write_text('<?xml?><svg><g id="a"><text>t</text></g></svg>')
+    drawn = with_flights("<!-- figure: out/x.svg | What to see -->", tmp_path, tmp_path / "static", "lessons/a.md")
+    assert (
+        "<text>t</text>" in drawn and "<figcaption>What to see</figcaption>" in drawn
+    )  # with the site's type, not an image's
     assert "Further" in with_further("a\n\n<!-- further -->", ["a.md", "new.md"])
     assert "lessons" not in with_further("<!-- further -->\nlessons/index\n", ["new.md", "lessons/a.md"]).split("```")[1]
 
@@ -231,6 +238,7 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
 def test_the_site_is_made_for_readers_by_ear_and_keyboard():
     assert accessible('<p class="caption" role="heading">') == '<p class="caption" role="heading" aria-level="2">'
     assert accessible('<aside class="toc-drawer no-toc">') == '<aside aria-label="On this page" class="toc-drawer no-toc">'
+    assert accessible('<div class="table-wrapper x">') == '<div tabindex="0" class="table-wrapper x">'
     assert accessible('<div class="highlight"><pre>x') == '<div class="highlight"><pre tabindex="0">x'
 
 

@@ -11,6 +11,7 @@ from docs.site.listings import MARK, Kind, listings
 from docs.site.pages import DOCS, ROOT, pages
 from docs.site.reference import commands, equations, files, keys, python
 from docs.site.running import Ran
+from quadstep.report.page import figure
 
 LEXERS = {Kind.SHELL: "bash", Kind.TOML: "toml", Kind.PYTHON: "python", Kind.TEXT: "text"}
 
@@ -22,7 +23,8 @@ MOST_LINES = 40
 
 
 MENTION = re.compile(
-    r"```.*?\n```|\[[^\]\n]*\]\([^)\n]*\)|`(?P<code>[\w./-]+\.md)`|`[^`\n]*`|(?<![\w/])(?P<plain>docs/[\w./-]+\.md)", re.DOTALL
+    r"```.*?\n```|\[[^\]\n]*\]\([^)\n]*\)|`(?P<code>[\w./-]+\.md)`|`[^`\n]*`|(?<![\w/])(?P<plain>docs/(?:[\w./-]+\.md|decisions/\d{4}\b(?!-)))",
+    re.DOTALL,
 )
 """What a page mentions of another, as code or plainly; listings, links and other code are passed over."""
 
@@ -76,6 +78,7 @@ ACCESSIBLE = {
     '<aside class="toc-drawer': '<aside aria-label="On this page" class="toc-drawer',
     '<div class="highlight"><pre>': '<div class="highlight"><pre tabindex="0">',
     '<th class="head"><p></p></th>': '<td class="head"></td>',
+    '<div class="table-wrapper': '<div tabindex="0" class="table-wrapper',
     '<div id="search-results">': '<h1>Search</h1>\n<div id="search-results">',
 }
 """What the theme writes, and what readers by ear or keyboard need instead: levels and names, lists that scroll by keys."""
@@ -113,10 +116,10 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         name = f"{folder.name}-{file.removeprefix('out/').replace('/', '-')}"
         static.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(folder / file, static / name)
-        shown = os.path.relpath("flown", Path(place).parent)
         if kind == "page":
+            shown = os.path.relpath("flown", Path(place).parent)
             return embedded("#".join((f"{shown}/{name}", *anchor)), caption)
-        return f"```{{figure}} {shown}/{name}\n:alt: {caption}\n\n{caption}\n```"
+        return f"```{{raw}} html\n{figure(static / name, caption)}\n```"
 
     return MARK.sub(put, text)
 
@@ -154,9 +157,12 @@ def with_further(text: str, places: Iterable[str]) -> str:
 
 
 def places() -> dict[str, str]:
-    """Where each page stands in the site, by its name."""
+    """Where each page stands in the site, by its name; decisions by their number, too."""
     by_hand = {path.relative_to(ROOT).as_posix(): place for path, place in pages().items() if path.is_file()}
-    return by_hand | {f"docs/reference/{name}.md": f"reference/{name}.md" for name in REFERENCE}
+    decisions = {
+        name[: len("docs/decisions/0000")]: place for name, place in by_hand.items() if name.startswith("docs/decisions/")
+    }
+    return decisions | by_hand | {f"docs/reference/{name}.md": f"reference/{name}.md" for name in REFERENCE}
 
 
 def write_reference(source: Path) -> None:

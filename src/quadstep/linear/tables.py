@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from quadstep.linear.analysis import Analysis, StepResponse
 from quadstep.linear.grade import graded
@@ -255,7 +256,7 @@ def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], shee
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 6.4, 4.4)
         grid = figure.subplots(len(MEASURES), 1, sharex=True)
-        margins(figure, sheet, 0.09, 0.08, 0.98, 0.98, 0.2, 0.1)
+        margins(figure, sheet, 0.09, 0.08, 0.98, 0.95, 0.2, 0.1)
         for axes, (title, of) in zip(grid, MEASURES, strict=True):
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])
@@ -269,6 +270,8 @@ def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], shee
             axes.set_ylim(bottom=0.0)
             axes.yaxis.set_major_formatter(plain())
         grid[-1].set_xlabel(label)
+        if label != "time [s]":
+            grid[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
         grid[-1].xaxis.set_major_formatter(plain())
-        grid[0].legend(loc="upper right", ncols=4)
+        grid[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, ncols=4)
         write(figure, path, sheet)

@@ -127,7 +127,7 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     axis.set_major_formatter(powers())
     axis.set_minor_locator(NullLocator())
     axes.text(
-        0.995, 0.97, f"linear within ±{power(edge)}, logarithmic beyond", transform=axes.transAxes, ha="right", va="top",
+        1.0, 1.03, f"linear within ±{power(edge)}", transform=axes.transAxes, ha="right", va="bottom",
         fontsize=rcParams["legend.fontsize"], color="0.35",
     )  # fmt: skip
 

@@ -118,6 +118,7 @@ STYLE: dict[str, object] = {
     "mathtext.fallback": "stixsans",
     "font.size": 9,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.color": "0.88",
     "grid.linewidth": 0.5,
     "axes.spines.top": False,

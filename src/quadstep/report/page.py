@@ -120,9 +120,15 @@ def listing(lines: Iterable[str]) -> str:
     return f"<ul>{''.join(f'<li>{rich(line)}</li>' for line in lines)}</ul>"
 
 
+COLUMN = 45
+"""Characters of a line in one of three columns on paper."""
+
+
 def verbatim(text: str, under: str = "") -> str:
     """Text as it is, line by line. under: what opens it, where it is long."""
-    shown = f'<pre tabindex="0">{escape(text)}</pre>'
+    lines = text.splitlines()
+    wide = ' class="wide"' if 2 * sum(len(line) > COLUMN for line in lines) > len(lines) else ""
+    shown = f'<pre{wide} tabindex="0">{escape(text)}</pre>'
     return f"<details><summary>{escape(under)}</summary>{shown}</details>" if under else shown
 
 

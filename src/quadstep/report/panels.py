@@ -66,7 +66,7 @@ def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
     t, first = log.column("t"), panels[0]
     values = next(iter(first.lines.values()))
     place = int(np.abs(values).argmax())
-    said = f"Most {first.label}: {quantity(float(values[place]), first.unit)}, at {at(t, place)}."
+    said = f"Largest {first.label}: {quantity(float(values[place]), first.unit)}, at {at(t, place)}."
     pairs = [[*panel.lines.values()] for panel in panels if len(panel.lines) == 2]
     if pairs:
         cut = [np.abs(a - b) > SAME * max(float(np.abs(a).max()), 1e-300) for a, b in pairs]

@@ -30,11 +30,12 @@ def write_report(
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
     early, if known.
     """
-    drawn = [Figure(name, caption) for name, caption in figures.items()]
+    drawn, counted = [Figure(name, caption) for name, caption in figures.items()], since(mission)
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [page.links(places)]
     if "position" in metrics:
-        sections.append(Table("Errors", "errors", HEADER, error_rows(metrics)))
+        said = f"Counted{counted}; figures show all of the flight." if counted else ""
+        sections.append(Table("Errors", "errors", HEADER, error_rows(metrics), said))
     if drawn[IN_SUMMARY:]:
         sections += [Table("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2))
@@ -42,8 +43,10 @@ def write_report(
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(page.verbatim("\n".join(left), whose))
-    said = answer(log, metrics, why, since(mission))
-    found = Evidence(mission.name, "Flight", said, (), {}, facts(metrics), drawn[:IN_SUMMARY], sections, warnings=warnings)
+    said = answer(log, metrics, why, counted)
+    found = Evidence(
+        mission.name, "Flight", said, (), {}, facts(metrics, counted), drawn[:IN_SUMMARY], sections, warnings=warnings
+    )
     path.write_text(found.html(path.parent), encoding="utf-8")
 
 
@@ -67,15 +70,15 @@ def of_log(log: FlightLog) -> str:
     return f"All values are of that log, whose last row is at {log.column('t')[-1]:.6g} s."
 
 
-def facts(metrics: Metrics) -> list[page.Fact]:
-    """The numbers that say most, as far as the flight has them."""
+def facts(metrics: Metrics, counted: str = "") -> list[page.Fact]:
+    """The numbers that say most, as far as the flight has them. counted: from when errors are, as `since` has it."""
     found = []
     if "position" in metrics:
         largest = cast("float | None", metrics.get("largest_error[m]")) or max(
             one["largest[m]"] for one in group(metrics, "position").values()
         )
         along = "from the path" if "largest_error[m]" in metrics else "along one axis"
-        found.append(page.Fact("largest error", units.quantity(largest, "m"), along))
+        found.append(page.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f',{counted}'}"))
     if "largest_tilt[rad]" in metrics:
         found.append(
             page.Fact(
@@ -95,14 +98,20 @@ def facts(metrics: Metrics) -> list[page.Fact]:
 
 HEADER = ("", "RMSE", "largest", "final", "unit")
 
+SMALL = 0.01
+"""In the unit of the others; what is no larger has its own."""
+
 
 def error_rows(metrics: Metrics) -> list[list[str]]:
-    """Each axis and angle, those of a kind in one unit."""
+    """Each axis and angle, those of a kind in one unit unless one is too small to be read in it."""
     rows = []
     for kind, base in (("position", "m"), ("attitude", "rad")):
+        suited = units.of_angle if base in units.ANGLES else units.handy
         largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
-        unit, factor = (units.of_angle if base in units.ANGLES else units.handy)(base, largest)
         for axis, one in group(metrics, kind).items():
-            values = (one[f"{key}[{base}]"] for key in ("rmse", "largest", "final"))
+            values = [one[f"{key}[{base}]"] for key in ("rmse", "largest", "final")]
+            unit, factor = suited(base, largest)
+            if 0.0 < factor * max(values) < SMALL:
+                unit, factor = suited(base, max(values))
             rows.append([axis, *(units.number(factor * value) for value in values), unit])
     return rows

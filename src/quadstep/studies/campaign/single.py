@@ -35,6 +35,12 @@ from quadstep.studies.campaign.varied import spans_decades
 USUAL = 100
 """Default number of draws."""
 
+AROUND = (6.0, 4.0), (6.0, -11.0), (-30.0, 4.0), (-30.0, -11.0), (-12.0, 9.0), (-12.0, -17.0)
+"""Where the number of a flight may stand, from its ring [points]; the first place at which no other is in the way."""
+
+OVERLAP = 28.0, 9.0
+"""Width and height of such a number [points]."""
+
 
 def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Evidence:
     """The loops of a campaign's first draws. Raises UserError."""
@@ -141,13 +147,18 @@ def draw_points(
             if (seen & chosen).any():  # a line without width is what the script of reports reads points off
                 at = (x[seen & chosen], y[seen & chosen])
                 axes.plot(*at, marker=marker, markersize=3.5, color=colour, linewidth=0.0, label=name)
+        axes.autoscale_view()
+        named: list[NDArray[np.float64]] = []
         for flight, link in links.items():
             if known[flight]:
+                ring = axes.transData.transform((x[flight], y[flight])) * 72.0 / figure.dpi
+                place = min(AROUND, key=lambda one: sum(bool((np.abs(ring + one - other) < OVERLAP).all()) for other in named))
+                named.append(ring + place)
                 axes.scatter(x[flight], y[flight], 130.0, color=[(1.0, 1.0, 1.0, 0.01)], edgecolor=LINE, zorder=3, urls=[link])
                 axes.annotate(
                     str(flight),
                     (x[flight], y[flight]),
-                    (6.0, 4.0),
+                    place,
                     textcoords="offset points",
                     fontsize=rcParams["legend.fontsize"],
                     url=link,

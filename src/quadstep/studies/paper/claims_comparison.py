@@ -1,6 +1,7 @@
 """Claims of Case 3: the paper's controller compared with that of its reference [11]."""
 
 from collections.abc import Callable
+from math import degrees
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -127,7 +128,8 @@ def transients(study: PaperStudy) -> Claim:
     return Claim(
         "larger early transients",
         "Initial variations in attitude and torque are higher for our controller than that in [11]; they vanish quickly.",
-        f"largest tilt {tilt:.2f} rad against {tilt_old:.2f}, torque {torque:.0f} N m against {torque_old:.1f}; gone after "
+        f"largest tilt {degrees(tilt):.0f}° against {degrees(tilt_old):.0f}°, torque {torque:.0f} N m against "
+        f"{torque_old:.1f}; gone after "
         f"{vanished:.1f} s" + dependence(table),
         over_starts(table) if vanished < 10.0 else ClaimVerdict.FAILS,
         {"tilt[rad]": [tilt, tilt_old], "torque[N m]": [torque, torque_old], "by_start": table},
@@ -140,8 +142,8 @@ def transient_cause(study: PaperStudy) -> Claim:
     return Claim(
         "transients caused by the nets",
         "This is because of the transient phase of NN weights from their initial assigned values of zero.",
-        f"nets off: peaks of {tilt_off:.2f} rad and {torque_off:.0f} N m; on: {tilt:.2f} rad and {torque:.0f} N m. The nets "
-        "add to the tilt; the torque comes from the start off the path and the gains",
+        f"nets off: peaks of {degrees(tilt_off):.0f}° and {torque_off:.0f} N m; on: {degrees(tilt):.0f}° and "
+        f"{torque:.0f} N m. The nets add to the tilt; the torque comes from the start off the path and the gains",
         judge(tilt_off < 0.8 * tilt and torque_off < 0.8 * torque),
         {"nets_on": [tilt, torque], "nets_off": [tilt_off, torque_off]},
     )

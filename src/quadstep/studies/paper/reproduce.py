@@ -227,7 +227,8 @@ def stress_cell(metrics: Metrics) -> str:
     """One stress flight in a table: RMSE and largest tilt, or when and why it ended."""
     if completed(metrics):
         return (
-            f"{short(1e3 * metric(metrics, 'position_rmse[m]'))} mm, {math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
+            f"{units.quantity(metric(metrics, 'position_rmse[m]'), 'm')}, "
+            f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
         )
     return f"diverged at {metric(metrics, 'ended[s]'):.2f} s: {str(metrics['outcome']).replace('_', ' ')}"
 
@@ -260,7 +261,8 @@ def case_rows(study: PaperStudy) -> list[list[str]]:
     rows = []
     for name, m in study.cases.items():
         errors = ", ".join(
-            f"{short(1e3 * v['rmse[m]'])} / {short(1e3 * v['largest[m]'])}" for v in group(m, "position").values()
+            " / ".join(units.quantity(v[f"{which}[m]"], "m") for which in ("rmse", "largest"))
+            for v in group(m, "position").values()
         )
         settled: list[float | None] = [metric(m, "attitude", a, "angle_settling[s]") for a in ("theta", "phi")]
         settling = "never" if None in settled else f"{max(cast('list[float]', settled)):.2f} s"
@@ -299,7 +301,7 @@ def facts(study: PaperStudy, claims: list[Claim]) -> list[page.Fact]:
 
 
 CASES_HEADER = (
-    "flight", "RMSE / largest error in x, y, z [mm]", "roll and pitch level from", "largest thrust", "total variation of u",
+    "flight", "RMSE / largest error in x, y, z", "roll and pitch level from", "largest thrust", "total variation of u",
     "largest torque", "largest weight norm",
 )  # fmt: skip
 
