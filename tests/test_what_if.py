@@ -39,7 +39,12 @@ def test_a_change_that_breaks_the_loop_is_told_so(tmp_path):
 
 
 def test_a_parameter_without_effect_changes_no_flight_by_a_bit(tmp_path):
-    found = answer(asked(pid_rate__omzFiltCut=40.0), tmp_path / "out").record  # of a filter that is off
+    done = answer(asked(pid_rate__omzFiltCut=40.0), tmp_path / "out")  # of a filter that is off
+    assert re.search(
+        r"\) nothing that was flown differs by a bit from before, .* they do not show what it does\. 0 \[", done.answer
+    )
+    assert "difference is not shown" not in done.answer
+    found = done.record
     assert all(one["before"] == one["after"] for one in found["metrics"].values())
     assert {one["difference"]["value"] for one in found["metrics"].values()} == {0.0}
     assert found["step"]["before"] == found["step"]["after"]
@@ -171,3 +176,12 @@ def test_a_change_that_saves_the_hardest_flights_is_not_said_to_fly_worse_or_fro
     before, after, closer = Estimate(0.04, 0.03, 0.05), Estimate(0.06, 0.05, 0.07), Estimate(-0.01, -0.012, -0.008)
     said = tracking(Row("position_rmse[m]", before, after, closer))
     assert re.fullmatch(r"The position RMSE of flights completed with both falls by 10\.0\smm\. ", said)
+
+
+def test_first_sentences_say_an_effort_that_changes_much():
+    before, after, busier = Estimate(1.35, 1.34, 1.36), Estimate(3.23, 3.21, 3.24), Estimate(1.88, 1.86, 1.89)
+    said = tracking(Row("rotor_activity[N/s]", before, after, busier))
+    assert re.fullmatch(r"The rotor activity of flights completed with both rises by 1\.88\sN/s \(139\.3\s%\)\. ", said)
+    assert not tracking(Row("rotor_activity[N/s]", before, after, Estimate(0.13, 0.12, 0.14)))
+    first = tracking(Row("saturation", Estimate(0.0, 0.0, 0.0), before, Estimate(0.2, 0.1, 0.3)))
+    assert first == "The saturation of flights completed with both rises by 0.200. "

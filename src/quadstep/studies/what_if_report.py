@@ -71,11 +71,20 @@ def evidence(
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in asked.changes.items()]
     words = units.listed([f"{name} = {value:g} ({old:g} before)" for name, _, old, value in changed])
     gusts = f"{units.counted(asked.flights, 'flight')} in wind of up to {asked.wind:g} m/s from every side, with turbulence"
-    answer = (
-        f"With {words} {units.percent(*failed[1])} of {gusts}, are lost or drift by more than {asked.within:g} m; "
-        f"before, {units.percent(*failed[0])}. {compared(failed[2])} {tracking(rows[0])}Hovering in calm air, where alone it "
-        f"is graded, the loop is {sides[1].grade.word}; before, {sides[0].grade.word}."
+    lost, hover = (
+        f"are lost or drift by more than {asked.within:g} m",
+        "Hovering in calm air, where alone it is graded, the loop",
     )
+    answer = (
+        f"With {words} {units.percent(*failed[1])} of {gusts}, {lost}; "
+        f"before, {units.percent(*failed[0])}. {compared(failed[2])} {''.join(map(tracking, rows))}{hover} "
+        f"is {sides[1].grade.word}; before, {sides[0].grade.word}."
+    )
+    if idle(sides):
+        answer = (
+            f"With {words} nothing that was flown differs by a bit from before, neither {gusts}, nor a step of {STEP:g} m: they "
+            f"do not show what it does. {units.percent(*failed[1])} {lost}. {hover} is {sides[1].grade.word}."
+        )
     tables = [
         Table("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
         Table(
@@ -115,6 +124,12 @@ def evidence(
     )
 
 
+def idle(sides: tuple[Side, Side]) -> bool:
+    """Whether the change has no effect on anything that was flown."""
+    both = [(one.step.rows, one.flown.metrics, one.flown.outcome) for one in sides]
+    return all(np.array_equal(old, new, equal_nan=True) for old, new in zip(*both, strict=True))
+
+
 def caption(steps: Sequence[dict[str, float]]) -> str:
     """What to see of the step: what it measures, before and after."""
     said = []
@@ -140,16 +155,23 @@ def compared(difference: Estimate) -> str:
     return f"A difference is not shown: {100.0 * difference.value:+.3g} points [{low:+.3g}, {high:+.3g}]."
 
 
-def tracking(error: Row) -> str:
-    """Whether flights that end well with both stray further or less, if that is shown; a sentence and a blank.
+LARGE = 0.1
+"""Share of itself by which an effort changes so that the first sentences say it."""
+
+
+def tracking(one: Row) -> str:
+    """Whether flights that end well with both stray further or less, or take much more or less effort, if that is shown; a
+    sentence and a blank.
 
     Means before and after are of different flights where some are lost with one of them, and may say the contrary.
     """
-    if error.difference is None or not (error.difference.low > 0.0 or error.difference.high < 0.0):
+    (words, unit), change, before = units.metric(one.name), one.difference, one.present.value if one.present else 0.0
+    error, much = words == "position RMSE", change is not None and abs(change.value) >= LARGE * abs(before)
+    if change is None or not (change.low > 0.0 or change.high < 0.0) or not (error or (much and words != "largest error")):
         return ""
-    words, unit = units.metric(error.name)
-    by = units.quantity(abs(error.difference.value), unit)
-    return f"The {words} of flights completed with both {'rises' if error.difference.low > 0.0 else 'falls'} by {by}. "
+    share = "" if error or not before else f" ({units.percent(abs(change.value) / before)})"
+    way, by = "rises" if change.low > 0.0 else "falls", units.quantity(abs(change.value), unit)
+    return f"The {words} of flights completed with both {way} by {by}{share}. "
 
 
 def cells(name: str, gain: Gain, old: float, new: float) -> tuple[str, ...]:
