@@ -145,6 +145,10 @@ def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     assert f"Lost at {metrics['ended[s]']:g} s: it hit the ground" in run.out
     assert 0.3 < metrics["ended[s]"] < 1.0
     assert 0.0 < log["z[m]"][-1] < 0.1
+    last, ending = log["t[s]"][-1], metrics["ending"]
+    assert ending["t[s]"] == metrics["ended[s]"] > last
+    assert ending["z[m]"] <= 0.0  # on the ground, where no row of the log is
+    assert ending["z[m]"] == pytest.approx(log["z[m]"][-1] + log["v_z[m/s]"][-1] * (ending["t[s]"] - last), abs=1e-3)
     assert "the rotors were saturated" in run.err
     assert not (tmp_path / "out" / "weights.json").exists()
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
-from quadstep.identify.logs.series import Series, Topics
+from quadstep.identify.logs.series import Series, Topics, refuse_backward
 from quadstep.identify.rate_loops import ARDUPILOT, AXES, BETAFLIGHT, COLUMNS, PX4, SINKING, RateLoop, limits
 from quadstep.identify.response import FREE, Response, response
 from quadstep.identify.setpoints import (
@@ -19,7 +19,6 @@ from quadstep.identify.setpoints import (
     faster,
     latest,
     made,
-    refuse_backward,
     refuse_not_finite,
     refuse_slow,
     refuse_unchanged,

@@ -1,13 +1,13 @@
 """What a setpoint alone made of a rate loop's command, from a flight in which nothing else was added to it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.identify.logs.flight import Flags, Floats, stretches
-from quadstep.identify.logs.series import Columns, Series, Topics
+from quadstep.identify.logs.series import Columns, Series, Topics, refuse_backward
 from quadstep.identify.rate_loops import AXES, RateLoop
 from quadstep.identify.response import Complex, amplitudes
 from quadstep.io.errors import UserError
@@ -146,13 +146,6 @@ def faster(form: str, parameters: Mapping[str, float]) -> str:
         return f"; {name}, with which later releases log it, is not among the log's parameters"
     more = f", {int(now) | 1 << bit} instead of {int(now)}" if now is not None and 0.0 <= now < 2.0**31 else ""
     return f": set bit {bit} of {name} ({what}{more})" if not (more and int(now or 0) >> bit & 1) else ""
-
-
-def refuse_backward(path: Path, columns: Columns, names: Iterable[str]) -> None:
-    """Raises UserError for a column whose time goes backward."""
-    for name in names:
-        if (np.diff(columns[name].time) < 0.0).any():
-            raise UserError(f"{path}: {name}: time goes backward")
 
 
 def refuse_not_finite(path: Path, signals: Mapping[str, Floats]) -> None:

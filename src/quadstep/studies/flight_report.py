@@ -66,8 +66,9 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -
 
 
 def of_log(log: FlightLog) -> str:
-    """What the values of a lost flight leave out: the state that ended it is in no row."""
-    return f"All values are of that log, whose last row is at {log.column('t')[-1]:.6g} s."
+    """What the values of a lost flight leave out: the state that ended it is in no row, but in metrics.json."""
+    last = log.column("t")[-1]
+    return f"All values are of that log, whose last row is at {last:.6g} s; metrics.json has the state that ended it."
 
 
 def facts(metrics: Metrics, counted: str = "") -> list[page.Fact]:

@@ -20,7 +20,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import __version__
 from quadstep.io.errors import DIVERGED, UNMET, UserError, unknown_name
 from quadstep.io.files import write_beside
-from quadstep.metrics.registry import Metrics, metric
+from quadstep.metrics.registry import Metrics, metric, with_unit
 from quadstep.metrics.requirements import JudgedMetric, Requirement, judge, with_full_names
 from quadstep.metrics.verdict import Case, Verdict, graded, scalars
 from quadstep.mission.check import check
@@ -193,7 +193,7 @@ def write_results(
 
     write_mission_page(out / "page.html", mission, plan, log, beside, measured)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
-    described = {"mission": json.loads(mission.model_dump_json())}
+    described = {**ending_state(plan, log), "mission": json.loads(mission.model_dump_json())}
     write_json(out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, **described})
     told("drawing figures", 0, len(jobs))
     for done, figure in enumerate(as_completed(drawn), 1):
@@ -202,6 +202,15 @@ def write_results(
     captions = {f"figures/{job.name}": job.caption for job in jobs}
     write_report(out / REPORT, mission, log, metrics, warnings, captions, why)
     return metrics, warnings
+
+
+def ending_state(plan: FlightPlan, log: FlightLog) -> Metrics:
+    """For metrics.json, the columns of a lost flight's log in the state that ended it, as far as they are finite."""
+    if log.outcome is Outcome.COMPLETED:
+        return {}
+    row = plan.loop.row(log.final, plan.parameters, log.ended)
+    named = zip(plan.loop.columns.items(), map(float, row), strict=True)
+    return {"ending": {with_unit(*column): value for column, value in named if math.isfinite(value)}}
 
 
 def fly_logged(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:

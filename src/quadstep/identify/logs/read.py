@@ -9,7 +9,7 @@ import numpy as np
 from quadstep.control.mixers import command_of_thrust
 from quadstep.identify.logs.flight import Flags, FlightRecord, Floats
 from quadstep.identify.logs.mapping import Mapping, commanded, converted, fitting, load_mapping, mapping_names, read_mapping
-from quadstep.identify.logs.series import FEWEST_ROWS, Columns, Series, Topics, header_of, read_columns
+from quadstep.identify.logs.series import FEWEST_ROWS, Columns, Series, Topics, header_of, read_columns, refuse_backward
 from quadstep.io import files
 from quadstep.io.doors import Door, needed_by
 from quadstep.io.errors import UserError
@@ -84,9 +84,7 @@ class LogRows(NamedTuple):
 
 def gridded(path: Path, columns: Columns, mapping: Mapping) -> LogRows:
     """A log by a mapping. Raises UserError if the motors, or everything else, are missing, or time goes backward."""
-    for name, series in columns.items():
-        if len(series.time) > 1 and (np.diff(series.time) < 0.0).any():
-            raise UserError(f"{path}: {name}: time goes backward")
+    refuse_backward(path, columns, columns)
     missing = [name for name in mapping.motors.columns if name not in columns or len(columns[name].time) < 2]
     if missing:
         have = ", ".join(sorted({name.partition(".")[0] for name in columns}))

@@ -189,6 +189,13 @@ def rows_of(packed: Packed) -> NDArray[np.void]:
     return np.frombuffer(packed.content, packed.layout)
 
 
+def refuse_backward(path: Path, columns: Columns, names: Iterable[str]) -> None:
+    """Raises UserError for a column whose time goes backward."""
+    for name in names:
+        if (np.diff(columns[name].time) < 0.0).any():
+            raise UserError(f"{path}: {name}: time goes backward; the log is damaged, or its clock was set back")
+
+
 def columns_of(path: Path, rows: Mapping[str, tuple[Floats, NDArray[np.void]]], fields: Mapping[str, list[str]]) -> Columns:
     """Columns of the fields of each topic, from its times [s] and its messages. Raises UserError for too many numbers."""
     refuse_many(path, {topic: len(time) for topic, (time, _) in rows.items()}, fields)
