@@ -82,8 +82,8 @@ def evidence(
     )
     if idle(sides):
         answer = (
-            f"With {words} nothing that was flown differs by a bit from before, neither {gusts}, nor a step of {STEP:g} m: they "
-            f"do not show what it does. {units.percent(*failed[1])} {lost}. {hover} is {sides[1].grade.word}."
+            f"With {words} nothing that was flown differs by a bit from before, neither {gusts}, nor a step of {STEP:g} m: "
+            f"they do not show what it does. {units.percent(*failed[1])} {lost}. {hover} is {sides[1].grade.word}."
         )
     tables = [
         Table("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
