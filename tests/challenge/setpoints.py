@@ -32,7 +32,9 @@ USUAL, LOUD = (-3.5, -2.0), (-1.5, -0.5)
 NOISY_SAMPLES = 10_000
 """Of a flight that tells how loud a command is."""
 
-EVERY, DURATION, BATCH = {"px4": 2, "ardupilot": 1}, 90.0, 50
+EVERY, DURATION, BATCH, TOGETHER = {"px4": 2, "ardupilot": 1}, 90.0, 50, 250
+"""Samples from one that is logged to the next; of a flight [s]; vehicles that are flown at once, of a search and of a count."""
+
 OMEGA = np.geomspace(0.3, 1000.0, 8_000)
 
 
@@ -208,7 +210,7 @@ def main() -> None:
     wanted, random = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(20261126)
     loop, every = ARDUPILOT[0] if "ardupilot" in sys.argv else PX4[0], list[Flown]()
     while len(every) < wanted:
-        every += vehicles(random, BATCH, loop, LOUD if "loud" in sys.argv else USUAL, "rings" in sys.argv)
+        every += vehicles(random, min(TOGETHER, wanted), loop, LOUD if "loud" in sys.argv else USUAL, "rings" in sys.argv)
     told = [one for one in every[:wanted] if not one.refusal]
     close = [one for one in told if abs(one.crossover) < 0.05 and abs(one.phase) < math.radians(3.0)]
     after = [one.after for one in told if one.after is not None]

@@ -200,6 +200,16 @@ def stepped(flight: Excited, name: str, step: float) -> list[dict[str, float]]:
     return [{name: float(f"{flight.parameters[name] * step**place:.3g}")} for place in range(1, STEPS + 1)]
 
 
+def written(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
+    """All parameters to change, now and then; without gains that the log does not name, or a feed-forward bypasses."""
+    loop, gains = flight.loop, dict[str, float]()
+    if loop and advice.factor != 1.0 and not loop.bypassed(flight.parameters):
+        gains = {name: value for name, value in (loop.gains(flight.parameters) or {}).items() if value}
+    then = {name: advice.factor * value for name, value in gains.items()}
+    rounded = loop is not None and loop.whole_gains
+    return {**advice.others, **{name: (gains[name], float(round(one)) if rounded else one) for name, one in then.items()}}
+
+
 def since(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Parameters as they were in the log, and as they would be."""
     names = flight.loop.notches if flight.loop else None

@@ -1,4 +1,4 @@
-"""Margins of a measured loop with their intervals, and whether they are those of a sound one."""
+"""Margins of a measured loop with their intervals, in numbers and words, and whether they are those of a sound one."""
 
 import math
 from typing import NamedTuple
@@ -61,6 +61,18 @@ class Measured(NamedTuple):
     def grade(self) -> str:
         return SOUND if self.sound and not self.by_plant else "fragile" if self.fragile else "unknown"
 
+    def gains(self, unit: str = "") -> tuple[str, str]:
+        """How far the gain may grow, and fall [dB], in words."""
+        up, down = (f"{spelled(one, '.1f')}{unit}" if one else "" for one in (self.gain_up, self.gain_down))
+        floor = f"{self.floor:.1f}{unit} or more" if self.floor is not None else f"unknown below {self.lowest:.3g} rad/s"
+        return up or f"unknown above {self.highest:.3g} rad/s", down or floor
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Crossover [rad/s], phase margin [deg] and `gains`, as a table has them."""
+        assert self.phase
+        return spelled(self.phase.at, ".3g"), spelled(Estimate(*map(math.degrees, self.phase.value)), ".1f"), *self.gains()
+
 
 def measured(found: Response) -> Measured:
     crossings, turns = crossovers(found), gain_margins(found)
@@ -88,3 +100,18 @@ def flown(margin: Estimate) -> Estimate:
 
 def decibels(factor: Estimate) -> Estimate:
     return Estimate(*(20.0 * math.log10(max(one, 1e-300)) for one in factor))
+
+
+def spelled(one: Estimate, digits: str) -> str:
+    return f"{one.value:{digits}} ({one.low:{digits}} to {one.high:{digits}})"
+
+
+def degrees(one: Estimate) -> tuple[str, str]:
+    """An angle and its interval in words."""
+    value, low, high = map(math.degrees, one)
+    return f"{value:.1f}°", f"{low:.1f} to {high:.1f}°"
+
+
+def hertz(one: Estimate) -> tuple[str, str]:
+    """A frequency and its interval in words."""
+    return f"{one.value:.3g} rad/s", f"{one.low:.3g} to {one.high:.3g} rad/s"

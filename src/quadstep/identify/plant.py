@@ -6,6 +6,7 @@ Noise often drowns what the loop answers before its phase crosses -180 degrees. 
 that the plant tells the loop at other frequencies and with other gains, as far as no resonance of the frame lies there.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -56,6 +57,21 @@ class Plant(NamedTuple):
     @property
     def explains(self) -> bool:
         return self.misfit < MISFIT
+
+    @property
+    def said(self) -> str:
+        """The plant, in a sentence."""
+        effect, lag, delay, _ = self.values
+        if not self.explains:
+            return (
+                "A rigid body with a lag and a delay does not explain what was measured (what it leaves is "
+                f"{math.sqrt(self.misfit):.2g} times the noise), so that how far the gains could rise is not told."
+            )
+        return (
+            f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a "
+            f"delay of {1e3 * delay:.3g} ms. It tells the loop beyond what was excited, but for a resonance there, whose gain "
+            f"is at most {self.hidden:.2g} by the noise in the command."
+        )
 
     def as_json(self) -> dict[str, float]:
         names = "effect[rad/s^2]", "lag[s]", "delay[s]", "damping[1/s]"

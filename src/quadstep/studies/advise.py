@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.changes import NOISY, Advice, changes, lags, loud, with_advice
+from quadstep.identify.changes import NOISY, Advice, changes, lags, loud, with_advice, written
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
-from quadstep.identify.measured import Measured, measured
+from quadstep.identify.measured import Measured, degrees, hertz, measured, spelled
 from quadstep.identify.plant import Plant, plant
 from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.response import UNSURE
@@ -28,7 +28,7 @@ from quadstep.linear.states import Channel
 from quadstep.linear.tables import Open, draw_bode
 from quadstep.linear.transfer import harmonic, opened
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
-from quadstep.metrics.statistics import Estimate, student_quantile
+from quadstep.metrics.statistics import student_quantile
 from quadstep.mission.read import read_mission
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.page import Fact
@@ -58,11 +58,18 @@ def advise(
             raise UserError(untold(path, flight, now))
         now = by_plant._replace(by_plant=True)
     identity = hashlib.sha256(files.read_bytes(path, files.LOG) + repr((columns, mission)).encode()).hexdigest()
-    model = modelled(mission, flight) if mission else None
+    model, advice = modelled(mission, flight) if mission else None, changes(flight, now, behind)
+    new, loaded = written(flight, advice) if advice else {}, ""
     with publishing(folder, f"advise-{identity}", overwrite) as out:
-        found = evidence(out, path, flight, now, behind, model, drawn_on, name or str(path))
+        if new and flight.loop:
+            form: Format = FORMATS.load(flight.loop.form)
+            loaded = f"advised{form.suffixes[0]}"
+            (out / loaded).write_text(form.write({name: value for name, (_, value) in new.items()}, {}), encoding="utf-8")
+        (out / FIGURES).mkdir()
+        draw_bode(out / FIGURES / "bode", loops(flight, model, advice), drawn_on.with_svg())
+        found = evidence(path.stem, name or str(path), flight, now, behind, model, advice, new)
         found.write(out)
-    return found._replace(commands=[f"Parameters to load: {folder / advised_file(flight)}"] if found.record["changes"] else [])
+    return found._replace(commands=[f"Parameters to load: {folder / loaded}"] if new else [])
 
 
 def advise_dropped(log: Path, name: str, root: Path) -> Path:
@@ -117,45 +124,34 @@ def modelled(path: Path, flight: Excited) -> Model:
 
 
 def evidence(
-    out: Path,
-    path: Path,
-    flight: Excited,
-    now: Measured,
-    behind: Plant | None,
-    model: Model | None,
-    drawn_on: Sheet,
-    name: str,
-) -> Evidence:
-    """What was measured and what follows, for its readers; draws the response, and writes the parameters to load."""
+    stem: str, log: str, flight: Excited, now: Measured, behind: Plant | None, model: Model | None, advice: Advice | None,
+    new: dict[str, tuple[float, float]],
+) -> Evidence:  # fmt: skip
+    """What was measured and what follows, for its readers. stem, log: name of the log, and where it is; new: parameters."""
     assert now.phase
-    advice = changes(flight, now, behind)
-    new = {**advice.others, **changed_gains(flight, advice)} if advice else {}
-    if new:
-        text = format_of(flight).write({name: value for name, (_, value) in new.items()}, {})
-        (out / advised_file(flight)).write_text(text, encoding="utf-8")
-    (out / FIGURES).mkdir()
-    draw_bode(out / FIGURES / "bode", loops(flight, model, advice), drawn_on.with_svg())
-    answer = sentence(flight, now)
-    more = [*following(flight, now, advice), *(described(behind) if behind else ()), *also(flight, now)]
+    answer, seen = sentence(flight, now), symptoms(flight, now, advice)
+    more = [*following(flight, now, advice), *([behind.said] if behind else []), *also(flight, now)]
+    more += [one.said for one in seen if one.shows]
     rows = margin_rows(now, behind, model, advice, flight.loop)
-    tables = [Table("Margins", "margins", HEADER, rows, METHOD, shown=f"{path.stem}: margins of {flight.axis}")]
-    if seen := symptoms(flight, now, advice):
-        lines = [(one.name, one.measured, one.threshold) for one in seen]
-        tables.append(Table("Symptoms", "symptoms", SYMPTOMS, lines, ELSE, shown=f"{path.stem}: besides margins"))
-        more += [one.said for one in seen if one.shows]
-    if filters := filter_rows(flight, now):
-        title = f"{path.stem}: low-passes of {flight.axis}"
-        tables.append(Table("Low-passes", "filters", FILTERS, filters, COST, shown=title))
-    if new:
-        cells = [(name, f"{old:.4g}", f"{then:.4g}") for name, (old, then) in new.items()]
-        tables.append(Table("Changes", "changes", ("parameter", "now", "advised"), cells, shown="Changes"))
+    lines = [(one.name, one.measured, one.threshold) for one in seen]
+    cuts = [
+        (name, f"{flight.parameters[name]:.4g}", f"{math.degrees(lag):.1f}")
+        for name, lag in lags(flight, now.phase.at.value).items()
+    ]
+    cells = [(name, *(f"{one:.4g}" for one in both)) for name, both in new.items()]
+    tables = [
+        Table("Margins", "margins", HEADER, rows, METHOD, shown=f"{stem}: margins of {flight.axis}"),
+        Table("Symptoms", "symptoms", SYMPTOMS, lines, ELSE, shown=f"{stem}: besides margins"),
+        Table("Low-passes", "filters", FILTERS, cuts, COST, shown=f"{stem}: low-passes of {flight.axis}"),
+        Table("Changes", "changes", ("parameter", "now", "advised"), cells, shown="Changes"),
+    ]
     return Evidence(
-        name=f"{path.stem}, {flight.axis}",
+        name=f"{stem}, {flight.axis}",
         kind="Advice",
         answer=answer,
         sentences=[answer, *more],
         record={
-            "name": path.stem, "version": __version__, "log": name, "axis": flight.axis, "columns": list(flight.source),
+            "name": stem, "version": __version__, "log": log, "axis": flight.axis, "columns": list(flight.source),
             "crossover[rad/s]": now.phase.at.as_json(), "phase_margin[rad]": now.phase.value.as_json(),
             "gain_margin_up[dB]": now.gain_up and now.gain_up.as_json(),
             "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(), "least_gain_margin_down[dB]": now.floor,
@@ -167,7 +163,7 @@ def evidence(
         },
         facts=[Fact("phase margin", *degrees(now.phase.value)), Fact("crossover", *hertz(now.phase.at))],
         figures=[Figure(f"{FIGURES}/bode", caption(now, advice), label="Open loop")],
-        sections=tables,
+        sections=[one for one in tables if one.rows],
         more=more,
         warnings=[f"{damage(flight.damaged)}; what could not be read is left out"] if flight.damaged else [],
     )  # fmt: skip
@@ -199,32 +195,6 @@ def caption(now: Measured, advice: Advice | None) -> str:
     return f"{said}; with what is advised (dashed) it crosses at {hertz(then.at)[0]}, {degrees(then.value)[0]} from -180°."
 
 
-def format_of(flight: Excited) -> Format:
-    """In which the autopilot of a flight keeps its parameters."""
-    assert flight.loop
-    found: Format = FORMATS.load(flight.loop.form)
-    return found
-
-
-def advised_file(flight: Excited) -> str:
-    """The name of the file with what changes."""
-    return f"advised{format_of(flight).suffixes[0]}"
-
-
-def changed_gains(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
-    """The gains to change, now and then; empty where the log does not name them, or a feed-forward bypasses them."""
-    scaled = flight.loop and advice.factor != 1.0 and not bypassed(flight)
-    values = (scaled and flight.loop and flight.loop.gains(flight.parameters)) or {}
-    rounded = flight.loop is not None and flight.loop.whole_gains
-    after = {name: advice.factor * value for name, value in values.items() if value}
-    return {name: (values[name], float(round(one)) if rounded else one) for name, one in after.items()}
-
-
-def bypassed(flight: Excited) -> bool:
-    """Whether part of the command does not pass the gains."""
-    return flight.loop is not None and flight.loop.bypassed(flight.parameters)
-
-
 HEADER = ("", "crossover [rad/s]", "phase margin [°]", "gain up [dB]", "gain down [dB]")
 METHOD = (
     "The open loop at the controller's command, outer loops included, from an excitation that was added to it or that the "
@@ -245,9 +215,9 @@ def margin_rows(
     now: Measured, behind: Plant | None, model: Model | None, advice: Advice | None, loop: RateLoop | None
 ) -> list[tuple[str, ...]]:
     """Measured, by the plant, modelled, and expected with the changes."""
-    rows: list[tuple[str, ...]] = [] if now.by_plant else [("measured", *margin_cells(now))]
+    rows: list[tuple[str, ...]] = [] if now.by_plant else [("measured", *now.cells)]
     by_plant = measured(behind.loop) if behind and behind.explains else None
-    rows += [("by the plant", *margin_cells(by_plant))] if by_plant and by_plant.phase else []
+    rows += [("by the plant", *by_plant.cells)] if by_plant and by_plant.phase else []
     if model:
         one = model.margins
         gains = [f"{gain:.1f}" if math.isfinite(gain) else "none" for gain in (one.up, one.down)]
@@ -255,46 +225,17 @@ def margin_rows(
     if advice:
         changed = [f"{name} {loop.valued(name, after)}" for name, (_, after) in advice.others.items()] if loop else []
         changed += [f"gains x {advice.factor:.2f}"] if advice.factor != 1.0 or not changed else []
-        rows.append((f"expected, {', '.join(changed)}", *margin_cells(advice.expected)))
+        rows.append((f"expected, {', '.join(changed)}", *advice.expected.cells))
     return rows
-
-
-def margin_cells(one: Measured) -> tuple[str, ...]:
-    """A row of `HEADER` without its name."""
-    assert one.phase
-    phase = Estimate(*map(math.degrees, one.phase.value))
-    up = spelled(one.gain_up, ".1f") if one.gain_up else f"unknown above {one.highest:.3g} rad/s"
-    least = f"{one.floor:.1f} or more" if one.floor is not None else f"unknown below {one.lowest:.3g} rad/s"
-    return spelled(one.phase.at, ".3g"), spelled(phase, ".1f"), up, spelled(one.gain_down, ".1f") if one.gain_down else least
-
-
-def spelled(one: Estimate, digits: str) -> str:
-    return f"{one.value:{digits}} ({one.low:{digits}} to {one.high:{digits}})"
-
-
-def degrees(one: Estimate) -> tuple[str, str]:
-    """An angle and its interval in words."""
-    value, low, high = map(math.degrees, one)
-    return f"{value:.1f}°", f"{low:.1f} to {high:.1f}°"
-
-
-def hertz(one: Estimate) -> tuple[str, str]:
-    """A frequency and its interval in words."""
-    return f"{one.value:.3g} rad/s", f"{one.low:.3g} to {one.high:.3g} rad/s"
 
 
 def sentence(flight: Excited, now: Measured) -> str:
     assert now.phase
     phase, at = degrees(now.phase.value), hertz(now.phase.at)
-    up, down = now.gain_up, now.gain_down
-    gains = (
-        f"up by {spelled(up, '.1f')} dB" if up else f"upwards unknown above {now.highest:.3g} rad/s",
-        f"down by {spelled(down, '.1f')} dB"
-        if down
-        else f"down by {now.floor:.1f} dB or more"
-        if now.floor is not None
-        else f"downwards unknown below {now.lowest:.3g} rad/s",
-    )
+    gains = [
+        f"{way}wards {one}" if one.startswith("unknown") else f"{way} by {one}"
+        for way, one in zip(("up", "down"), now.gains(" dB"), strict=True)
+    ]
     by = "By the plant that was fitted, the" if now.by_plant else "The"
     if flight.changed:
         by = f"{listed(flight.changed)} changed in this log, so these may be the margins of no single loop. {by}"
@@ -322,7 +263,7 @@ def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence
             none = "No common factor on its gains, or cut-off of a low-pass, is known to give it that: none is advised"
             return [f"{first}. {none}{f'; {untold}' * bool(wider)}."]
         return [f"{first}: no change of its gains is advised." if now.sound else f"{first}. No change is advised."]
-    if bypassed(flight) and advice.factor != 1.0:
+    if advice.factor != 1.0 and flight.loop and flight.loop.bypassed(flight.parameters):
         return [f"{first}. Its feed-forward bypasses the gains, so that no factor on them is advised."]
     return [f"{first}. {brought(flight, advice)}"]
 
@@ -331,7 +272,7 @@ def brought(flight: Excited, advice: Advice) -> str:
     """What is advised and what it would bring, in a sentence."""
     expected = advice.expected
     assert expected.phase
-    gains = ", ".join(changed_gains(flight, advice)) or "All gains of this command"
+    gains = ", ".join(name for name in written(flight, advice) if name not in advice.others) or "All gains of this command"
     changed = [flight.loop.changed(name, *both) for name, both in advice.others.items()] if flight.loop else []
     scaled = [f"{gains} times {advice.factor:.2f}"] if advice.factor != 1.0 else []
     phase = degrees(expected.phase.value)
@@ -344,28 +285,6 @@ def brought(flight: Excited, advice: Advice) -> str:
         said += f", with {most}{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise"
         said += " in the command"
     return f"{said}. Fly it and advise again." if expected.by_plant else f"{said}."
-
-
-def described(behind: Plant) -> Sequence[str]:
-    """The plant, in a sentence."""
-    effect, lag, delay, _ = behind.values
-    if not behind.explains:
-        return [
-            "A rigid body with a lag and a delay does not explain what was measured (what it leaves is "
-            f"{math.sqrt(behind.misfit):.2g} times the noise), so that how far the gains could rise is not told."
-        ]
-    return [
-        f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a delay "
-        f"of {1e3 * delay:.3g} ms. It tells the loop beyond what was excited, but for a resonance there, whose gain is at "
-        f"most {behind.hidden:.2g} by the noise in the command."
-    ]
-
-
-def filter_rows(flight: Excited, now: Measured) -> list[tuple[str, str, str]]:
-    """Name, cut-off and cost of each low-pass."""
-    assert now.phase
-    found = lags(flight, now.phase.at.value)
-    return [(name, f"{flight.parameters[name]:.4g}", f"{math.degrees(lag):.1f}") for name, lag in found.items()]
 
 
 def also(flight: Excited, now: Measured) -> Sequence[str]:
