@@ -7,13 +7,13 @@ nothing. `docs/cluster.md` explains how to run one and gives measurements.
 import pickle
 import platform
 import re
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from functools import partial
 from importlib.metadata import version
 from itertools import islice
 from types import ModuleType
-from typing import Any, Generic, NamedTuple, NoReturn
+from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 
 import pyarrow as pa
 from numpy.typing import ArrayLike
@@ -27,6 +27,8 @@ from quadstep.studies.campaign.cluster_connection import connected, cores, first
 from quadstep.studies.campaign.flyer import FlightRange as Whole
 from quadstep.studies.campaign.flyer import Fly, Flyer, S
 from quadstep.studies.campaign.schema import Campaign
+
+T = TypeVar("T")
 
 SPAN = 16_384
 """Most flights of one task: some seconds of work, two megabytes of results."""
@@ -154,11 +156,7 @@ def spans(chunks: Sequence[S], size: int) -> Iterator[ChunkSpan[S]]:
 def flown_spans(
     ray: ModuleType, order: Order, waiting: Iterator[ChunkSpan[S]]
 ) -> Generator[tuple[ChunkSpan[S], pa.Table], None, None]:
-    """Spans as they come back, in any order. Raises UserError.
-
-    Tasks still flying when this ends are ended with the connection: Ray aborts the driver where it cancels a task that
-    ends at the same moment.
-    """
+    """Spans as they come back, in any order. Raises UserError."""
 
     def quadstep_span(told: tuple[tuple[tuple[str, str], ...], str, bytes], first: int, past: int) -> object:
         # Ray sends a nested function by value, so that even a worker without quadstep can report that it has none.
@@ -166,19 +164,33 @@ def flown_spans(
 
         return fly_span(told, first, past)
 
-    task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_span)
     told = ray.put(tuple(order))
-    flying: dict[object, ChunkSpan[S]] = {}
+    return done_on(
+        ray, quadstep_span, waiting, lambda span: (told, span.first, span.past),
+        lambda span: f"flights {span.first} to {span.past - 1}",
+    )  # fmt: skip
+
+
+def done_on(
+    ray: ModuleType, function: Callable[..., object], waiting: Iterator[T], given: Callable[[T], tuple[object, ...]],
+    said: Callable[[T], str],
+) -> Generator[tuple[T, Any], None, None]:  # fmt: skip
+    """What a function makes of each on a worker, in any order. given: its arguments; said: it in words. Raises UserError.
+
+    Tasks still running when this ends are ended with the connection: Ray aborts the driver where it cancels a task that
+    ends at the same moment.
+    """
+    remote = ray.remote(num_cpus=1, max_retries=LOSSES)(function)
+    running: dict[object, T] = {}
     while True:
-        room = max(0, AHEAD * max(1, cores(ray)) - len(flying))
-        for span in islice(waiting, room):
-            flying[task.remote(told, span.first, span.past)] = span
-        if not flying:
+        room = max(0, AHEAD * max(1, cores(ray)) - len(running))
+        for one in islice(waiting, room):
+            running[remote.remote(*given(one))] = one
+        if not running:
             return
-        for reference in finished_tasks(ray, list(flying)):
-            span = flying[reference]
-            table = fetched(ray, reference, f"flights {span.first} to {span.past - 1}")
-            yield flying.pop(reference), table
+        for reference in finished_tasks(ray, list(running)):
+            found = fetched(ray, reference, said(running[reference]))
+            yield running.pop(reference), found
 
 
 def finished_tasks(ray: ModuleType, flying: list[object]) -> list[object]:

@@ -10,7 +10,6 @@ import platform
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeVar
 
@@ -23,8 +22,8 @@ from quadstep.io.parts import COSTS, FLIGHTS, GAINS, JOURNALS, LINEAR, MARGINS, 
 from quadstep.io.results_folder import RUNNING
 from quadstep.io.user_code import blamed, user_error
 from quadstep.report.pool import drawing_pool
-from quadstep.studies.campaign.cluster import AHEAD, LOSSES, OneThread, fetched, finished_tasks, needs, refuse_others
-from quadstep.studies.campaign.cluster_connection import connected, cores
+from quadstep.studies.campaign.cluster import OneThread, done_on, needs, refuse_others
+from quadstep.studies.campaign.cluster_connection import connected
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import Flyer, drawn_column
 from quadstep.studies.campaign.store import parquet
@@ -186,18 +185,10 @@ def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[o
 
             return on_worker(told, packed)
 
-        task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_job)
-        waiting = iter(jobs)
-        going: dict[object, Job[object]] = {}
-        while True:
-            room = max(0, AHEAD * max(1, cores(ray)) - len(going))
-            for job in islice(waiting, room):
-                going[task.remote(needs(), pickle.dumps(job))] = job
-            if not going:
-                return
-            for reference in finished_tasks(ray, list(going)):
-                found = fetched(ray, reference, f"the flights of {going[reference].label}")
-                yield going.pop(reference), Worked(*found)
+        asked = needs()
+        given, said = (lambda job: (asked, pickle.dumps(job))), (lambda job: f"the flights of {job.label}")
+        for job, found in done_on(ray, quadstep_job, iter(jobs), given, said):
+            yield job, Worked(*found)
 
 
 def on_worker(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
