@@ -7,8 +7,8 @@ import pytest
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import CHOICES, BetaflightDiff
 from quadstep.mission.read import check_mission
-from quadstep.studies.what_if import answer
-from quadstep.studies.what_if_request import Asked, changes_of
+from quadstep.studies.what_if import answer, changes_of
+from quadstep.studies.what_if_report import Asked
 
 DIFF = """# diff all
 

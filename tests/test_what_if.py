@@ -14,9 +14,8 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.studies import what_if as run
 from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.judge import Row
-from quadstep.studies.what_if import answer
-from quadstep.studies.what_if_report import tracking, unseen
-from quadstep.studies.what_if_request import Asked, changes_of, unmodelled
+from quadstep.studies.what_if import answer, changes_of, unmodelled
+from quadstep.studies.what_if_report import Asked, tracking, unseen
 from tests.commands import quadstep
 from tests.needs import CHROMIUM, needs, package
 

@@ -101,8 +101,8 @@ def what_if(
     check_seed(seed)
     start_server()
     with needed_by("`quadstep what-if`"):
-        from quadstep.studies.what_if import answer
-        from quadstep.studies.what_if_request import Asked, changes_of, unmodelled
+        from quadstep.studies.what_if import answer, changes_of, unmodelled
+        from quadstep.studies.what_if_report import Asked
 
         changed, rest = changes_of(changes, parameters), unmodelled(changes, parameters)
         asked = Asked(parameters, changed, vehicle, wind, flights, seed, within, rest)

@@ -7,23 +7,27 @@ and the same noise of the gyro with either, so that differences are paired.
 import hashlib
 import io
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 
+from quadstep.control.registry import STOCK, controller
 from quadstep.engines.fly import fingerprint, fly_all
 from quadstep.interfaces.closed_loop import Advance
-from quadstep.interfaces.controller import Controller
+from quadstep.interfaces.controller import Controller, Measured
 from quadstep.io import code_cache
-from quadstep.io.errors import UserError
-from quadstep.io.parameter_files import read_parameters
+from quadstep.io.errors import UserError, meant, number_in, shorten
+from quadstep.io.parameter_files import FORMATS, read_parameters
 from quadstep.io.parts import code_digest
 from quadstep.linear.grade import whole_grade
 from quadstep.metrics.registry import EFFORTS
+from quadstep.mission.data_files import briefly
 from quadstep.mission.presets import preset_names
 from quadstep.mission.read import check_mission
+from quadstep.report import units
 from quadstep.report.evidence import Evidence
 from quadstep.report.pool import drawing_pool
 from quadstep.report.progress import SILENT, Count, Progress
@@ -32,8 +36,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
 from quadstep.studies.tuning.judge import CandidateFlights
-from quadstep.studies.what_if_report import evidence, picture
-from quadstep.studies.what_if_request import STEP, Asked, Side, law_of
+from quadstep.studies.what_if_report import STEP, Asked, Side, evidence, picture
 
 HEIGHT, BEGIN, DURATION = 3.0, 1.0, 8.0
 """Of the step: where it is flown [m], its time, and the flights' [s]."""
@@ -45,6 +48,88 @@ MOST_KEPT = 10_000
 """Most flights before a change that are kept for the next one, 64 bytes each."""
 
 Content = dict[str, object]
+
+
+def changes_of(texts: Sequence[str], file: str) -> dict[str, float]:
+    """`NAME=VALUE`, each name once; or another file of parameters, whose values are compared with those of `file`.
+
+    Raises UserError.
+    """
+    if len(texts) == 1 and "=" not in texts[0]:
+        return differences(file, texts[0])
+    found: dict[str, float] = {}
+    for text in texts:
+        name, sign, value = text.partition("=")
+        number = number_in(value)
+        if not sign or not math.isfinite(number):
+            raise UserError(f"{shorten(text)} should be NAME=VALUE, with a number, as pid_rate.roll_kp=200")
+        if name in found:
+            raise UserError(f"{name} is given twice")
+        found[name] = number
+    return found
+
+
+def differences(file: str, other: str) -> dict[str, float]:
+    """What differs in another file of parameters, or in a law's defaults by its name. Raises UserError for nothing."""
+    laws = laws_of(file)
+    usual = {key: gain.fixed for law in laws for key, (_, gain) in law.by_key().items() if isinstance(gain.fixed, float)}
+    before, after = (
+        {**usual, **(read_parameters(Path(one), laws[0].parameter_file).values if one not in STOCK else {})}
+        for one in (file, other)
+    )
+    found = {name: after[name] for name in usual if after[name] != before[name]}
+    if not found:
+        more = unmodelled([other], file)
+        said = f"; {briefly(more)} {'does, but is' if len(more) == 1 else 'do, but are'} not modelled" if more else ""
+        raise UserError(f"{other}: no parameter of {', '.join(law.name for law in laws)} differs between it and {file}{said}")
+    return found
+
+
+def unmodelled(texts: Sequence[str], file: str) -> tuple[str, ...]:
+    """What else differs in another file of parameters, and no law uses; nothing where no two files are compared.
+
+    Raises UserError.
+    """
+    if len(texts) != 1 or "=" in texts[0] or file in STOCK or texts[0] in STOCK:
+        return ()
+    laws = laws_of(file)
+    before, after = (read_parameters(Path(one), laws[0].parameter_file).values for one in (file, texts[0]))
+    used = {key for law in laws for key in (*law.by_key(), *law.supported)}
+    return tuple(name for name in sorted({**before, **after}) if name not in used and before.get(name) != after.get(name))
+
+
+def laws_of(file: str) -> list[type[Controller]]:
+    """The stock law of this name, with those of the same autopilot; or those whose parameters such a file has.
+
+    Raises UserError for another file.
+    """
+    laws = [law for name in STOCK if (law := controller(Measured, name))]
+    whose = [law.parameter_file for law in laws if file == law.name or Path(file).suffix in suffixes(law)]
+    if not whose:
+        known = ", ".join(dict.fromkeys(one for law in laws for one in suffixes(law)))
+        raise UserError(f"{file}: should be a file of an autopilot's parameters ({known}), or one of {', '.join(STOCK)}")
+    return [law for law in laws if law.parameter_file == whose[0]]
+
+
+def suffixes(law: type[Controller]) -> tuple[str, ...]:
+    """Of the files in which its autopilot's parameters are kept."""
+    found: tuple[str, ...] = FORMATS.load(law.parameter_file).suffixes
+    return found
+
+
+def law_of(asked: Asked) -> type[Controller]:
+    """The stock law whose parameters change. Raises UserError where there is none."""
+    laws = laws_of(asked.file)
+    known, named = [key for law in laws for key in law.by_key()], ", ".join(law.name for law in laws)
+    for name in asked.changes:
+        if name not in known:
+            raise UserError(f"{name} is not a parameter of {named}{meant(name, known)}")
+    fitting = [law for law in laws if all(name in law.by_key() for name in asked.changes)]
+    if not fitting:
+        raise UserError(f"{units.listed(list(asked.changes))} are not parameters of the same law")
+    if asked.file in STOCK and asked.file not in (law.name for law in fitting):
+        raise UserError(f"{asked.file} has no parameter {next(iter(asked.changes))}, which belongs to {fitting[0].name}")
+    return next((law for law in fitting if law.name == asked.file), fitting[0])
 
 
 def question(asked: Asked, law: type[Controller], folder: Path) -> Content:

@@ -1,6 +1,7 @@
-"""The answer of `quadstep what-if`: words, tables and a figure."""
+"""The question of `quadstep what-if`, and its answer in words, tables and a figure."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import Gain
 from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
+from quadstep.linear.grade import Grade
 from quadstep.metrics.registry import EFFORTS
 from quadstep.metrics.statistics import Estimate, finite, share, share_difference
 from quadstep.mission.data_files import briefly
@@ -18,14 +20,42 @@ from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import Panel
-from quadstep.studies.tuning.judge import Row, row
-from quadstep.studies.what_if_request import STEP, Asked, Side
+from quadstep.studies.tuning.judge import CandidateFlights, Row, row
 
 PICTURE = "step"
 HEADER = ("", "before", "after", "after - before")
 SIDES = HEADER[1:3]
 AT_REST = "For the loop hovering in calm air. In wind or in motion the loop is different, and is not graded here."
 Floats = NDArray[np.float64]
+
+
+STEP = 0.5
+"""Size of the step in calm air, ahead and to the left [m]."""
+
+
+class Asked(NamedTuple):
+    """A question. file: of parameters, or the law's name for its defaults. changes: by name. vehicle: a preset, or its file.
+
+    wind: largest mean wind along each horizontal axis, and that which sets the turbulence [m/s]. within: further than this
+    from its place, a flight has failed [m]. unmodelled: what else changes, and no law uses.
+    """
+
+    file: str
+    changes: Mapping[str, float]
+    vehicle: str
+    wind: float = 3.0
+    flights: int = 1000
+    seed: int = 1
+    within: float = 1.0
+    unmodelled: tuple[str, ...] = ()
+
+
+class Side(NamedTuple):
+    """Before or after. step: of the calm flight. flown: in gusts."""
+
+    step: FlightLog
+    grade: Grade
+    flown: CandidateFlights
 
 
 def picture(before: FlightLog, after: FlightLog) -> FigureJob:
