@@ -33,7 +33,7 @@ NOISY_SAMPLES = 10_000
 """Of a flight that tells how loud a command is."""
 
 EVERY, DURATION, BATCH, TOGETHER = {"px4": 2, "ardupilot": 1}, 90.0, 50, 250
-"""Samples from one that is logged to the next; of a flight [s]; vehicles that are flown at once, of a search and of a count."""
+"""Samples from one that is logged to the next; of a flight [s]; vehicles flown at once, of a search and of a count."""
 
 OMEGA = np.geomspace(0.3, 1000.0, 8_000)
 
