@@ -12,6 +12,9 @@ export interface Box {
   readonly height: number;
 }
 
+/** A drawing less wide [px] has room for one thing in a line. */
+export const NARROW = 440;
+
 const px = (value: number): string => String(Math.round(value * 10) / 10);
 
 export class Plot {
@@ -82,7 +85,7 @@ export class Plot {
 
 /** Every so many of a curve's points, the last one always. */
 function thin(points: string[]): string[] {
-  const step = Math.max(1, Math.floor(points.length / 300));
+  const step = Math.max(1, Math.floor(points.length / 600));
   return points.filter((_, i) => i % step === 0 || i === points.length - 1);
 }
 
@@ -107,7 +110,7 @@ export function arrow(x0: number, y0: number, x1: number, y1: number, look: stri
 
 /** What stands after an underscore is set low. */
 export function text(x: number, y: number, said: string, look = "", anchor = "start"): string {
-  const set = said.replace(/_(\p{L}+)([^_]*)/gu, '<tspan class="low" dy="3">$1</tspan><tspan dy="-3">$2</tspan>');
+  const set = said.replace(/_([\p{L}\d]+)([^_]*)/gu, '<tspan class="low" dy="3">$1</tspan><tspan dy="-3">$2</tspan>');
   return `<text class="note ${look}" text-anchor="${anchor}" x="${px(x)}" y="${px(y)}">${set}</text>`;
 }
 

@@ -7,7 +7,7 @@ import { rich } from "../view/notation";
 export function legend(where: Element, entries: readonly (readonly [symbol: string, look: string, text: string])[]): void {
   const list = h("div", { class: "legend", role: "group", "aria-label": "What the curves are" });
   for (const [symbol, look, text] of entries) {
-    list.append(h("button", { type: "button", class: `key ${look}`, "data-for": symbol, "aria-pressed": "false" }, ...rich(text)));
+    list.append(h("button", { type: "button", class: `key ${look}`, "data-for": symbol, "aria-pressed": "false" }, h("span", {}, ...rich(text))));
   }
   where.append(list);
 }

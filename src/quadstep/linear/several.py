@@ -149,9 +149,9 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> Evidence:
     figures = []
     if done.at and rows:
         (out / FIGURES).mkdir()
-        label = "time [s]" if done.kind == "instants" else "flight"
-        lowest = "where a curve is lowest, its channel has the least margin"
-        figures.append(Figure(f"{FIGURES}/margins", f"Margins of each channel over {label}: {lowest}."))
+        label, over = ("time [s]", "over time") if done.kind == "instants" else ("flight", "in each flight")
+        lowest = "what is lowest has the least margin"
+        figures.append(Figure(f"{FIGURES}/margins", f"Margins of each channel {over}: {lowest}."))
         pairs = zip(done.at, done.found, strict=True)
         drawn = [(at, one) for at, (_, one) in pairs if isinstance(one, Analysis) and one.stable]
         times, stable = np.array([at for at, _ in drawn]), [one for _, one in drawn]

@@ -99,8 +99,12 @@ def read_mission(path: Path | str) -> "Mission":
     quadstep.io.errors.UserError: nowhere.toml: file not found
     """
     path = Path(path)
-    named = {"name": path.stem} if path.stem.isprintable() else {}
-    return check_mission({**named, **read_toml(path)}, str(path), path.parent)
+    return check_mission(named_after(path) | read_toml(path), str(path), path.parent)
+
+
+def named_after(path: Path) -> dict[str, object]:
+    """The name that what is in a file has if it does not say one."""
+    return {"name": path.stem} if path.stem.isprintable() else {}
 
 
 def plan_mission(mission: "Mission", path: Path, folder: Path | None = None) -> "FlightPlan":

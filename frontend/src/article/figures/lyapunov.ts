@@ -1,6 +1,6 @@
 // The bowl: level sets of L with a flight and the ball b_r, and the terms of its rate stacked, the omitted one among them.
 
-import { Plot, span, svg, text } from "../chart";
+import { NARROW, Plot, span, svg, text } from "../chart";
 import { slider } from "../controls";
 import { each, fly, tools } from "../data";
 import { live } from "../figure";
@@ -60,7 +60,7 @@ export function lyapunov(): void {
       return svg(
         width,
         top + 170 + 38,
-        text(8, 16, `K_r1 − mΛ₁ = 2, K_r2 − J_M Λ₂ = ${fixed(gain - J_MOST * inner.value, 1)}: every printed condition holds`, "c-ink"),
+        text(8, 16, `K_r1 − mΛ₁ = 2, K_r2 − J_M Λ₂ = ${fixed(gain - J_MOST * inner.value, 1)}${width < NARROW ? "" : ": every printed condition holds"}`, "c-ink"),
         flown.lost ? text(width - 8, 34, `the flight is ${flown.lost}`, "c-vermillion", "end") : text(width - 8, 34, `L = ${fixed(height[row]!, 3)} J, L̇ = ${fixed(total[row]!, 3)} W`, "c-muted", "end"),
         plane.framed(
           "|r₁| [m/s]",

@@ -1,6 +1,6 @@
 // Backstepping as nested commands: the vehicle, ghosts of what each step asks for, and the three pairs of curves.
 
-import { type Box, Plot, arrow, lit, span, svg, text } from "../chart";
+import { type Box, NARROW, Plot, arrow, lit, span, svg, text } from "../chart";
 import { button, slider } from "../controls";
 import { each, fly } from "../data";
 import { live } from "../figure";
@@ -70,16 +70,16 @@ export function nested(): void {
         arrow(here, middle - 44, here + wish[row]! * scale * 0.4, middle - 44, "dashed c-blue", "v"),
         arrow(here, middle - 32, here + speed[row]! * scale * 0.4, middle - 32, "c-blue", "vel"),
         text(8, 18, `t = ${fixed(t[row]!, 2)} s`, "c-ink"),
-        text(width - 8, 18, `e₁ ${fixed(-x[row]!, 2)} m, r₁ ${fixed(wish[row]! - speed[row]!, 2)} m/s, lean late by ${fixed(asked[row]! - lean[row]!, 1)}°`, "c-muted", "end"),
+        text(width - 8, width < NARROW ? 36 : 18, `e₁ ${fixed(-x[row]!, 2)} m, r₁ ${fixed(wish[row]! - speed[row]!, 2)} m/s, lean late by ${fixed(asked[row]! - lean[row]!, 1)}°`, "c-muted", "end"),
       ];
-      const box = (i: number): Box => ({ left: 46, top: 186 + i * 122, width: width - 58, height: 84 });
+      const box = (i: number): Box => ({ left: 46, top: 190 + i * 128, width: width - 58, height: 84 });
       const ends = [0, 8] as const;
       const places = new Plot(box(0), ends, span([x, wanted], -6, 6, 1));
       const speeds = new Plot(box(1), ends, span([speed, wish], -8, 8, 1));
       const leans = new Plot(box(2), ends, span([lean, asked], -90, 90, 10));
       return svg(
         width,
-        186 + 2 * 122 + 84 + 36,
+        190 + 2 * 128 + 84 + 36,
         ...scene,
         places.framed("", "position x [m], and where it should be", places.line(t, wanted, "dashed c-muted", "e1"), places.line(t, x, "c-ink", "e1"), places.upright(t[row]!)),
         speeds.framed("", "velocity [m/s], and the desired one", speeds.line(t, wish, "dashed c-blue", "v r1"), speeds.line(t, speed, "c-blue", "vel r1"), speeds.upright(t[row]!)),

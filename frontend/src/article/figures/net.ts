@@ -50,7 +50,7 @@ export function net(): void {
         352 + 150 + 38,
         activity.framed("", "activity µᵢ of each of the ten functions", ...neurons.map((one) => activity.line(t, one, "thin c-green", "mu")), activity.upright(t[row]!)),
         bars.framed("", `weights Ŵᵢ along ${"xyz"[axis.value]} at ${fixed(t[row]!, 2)} s`, bars.level(0), ...neurons.map((_, i) => bar(i))),
-        sum.framed("time [s]", `force along ${"xyz"[axis.value]} [N]: the sum and what it should equal`, sum.level(0), sum.line(t, wanted, "dashed c-ink", "true"), sum.line(t, made, "c-blue", "sum"), sum.upright(t[row]!)),
+        sum.framed("time [s]", `force along ${"xyz"[axis.value]} [N]: the sum and the true one`, sum.level(0), sum.line(t, wanted, "dashed c-ink", "true"), sum.line(t, made, "c-blue", "sum"), sum.upright(t[row]!)),
         flown.lost ? text(width - 12, 344, flown.lost, "c-vermillion", "end") : "",
       );
     };

@@ -21,7 +21,7 @@ from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key
 from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple, parts
 from quadstep.mission.presets import DEEPEST
-from quadstep.mission.read import CAMPAIGN, check_mission, refuse_others
+from quadstep.mission.read import CAMPAIGN, check_mission, named_after, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.report.units import after, listed, metric
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
@@ -92,7 +92,9 @@ NOT_FLOWN = {
 class CampaignFile(Section):
     """A campaign file: which mission, how often, what varies, what counts as failure."""
 
-    name: Annotated[Name, Quantity("", "name of the campaign, shown in its results")] = "Campaign"
+    name: Annotated[Name, Quantity("", "name of the campaign, shown in its results; of a file without it: the file's")] = (
+        "Campaign"
+    )
     mission: Annotated[
         str | dict[str, object], Quantity("", "a mission file, relative to this file's folder, or a whole mission as a table")
     ]
@@ -277,7 +279,7 @@ def strings(content: object) -> list[str]:
 
 def read_campaign(path: Path) -> Campaign:
     """The campaign in a TOML file. Raises UserError naming file, key and what is allowed."""
-    content = read_toml(path)
+    content = named_after(path) | read_toml(path)
     refuse_others(content, CAMPAIGN, str(path))
     file = check(CampaignFile, content, str(path))
     if isinstance(file.mission, str):
