@@ -14,6 +14,7 @@ from quadstep.io.errors import UserError
 from quadstep.numbers import vector
 from quadstep.proofs.theory import edge
 from quadstep.proofs.theory.edge import (
+    Unknown,
     default_region,
     fly_edge,
     least_frequency,
@@ -39,6 +40,7 @@ from quadstep.proofs.theory.region import (
     upper_form,
 )
 from quadstep.studies.paper.cases import line
+from tests.commands import quadstep
 from tests.theorem_again import LEVEL, OTHER, differing
 
 PAGE = (Path(__file__).parents[1] / "docs" / "theory.md").read_text(encoding="utf-8")
@@ -83,6 +85,28 @@ def test_the_defaults_have_a_region_and_its_figures_stand_in_the_docs():
     assert default_region(force=0.0053, bias=0.0982)
     assert pytest.approx(0.0241, abs=5e-5) == 0.5 * 0.0982**2 / 0.2
     assert default_region(force=0.05) is None
+
+
+def test_flights_from_the_edge_are_pushed_by_what_is_unknown_and_the_filter_is_that_which_it_needs():
+    unknown = Unknown(force=0.0053, bias=0.0982)
+    region = default_region(*unknown)
+    assert float(least_frequency(region, unknown)) > float(least_frequency(region))
+    (pushed,) = fly_edge(region, ("position, x",), unknown)
+    (alone,) = fly_edge(region, ("position, x",))
+    assert pushed.returned != alone.returned
+    assert max(pushed.returned) < 1.0
+    plan = mission({}, nets=False).plan()
+    assert level_at_start(plan, region, 0.0982) == pytest.approx(0.0241, abs=5e-5)
+
+
+def test_the_region_of_a_force_that_no_start_lies_in_is_said_to_be_that():
+    """Its integral's rest point alone is beyond the level."""
+    run = quadstep("study", "region", "--bias", "0.3")
+    assert run.code == 1
+    assert "with its integrals at zero is outside: there L is 0.225 J, and the region ends at 0.05 J." in " ".join(
+        run.out.split()
+    )
+    assert "Flights from the edge" not in run.out
 
 
 def test_what_the_theorem_needs_it_needs():
@@ -135,7 +159,7 @@ def other_plan():
 
 def test_bounds_lines_and_forms_are_those_of_the_matrices_of_the_loop():
     assert differing() == []
-    defaults = setting_of(mission({}, nets=False).plan(), force=0.001, torque=0.001)
+    defaults = setting_of(mission({}, nets=False).plan(), Unknown(0.001, 0.001))
     assert differing(defaults, Fraction("0.05")) == []
     assert differing(OTHER._replace(bias=Fraction(1)), Fraction("0.01")) == []
 

@@ -139,7 +139,7 @@ from quadstep.commands import study
 from quadstep.proofs.theory import edge
 study.LOOPS = 200
 fly_edge = edge.fly_edge
-edge.fly_edge = lambda found: fly_edge(found)[:2]
+edge.fly_edge = lambda found, unknown: fly_edge(found, unknown=unknown)[:2]
 from quadstep.commands import cli
 cli.main()
 """,

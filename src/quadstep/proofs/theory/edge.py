@@ -15,6 +15,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import Number, Vector
 from quadstep.proofs.theory.region import E1, NORMS, R1, R2, Region, Setting, certify_region, root_above
+from quadstep.report.units import listed
 from quadstep.studies.paper.cases import case_1
 
 DIRECTIONS: dict[str, dict[str, tuple[float, float, float]]] = {
@@ -49,13 +50,34 @@ class Edge(NamedTuple):
     learning: tuple[float, float, float] | None
 
 
-def mission(off: Mapping[str, tuple[float, float, float]], nets: bool) -> LagrangeMission:
-    """Case 1 without Eq. 67, flown by the completed law from a start off its path."""
+class Unknown(NamedTuple):
+    """Bounds of what acts beside the law: a force [N], a torque [N m], and a force that is constant [N]."""
+
+    force: float = 0.0
+    torque: float = 0.0
+    bias: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """What acts, after a verb."""
+        named = (("a force up to {:g} N", self.force), ("a torque up to {:g} N m", self.torque),
+                 ("a constant force up to {:g} N", self.bias))  # fmt: skip
+        return f"with {listed([text.format(most) for text, most in named if most])}" if any(self) else "with nothing unknown"
+
+
+NOTHING = Unknown()
+
+
+def mission(off: Mapping[str, tuple[float, float, float]], nets: bool, unknown: Unknown = NOTHING) -> LagrangeMission:
+    """Case 1 without Eq. 67, flown by the completed law from a start off its path, pushed by as much as is unknown."""
     controller = {"type": "completed-backstepping", "nets": {"enabled": nets}}
-    return case_1(disturbance={"scale": 0.0}, controller=controller, start=dict(off), simulation={"duration": DURATION})
+    pushed = {"force": (unknown.force, 0.0, -unknown.bias), "torque": (0.0, 0.0, unknown.torque)}
+    return case_1(
+        disturbance={"scale": 0.0, **pushed}, controller=controller, start=dict(off), simulation={"duration": DURATION}
+    )
 
 
-def setting_of(plan: FlightPlan, force: float = 0.0, torque: float = 0.0, bias: float = 0.0) -> Setting:
+def setting_of(plan: FlightPlan, unknown: Unknown = NOTHING) -> Setting:
     """The theorem's numbers for a plan. Raises UserError where gains or inertias differ between axes."""
     gains: CompletedGains = plan.parameters.gains
     paper, vehicle = gains.paper, plan.parameters.vehicle
@@ -78,12 +100,15 @@ def setting_of(plan: FlightPlan, force: float = 0.0, torque: float = 0.0, bias: 
         one(paper.gain_2, "K_r2"), one(paper.integral_2, "K_i2"), one(gains.coupling, "P"), Fraction(paper.filter_frequency),
         spare * Fraction(most[0]), spare * Fraction(most[1]),
         spare * Fraction(float(np.max(np.abs(reference.yaw_rate + 0.0 * times)))),
-        Fraction(force), Fraction(torque), Fraction(bias),
+        *map(Fraction, unknown),
     )  # fmt: skip
 
 
-def level_at_start(plan: FlightPlan, region: Region) -> float:
-    """L of a plan's start [J]: integrals, counter-rate and weights at zero, the filter at the measured attitude."""
+def level_at_start(plan: FlightPlan, region: Region, bias: float = 0.0) -> float:
+    """L of a plan's start [J]: integrals, counter-rate and weights at zero, the filter at the measured attitude.
+
+    bias: constant force that the first integral has to take over [N].
+    """
     gains: CompletedGains = plan.parameters.gains
     state = plan.start
     memory = plan.loop.controller.start(state, gains)
@@ -100,11 +125,15 @@ def level_at_start(plan: FlightPlan, region: Region) -> float:
     squares: list[Number] = [e1 @ e1, a @ a, b @ b, counter @ counter]
     high = float(region.bounds.inertia[1])
     mass = plan.parameters.vehicle.mass
-    rest = mass * (outer.r1 @ outer.r1) + e2 @ (gains.coupling * e2) + high * (r2 @ r2)
+    rest = (
+        bias * bias / gains.paper.integral_1[0] + mass * (outer.r1 @ outer.r1) + e2 @ (gains.coupling * e2) + high * (r2 @ r2)
+    )
     return float(0.5 * (rest + sum(w * square for w, square in zip(weights, squares, strict=False))))
 
 
-def stretched(direction: Mapping[str, tuple[float, float, float]], region: Region) -> dict[str, tuple[float, float, float]]:
+def stretched(
+    direction: Mapping[str, tuple[float, float, float]], region: Region, bias: float = 0.0
+) -> dict[str, tuple[float, float, float]]:
     """A direction scaled as far as the region's level allows."""
     low, high = 0.0, 1.0
 
@@ -113,7 +142,7 @@ def stretched(direction: Mapping[str, tuple[float, float, float]], region: Regio
 
     for _ in range(40):
         middle = 0.5 * (low + high)
-        inside = level_at_start(mission(by(middle), False).plan(), region) <= float(region.level)
+        inside = level_at_start(mission(by(middle), False).plan(), region, bias) <= float(region.level)
         low, high = (middle, high) if inside else (low, middle)
     return by(low)
 
@@ -133,22 +162,22 @@ def over_bounds(log: FlightLog, region: Region) -> tuple[float, float, float] | 
 
 def default_region(force: float = 0.0, torque: float = 0.0, bias: float = 0.0) -> Region | None:
     """The region of the completed law with its default gains on Case 1, without Eq. 67, nets off."""
-    return certify_region(setting_of(mission({}, False).plan(), force, torque, bias))
+    return certify_region(setting_of(mission({}, False).plan(), Unknown(force, torque, bias)))
 
 
-def least_frequency(region: Region) -> Fraction:
+def least_frequency(region: Region, unknown: Unknown = NOTHING) -> Fraction:
     """The least filter frequency at which the region's level is still certified with its shape, to 1 rad/s."""
-    setting = setting_of(mission({}, False).plan())
+    setting = setting_of(mission({}, False).plan(), unknown)
     frequency = int(setting.filter_frequency)
     while certify_region(setting._replace(filter_frequency=Fraction(frequency - 1)), region.shape):
         frequency -= 1
     return Fraction(frequency)
 
 
-def fly_edge(region: Region, names: Sequence[str] = tuple(DIRECTIONS)) -> list[Edge]:
-    """Every direction from the edge, nets off and on."""
-    starts = {name: stretched(DIRECTIONS[name], region) for name in names}
-    plans = [mission(off, nets).plan() for off in starts.values() for nets in (False, True)]
+def fly_edge(region: Region, names: Sequence[str] = tuple(DIRECTIONS), unknown: Unknown = NOTHING) -> list[Edge]:
+    """Every direction from the edge, nets off and on, pushed by as much as is unknown."""
+    starts = {name: stretched(DIRECTIONS[name], region, unknown.bias) for name in names}
+    plans = [mission(off, nets, unknown).plan() for off in starts.values() for nets in (False, True)]
     found = [over_bounds(log, region) for log in fly_all(plans)]
     nowhere = (float("inf"),) * 3
     return [Edge(name, off, found[2 * i] or nowhere, found[2 * i + 1]) for i, (name, off) in enumerate(starts.items())]
