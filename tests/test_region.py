@@ -14,7 +14,7 @@ from quadstep.io.errors import UserError
 from quadstep.numbers import vector
 from quadstep.proofs.theory import edge
 from quadstep.proofs.theory.edge import (
-    Unknown,
+    Pushes,
     default_region,
     fly_edge,
     least_frequency,
@@ -88,7 +88,7 @@ def test_the_defaults_have_a_region_and_its_figures_stand_in_the_docs():
 
 
 def test_flights_from_the_edge_are_pushed_by_what_is_unknown_and_the_filter_is_that_which_it_needs():
-    unknown = Unknown(force=0.0053, bias=0.0982)
+    unknown = Pushes(force=0.0053, bias=0.0982)
     region = default_region(*unknown)
     assert float(least_frequency(region, unknown)) > float(least_frequency(region))
     (pushed,) = fly_edge(region, ("position, x",), unknown)
@@ -159,7 +159,7 @@ def other_plan():
 
 def test_bounds_lines_and_forms_are_those_of_the_matrices_of_the_loop():
     assert differing() == []
-    defaults = setting_of(mission({}, nets=False).plan(), Unknown(0.001, 0.001))
+    defaults = setting_of(mission({}, nets=False).plan(), Pushes(0.001, 0.001))
     assert differing(defaults, Fraction("0.05")) == []
     assert differing(OTHER._replace(bias=Fraction(1)), Fraction("0.01")) == []
 

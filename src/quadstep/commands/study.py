@@ -148,7 +148,7 @@ def region(
     from quadstep.proofs.theory import edge
     from quadstep.proofs.theory.flow import Flow, draw, shares_of_lines
 
-    found, unknown = edge.default_region(force, torque, bias), edge.Unknown(force, torque, bias)
+    found, unknown = edge.default_region(force, torque, bias), edge.Pushes(force, torque, bias)
     if found is None:
         say(f"No region is certified {unknown.words}.")
         raise typer.Exit(FAILED)

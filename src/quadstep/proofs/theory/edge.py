@@ -50,7 +50,7 @@ class Edge(NamedTuple):
     learning: tuple[float, float, float] | None
 
 
-class Unknown(NamedTuple):
+class Pushes(NamedTuple):
     """Bounds of what acts beside the law: a force [N], a torque [N m], and a force that is constant [N]."""
 
     force: float = 0.0
@@ -65,10 +65,10 @@ class Unknown(NamedTuple):
         return f"with {listed([text.format(most) for text, most in named if most])}" if any(self) else "with nothing unknown"
 
 
-NOTHING = Unknown()
+NOTHING = Pushes()
 
 
-def mission(off: Mapping[str, tuple[float, float, float]], nets: bool, unknown: Unknown = NOTHING) -> LagrangeMission:
+def mission(off: Mapping[str, tuple[float, float, float]], nets: bool, unknown: Pushes = NOTHING) -> LagrangeMission:
     """Case 1 without Eq. 67, flown by the completed law from a start off its path, pushed by as much as is unknown."""
     controller = {"type": "completed-backstepping", "nets": {"enabled": nets}}
     pushed = {"force": (unknown.force, 0.0, -unknown.bias), "torque": (0.0, 0.0, unknown.torque)}
@@ -77,7 +77,7 @@ def mission(off: Mapping[str, tuple[float, float, float]], nets: bool, unknown: 
     )
 
 
-def setting_of(plan: FlightPlan, unknown: Unknown = NOTHING) -> Setting:
+def setting_of(plan: FlightPlan, unknown: Pushes = NOTHING) -> Setting:
     """The theorem's numbers for a plan. Raises UserError where gains or inertias differ between axes."""
     gains: CompletedGains = plan.parameters.gains
     paper, vehicle = gains.paper, plan.parameters.vehicle
@@ -162,10 +162,10 @@ def over_bounds(log: FlightLog, region: Region) -> tuple[float, float, float] | 
 
 def default_region(force: float = 0.0, torque: float = 0.0, bias: float = 0.0) -> Region | None:
     """The region of the completed law with its default gains on Case 1, without Eq. 67, nets off."""
-    return certify_region(setting_of(mission({}, False).plan(), Unknown(force, torque, bias)))
+    return certify_region(setting_of(mission({}, False).plan(), Pushes(force, torque, bias)))
 
 
-def least_frequency(region: Region, unknown: Unknown = NOTHING) -> Fraction:
+def least_frequency(region: Region, unknown: Pushes = NOTHING) -> Fraction:
     """The least filter frequency at which the region's level is still certified with its shape, to 1 rad/s."""
     setting = setting_of(mission({}, False).plan(), unknown)
     frequency = int(setting.filter_frequency)
@@ -174,7 +174,7 @@ def least_frequency(region: Region, unknown: Unknown = NOTHING) -> Fraction:
     return Fraction(frequency)
 
 
-def fly_edge(region: Region, names: Sequence[str] = tuple(DIRECTIONS), unknown: Unknown = NOTHING) -> list[Edge]:
+def fly_edge(region: Region, names: Sequence[str] = tuple(DIRECTIONS), unknown: Pushes = NOTHING) -> list[Edge]:
     """Every direction from the edge, nets off and on, pushed by as much as is unknown."""
     starts = {name: stretched(DIRECTIONS[name], region, unknown.bias) for name in names}
     plans = [mission(off, nets, unknown).plan() for off in starts.values() for nets in (False, True)]

@@ -17,7 +17,7 @@ from quadstep.control.filters import Filtered, command_filter
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Number, Vector
-from quadstep.proofs.theory.edge import Unknown, mission, setting_of
+from quadstep.proofs.theory.edge import Pushes, mission, setting_of
 from quadstep.proofs.theory.region import NORMS, SIZE, Region, decay
 from quadstep.vehicle.paper import State, Vehicle, acceleration, angular_acceleration, effective_inertia
 
@@ -57,7 +57,7 @@ class Flow:
 
     def __init__(self, region: Region, force: float = 0.0, torque: float = 0.0, plan: FlightPlan | None = None) -> None:
         plan = plan or mission({}, False).plan()
-        self.region, self.setting = region, setting_of(plan, Unknown(force, torque))
+        self.region, self.setting = region, setting_of(plan, Pushes(force, torque))
         self.gains: CompletedGains = plan.parameters.gains
         self.vehicle: Vehicle = plan.parameters.vehicle
         self.forms = decay(self.setting, region.shape, region.bounds)
