@@ -227,12 +227,14 @@ def seen_by_matrices() -> str:
 
 def caught_by(mutant: Mutant) -> str:
     """What sees a mutant; nothing where it survives."""
-    if mutant.module == "proofs.theory.region":
-        checks = (seen_by_region, seen_by_matrices)
-    elif mutant.module.startswith("theory"):
-        checks = (seen_by_statements, seen_by_bounds, seen_by_matrices)
+    if mutant.module not in BOUNDS:
+        checks = [seen_by_rows, seen_by_statements]
+    elif mutant.module == "proofs.theory.region":
+        region()  # before anything is changed
+        checks = [seen_by_region, seen_by_matrices]
     else:
-        checks = (seen_by_rows, seen_by_statements)
+        near()
+        checks = [seen_by_statements, seen_by_bounds, seen_by_matrices]
     with exchanged(mutant.module, mutant.tree()):
         for check in checks:
             try:
@@ -260,9 +262,6 @@ def main(arguments: list[str]) -> int:
     every = [m for m in all_mutants() if not texts or any(text in m.name for text in texts)]
     for count in map(int, filter(str.isdigit, arguments)):
         every = random.Random(1).sample(every, min(count, len(every)))
-    if any(m.module.startswith("theory") for m in every):
-        near()  # both before anything is changed
-        region()
     survived = explained = 0
     for mutant in every:
         found = caught_by(mutant)

@@ -153,6 +153,16 @@ def test_a_small_mistake_is_seen(mutant):
     assert caught_by(mutant)
 
 
+@pytest.mark.parametrize(
+    "name", ["learning_bound: 0.5 -> 0.55", "Region(level, rate, ultimate, bounds, shape) -> Region(level, ultimate"]
+)
+def test_a_small_mistake_in_what_is_claimed_is_seen(name):
+    """The first by the matrices of tests/theorem_again.py alone, the second by the region that was found before it."""
+    mutant = next(one for one in mutations.all_mutants() if name in one.name)
+    mutations.region.cache_clear()
+    assert caught_by(mutant)
+
+
 def test_those_that_a_review_found_to_survive_are_among_them_and_hundreds_more():
     every = mutations.all_mutants()
     assert len(REVIEWED) == 6
