@@ -6,9 +6,9 @@ from typing import NamedTuple
 import pytest
 
 from quadstep.control.registry import names
+from quadstep.export.c.comments import UNKNOWN, of_structure
 from quadstep.export.c.flight import exported
 from quadstep.export.c.interface import header
-from quadstep.export.c.words import UNKNOWN, of_structure
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import gain
 from quadstep.vehicle.paper import State

@@ -9,7 +9,7 @@ from quadstep import read_mission
 from quadstep.io import errors
 from quadstep.mission.read import plan_mission
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
-from quadstep.proofs.prove.linear import spectrum
+from quadstep.proofs.prove.linear_maps import spectrum
 from quadstep.proofs.prove.sampled import Sampled
 from tests.commands import quadstep, write
 

@@ -12,7 +12,7 @@ from quadstep.numbers import Vector, sqrt
 from quadstep.proofs.prove.certificate import read_certificate
 from quadstep.proofs.prove.check import STRIDE, block, check_certificate, from_the_start, grown, passage
 from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES
-from quadstep.proofs.prove.linear import coordinates
+from quadstep.proofs.prove.linear_maps import coordinates
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.tube import SAMPLES, Tube, tube
 from quadstep.proofs.prove.unknown import Unknown

@@ -18,7 +18,7 @@ from quadstep.proofs.prove.hold import Left, escape, escaped, inner, invariant_s
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.proofs.prove.invariant import Growth, Set
 from quadstep.proofs.prove.jet import bounded, jets
-from quadstep.proofs.prove.linear import modes
+from quadstep.proofs.prove.linear_maps import modes
 from quadstep.proofs.prove.rest import rest
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.unknown import Unknown

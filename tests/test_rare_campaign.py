@@ -12,8 +12,8 @@ from quadstep.numbers.noise import probability
 from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.rare import run
-from quadstep.studies.rare.flights import PointFlyer, values
 from quadstep.studies.rare.mixture import FIRST, Points
+from quadstep.studies.rare.point_flyer import PointFlyer, values
 from tests.campaigns import NOISY, of, refused
 from tests.commands import quadstep
 

@@ -19,8 +19,8 @@ from quadstep.io.files import write_beside
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.studies.campaign.flyer import SUCCESS, Flyer
 from quadstep.studies.campaign.schema import Campaign, Method, RareSection, read_campaign
-from quadstep.studies.rare.flights import PointFlyer
-from quadstep.studies.rare.pieces import fly_piece, pieces
+from quadstep.studies.rare.point_flyer import PointFlyer
+from quadstep.studies.rare.replicates import fly_piece, pieces
 from quadstep.studies.rare.summary import summarise
 
 KNOWN = {"plane": 1e-9, "sides": 1e-5, "corner": 1e-6, "shell": 1e-5, "edge": 1e-6}

@@ -7,8 +7,8 @@ import numpy as np
 from benchmarks.rare.cases.first_sample import UNIT, Corner, Edge, FirstSample, Radius, Side, Sum
 from quadstep.studies.campaign.draws import numbers
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.rare.flights import Event, Failure, PointFlyer, Scale, values
 from quadstep.studies.rare.mixture import Evaluate, Floats, Points
+from quadstep.studies.rare.point_flyer import Event, Failure, PointFlyer, Scale, values
 
 METRICS: dict[str, FirstSample] = {one.name: one for one in (Sum(), Side(), Corner(), Radius(), Edge())}
 

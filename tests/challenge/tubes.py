@@ -17,7 +17,7 @@ from quadstep.numbers import Number, Vector, atan2, vector
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.hold import Hold, everywhere
 from quadstep.proofs.prove.invariant import Set, largest
-from quadstep.proofs.prove.linear import coordinates, modes
+from quadstep.proofs.prove.linear_maps import coordinates, modes
 from quadstep.proofs.prove.rest import rest
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.tube import SAMPLES, Tube, tube

@@ -30,7 +30,7 @@ ROOMS = ("control", "engines", "interfaces", "metrics", "numbers", "program", "s
 """Packages that count as a whole, data files too: their modules are also loaded by name."""
 
 ROOTS = (
-    "studies.campaign.draws", "studies.campaign.flyer", "studies.comparison.jobs", "studies.rare.pieces",
+    "studies.campaign.draws", "studies.campaign.flyer", "studies.comparison.jobs", "studies.rare.replicates",
     "studies.tuning.search", "mission.declared", "mission.lagrange", "mission.multirotor",
 )  # fmt: skip
 """Modules that count with all that they import."""

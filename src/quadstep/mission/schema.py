@@ -16,8 +16,8 @@ from pydantic import ValidationInfo, model_validator
 
 from quadstep.engines.fly import FlightPlan, fly, reason
 from quadstep.engines.loop import Loop
+from quadstep.engines.own_checks import NotFiniteError, try_metrics, try_out, try_plant
 from quadstep.engines.scored import bare, of_log, score_names
-from quadstep.engines.trial import NotFiniteError, try_metrics, try_out, try_plant
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog, Metric

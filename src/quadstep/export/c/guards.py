@@ -4,10 +4,10 @@ import re
 from collections.abc import Sized
 from typing import NamedTuple
 
+from quadstep.export.c.comments import COMMAND_WORDS
 from quadstep.export.c.interface import Exported, loops, prototypes
 from quadstep.export.c.law import begins, measured_part
 from quadstep.export.c.structs import fields_of, has_numbers
-from quadstep.export.c.words import COMMAND_WORDS
 from quadstep.numbers import Structure, leaf_names
 
 FEW = 40

@@ -4,9 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from quadstep.export.c.law import Code, Subject, measured_part
-from quadstep.export.c.structs import has_numbers, members
-from quadstep.export.c.words import (
+from quadstep.export.c.comments import (
     COMMAND_WORDS,
     MADE_WORDS,
     MEASURED_WORDS,
@@ -16,6 +14,8 @@ from quadstep.export.c.words import (
     of_gains,
     of_structure,
 )
+from quadstep.export.c.law import Code, Subject, measured_part
+from quadstep.export.c.structs import has_numbers, members
 from quadstep.interfaces.controller import Measured
 
 STATUS = (

@@ -6,8 +6,8 @@ from functools import partial
 from math import isnan, prod
 from typing import NamedTuple, cast
 
+from quadstep.export.c.comments import NamedRecord
 from quadstep.export.c.structs import StructOutput, as_array, as_given, as_struct, fields_of, found, stored
-from quadstep.export.c.words import NamedRecord
 from quadstep.export.c.writing import CWriter
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.plant import Plant, Reference

@@ -27,7 +27,7 @@ from quadstep.numbers import flatten
 from quadstep.numbers.affine import HALF_UNIT, UP
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.invariant import Growth, InvariantSet, Set, largest
-from quadstep.proofs.prove.linear import Eigenbasis, modes
+from quadstep.proofs.prove.linear_maps import Eigenbasis, modes
 from quadstep.proofs.prove.report import up
 from quadstep.proofs.prove.rest import RestingLoop, rest
 from quadstep.proofs.prove.sampled import Array, Sampled

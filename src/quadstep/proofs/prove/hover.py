@@ -21,7 +21,7 @@ from quadstep.numbers import Vector
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.numbers.operation import Kind, Operation, Rule
 from quadstep.proofs.prove.jet import Jet, bounded, jets
-from quadstep.proofs.prove.linear import Spectrum, spectrum
+from quadstep.proofs.prove.linear_maps import Spectrum, spectrum
 from quadstep.proofs.prove.sampled import Array, Sampled
 
 Operand: TypeAlias = "ExactNumber | float"

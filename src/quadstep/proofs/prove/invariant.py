@@ -21,7 +21,7 @@ from quadstep.engines.loop import Numbers
 from quadstep.numbers import flatten
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import Operand, UndefinedError
-from quadstep.proofs.prove.linear import ComplexArray, Eigenbasis, products
+from quadstep.proofs.prove.linear_maps import ComplexArray, Eigenbasis, products
 from quadstep.proofs.prove.rest import RestingLoop, after, always
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.unknown import (

@@ -25,7 +25,7 @@ from quadstep.proofs.prove.check import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_hover
 from quadstep.proofs.prove.hold import Left, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
-from quadstep.proofs.prove.linear import Coordinates, block, coordinates
+from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
 from quadstep.proofs.prove.report import ProofVerdict, TubeRecord, VerdictKind, down, millimetres, under, up
 from quadstep.proofs.prove.rest import holds
 from quadstep.proofs.prove.sampled import Array, Sampled

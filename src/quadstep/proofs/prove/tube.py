@@ -15,7 +15,7 @@ import numpy as np
 
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.linear import Block, Coordinates, after_each, block, through, ways
+from quadstep.proofs.prove.linear_maps import Block, Coordinates, after_each, block, through, ways
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, BoundedMatrix, Unknown, image, lost, summed
 

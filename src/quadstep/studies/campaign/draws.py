@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.engines.fly import FlightPlan
-from quadstep.engines.trial import NotFiniteError
+from quadstep.engines.own_checks import NotFiniteError
 from quadstep.io.errors import UserError
 from quadstep.mission.distributions import Choice, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.mission.fields import overridden, with_value

@@ -23,9 +23,9 @@ from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
-from quadstep.studies.rare.flights import PointFlyer, check_space
-from quadstep.studies.rare.pieces import PieceKind, fly_piece, pieces
+from quadstep.studies.rare.point_flyer import PointFlyer, check_space
 from quadstep.studies.rare.record import DoneEvent, FinishedPiece, RareRecord, opened
+from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
 from quadstep.studies.rare.summary import RareSummary, as_json, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"

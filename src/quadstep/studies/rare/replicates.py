@@ -12,8 +12,8 @@ from quadstep.numbers import exp, log
 from quadstep.studies.campaign.flyer import SUCCESS
 from quadstep.studies.campaign.schema import Campaign, Method
 from quadstep.studies.rare.cross_entropy import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate, beyond, cross_entropy
-from quadstep.studies.rare.flights import Event, Failure, PointFlyer, values
 from quadstep.studies.rare.mixture import A_REPLICATE, Evaluate, Floats, Points, Random, joined
+from quadstep.studies.rare.point_flyer import Event, Failure, PointFlyer, values
 from quadstep.studies.rare.record import DoneEvent, FinishedPiece, Nearest, Repeated
 
 SHARE = 0.1
