@@ -12,6 +12,7 @@ from quadstep.mission.tune import TuneSection
 from quadstep.studies.comparison import jobs, training
 from quadstep.studies.comparison.entrants import trained_of
 from quadstep.studies.comparison.training import Journal, JournalPlace, over_all, read_lines, train
+from quadstep.studies.tuning.ground import sound
 from quadstep.studies.tuning.judge import Judge, Judged
 from quadstep.studies.tuning.trial import Tried
 from tests.studies import SMALL, TUNING, study
@@ -122,7 +123,7 @@ def test_tuned_gains_must_leave_six_decibels_and_thirty_degrees_by_default(limit
     assert {name: one.least for name, one in limited.margins.items()} == pytest.approx(
         {"gain_margin_up": 6.0, "gain_margin_down": 6.0, "phase_margin": math.pi / 6.0}
     )  # this mission has no latency
-    late = training.sound(check_mission({**limited.rest, "sensors": {"latency": 0.02}}, "m.toml", limited.folder))
+    late = sound(check_mission({**limited.rest, "sensors": {"latency": 0.02}}, "m.toml", limited.folder))
     assert late["delay_margin"].least == pytest.approx(0.04)
     assert limited.decisive != task().decisive
     stability = training.stability(limited)

@@ -264,11 +264,11 @@ BAD = {
         ["tune", "objective.rmse", "unknown metric", "position_rmse"],
     ),
     "unknown constraint": (
-        QUICK.replace("[tune]", "[tune]\nconstraints.error = 1.0"),
+        QUICK.replace("constraints = {}", "constraints.error = 1.0"),
         ["tune", "constraints.error", "unknown metric"],
     ),
     "share above one": (
-        QUICK.replace("[tune]", "[tune]\nconstraints.largest_error = { most = 1.0, share = 1.5 }"),
+        QUICK.replace("constraints = {}", "constraints.largest_error = { most = 1.0, share = 1.5 }"),
         ["tune.constraints", "largest_error: share", "1.5"],
     ),
     "negative weight": (QUICK.replace("[tune]", "[tune]\nobjective.position_rmse = -1.0"), ["tune.objective.position_rmse"]),

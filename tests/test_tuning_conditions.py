@@ -17,6 +17,7 @@ STEEP = """
 [tune]
 seeds = 4
 unseen = 8
+constraints = {{}}
 {more}
 [tune.gains]
 controller.Lambda1 = {{ low = 0.3, high = 30.0 }}

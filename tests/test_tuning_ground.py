@@ -39,7 +39,7 @@ def test_a_candidate_without_a_law_loses_its_flights_and_the_others_fly_as_ever(
     assert not none.completed.any()
     assert (none.ended == 0.0).all()
     for one in (good, again):
-        assert np.array_equal(one.metrics, alone.metrics)
+        assert np.array_equal(one.metrics, alone.metrics, equal_nan=True)
 
 
 def test_candidates_none_of_which_has_a_law_are_an_error(ground):

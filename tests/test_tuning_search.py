@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from quadstep import fly, read_mission
+from quadstep import Mission, fly, read_mission
 from quadstep.linear.grade import margin_metrics
 from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
@@ -13,7 +13,7 @@ from quadstep.report.progress import SILENT
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
-from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, read_request
+from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, kept, read_request, sound
 from quadstep.studies.tuning.judge import Judge
 from quadstep.studies.tuning.search import Search, population
 from tests.commands import Listener, metrics
@@ -22,10 +22,31 @@ from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, tuned, wri
 FREE = "theorem = false\nobjective = { position_rmse = 1.0, variation_torque_2 = 2e-4 }\n"
 TWO = f"""
 [tune]
-{FREE}
+{FREE}constraints = {{}}
 [tune.gains]
 controller.Lambda1 = {{ low = 0.3, high = 30.0 }}
 controller.K_r1 = {{ low = 0.5, high = 50.0 }}
+"""
+
+
+SMALL = """
+[vehicle]
+preset = "crazyflie"
+[path]
+type = "step"
+end = [0.2, 0.0, 0.3]
+time = 0.1
+duration = 1.2
+[controller]
+type = "pid"
+[wind]
+mean = [2.0, 0.0, 0.0]
+[tune]
+{more}
+[tune.gains]
+controller.velocity = {{}}
+controller.attitude = {{}}
+controller.rate = {{}}
 """
 
 
@@ -213,10 +234,39 @@ def test_what_is_found_is_never_worse_than_the_start_on_the_flights_tuned_on(tmp
         assert found.best.tried.whole, "what has flown only a few flights is not believed"
 
 
+def test_a_sound_loop_stays_sound_unless_its_margins_are_given_up(tmp_path):
+    def least(text, out):
+        run.tune(written(tmp_path, text), 150, tmp_path / out)
+        return margin_metrics(read_mission(tmp_path / out / "tuned.toml"), wanted)
+
+    text = SMALL.format(more="")
+    wanted = sound(mission := read_mission(written(tmp_path, text)))
+    before, after, free = (
+        margin_metrics(mission, wanted),
+        least(text, "kept"),
+        least(SMALL.format(more="constraints = {}"), "free"),
+    )
+    for name, one in wanted.items():
+        assert before[name] >= one.least
+        assert after[name] >= one.least
+    assert free["phase_margin"] < 0.5 * wanted["phase_margin"].least, "which the path alone asks for"
+
+
+def test_a_loop_that_lacks_margin_must_not_lose_any(monkeypatch):
+    mission = Mission(
+        controller={"type": "geometric"}, vehicle={"preset": "crazyflie"}, path={"type": "step", "end": [0.0, 0.0, 1.0]}
+    )
+    now = {"gain_margin_up": 20.0, "gain_margin_down": 4.0, "phase_margin": 0.1}
+    monkeypatch.setattr("quadstep.studies.tuning.ground.margin_metrics", lambda *_: now)
+    assert {name: one.least for name, one in kept(mission).items()} == pytest.approx({**now, "gain_margin_up": 6.0})
+    now.update(dict.fromkeys(now, 0.0))  # unstable
+    assert kept(mission) == {}
+
+
 def test_the_margins_that_were_asked_for_hold_for_the_mission_that_is_written(tmp_path):
     limits = "constraints = { phase_margin = 0.4, gain_margin_up = 7.0 }\n"
     stiff = WINDY.replace("[3.0, 3.0, 3.0]", "[30.0, 30.0, 30.0]").replace("[1.0, 1.0, 1.0]", "[10.0, 10.0, 10.0]")
-    path = written(tmp_path, stiff + SOFT.replace("[tune]\n", f"[tune]\n{limits}"))
+    path = written(tmp_path, stiff + SOFT.replace("constraints = {}\n", limits))
     done = run.tune(path, 180, tmp_path / "out")
     found = margin_metrics(read_mission(tmp_path / "out" / "tuned.toml"), ["phase_margin", "gain_margin_up"])
     assert found["phase_margin"] >= 0.4

@@ -45,9 +45,10 @@ gyro_noise = 0.01
 """
 """A real vehicle, far too soft, whose flights differ by their noise."""
 
-LAMBDA = "[tune]\n[tune.gains]\ncontroller.Lambda1 = { low = 0.3, high = 30.0 }\n"
+LAMBDA = "[tune]\nconstraints = {}\n[tune.gains]\ncontroller.Lambda1 = { low = 0.3, high = 30.0 }\n"
 SOFT = """
 [tune]
+constraints = {}
 seeds = 8
 unseen = 32
 [tune.gains]

@@ -1,7 +1,6 @@
 """Questions asked of many flights: `quadstep campaign`, `quadstep envelope` and `quadstep tune`."""
 
 import math
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -160,7 +159,7 @@ def tune(
 
 def show(done: "Tuned", folder: Path) -> None:
     """Print what is to be read first, the gains, the comparison and its verdict."""
-    from quadstep.studies.tuning.judge import AGGREGATES
+    from quadstep.studies.tuning.report import HEADER, measured_rows
 
     found, compared = done.found, done.compared
     *first, verdict = done.evidence.sentences
@@ -173,13 +172,7 @@ def show(done: "Tuned", folder: Path) -> None:
     show_table(done.asked.mission.name, ("gain", "present", "tuned"), gains)
     many = compared.flights > 1
     said = f"{compared.flights} unseen flights each, 95 % intervals" if many else "one flight each: all flights are identical"
-    shares = (*compared.success, compared.success_difference)
-    whole = compared.objective._replace(name=f"objective ({AGGREGATES[done.asked.section.aggregate]})")
-    rows = [
-        ("succeed [%]", *(interval_text(one, 100.0) if many else f"{100.0 * one.value:.4g}" for one in shares)),
-        *((row.name, *(interval_text(one) for one in row[1:])) for row in (whole, *compared.rows)),
-    ]
-    show_table(said[0].upper() + said[1:], ("", "present", "tuned", "tuned - present"), rows)
+    show_table(said[0].upper() + said[1:], HEADER, measured_rows(compared))
     flights = found.history[-1].flights
     before, after = found.present.judged.objective, found.best.judged.objective
     say(f"Objective over the flights tuned on: {number(before)} -> {number(after)}, after {flights} flights.")
@@ -200,14 +193,6 @@ def show(done: "Tuned", folder: Path) -> None:
 def listed(values: list[float]) -> str:
     """Some numbers, or just one where all are equal."""
     return ", ".join(f"{value:.6g}" for value in (values if len(set(values)) > 1 else values[:1]))
-
-
-def interval_text(estimate: Iterable[float] | None, factor: float = 1.0) -> str:
-    """A value with its interval."""
-    if estimate is None:
-        return "-"
-    value, low, high = (factor * part for part in estimate)
-    return f"{value:.4g}" if math.isnan(low) else f"{value:.4g} [{low:.4g}, {high:.4g}]"
 
 
 def number(value: float) -> str:

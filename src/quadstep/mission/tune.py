@@ -135,7 +135,11 @@ class TuneSection(Section):
     constraints: Annotated[
         dict[str, Any],
         AfterValidator(as_constraints),
-        Quantity("", "limits of metrics and margins: a number, or most or least, and share"),
+        Quantity(
+            "",
+            "limits of metrics and margins: a number, or most or least, and share; {} for none; "
+            "default: a sound loop's margins, or the present ones where smaller",
+        ),
     ] = Field(default_factory=dict)
     theorem: Annotated[bool, Quantity("", "whether the controller's gain conditions must be met")] = True
     precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"

@@ -19,7 +19,6 @@ from quadstep.io.errors import UserError
 from quadstep.io.files import LOG as JOURNAL
 from quadstep.io.parts import changed
 from quadstep.io.results_folder import opened
-from quadstep.linear.analysis import limits
 from quadstep.linear.grade import margin_metrics
 from quadstep.metrics.registry import MARGINS
 from quadstep.metrics.statistics import finite
@@ -34,7 +33,7 @@ from quadstep.studies.comparison.margins import without_estimator
 from quadstep.studies.comparison.schema import Content, ControllerEntry
 from quadstep.studies.comparison.study import ComparisonStudy, Situation
 from quadstep.studies.tuning.gains import with_numbers
-from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
+from quadstep.studies.tuning.ground import CandidateFlyer, asked_of, sound
 from quadstep.studies.tuning.judge import CandidateFlights, Judge, Judged, squashed
 from quadstep.studies.tuning.search import FEWEST_GENERATIONS, Search, population
 from quadstep.studies.tuning.trial import MarginGuess, Stability, Tried, flights_of, tried_of
@@ -119,17 +118,11 @@ def task(
     missions = tuple(
         {**study.content(one, controller), "tune": {**section, **study.draws(one.scenario)}} for one in situations
     )
-    margins = sound(mission) if tuning.constraints is None else {k: c for k, c in tuning.constraints.items() if k in MARGINS}
+    given = sound(without_estimator(mission)) if tuning.constraints is None else tuning.constraints
+    margins = {name: one for name, one in given.items() if name in MARGINS}
     rest = {**study.at_rest(vehicle), "controller": controller}
     seed = study.file.seed + repeat
     return TuningTask(vehicle, name, missions, rest, margins, study.source, study.folder, tuning.budget, seed)
-
-
-def sound(mission: Mission) -> dict[str, Constraint]:
-    """The margins of a sound loop of a mission, as constraints."""
-    gain, phase, delay = limits(without_estimator(mission))
-    least = {"gain_margin_up": gain, "gain_margin_down": gain, "phase_margin": phase, "delay_margin": delay}
-    return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
 
 
 def flown_in(study: ComparisonStudy) -> list[tuple[str, str]]:

@@ -17,12 +17,13 @@ from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.io import files
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError
+from quadstep.linear.analysis import limits
 from quadstep.linear.grade import margin_metrics
 from quadstep.metrics.registry import MARGINS
 from quadstep.mission.check import check
 from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.mission.schema import Mission
-from quadstep.mission.tune import TuneSection
+from quadstep.mission.tune import Constraint, TuneSection
 from quadstep.studies.campaign.draws import DrawnColumn, draw
 from quadstep.studies.campaign.flyer import Flyer, Sweeper
 from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of
@@ -128,8 +129,31 @@ def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, ap
             except UserError as error:
                 said = str(error).removeprefix(f"{path}: ")
                 raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
+    if "constraints" not in section.model_fields_set:
+        now = check_mission(with_numbers(content, mission, present(gains)), str(path), folder)
+        section = section.model_copy(update={"constraints": kept(now)})
     different = bool(section.vary or section.correlated) or mission.noisy
     return TuningRequest(path, text, content, mission, section, gains, different)
+
+
+def sound(mission: Mission) -> dict[str, Constraint]:
+    """The margins of a sound loop of a mission, as constraints."""
+    gain, phase, delay = limits(mission)
+    least = {"gain_margin_up": gain, "gain_margin_down": gain, "phase_margin": phase, "delay_margin": delay}
+    return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
+
+
+def kept(mission: Mission) -> dict[str, Constraint]:
+    """The margins that better gains leave where nothing else is asked for: those of a sound loop, or the present ones where
+    these are smaller; none of a loop that is unstable or cannot be linearised.
+    """
+    wanted = sound(mission)
+    try:
+        now = margin_metrics(mission, wanted)
+    except UserError:
+        return {}
+    least = {name: min(now[name], one.least or 0.0) for name, one in wanted.items()}
+    return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
 
 
 def what_to_tune(keys: Sequence[str]) -> str:
