@@ -150,7 +150,7 @@ def replay(
         Path | None, typer.Option(metavar="FILE", help="Where to write these predictions (JSON).", show_default=False)
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Write a report, its figures and tables.", show_default=False)
+        Path | None, typer.Option(metavar="DIR", help="Write a report, its figures and tables.", show_default=False)
     ] = None,
     overwrite: OverwriteOption = False,
     *,

@@ -99,7 +99,7 @@ def read_mission(path: Path | str) -> "Mission":
     quadstep.io.errors.UserError: nowhere.toml: file not found
     """
     path = Path(path)
-    return check_mission(named_after(path) | read_toml(path), str(path), path.parent)
+    return check_mission(read_toml(path), str(path), path.parent)
 
 
 def named_after(path: Path) -> dict[str, object]:
@@ -121,10 +121,12 @@ def plan_mission(mission: "Mission", path: Path, folder: Path | None = None) -> 
 def check_mission(content: object, source: str, folder: Path = Path(), kind: "type[Mission] | None" = None) -> "Mission":
     """The mission of these keys, as a file, an editor or Python gives them: of the kind of its vehicle, checked once.
 
-    source: names it in errors. folder: from where files that it names are looked up. kind: the only one it may be. Raises
-    UserError.
+    source: names it in errors, and is its name where it is a file and the mission has none. folder: from where files that it
+    names are looked up. kind: the only one it may be. Raises UserError.
     """
     tables = content if isinstance(content, dict) else {}
+    if tables and source.endswith(".toml"):
+        content = tables = named_after(Path(source)) | tables
     try:
         kind = kind or kind_of(tables.get("vehicle"), folder)
     except UserError as error:

@@ -196,6 +196,8 @@ RMSE = "position_rmse[m]"
 STYLE = """<style>
 .two { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 12px; }
 .two figure { margin: 0; }
+.two .drawn { flex: 1 1 100%; } .two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; }
+.two figcaption::before { content: none; }
 </style>"""
 
 
