@@ -509,6 +509,11 @@ def test_of_two_the_closer_one_is_named(tmp_path):
         ({"mission": {"vehicle": 1}}, {}, "a and b fly different vehicles, so their errors do not say which is better."),
         ({"ended[s]": 6.0}, {}, "a and b fly different durations, so their errors do not say which is better."),
         ({"outcome": "crashed"}, {}, "a was lost, so the errors are not compared."),
+        (
+            {"mission": {"score_from": 4.0}},
+            {},
+            "Their errors do not say which is better: those of a count from 4\u00a0s on and those of b ",
+        ),
     ],
 )
 def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, first, second, said):
@@ -523,6 +528,27 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
     assert ("#keep=b" in text) == alike == ("not overlaid" not in text)
     shown = [one["id"] for one in data_of(answer(tmp_path, "/both?a=a&b=b").text)["flights"]]
     assert shown == ["a", "b"]
+
+
+def test_of_two_in_other_wind_it_is_said(tmp_path):
+    for name, mission in (("a", {"wind": {"mean": [5.0, 0.0, 0.0]}, "events": [1]}), ("b", {})):
+        rmse = 0.01 if name == "a" else 0.03
+        spoilt(
+            tmp_path / name, name=name, mission=mission, **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0}
+        )
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    assert "a is 3.0 times closer to its path than b. They differ in wind and events, too." in text
+
+
+def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_path):
+    """One that was lost at once has the smallest error of all."""
+    spoilt(tmp_path / "a", name="a", **{"position_rmse[m]": 1e-6, "outcome": "crashed", "ended[s]": 0.1})
+    late = {"position_rmse[m]": 1e-3, "outcome": "completed", "ended[s]": 5.0, "mission": {"score_from": 4.0}}
+    spoilt(tmp_path / "b", name="b", **late)
+    assert [one.rmse for one in results(tmp_path)] == [None, 1e-3]
+    text = answer(tmp_path, "/").text
+    assert text.count('data-rmse=""') == 1
+    assert "flew 5 s; errors count from 4 s on" in text
 
 
 @pytest.mark.parametrize(

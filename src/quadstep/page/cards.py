@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from quadstep.io.files import LONGEST_LINE
 from quadstep.metrics.registry import Metrics
 from quadstep.metrics.verdict import scalars
-from quadstep.page.folder import ResultFolder, name_in
+from quadstep.page.folder import ResultFolder, name_in, scored_from
 from quadstep.page.model import identity
 from quadstep.report import page, units
 from quadstep.report.page import page_text, paragraph
@@ -211,8 +211,10 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         for one, name in zip(results, names, strict=True)
     )
     rows = [[words(key), *row(key, first.get(key), second.get(key))] for key in dict.fromkeys([*first, *second])][:MOST_ROWS]
+    others = apart(CONDITIONS, *contents)
+    closer = answer(names, first, second) + (f" They differ in {units.listed(others)}, too." if others else "")
     body = [
-        page.summary(unlike(names, *contents) or answer(names, first, second), facts(names, first, second)),
+        page.summary(unlike(names, *contents) or closer, facts(names, first, second)),
         f'<div class="two">{shown}</div>',
     ]
     if all("flight.csv" in one.files for one in results):
@@ -242,6 +244,10 @@ def unlike(names: list[str], first: Metrics, second: Metrics) -> str:
     lost = [name for name, one in zip(names, (first, second), strict=True) if one.get("outcome", "completed") != "completed"]
     if lost:
         return f"{' and '.join(lost)} {'was' if len(lost) == 1 else 'were'} lost, so the errors are not compared."
+    starts = scored_from(first), scored_from(second)
+    if starts[0] != starts[1]:
+        counted = " and ".join(f"those of {name} count from {since:g} s on" for name, since in zip(names, starts, strict=True))
+        return f"Their errors do not say which is better: {counted} (score_from)."
     things = different(first, second)
     if first.get("ended[s]") != second.get("ended[s]") and "paths" not in things:
         things = f"{things} and durations" if things else "durations"
@@ -250,8 +256,17 @@ def unlike(names: list[str], first: Metrics, second: Metrics) -> str:
 
 def different(first: Metrics, second: Metrics) -> str:
     """What two flights do not share that makes them unlike: "paths", "vehicles", both, or nothing."""
+    return " and ".join(f"{part}s" for part in apart(("path", "vehicle"), first, second))
+
+
+CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
+"""Keys of a mission that make it harder or easier to stay on a path."""
+
+
+def apart(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:
+    """Those of some keys of their missions in which two flights differ."""
     sides = [mission if isinstance(mission := one.get("mission"), dict) else {} for one in (first, second)]
-    return " and ".join(f"{part}s" for part in ("path", "vehicle") if sides[0].get(part) != sides[1].get(part))
+    return [key for key in keys if sides[0].get(key) != sides[1].get(key)]
 
 
 def numbers(content: Metrics) -> dict[str, float]:

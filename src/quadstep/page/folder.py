@@ -55,7 +55,7 @@ class ResultFolder(NamedTuple):
 
     place: below the folder that is served. says: how the flight ended, or what the report answers. changed: when its newest
     file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a
-    PNG of it, from there. rmse: of the position [m]. grade: of a flight, as in
+    PNG of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
     `quadstep.metrics.verdict`; empty if not known.
     """
 
@@ -130,7 +130,7 @@ def result_in(root: Path, folder: Path) -> ResultFolder | None:
     title = name if isinstance(name, str) else begins.title or folder.name
     kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
     title = folder.name if title == kind else title  # which tells it from no other
-    rmse = content.get("position_rmse[m]")
+    rmse = content.get("position_rmse[m]") if grade(content) != FlightGrade.LOST else None  # its own would be the smallest
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
     return ResultFolder(
         folder.relative_to(root), title, ending(content) or begins.answer, max(found[name] for name in shown), tuple(shown),
@@ -159,7 +159,15 @@ def ending(content: dict[str, object]) -> str:
         return f"lost at {time:g} s: {REASONS[Outcome[outcome.upper()]] if known else outcome}"
     reasons = content.get("grade_reasons")
     but = " and ".join(one for one in reasons if isinstance(one, str)) if isinstance(reasons, list) else ""
-    return f"flew {time:g} s{f', but {but}' if but else ''}{loop(content)}"
+    counted = f"; errors count from {since:g} s on" if (since := scored_from(content)) else ""
+    return f"flew {time:g} s{f', but {but}' if but else ''}{loop(content)}{counted}"
+
+
+def scored_from(content: dict[str, object]) -> float:
+    """From when on a flight's errors count [s], as far as its metrics.json says."""
+    mission = content.get("mission")
+    since = mission.get("score_from") if isinstance(mission, dict) else None
+    return float(since) if isinstance(since, int | float) and 0.0 < since < LARGEST_NUMBER else 0.0
 
 
 def loop(content: dict[str, object]) -> str:
