@@ -12,7 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.firmware_switch import switched_in_ardupilot, switched_in_px4, told_of_ardupilot, told_of_px4
+from tests.firmware_switch import (
+    exercised_in_ardupilot,
+    left_by_setpoints,
+    switched_in_ardupilot,
+    switched_in_px4,
+    told,
+    told_alone,
+    told_of_ardupilot,
+)
 
 NUMBER = 3
 """Of an export among ArduPilot's types of controllers, as its page says."""
@@ -137,6 +145,9 @@ class Scenario(NamedTuple):
 ALONE = {"COM_RC_IN_MODE": 4, "NAV_RCL_ACT": 0, "NAV_DLL_ACT": 0, "SDLOG_PROFILE": 33, "SYS_FAILURE_EN": 1}
 """PX4's, so that it flies without a remote control, logs what an export says, and loses its GPS when it is told to."""
 
+SWITCHED = {"CC_TYPE": NUMBER, "CC_AXIS_MASK": 7}
+"""ArduPilot's, so that RC option 109 switches an export in."""
+
 GONE = "PX4 closed the connection|ArduPilot stopped sending"
 
 OTHER = r"has a different frame from the mission's vehicle: \S+ is \S+, should be [^,\s]+"
@@ -160,18 +171,29 @@ SCENARIOS = (
     Scenario("autopilot killed in flight", 3, rf"({GONE}) at \S+ s\. {KEPT}", act=killed),
     Scenario("parameters not loaded", 2, OTHER, loaded=False),
     Scenario("`quadstep_control stop` in flight", 0, "the vehicle is armed", act=stopped, only="px4", asks=CONTROL),
+    Scenario(
+        "`serve-setpoints` ends, wind of 5.8 m/s", 3, rf"Interrupted at \S+ s\. {KEPT}", WIND, act=left_by_setpoints,
+        only="px4", pilot=False, tell=told_alone, parameters=ALONE,
+    ),
     *(
         Scenario(
             f"export switched in and back, {name}", 3, rf"Interrupted at \S+ s\. {KEPT}", more, act=switched_in_px4,
-            only="px4", asks=CONTROL, pilot=False, tell=told_of_px4, parameters=ALONE,
+            only="px4", asks=CONTROL, pilot=False, tell=told, parameters=ALONE,
         )
         for name, more in (*AIRS, ("battery that sags", SAG.format(4000.0)))
     ),
     *(
         Scenario(
             f"export switched in and back, {name}", 0, COMPLETED, more, act=switched_in_ardupilot, only="ardupilot",
-            asks="QSTP", tell=told_of_ardupilot, parameters={"CC_TYPE": NUMBER, "CC_AXIS_MASK": 7},
+            asks="QSTP", tell=told_of_ardupilot, parameters=SWITCHED,
         )
         for name, more in (*AIRS, ("battery that sags", SAG.format(900.0)))
+    ),
+    *(
+        Scenario(
+            f"export: hover, step, turn, loss of GPS, {name}", 3, rf"Interrupted at \S+ s\. {KEPT}", more,
+            act=exercised_in_ardupilot, only="ardupilot", asks="QSTP", pilot=False, tell=told, parameters=SWITCHED,
+        )
+        for name, more in AIRS
     ),
 )  # fmt: skip

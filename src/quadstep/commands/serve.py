@@ -163,8 +163,9 @@ def serve(
 
 
 ENDED = (
-    "No more setpoints follow: unless its mode was changed, PX4 now leaves offboard by its failsafe (COM_OBL_RC_ACT), and "
-    "ArduPilot stops where it is (GUID_TIMEOUT)."
+    "No more setpoints follow. Unless its mode was changed, PX4 now does what COM_OBL_RC_ACT says: at 0, its default, it "
+    "descends without a remote control, level, and the wind carries it; at 5 it holds. ArduPilot stops where it is; after "
+    "attitudes or rates it levels, and the wind carries it (GUID_TIMEOUT)."
 )
 
 
