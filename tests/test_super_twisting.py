@@ -35,7 +35,8 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stranger")
     shutil.copy(EXAMPLES / "super_twisting.py", folder)
     text = (EXAMPLES / "super_twisting.toml").read_text()
-    (folder / "super_twisting.toml").write_text(text.replace("[tune]", "[simulation]\nduration = 2.0\n\n[tune]\nconstraints = {}"))
+    text = text.replace("[tune]", "[simulation]\nduration = 2.0\n\n[tune]\nconstraints = {}")
+    (folder / "super_twisting.toml").write_text(text)
     (folder / "campaign.toml").write_text(CAMPAIGN)
     return folder
 
