@@ -148,7 +148,7 @@ def test_gains_do_not_rise_until_a_resonance_beyond_what_was_excited_rings(tmp_p
     shares = []
     for most in (HIDDEN, math.inf):
         monkeypatch.setattr("quadstep.identify.changes.HIDDEN", most)
-        factor = advise(path, None, None, tmp_path / "out", True, sheet("svg", None, "screen")).record["factor"]
+        factor = advise(path, None, None, tmp_path / "out", True, sheet("svg", None, "screen")).record["factor"] or 1.0
         flew, then = (one.scaled(by).opened(setpoints.OMEGA, ring)[0] for by in (1.0, factor))
         shares.append(setpoints.least(then, flew)[2])
     assert shares[0] > 1.0, shares

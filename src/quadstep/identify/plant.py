@@ -116,15 +116,18 @@ def unseen(flight: Excited, control: Callable[[Complex], Complex], loop: Respons
     Noise passes the loop times 1 / |1 + L|: at a resonance it stands by 1 / (1 - |L|) or more over what the loop without it
     leaves.
     """
-    omega, power = flight.above
+    omega = 2.0 * np.pi * np.fft.rfftfreq(len(flight.command), flight.period)
+    u, d = (np.fft.rfft(one - one.mean())[omega > flight.beyond] for one in (flight.command, flight.excitation))
+    omega = omega[omega > flight.beyond]
+    sensitivity = np.interp(omega, loop.omega, loop.sensitivity)
+    power = np.abs(u - sensitivity * d) ** 2
     width = np.maximum(NARROW * omega, 2.0 * np.pi * NARROWEST)
     step = 2.0 * np.pi / (flight.period * len(flight.command))
     bands = np.unique(np.floor(np.cumsum(step / width)), return_inverse=True)[1]
     if not len(bands) or bands[-1] < FEWEST_BANDS:
         return 1.0
     count = np.bincount(bands)
-    middle, level = (np.bincount(bands, one) / count for one in (omega, power))
-    left = np.interp(middle, loop.omega, np.abs(loop.sensitivity))
+    middle, level, left = (np.bincount(bands, one) / count for one in (omega, power, np.abs(sensitivity)))
     stands = np.log(np.maximum(level, 1e-300) / np.abs(control(1j * middle.astype(np.complex128)) * left) ** 2)
     stands -= np.polynomial.Polynomial.fit(np.log(middle), stands, TREND, w=np.sqrt(count))(np.log(middle))
     return 1.0 - float(np.exp(-0.5 * stands.max()))
