@@ -34,7 +34,7 @@ def flown():
 
 def test_the_grid_of_flights_is_the_one_of_the_page():
     cells = flown()
-    for law, name in ((COUNTER_ONLY, "counter-term and P e2 alone"), (COMPLETED, "completed"), (UNCOUNTERED, UNCOUNTERED)):
+    for law, name in ((COUNTER_ONLY, "counter-term and $P e_2$ alone"), (COMPLETED, "completed"), (UNCOUNTERED, UNCOUNTERED)):
         s = summarise(cells, law)
         said(
             f"| {name} | {s.law_flies} | {s.gained} | {s.lost} | {s.best_ratio:.2g} to {s.worst_ratio:.4g} times | {s.worse} |"
