@@ -54,6 +54,8 @@ def test_it_ends_well_with_the_claims_table_and_the_place_of_the_report(run, cla
     assert done.text.startswith("Section 6 of the paper, claim by claim\n")
     assert f"Report: {out / 'report.html'}" in done.lines
     assert "τψ at most" in done.text
+    kept = " ".join(done.text.split())
+    assert f"Of {len(claims)} claims that the paper makes about its simulations, " in kept
     shown = re.sub(r"\s", "", done.text)
     for claim in claims:
         assert all(word in done.text for word in typed(claim["name"]).split())
@@ -294,4 +296,4 @@ def test_a_stress_flight_that_diverges_is_told_with_time_and_reason(page, metric
     cells = [cell.replace("\N{NO-BREAK SPACE}", " ") for row in page.tables[3][1:] for cell in row[1:]]
     lost = sum(flight["outcome"] != "completed" for flight in metrics["stress"])
     assert sum(bool(re.fullmatch(r"diverged at [\d.]+ s: [a-z ]+", cell)) for cell in cells) == lost
-    assert sum(bool(re.fullmatch(r"[\d.e+-]+ mm, [\d.]+°", cell)) for cell in cells) == 36 - lost
+    assert sum(bool(re.fullmatch(r"[\d.e+-]+ [µm]m, [\d.]+°", cell)) for cell in cells) == 36 - lost

@@ -26,11 +26,13 @@ def reproduce(
     drawing: FigureOptions,
 ) -> None:
     """Fly the paper's cases and the stress flights, judge its claims, and write figures, CSV, JSON and report.html."""
+    from quadstep.studies.paper.claims import answer
     from quadstep.studies.paper.reproduce import reproduce as run
 
     claims = run(out, engine, overwrite, drawing.sheet())
     rows = [(typeset(claim.name), typeset(claim.measured), claim.verdict) for claim in claims]
     show_table("Section 6 of the paper, claim by claim", ("claim", "measured", "verdict"), rows)
+    say(answer(claims))
     say_whole(f"Report: {out / 'report.html'}")
 
 

@@ -96,12 +96,16 @@ def under(content: dict[str, object], path: Path, name: str) -> tuple[Mission, b
 
 
 class Several(NamedTuple):
-    """name: of the mission. kind: what the loops are. found: the loops; at: their times [s] or numbers, none for laws."""
+    """name: of the mission. kind: what the loops are. found: the loops; at: their times [s] or numbers, none for laws.
+
+    but: what the mission's flight as written does that was not asked, of loops at rest.
+    """
 
     name: str
     kind: str
     found: list[tuple[str, Analysis | str]]
     at: list[float]
+    but: str = ""
 
 
 def laws(path: Path, text: str, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Evidence:
@@ -110,7 +114,7 @@ def laws(path: Path, text: str, folder: Path, overwrite: bool, sheet: Sheet, pro
     names = named(mission, text, path.parent)
     plan = plan_mission(mission, path)
     with publishing(folder, f"linear-{'-'.join(names)}-" + fingerprint([plan]), overwrite) as out:
-        done = Several(mission.name, "laws", collected(under_each(path, names), progress), [])
+        done = Several(mission.name, "laws", collected(under_each(path, names), progress), [], mission.shortfall(plan))
         return write(out, done, path, sheet)
 
 
@@ -165,7 +169,9 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> Evidence:
 
 def evidence(done: Several, path: Path, figures: list[Figure]) -> Evidence:
     """The loops for their readers: on the terminal of laws each, of others the worst."""
-    least, answer, laws = worst.worst(done.found), worst.grades(done.found), done.kind == "laws"
+    least, answer = worst.worst(done.found), worst.grades(done.found, "" if done.kind == "instants" else " at rest")
+    answer = f"{done.but[0].upper()}{done.but[1:]}. {answer}" if done.but else answer
+    laws = done.kind == "laws"
     loops = [
         {"name": name, **(record(one, []) if isinstance(one, Analysis) else {"refused": one})} for name, one in done.found
     ]

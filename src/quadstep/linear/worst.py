@@ -51,11 +51,11 @@ def stable(found: Found) -> list[tuple[str, Analysis]]:
     return [(name, one) for name, one in found if isinstance(one, Analysis) and one.stable]
 
 
-def grades(found: Found) -> str:
-    """How many loops have each grade, as a sentence."""
+def grades(found: Found, where: str = "") -> str:
+    """How many loops have each grade, as a sentence. where: they are, after a blank, as " at rest"."""
     words = [graded(one).word if isinstance(one, Analysis) else UNKNOWN for _, one in found]
     counts = [f"{words.count(word)} {word}" for word in (SOUND, FRAGILE, UNSTABLE, UNKNOWN) if word in words]
-    return f"Of {len(words)} loops: {', '.join(counts)}."
+    return f"Of {len(words)} loops{where}: {', '.join(counts)}."
 
 
 def unstable(found: Found) -> list[str]:

@@ -48,7 +48,8 @@ def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: S
     count = min(campaign.flights, USUAL) if count is None else count
     with publishing(folder, f"linear-draws-{count}-{campaign.fingerprint}", overwrite) as out:
         found = collected(((f"flight {flight}", one) for flight, one in of_draws(campaign, count)), progress)
-        done = Several(campaign.file.name, "draws", found, [float(flight) for flight in range(count)])
+        done = Several(campaign.file.name, "draws", found, [float(flight) for flight in range(count)],
+                       campaign.mission.shortfall(campaign.mission.plan(campaign.folder, warn=False)))  # fmt: skip
         return write_loops(out, done, path, sheet)
 
 
