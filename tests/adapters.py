@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.export.arm import BITS
-from quadstep.export.c.flight import exported
+from quadstep.export.c.compiled import exported
 from quadstep.export.firmware import firmware_files
 from quadstep.export.run import c99_files
 from tests.exports import real_mission

@@ -10,8 +10,8 @@ import numpy as np
 from quadstep import Mission
 from quadstep.export.arm import BITS, WARNINGS
 from quadstep.export.c.branches import ScanRecord
+from quadstep.export.c.compiled import exported
 from quadstep.export.c.expressions import Naming
-from quadstep.export.c.flight import exported
 from quadstep.export.c.source import STEPS, functions
 from quadstep.export.c.structs import StoredStructures, StructOutput
 from quadstep.export.c.writing import CWriter

@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.identify.closed_loop import Beside, fly_again
 from quadstep.identify.fit import identify
+from quadstep.identify.flown_setpoints import Beside, fly_again
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.read import read_log
 from quadstep.identify.replay import compare

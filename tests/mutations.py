@@ -161,8 +161,8 @@ def near():
 
 def seen_by_rows() -> str:
     """The first row of `quadstep verify` that fails."""
+    from quadstep.proofs.verify.equation_row import judge
     from quadstep.proofs.verify.registry import all_rows
-    from quadstep.proofs.verify.rows import judge
 
     rows = {row.number: row for row in all_rows()}
     return next((f"row {number}" for number in ROWS if not judge(rows[number]).passed), "")

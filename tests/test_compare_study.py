@@ -11,8 +11,8 @@ from quadstep import UserError
 from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.control.registry import STOCK, names
 from quadstep.export import arm
-from quadstep.export.c.flight import exported
-from quadstep.export.datasheet import CLOCKS, instructions
+from quadstep.export.c.compiled import exported
+from quadstep.export.law_sheet import CLOCKS, instructions
 from quadstep.export.run import c99_files
 from quadstep.interfaces.closed_loop import Clock
 from quadstep.interfaces.controller import Measured

@@ -13,7 +13,7 @@ from quadstep.studies.comparison import jobs, training
 from quadstep.studies.comparison.entrants import trained_of
 from quadstep.studies.comparison.training import Journal, JournalPlace, over_all, read_lines, train
 from quadstep.studies.tuning.ground import sound
-from quadstep.studies.tuning.judge import Judge, Judged
+from quadstep.studies.tuning.objective import Judge, Judged
 from quadstep.studies.tuning.trial import Tried
 from tests.studies import SMALL, TUNING, study
 

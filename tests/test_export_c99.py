@@ -12,7 +12,7 @@ from quadstep import fly, read_mission
 from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.control.registry import names
 from quadstep.export.arm import BITS
-from quadstep.export.c.flight import fly_c, subject_of
+from quadstep.export.c.compiled import fly_c, subject_of
 from quadstep.export.c.law import recorded
 from quadstep.export.c.structs import literal
 from quadstep.export.run import in_f32

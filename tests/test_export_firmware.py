@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from quadstep.export.c.flight import exported
+from quadstep.export.c.compiled import exported
 from quadstep.export.firmware import firmware_files, mixer_torque
 from quadstep.io.errors import UserError
 from quadstep.vehicle.allocation import mixing

@@ -2,7 +2,7 @@
 
 import pytest
 
-from quadstep.export import datasheet
+from quadstep.export import law_sheet
 from quadstep.io.errors import UserError
 from tests.exports import plane_mission, real_mission, written
 from tests.needs import CPPCHECK, POLICY, needs
@@ -10,7 +10,7 @@ from tests.needs import CPPCHECK, POLICY, needs
 
 def found(folder, kind, mission=real_mission):
     law = written(folder, mission({"type": kind}).plan(), False)
-    return datasheet.deviations(folder, [f"{law.name}.c", f"{law.name}_params.c"])
+    return law_sheet.deviations(folder, [f"{law.name}.c", f"{law.name}_params.c"])
 
 
 @needs(CPPCHECK)
@@ -20,7 +20,7 @@ def found(folder, kind, mission=real_mission):
 def test_every_deviation_of_a_long_law_has_a_reason(tmp_path, kind):
     """Each rule that `mpc` deviates from, at three times the price, `mppi` does too."""
     rules = found(tmp_path, kind)
-    assert {"21.15"} <= rules.keys() <= datasheet.REASONS.keys()
+    assert {"21.15"} <= rules.keys() <= law_sheet.REASONS.keys()
 
 
 @needs(CPPCHECK)
@@ -30,12 +30,12 @@ def test_every_deviation_of_a_long_law_has_a_reason(tmp_path, kind):
 def test_where_values_are_followed_changes_no_deviation(tmp_path, monkeypatch, kind, mission):
     rules = found(tmp_path, kind, mission)
     assert rules
-    monkeypatch.setattr(datasheet, "STOP", "")
+    monkeypatch.setattr(law_sheet, "STOP", "")
     assert found(tmp_path, kind, mission) == rules
 
 
 @needs(CPPCHECK)
 def test_a_check_that_does_not_end_is_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(datasheet, "LONGEST", 0.01)
+    monkeypatch.setattr(law_sheet, "LONGEST", 0.01)
     with pytest.raises(UserError, match=r"cppcheck did not finish in 0\.01 s"):
         found(tmp_path, "pid")

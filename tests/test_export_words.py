@@ -7,8 +7,8 @@ import pytest
 
 from quadstep.control.registry import names
 from quadstep.export.c.comments import UNKNOWN, of_structure
-from quadstep.export.c.flight import exported
-from quadstep.export.c.interface import header
+from quadstep.export.c.compiled import exported
+from quadstep.export.c.header import header
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import gain
 from quadstep.vehicle.paper import State

@@ -10,14 +10,14 @@ import pytest
 
 from quadstep.identify import pages
 from quadstep.identify.averages import blocks, rotor_speeds, torques
-from quadstep.identify.closed_loop import as_flown, is_wrong, span_of_thrust
 from quadstep.identify.fit import LONG_WEIGHTS, Fitted, Identified, identify
+from quadstep.identify.flown_setpoints import as_flown, is_wrong, span_of_thrust
 from quadstep.identify.guesses import EFFECTS, limits_guess
 from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with_values
 from quadstep.identify.logs.flight import spectrum
 from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import LIMITS, numbers_of
-from quadstep.identify.predictor import Predictor, leaning
+from quadstep.identify.prediction import Predictor, leaning
 from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.residual import trained
 from quadstep.identify.run import Identification, evidence

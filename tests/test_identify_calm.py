@@ -7,8 +7,8 @@ import pytest
 
 from quadstep.commands.identify import read_logs
 from quadstep.identify.averages import blocks
-from quadstep.identify.closed_loop import hover_ratio
 from quadstep.identify.fit import DYNAMIC, UNDETERMINED, WINDY, Fitted, Identified, by_rotors, from_averages, identify
+from quadstep.identify.flown_setpoints import hover_ratio
 from quadstep.identify.intervals import AVERAGED, unseen
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, leaned

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from quadstep.identify.closed_loop import fly_again
 from quadstep.identify.fit import identify
+from quadstep.identify.flown_setpoints import fly_again
 from quadstep.identify.logs.read import read_log
 from quadstep.identify.replay import compare
 from quadstep.identify.starts import GROUPS, HORIZONS

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep.engines.eager import always
-from quadstep.export.c.flight import exported
+from quadstep.export.c.compiled import exported
 from quadstep.export.c.golden import golden, golden_header
 from quadstep.numbers import (
     Matrix,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from quadstep.identify.averages import matrices
-from quadstep.identify.closed_loop import Beside, Tracking
+from quadstep.identify.flown_setpoints import Beside, Tracking
 from quadstep.identify.replay import ErrorTable, Predictions, Replayed
 from quadstep.identify.replay_report import answer, likeness, share
 from quadstep.identify.starts import HORIZONS

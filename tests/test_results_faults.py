@@ -24,7 +24,7 @@ from quadstep.studies.campaign.store import opened as open_campaign
 from quadstep.studies.comparison.training import Journal, JournalPlace, read_lines
 from quadstep.studies.rare.record import FinishedPiece
 from quadstep.studies.rare.record import opened as open_estimate
-from quadstep.studies.tuning.judge import Judged
+from quadstep.studies.tuning.objective import Judged
 from quadstep.studies.tuning.trial import Tried
 from tests.campaigns import MASS
 from tests.campaigns import campaign as made_campaign

@@ -7,7 +7,7 @@ from quadstep.engines.scored import bare
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
-from quadstep.studies.tuning.judge import CandidateFlights, Judge, compare
+from quadstep.studies.tuning.objective import CandidateFlights, Judge, compare
 from quadstep.studies.tuning.report import answer
 from tests.flights import METRICS
 

@@ -14,7 +14,7 @@ from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, kept, read_request, sound
-from quadstep.studies.tuning.judge import Judge
+from quadstep.studies.tuning.objective import Judge
 from quadstep.studies.tuning.search import Search, population
 from tests.commands import Listener, metrics
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, tuned, written

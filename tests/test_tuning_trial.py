@@ -7,7 +7,7 @@ import pytest
 
 from quadstep.io.errors import UserError
 from quadstep.mission.tune import Constraint
-from quadstep.studies.tuning.judge import Judged, squashed
+from quadstep.studies.tuning.objective import Judged, squashed
 from quadstep.studies.tuning.trial import MarginGuess, Stability, TrialFlights, Tried, few, flights_of, looked_at
 
 LIMITS = {"phase_margin": Constraint(least=0.5)}

@@ -12,6 +12,7 @@ import pytest
 
 from quadstep.commands import cli
 from quadstep.numbers import atan2, clip, sin, where
+from quadstep.proofs.verify.equation_row import Check, Checks, EquationRow, EquationVerdict, judge
 from quadstep.proofs.verify.registry import (
     EQUATIONS,
     FACTS,
@@ -25,7 +26,6 @@ from quadstep.proofs.verify.registry import (
     page,
     verify,
 )
-from quadstep.proofs.verify.rows import Check, Checks, EquationRow, EquationVerdict, judge
 
 PAGE = Path(__file__).parents[1] / "docs" / "errata.md"
 

@@ -13,7 +13,7 @@ from quadstep.linear.grade import FRAGILE, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.studies import what_if as run
 from quadstep.studies.tuning.ground import CandidateFlyer
-from quadstep.studies.tuning.judge import Row
+from quadstep.studies.tuning.objective import Row
 from quadstep.studies.what_if import answer, changes_of, unmodelled
 from quadstep.studies.what_if_report import Asked, tracking, unseen
 from tests.commands import quadstep

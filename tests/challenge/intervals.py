@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from quadstep.metrics import statistics
-from quadstep.studies.tuning.judge import risen
+from quadstep.studies.tuning.objective import risen
 from tests.challenge.search import Attempt, Search, coverage
 
 SIZES = (6, 10, 30, 100, 1000)

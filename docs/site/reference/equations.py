@@ -7,8 +7,8 @@ from pathlib import Path
 
 from docs.site.pages import ROOT
 from docs.site.reference.markdown import code, plain, table
+from quadstep.proofs.verify.equation_row import EquationRow, EquationVerdict
 from quadstep.proofs.verify.registry import all_rows
-from quadstep.proofs.verify.rows import EquationRow, EquationVerdict
 
 HEAD = """\
 # The equations of the paper

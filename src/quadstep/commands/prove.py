@@ -13,7 +13,7 @@ from quadstep.report.bars import bar
 from quadstep.report.screen import say, say_whole, show_table
 
 if TYPE_CHECKING:
-    from quadstep.proofs.verify.rows import JudgedRow
+    from quadstep.proofs.verify.equation_row import JudgedRow
 
 
 def prove(

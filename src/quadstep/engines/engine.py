@@ -51,7 +51,7 @@ FLOWN_BY: Mapping[str, Door] = {
     FLIGHTS: Door("quadstep.engines.flights", {
         Engine.LANES: "quadstep.engines.fly:on_lanes",
         Engine.PYTHON: "quadstep.engines.fly:on_floats",
-        Engine.C: "quadstep.export.c.flight:on_c",
+        Engine.C: "quadstep.export.c.compiled:on_c",
     }),
     CAMPAIGNS: Door("quadstep.engines.campaigns", {
         Engine.LANES: "quadstep.studies.campaign.flyer:on_lanes",

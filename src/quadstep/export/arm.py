@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.export.c.interface import Exported, loops
+from quadstep.export.c.header import Exported, loops
 from quadstep.export.c.structs import filled, has_numbers
 from quadstep.io.errors import ToolError, UserError
 from quadstep.numbers import flatten

@@ -7,7 +7,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from quadstep.export.c.interface import Exported, loops, title
+from quadstep.export.c.header import Exported, loops, title
 from quadstep.export.c.structs import as_array, fields_of, filled, literal
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.gain import gains_in

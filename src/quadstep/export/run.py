@@ -15,12 +15,12 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan, fingerprint, fly
 from quadstep.export import arm
 from quadstep.export.arm import BITS, WARNINGS, InstructionCounts, Sizes, measured, state_size
-from quadstep.export.c.flight import exported, fly_c
+from quadstep.export.c.compiled import exported, fly_c
 from quadstep.export.c.golden import golden, golden_header, test_source
-from quadstep.export.c.interface import Exported, header, loops, title
+from quadstep.export.c.header import Exported, header, loops, title
 from quadstep.export.c.source import parameters, source
 from quadstep.export.c.structs import filled
-from quadstep.export.datasheet import NOTHING, Facts, Measurements, datasheet, deviations, no_cppcheck
+from quadstep.export.law_sheet import NOTHING, Facts, Measurements, datasheet, deviations, no_cppcheck
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
 from quadstep.io.doors import Door

@@ -11,7 +11,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.predictor import Curve, PredictorParameters
+from quadstep.identify.prediction import Curve, PredictorParameters
 from quadstep.identify.starts import voltage_of
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import from_rotation_vector

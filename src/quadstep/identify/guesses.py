@@ -9,7 +9,7 @@ from quadstep.identify.averages import HalfSeconds, Told, blocks
 from quadstep.identify.intervals import FROM_AVERAGES, averaged
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import Free, point_of
-from quadstep.identify.predictor import Predictor, PredictorParameters
+from quadstep.identify.prediction import Predictor, PredictorParameters
 from quadstep.identify.search import ErrorWeights, PredictionProblem, Prior, cost
 from quadstep.identify.starts import Starts, laid_out, starts_at, usable
 from quadstep.io.errors import UserError

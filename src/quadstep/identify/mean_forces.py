@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from quadstep.identify.averages import HalfSeconds, Told, clusters_of, hubs, in_rotors_axes, least_squares
 from quadstep.identify.logs.flight import Floats
-from quadstep.identify.predictor import PredictorParameters
+from quadstep.identify.prediction import PredictorParameters
 from quadstep.vehicle.rigid_body import Geometry
 
 LEAST_SPREAD = 0.008

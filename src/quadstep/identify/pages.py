@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from matplotlib.axes import Axes
 
-from quadstep.identify.closed_loop import Beside, fly_again
-from quadstep.identify.estimator import Deviation, Estimated
+from quadstep.identify.filtered_logs import Deviation, Estimated
+from quadstep.identify.flown_setpoints import Beside, fly_again
 from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest
 from quadstep.identify.replay_report import ESTIMATED, FACTOR, UNIT, identity, tracking_table, write_tables

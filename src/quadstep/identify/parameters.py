@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.predictor import Curve, PredictorParameters
+from quadstep.identify.prediction import Curve, PredictorParameters
 from quadstep.identify.starts import laid_out
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, flatten, leaf_names, rebuild, vector

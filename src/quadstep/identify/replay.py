@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.identify.averages import rotor_speeds
-from quadstep.identify.closed_loop import Beside, fly_again, span_of_thrust
-from quadstep.identify.estimator import Estimated, estimate
+from quadstep.identify.filtered_logs import Estimated, estimate
+from quadstep.identify.flown_setpoints import Beside, fly_again, span_of_thrust
 from quadstep.identify.guesses import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.logs.judge import FASTER, SLOWEST
 from quadstep.identify.parameters import numbers_of
-from quadstep.identify.predictor import Predictor, PredictorParameters
+from quadstep.identify.prediction import Predictor, PredictorParameters
 from quadstep.identify.search import PredictionBatch, as_states
 from quadstep.identify.starts import (
     GROUPS,

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.identify.closed_loop import Beside, Tracking, is_wrong, of_thrust
-from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Estimated
+from quadstep.identify.filtered_logs import FIX_EVERY, FIX_NOISE, Estimated
+from quadstep.identify.flown_setpoints import Beside, Tracking, is_wrong, of_thrust
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_unusable
 from quadstep.identify.starts import GROUPS, HORIZONS

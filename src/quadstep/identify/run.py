@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.closed_loop import hover_ratio, is_wrong, of_thrust, span_of_thrust
 from quadstep.identify.fit import Identified, Say, identify
+from quadstep.identify.flown_setpoints import hover_ratio, is_wrong, of_thrust, span_of_thrust
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, compare, ready
 from quadstep.identify.replay_report import METHOD, error_table

@@ -13,7 +13,7 @@ from quadstep.engines.scored import Scored
 from quadstep.engines.sweep import Sweep, places
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
-from quadstep.identify.predictor import Prediction, Predictor, PredictorParameters
+from quadstep.identify.prediction import Prediction, Predictor, PredictorParameters
 from quadstep.identify.starts import Laid, Starts, States, constant, differences, logged, norms
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io.errors import UserError

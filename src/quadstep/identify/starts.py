@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.logs.mapping import product
-from quadstep.identify.predictor import LogTables
+from quadstep.identify.prediction import LogTables
 from quadstep.numbers import Table
 
 HISTORY = 50

@@ -35,7 +35,7 @@ from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
-from quadstep.studies.tuning.judge import CandidateFlights
+from quadstep.studies.tuning.objective import CandidateFlights
 from quadstep.studies.what_if_report import STEP, Asked, Side, evidence, picture
 
 HEIGHT, BEGIN, DURATION = 3.0, 1.0, 8.0

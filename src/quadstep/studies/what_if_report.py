@@ -20,7 +20,7 @@ from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Table
 from quadstep.report.panel import Panel
-from quadstep.studies.tuning.judge import CandidateFlights, Row, row
+from quadstep.studies.tuning.objective import CandidateFlights, Row, row
 
 PICTURE = "step"
 HEADER = ("", "before", "after", "after - before")

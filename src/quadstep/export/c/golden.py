@@ -11,7 +11,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from quadstep.export.c.interface import Exported, head, loops
+from quadstep.export.c.header import Exported, head, loops
 from quadstep.export.c.law import begins, measured_part, only
 from quadstep.export.c.structs import fields_of, filled, has_numbers, number
 from quadstep.interfaces.plant import Reference

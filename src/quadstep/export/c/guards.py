@@ -5,7 +5,7 @@ from collections.abc import Sized
 from typing import NamedTuple
 
 from quadstep.export.c.comments import COMMAND_WORDS
-from quadstep.export.c.interface import Exported, loops, prototypes
+from quadstep.export.c.header import Exported, loops, prototypes
 from quadstep.export.c.law import begins, measured_part
 from quadstep.export.c.structs import fields_of, has_numbers
 from quadstep.numbers import Structure, leaf_names

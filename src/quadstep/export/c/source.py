@@ -10,7 +10,7 @@ from typing import NamedTuple, cast
 from quadstep.export.c.branches import HALVES, ScanRecord
 from quadstep.export.c.expressions import Naming
 from quadstep.export.c.guards import finite, guards
-from quadstep.export.c.interface import Exported, head, title
+from quadstep.export.c.header import Exported, head, title
 from quadstep.export.c.structs import INDENT, StoredStructures, StructOutput, has_numbers, initialiser
 from quadstep.export.c.writing import CWriter
 from quadstep.numbers.elementary import turn

@@ -23,9 +23,7 @@ from quadstep.proofs.verify.closed_loop import (
     W_HAT_2,
     diagonal,
 )
-from quadstep.proofs.verify.plant import TORQUE, inertia_matrix
-from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, RATES
-from quadstep.proofs.verify.rows import (
+from quadstep.proofs.verify.equation_row import (
     Checks,
     EquationRow,
     EquationVerdict,
@@ -42,6 +40,8 @@ from quadstep.proofs.verify.rows import (
     symbols,
     unlike,
 )
+from quadstep.proofs.verify.plant import TORQUE, inertia_matrix
+from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, RATES
 from quadstep.vehicle.paper import coriolis, effective_inertia
 
 ROWS: list[EquationRow] = []

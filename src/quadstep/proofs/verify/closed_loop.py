@@ -10,9 +10,9 @@ from quadstep.interfaces.controller import Command
 from quadstep.interfaces.learning import Net, basis
 from quadstep.interfaces.plant import Kinematics, Reference
 from quadstep.numbers import Matrix, Vector
+from quadstep.proofs.verify.equation_row import Expression, array, flow_of, symbol, symbols
 from quadstep.proofs.verify.plant import MASS, THRUST, TORQUE, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
-from quadstep.proofs.verify.rows import Expression, array, flow_of, symbol, symbols
 from quadstep.vehicle.paper import Disturbance, State, derivative
 
 NEURONS = 2

@@ -6,21 +6,7 @@ import sympy
 
 from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Vector, vector
-from quadstep.proofs.verify.plant import GRAVITY, MASS, PLACE, THRUST, TORQUE, UNEQUAL, along_rates, body
-from quadstep.proofs.verify.rigid_body import (
-    ATTITUDE,
-    INERTIA,
-    PHI,
-    PSI,
-    RATES,
-    THETA,
-    body_rates,
-    known,
-    rate_map,
-    yaw_innermost,
-    zyx,
-)
-from quadstep.proofs.verify.rows import (
+from quadstep.proofs.verify.equation_row import (
     Checks,
     EquationRow,
     EquationVerdict,
@@ -36,6 +22,20 @@ from quadstep.proofs.verify.rows import (
     symbols,
     unlike,
     values,
+)
+from quadstep.proofs.verify.plant import GRAVITY, MASS, PLACE, THRUST, TORQUE, UNEQUAL, along_rates, body
+from quadstep.proofs.verify.rigid_body import (
+    ATTITUDE,
+    INERTIA,
+    PHI,
+    PSI,
+    RATES,
+    THETA,
+    body_rates,
+    known,
+    rate_map,
+    yaw_innermost,
+    zyx,
 )
 from quadstep.vehicle.paper import (
     Disturbance,

@@ -8,8 +8,7 @@ import sympy
 
 from quadstep.control.vectoring import invert_force
 from quadstep.numbers import vector
-from quadstep.proofs.verify.forces import printed_direction
-from quadstep.proofs.verify.rows import (
+from quadstep.proofs.verify.equation_row import (
     Check,
     Checks,
     EquationRow,
@@ -26,6 +25,7 @@ from quadstep.proofs.verify.rows import (
     symbols,
     unlike,
 )
+from quadstep.proofs.verify.forces import printed_direction
 
 ROWS: list[EquationRow] = []
 PLACE = "control.vectoring:invert_force"

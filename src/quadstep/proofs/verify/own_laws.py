@@ -22,7 +22,7 @@ from quadstep.numbers import Matrix, Number, Vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
 from quadstep.proofs.plain import Plain, apply, blocks, christoffel, inertia, learnt, limited, neurons, rows, size
 from quadstep.proofs.theory.trials import LoopBatch, draw_sample
-from quadstep.proofs.verify.rows import Checks, EquationRow, EquationVerdict, agree, row
+from quadstep.proofs.verify.equation_row import Checks, EquationRow, EquationVerdict, agree, row
 
 ROWS: list[EquationRow] = []
 COUNT, PERIOD = 300, 0.004

@@ -6,7 +6,7 @@ import sympy
 
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Vector, vector
-from quadstep.proofs.verify.rows import (
+from quadstep.proofs.verify.equation_row import (
     Check,
     Checks,
     EquationRow,

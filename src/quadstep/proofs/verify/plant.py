@@ -4,18 +4,7 @@ import sympy
 
 from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Vector
-from quadstep.proofs.verify.rigid_body import (
-    ACCELERATIONS,
-    ATTITUDE,
-    INERTIA,
-    RATES,
-    euler_torque,
-    known,
-    lagrange,
-    rate_map,
-    zyx,
-)
-from quadstep.proofs.verify.rows import (
+from quadstep.proofs.verify.equation_row import (
     Check,
     Checks,
     EquationRow,
@@ -34,6 +23,17 @@ from quadstep.proofs.verify.rows import (
     symbols,
     unlike,
     values,
+)
+from quadstep.proofs.verify.rigid_body import (
+    ACCELERATIONS,
+    ATTITUDE,
+    INERTIA,
+    RATES,
+    euler_torque,
+    known,
+    lagrange,
+    rate_map,
+    zyx,
 )
 from quadstep.vehicle.paper import (
     Disturbance,

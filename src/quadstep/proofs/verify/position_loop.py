@@ -22,10 +22,7 @@ from quadstep.proofs.verify.closed_loop import (
     STATE,
     XI_D_DD,
 )
-from quadstep.proofs.verify.forces import printed_direction
-from quadstep.proofs.verify.plant import MASS, THRUST
-from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
-from quadstep.proofs.verify.rows import (
+from quadstep.proofs.verify.equation_row import (
     Checks,
     EquationRow,
     EquationVerdict,
@@ -41,6 +38,9 @@ from quadstep.proofs.verify.rows import (
     symbols,
     unlike,
 )
+from quadstep.proofs.verify.forces import printed_direction
+from quadstep.proofs.verify.plant import MASS, THRUST
+from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
 from quadstep.vehicle.paper import disturb, thrust_direction
 
 ROWS: list[EquationRow] = []

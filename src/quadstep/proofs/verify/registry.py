@@ -20,7 +20,7 @@ from quadstep.proofs.verify import (
     remarks,
     stability,
 )
-from quadstep.proofs.verify.rows import EquationRow, EquationVerdict, JudgedRow, judge
+from quadstep.proofs.verify.equation_row import EquationRow, EquationVerdict, JudgedRow, judge
 
 HEADER = ("number", "what", "where", "verdict", "reason")
 

@@ -14,9 +14,7 @@ from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.attitude_loop import target
 from quadstep.proofs.verify.closed_loop import GAINS, MEMORY, REFERENCE, STATE
-from quadstep.proofs.verify.plant import MASS, THRUST, body
-from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA
-from quadstep.proofs.verify.rows import (
+from quadstep.proofs.verify.equation_row import (
     Checks,
     EquationRow,
     EquationVerdict,
@@ -32,6 +30,8 @@ from quadstep.proofs.verify.rows import (
     symbols,
     unlike,
 )
+from quadstep.proofs.verify.plant import MASS, THRUST, body
+from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA
 from quadstep.vehicle.paper import Rotors, State, Vehicle, acceleration, angular_acceleration, effective_inertia
 
 ROWS: list[EquationRow] = []

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import sympy
 
-from quadstep.proofs.verify.rows import Expression, array, reduced, symbols
+from quadstep.proofs.verify.equation_row import Expression, array, reduced, symbols
 
 ATTITUDE, RATES, ACCELERATIONS = symbols("eta"), symbols("eta_dot"), symbols("eta_dd")
 INERTIA = symbols("Sigma", positive=True)

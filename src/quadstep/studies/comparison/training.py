@@ -34,7 +34,7 @@ from quadstep.studies.comparison.schema import Content, ControllerEntry
 from quadstep.studies.comparison.study import ComparisonStudy, Situation
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of, sound
-from quadstep.studies.tuning.judge import CandidateFlights, Judge, Judged, squashed
+from quadstep.studies.tuning.objective import CandidateFlights, Judge, Judged, squashed
 from quadstep.studies.tuning.search import FEWEST_GENERATIONS, Search, population
 from quadstep.studies.tuning.trial import MarginGuess, Stability, Tried, flights_of, tried_of
 

@@ -11,7 +11,7 @@ from quadstep.report.units import counted, listed, prose
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.ranking import ALPHA, Pair, Ranked, by_chance, fewest
 from quadstep.studies.comparison.study import Situation
-from quadstep.studies.tuning.judge import NEGLIGIBLE
+from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 LOST, NOTHING = "lost", "-"
 

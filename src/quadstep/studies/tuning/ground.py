@@ -37,7 +37,7 @@ from quadstep.studies.tuning.gains import (
     tunable,
     with_numbers,
 )
-from quadstep.studies.tuning.judge import CandidateFlights
+from quadstep.studies.tuning.objective import CandidateFlights
 from quadstep.studies.tuning.trial import Stability
 
 UNSEEN = 2**20

@@ -18,7 +18,7 @@ from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import prose
 from quadstep.studies.tuning.ground import TuningRequest
-from quadstep.studies.tuning.judge import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain
+from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain
 from quadstep.studies.tuning.search import Candidate, SearchResult
 
 HEADER = ("", "present", "tuned", "tuned - present")

@@ -27,7 +27,7 @@ from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.schema import strings
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
-from quadstep.studies.tuning.judge import Compared, compare
+from quadstep.studies.tuning.objective import Compared, compare
 from quadstep.studies.tuning.report import caution, draw_search, evidence
 from quadstep.studies.tuning.search import Candidate, Search, SearchResult, check_budget, shown_flights
 

@@ -19,7 +19,7 @@ from quadstep.report.progress import Progress
 from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.tuning.gains import Conditions, distance
 from quadstep.studies.tuning.ground import CandidateFlyer, TuningRequest
-from quadstep.studies.tuning.judge import CandidateFlights, Judge, Judged, joined
+from quadstep.studies.tuning.objective import CandidateFlights, Judge, Judged, joined
 from quadstep.studies.tuning.trial import FINALISTS, MarginGuess, Tried, few, flights_of, looked_at
 
 BLOCK = 16

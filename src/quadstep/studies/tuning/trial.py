@@ -13,7 +13,7 @@ import numpy as np
 
 from quadstep.io.errors import UserError
 from quadstep.mission.tune import Constraint
-from quadstep.studies.tuning.judge import Judged, squashed
+from quadstep.studies.tuning.objective import Judged, squashed
 
 FEWEST = 4
 """Flights that a candidate is tried on at least."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.export.arm import BITS, OnArm, state_size
-from quadstep.export.c.interface import STATUS, Exported, loops
+from quadstep.export.c.header import STATUS, Exported, loops
 from quadstep.io.errors import UserError
 from quadstep.numbers import Table, flatten
 

@@ -20,7 +20,7 @@ from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan, Flown, on_lanes
 from quadstep.engines.loop import Loop, Numbers
 from quadstep.export.arm import compile_c
-from quadstep.export.c.interface import Clocked, Exported, c_name, header
+from quadstep.export.c.header import Clocked, Exported, c_name, header
 from quadstep.export.c.law import Subject, measured_part, recorded
 from quadstep.export.c.source import parameters, source
 from quadstep.export.c.structs import fields_of
