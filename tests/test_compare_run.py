@@ -20,6 +20,7 @@ from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.parts import parts_in
 from quadstep.io.results_folder import RUNNING
 from quadstep.studies.comparison import jobs, run
+from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.run import ComparisonRun, How
 from quadstep.studies.comparison.study import FIRST, Situation, read_study
 from tests.campaigns import soon
@@ -89,6 +90,16 @@ def test_it_writes_tables_flights_gains_report_and_page(done):
         assert sum(name.startswith(kind) for name in names) == 3
     assert not [name for name in names if RUNNING in name]
     assert set(metrics(out)["files"]) == names
+
+
+def test_the_upper_value_of_few_flights_is_called_the_largest(done):
+    result, out, _ = done  # 12 flights a cell
+    texts = [result.out, *((out / name).read_text(encoding="utf-8") for name in ("results.md", "table.tex", "report.html"))]
+    for text in texts:
+        assert "median (largest)" in text
+        assert "95 % quantile" not in text.replace(chr(92), "")
+    of = Comparison("", "", 19, 1, {})
+    assert [of.high, of._replace(seeds=20).high] == ["largest", "95 % quantile"]
 
 
 def test_nothing_that_is_read_says_nan_or_infinity(done):

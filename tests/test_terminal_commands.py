@@ -96,7 +96,7 @@ SAID = {
     "campaign": "quadstep fly camp.toml --flight ",
     "envelope": "Map: out/mission-envelope/envelope.png",
     "tune": "controller.Lambda1",
-    "compare": "median (95 % quantile)",
+    "compare": "median (largest)",
     "reproduce": "Section 6 of the paper, claim by claim",
     "export": "geometric tracking on SE(3) in C99, f32",
     "linear": "The slowest poles",

@@ -23,6 +23,9 @@ from quadstep.studies.comparison.study import ComparisonStudy, Situation
 
 FROM_FILE = "from {}"
 
+QUANTILES_FROM = 20
+"""Flights a cell, of which the 95 % quantile is one and the largest another."""
+
 NEWER = training.Trained._field_defaults
 """What older files of gains do not say."""
 
@@ -244,6 +247,11 @@ class Comparison(NamedTuple):
         """
         counted = [one for situation, one in self.ranked.items() if situation not in self.tuned_in]
         return ranking.overall(counted or list(self.ranked.values()))
+
+    @property
+    def high(self) -> str:
+        """What the upper value of a cell is; of few flights the 95 % quantile is no other than the largest."""
+        return "95 % quantile" if self.seeds >= QUANTILES_FROM else "largest"
 
     @property
     def leaders(self) -> list[str]:

@@ -58,7 +58,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
         axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, 0.5 * BETWEEN + A_CONTROLLER)
         axes.grid(visible=False, axis="y")
         scaled(axes)
-        axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the 95 % quantile")
+        axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the {found.high}")
         figure.legend(loc="outside upper left", ncols=beside(figure.get_figwidth(), list(names), 4))
         write(figure, path, sheet)
 

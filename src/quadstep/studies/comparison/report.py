@@ -87,7 +87,7 @@ def evidence(
     figures = {
         vehicle: Figure(
             str(name),
-            f"{metric} for every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the 95 % quantile",
+            f"{metric} for every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the {found.high}",
             coded=many,  # squares, whose colours are values
         )
         for vehicle, name in drawn.items()
@@ -103,9 +103,9 @@ def evidence(
     ]
     for vehicle, figure in figures.items():
         text = (
-            f"{metric}: median (95 % quantile) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other."
+            f"{metric}: median ({found.high}) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other."
         )
-        title = f"{vehicle + ': ' if vehicle else ''}{metric}, median (95 % quantile)"
+        title = f"{vehicle + ': ' if vehicle else ''}{metric}, median ({found.high})"
         label = vehicle or "Missions"
         sections.append(Table(label, identity(label, ()), *tables.matrix(found, vehicle), text, shown=title))
         sections += [] if figure in shown else [figure]
@@ -206,7 +206,7 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
         metric = words.title(found.metrics[found.metric])
         parts += [
             f"## {vehicle or 'Missions'}",
-            f"{metric}: median (95 % quantile) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other.",
+            f"{metric}: median ({found.high}) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other.",
             f"![{metric} for every situation and controller]({drawn[vehicle].as_posix()}.png)",
             table(*turned(*tables.matrix(found, vehicle))),
         ]

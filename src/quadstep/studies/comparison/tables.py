@@ -212,7 +212,7 @@ def latex_tables(found: Comparison) -> str:
         header, rows = matrix(found, vehicle)
         there = [one for one in found.situations if one.vehicle == vehicle]
         bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in best(found, situation)]
-        text = f"{found.name}: median (95 % quantile) of {metric}, {counted(found.seeds, 'flight')} per cell"
+        text = f"{found.name}: median ({found.high}) of {metric}, {counted(found.seeds, 'flight')} per cell"
         loops = [[name, *(loop_cell(found, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
         comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
         tables.append(booktabs(header, [rows, loops], comments, bold))
