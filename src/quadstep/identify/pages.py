@@ -197,10 +197,10 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
         first: Axes | None = None
         for axis, turn in enumerate(AXES):
             panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
-            frequencies, signal = spectrum(one.measured[HORIZONS[0]].rates, one.period)
+            frequencies, signal = spectrum(np.degrees(one.measured[HORIZONS[0]].rates), one.period)
             panel.loglog(frequencies, signal[:, axis], label="measured", **LINES[0])
             for style, horizon in zip(LINES[1:], HORIZONS[:2], strict=False):
-                rest = one.predicted[horizon].rates - one.measured[horizon].rates
+                rest = np.degrees(one.predicted[horizon].rates - one.measured[horizon].rates)
                 panel.loglog(*(values[:, axis] if values.ndim > 1 else values for values in spectrum(rest, one.period)),
                              label=f"residual, {horizon} ahead", **style)  # fmt: skip
             plain_decades(panel.xaxis)
@@ -209,7 +209,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
             panel.set_xlabel("frequency [Hz]")
             if first is None:
                 first = panel
-                panel.set_ylabel("rad/s per √Hz")
+                panel.set_ylabel("°/s per √Hz")
                 sheet.legend(*panel.get_legend_handles_labels(), loc="upper right", ncols=3)
             else:
                 panel.tick_params(labelleft=False)
