@@ -215,6 +215,8 @@ def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(
     lost = r"The mission's flight is lost at [\d.]+ s \(more than 100 m from its path\); at rest its loop is sound: "
     assert re.match(lost, said)
     assert said.endswith(f"{found.why}.")
+    assert found.why.endswith("; its events are not counted")
+    assert quick_grade(read_mission(mission))["why"] == found.why
     assert said in " ".join(run.out.split())
     report = unescape((tmp_path / "linear" / "report.html").read_text(encoding="utf-8"))
     assert said in report.replace("\u00a0", " ")

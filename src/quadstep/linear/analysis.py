@@ -71,7 +71,8 @@ class Analysis(NamedTuple):
     loop: the linearised period. not_held: the parts of the pose in which a deviation stays.
     limits: what a sound loop has. bends: places of the laws where slopes differ on both sides; near: states
     whose slopes are others near rest; tried: on which sides and where, in words; later: when it was linearised again,
-    as it had become another loop [s]. aside: how far from where the path begins it rests [m].
+    as it had become another loop [s]. aside: how far from where the path begins it rests [m]. eventful: whether
+    events, which it leaves out, change the vehicle in flight.
     """
 
     channels: tuple[Channel, ...]
@@ -85,6 +86,7 @@ class Analysis(NamedTuple):
     tried: str = ""
     later: tuple[float, ...] = ()
     aside: float = 0.0
+    eventful: bool = False
 
     @property
     def stable(self) -> bool:
@@ -110,7 +112,12 @@ def studied(mission: Mission) -> Studied:
         rests = [at_rest(plan) for plan in plans]
         found = worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
         near, tried, later = rests[0].near, rests[0].tried, rests[0].later
-        return Studied(rests[0], found._replace(near=near, tried=tried, later=later, aside=max(map(aside, rests))))
+        return Studied(rests[0], with_place(found, mission, rests)._replace(near=near, tried=tried, later=later))
+
+
+def with_place(found: Analysis, mission: Mission, rests: list[Rest]) -> Analysis:
+    """With where its loops rest, and whether the mission has events."""
+    return found._replace(aside=max(map(aside, rests)), eventful=bool(getattr(mission, "events", ())))
 
 
 def limits(mission: Mission) -> MarginLimits:

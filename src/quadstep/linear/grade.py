@@ -22,8 +22,8 @@ from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import code_cache
 from quadstep.io.errors import UserError
 from quadstep.io.parts import code_digest
-from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, worst_of
-from quadstep.linear.equilibrium import aside, at_rest, hovering, newton, warmed, with_others, with_pieces
+from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, with_place, worst_of
+from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_others, with_pieces
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
@@ -85,6 +85,7 @@ def graded(found: Analysis) -> Grade:
     said = ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures)
     if found.aside >= LEAST_ASIDE:
         said += f"; it rests {quantity(found.aside, 'm')} from where the path begins"
+    said += "; its events are not counted" if found.eventful else ""
     if not short:
         return Grade(SOUND, f"least {said}", measures)
     missed = " and ".join(f"{one.what} margin below {one.text(one.limit)}" for one in short)
@@ -284,7 +285,7 @@ def folder_digest() -> str:
 def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
     """The grade of loops of a mission, flown only where no rest is found at its start; empty where it takes longer."""
     with linearising():
-        analyses, off = [], []
+        analyses, rests = [], []
         for one in loops:
             flown, first = warmed(one)
             if one.count > MOST_TICKS or len(states(flown)) > MOST_STATES:
@@ -301,7 +302,7 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
                     rest = at_rest(one.plan)
                 except NoRestError as error:
                     return {"grade": (none := refused(error)).word, "why": none.why}
-            off.append(aside(rest))
+            rests.append(rest)
             analyses += [of_loop(each, limits(mission)) for each in (rest.period, *rest.pieces)]
-    found: Grade = graded(worst_of(analyses)._replace(aside=max(off)))
+    found: Grade = graded(with_place(worst_of(analyses), mission, rests))
     return {"grade": found.word, "why": found.why}
