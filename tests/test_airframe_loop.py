@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from quadstep.engines.eager import fly_arrays, fly_floats
+from quadstep.engines.eager import fly_floats
 from quadstep.engines.fly import fly, fly_all
 from quadstep.interfaces.closed_loop import Clock, Outcome
 from quadstep.interfaces.controller import Command
@@ -35,6 +35,7 @@ from tests.airframe_loops import (
     spied,
     ticks_of,
 )
+from tests.array_flights import fly_arrays
 
 # Engines
 

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from quadstep.control.registry import STOCK
-from quadstep.engines.eager import fly_arrays, fly_floats
+from quadstep.engines.eager import fly_floats
 from quadstep.engines.gpu_sweep import GpuSweep, ptx
 from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, places
 from quadstep.mission.read import check_mission
+from tests.array_flights import fly_arrays
 from tests.fake_driver import installed
 from tests.needs import POLICY, without
 from tests.pages import flown, fly_page, needs_node, write_page

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
-from quadstep.engines.eager import always, fly_arrays, fly_floats
+from quadstep.engines.eager import always, fly_floats
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fly, fly_all
 from quadstep.engines.kernel import fly_lanes
@@ -19,6 +19,7 @@ from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.paper import Disturbance, derivative
 from quadstep.world.paths import Orbit, OrbitParameters
 from quadstep.world.pieces import Piecewise
+from tests.array_flights import fly_arrays
 from tests.flights import CASE_1, NESTED, gains, nested_gains, parameters, same, state, vehicle
 from tests.sweeps import TICKS, TILTED, UNEQUAL, WAYPOINTS
 

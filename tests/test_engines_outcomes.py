@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.engines.eager import fly_arrays, fly_floats
+from quadstep.engines.eager import fly_floats
 from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.loop import Cycle, Loop
 from quadstep.interfaces.closed_loop import Outcome, Ticks
@@ -16,6 +16,7 @@ from quadstep.numbers import Matrix, flatten, vector
 from quadstep.vehicle.in_space import COLUMNS
 from quadstep.vehicle.lagrange import AttainedCommand, Lagrange, Limits
 from quadstep.vehicle.paper import Disturbance, Rotors
+from tests.array_flights import fly_arrays
 from tests.flights import CASE_1, NESTED, array, gains, nested_gains, parameters, random_state, same, state, vehicle
 
 TICKS = Ticks(0.004, (1,), 5, 1000)

@@ -11,7 +11,7 @@ import pytest
 from quadstep import flight_metrics
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
-from quadstep.engines.eager import fly_arrays, fly_floats
+from quadstep.engines.eager import fly_floats
 from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import Score, metrics, scored
@@ -22,6 +22,7 @@ from quadstep.mission.read import read_mission
 from quadstep.numbers import Vector, flatten, rebuild, vector
 from quadstep.vehicle.lagrange import Lagrange, Limits
 from quadstep.world.pieces import Piecewise
+from tests.array_flights import fly_arrays
 from tests.flights import CASE_1, METRICS, NESTED, nested_gains, parameters, state
 from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, SWEEP_TICKS, TILTED, VARYING, WAYPOINTS, digest, sweep, table, values
 

@@ -1,17 +1,13 @@
-"""The engine without a compiler: the loop runs in Python, step by step, on floats or on NumPy arrays.
-
-Floats fly one vehicle, for reading, debugging and teaching; arrays fly a batch by broadcasting. Same laws, same order.
-"""
+"""The engine without a compiler: the loop runs in Python, step by step, on floats, for reading, debugging and teaching."""
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar, cast
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from quadstep.interfaces.closed_loop import Advance, Clock, ClosedLoop, Ticks
 from quadstep.interfaces.log import FlightLog, finished
-from quadstep.numbers import Table, flatten, rebuild, where
+from quadstep.numbers import Table, flatten, rebuild
 
 S = TypeVar("S")
 
@@ -56,47 +52,11 @@ def always(law: Callable[..., S]) -> Callable[..., S]:
     return run
 
 
-def fly_arrays(
-    loop: ClosedLoop, parameters: Sequence[object], starts: Sequence[tuple[object, ...]], ticks: Ticks
-) -> list[FlightLog]:
-    """A batch of flights on NumPy arrays, one flight per element. Tables (paths) must be shared by all flights."""
-    count = len(parameters)
-    stacked, start = stack(parameters), cast("tuple[object, ...]", stack(starts))
-    cycle = loop.start(start, stacked)
-    code, ended = np.zeros(count), np.full(count, ticks.last)
-    log = np.empty((ticks.last // ticks.log + 1, len(loop.columns), count))
-    with np.errstate(all="ignore"):
-        for tick in range(ticks.last + 1):
-            t = tick * ticks.step
-            now = np.full(count, float(tick))
-            for task, every in zip(loop.tasks, ticks.every, strict=True):
-                if tick % every == 0:
-                    after, fresh = task.run(cycle, stacked, Clock(t, now, ticks.step * every))  # type: ignore[arg-type]
-                    failed = (code == 0.0) & (np.asarray(fresh) != 0.0)
-                    code, ended = np.where(failed, fresh, code), np.where(failed, tick, ended)
-                    cycle = keep(code == 0.0, after, cycle)
-            if tick % ticks.log == 0:
-                log[tick // ticks.log] = [np.broadcast_to(value, count) for value in loop.row(cycle, stacked, t)]
-            if tick < ticks.last:
-                after = loop.advance(cycle, stacked, Clock(t, now, ticks.step))  # type: ignore[arg-type]
-                cycle = keep(code == 0.0, after, cycle)
-    return [
-        finished(loop.columns, log[:, :, i], code[i], int(ended[i]), ticks, rebuild(cycle, iter(pick(cycle, i, count))))
-        for i in range(count)
-    ]
-
-
 def stack(structures: Sequence[object]) -> object:
     """One structure of arrays from many structures of floats."""
     columns = zip(*(flatten(structure) for structure in structures), strict=True)
     leaves = (column[0] if isinstance(column[0], Table) else np.array(column, dtype=float) for column in columns)
     return rebuild(structures[0], leaves)
-
-
-def keep(alive: NDArray[np.bool_], new: object, old: object) -> object:
-    """The new cycle for flights still alive, the old one for those that have ended."""
-    pairs = zip(flatten(new), flatten(old), strict=True)
-    return rebuild(new, (where(alive, fresh, held) for fresh, held in pairs))  # type: ignore[arg-type]
 
 
 def pick(structure: object, index: int, count: int) -> list[float]:
