@@ -84,7 +84,7 @@ class Rule(NamedTuple):
 HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
-    Rule("relative_error", 0.1, "large error", "its error is large for its path ({} % of it, or of 30 m; more than 10 %)",
+    Rule("relative_error", 0.1, "large error", "its error is large for its path (relative error {} %; more than 10 %)",
          100.0),
     Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (more than 30°)",
          HALF_TURN),
