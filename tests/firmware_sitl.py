@@ -96,8 +96,8 @@ def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
     """A scenario, and what came of it."""
     sitl = SITL[target]
     number, (port, mavlink, *more) = instance(sitl)
-    beside = sitl.reached.format(*more or [mavlink])
     reached = sitl.reached.format(mavlink)
+    beside = sitl.reached.format(*more) if more and one.pilot else reached  # ArduPilot waits for the first to be called
     text = '[vehicle]\npreset = "x500"\n[path]\ntype = "circle"\ncentre = [0.0, 0.0, 10.0]\n'
     mission, out = folder / "mission.toml", folder / "out"
     text = f"{text}radius = {one.radius:g}\n{sitl.mission}{one.more}"
