@@ -327,7 +327,7 @@ def test_another_version_of_the_package_is_refused(flown, monkeypatch):
 def test_a_folder_with_a_campaign_is_refused_unless_asked(flown):
     path, out = flown
     before = flights(out)
-    refused(fly(path, out), out, "Campaign", "complete", "--resume", "--overwrite")
+    refused(fly(path, out), out, "campaign 'camp'", "complete", "--resume", "--overwrite")
     (out / "flights/00001.parquet").unlink()
     refused(fly(path, out), "2 of 3 files")
     assert flights(out) == {name: content for name, content in before.items() if name != "00001.parquet"}
