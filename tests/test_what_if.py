@@ -59,6 +59,12 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
     assert found["metrics"]["position_rmse[m]"]["difference"]["low"] > 0.0
 
 
+def test_flights_without_wind_are_not_said_to_be_in_turbulence(tmp_path):
+    found = answer(asked(4, wind=0.0, pid_rate__yaw_kp=60.0), tmp_path / "out")
+    assert " of 4 flights in still air, are lost or drift" in found.answer
+    assert "turbulence" not in found.html(tmp_path / "out")
+
+
 def test_what_is_not_modelled_and_changes_too_is_named(tmp_path):
     files = [str(tmp_path / name) for name in ("before.param", "after.param", "slew.param")]
     for file, (gain, slew) in zip(files, ((0.135, 25), (0.1, 50), (0.135, 50)), strict=True):

@@ -100,7 +100,8 @@ def evidence(
     steps = [response(one.step) for one in sides]
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in asked.changes.items()]
     words = units.listed([f"{name} = {value:g} ({old:g} before)" for name, _, old, value in changed])
-    gusts = f"{units.counted(asked.flights, 'flight')} in wind of up to {asked.wind:g} m/s from every side, with turbulence"
+    air = f"in wind of up to {asked.wind:g} m/s from every side, with turbulence" if asked.wind else "in still air"
+    gusts = f"{units.counted(asked.flights, 'flight')} {air}"
     lost, hover = (
         f"are lost or drift by more than {asked.within:g} m",
         "Hovering in calm air, where alone it is graded, the loop",
