@@ -17,8 +17,10 @@ from quadstep.identify.logs.flight import Floats
 from quadstep.identify.response import Complex, Response, halves
 from quadstep.io.errors import UserError
 
-START = np.array([100.0, 0.03, 0.01, 0.3])
-"""Effect [rad/s^2], lag [s], delay [s] and damping [1/s] from which a fit starts, the effect as the response has it."""
+START = np.array([100.0, 0.02, 0.003, 0.3])
+"""Effect [rad/s^2], lag [s], delay [s] and damping [1/s] from which a fit starts, the effect as the response has it: from
+a longer delay, one of forty ends elsewhere than where the plant is.
+"""
 
 ROUNDS, FIRM = 60, 1e-3
 """Most steps of a fit by Levenberg and Marquardt's method, and the damping of the first."""
@@ -173,9 +175,9 @@ def fitted(found: Response, control: Complex, weight: Floats) -> tuple[Floats, F
         matrix = np.concatenate([moves.real, moves.imag, prior])
         square = matrix.T @ matrix
         pull = matrix.T @ np.concatenate([rest.real, rest.imag, [-values[-1] / late]])
-        then = np.maximum(values + np.linalg.solve(square + firm * np.diag(np.diag(square)), pull), least)
+        then = np.maximum(values + np.linalg.pinv(square + firm * np.diag(np.diag(square))) @ pull, least)
         other, less = left(then)
-        if less > cost:
+        if not less <= cost:
             firm *= 5.0
             continue
         close = cost - less < 1e-9 * cost
