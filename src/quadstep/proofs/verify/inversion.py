@@ -94,7 +94,8 @@ def equation_21() -> Checks:
      "solvable for every force: angles that a force leaves undetermined are set to zero")  # fmt: skip
 def equation_40() -> Checks:
     checks: list[Check] = []
-    for force in ((3.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, -4.0), (0.0, 0.0, 0.0), FAR_SIDE):
+    along = ((3.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, -4.0), (0.0, 0.0, 0.0))
+    for force in (*along, (0.03, 0.0, 0.04), FAR_SIDE):
         u, theta, phi = invert_force(vector(*force))
         back = printed_force(u, theta, phi)
         gap = max(abs(float(x) - y) for x, y in zip(back, force, strict=True))
