@@ -185,6 +185,10 @@ def test_its_first_sentence_names_limits_and_what_of_the_path_is_not_flown(tmp_p
     said = f"8 flights: 100 % succeed ({limits}; only the first 0.2 s of a path of 0.4 s are flown); the 95 % interval is "
     run = fly(path, tmp_path / "out")
     assert said in " ".join(run.out.split())
+    alone = quadstep("fly", tmp_path / "mission.toml", "--out", tmp_path / "flight")
+    assert " mm; only the first 0.2 s of a path of 0.4 s are flown." in " ".join(alone.out.split())
+    report = (tmp_path / "flight" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
+    assert "; only the first 0.2 s of a path of 0.4 s are flown" in report
 
 
 MISSIONS = {

@@ -252,6 +252,12 @@ class Mission(Section, metaclass=MissionMeta):
         rest = dict(grading(self))
         return {**found, **own, **({AT_REST: rest} if rest else {})}, warnings
 
+    @property
+    def cut(self) -> str:
+        """How much of its path is flown, in a clause, where that is not all of it; else nothing."""
+        flown, length = self.simulation.duration, self.path.build(self.folder).length
+        return f"only the first {flown:g} s of a path of {length:.4g} s are flown" if flown and flown < length else ""
+
     def shortfall(self, plan: FlightPlan) -> str:
         """What its flight does that was not asked, in a clause for those who look at its loop alone; empty where nothing."""
         try:

@@ -43,7 +43,7 @@ def write_report(
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(page.verbatim("\n".join(left), whose))
-    said = answer(log, metrics, why, counted)
+    said = answer(log, metrics, why, counted + cut(mission))
     found = Evidence(
         mission.name, "Flight", said, (), {}, facts(metrics, counted), drawn[:IN_SUMMARY], sections, warnings=warnings
     )
@@ -55,8 +55,13 @@ def since(mission: "Mission") -> str:
     return f" from {mission.scored_from:g} s on (score_from)" if mission.scored_from else ""
 
 
+def cut(mission: "Mission") -> str:
+    """How much of its path is flown, to follow an error, where that is not all of it."""
+    return f"; {mission.cut}" if mission.cut else ""
+
+
 def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -> str:
-    """How it went, in a sentence. counted: from when errors are, as `since` has it."""
+    """How it went, in a sentence. counted: from when errors are, as `since` has it, and how much is flown, as `cut` has it."""
     if log.outcome is not Outcome.COMPLETED:
         said = f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
         return f"{said} {of_log(log)}" if len(log.rows) else said

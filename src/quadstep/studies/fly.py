@@ -31,7 +31,7 @@ from quadstep.report.panels import chosen_jobs, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
-from quadstep.studies.flight_report import error_rows, of_log, since, write_report
+from quadstep.studies.flight_report import cut, error_rows, of_log, since, write_report
 
 REPORT = "report.html"
 
@@ -162,7 +162,7 @@ def fly_planned(
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, why, since(mission))
+    summary = summarise(mission.name, log, metrics, warnings, judged, why, since(mission) + cut(mission))
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -269,7 +269,7 @@ def summarise(
     counted: str = "",
 ) -> FlightSummary:  # fmt: skip
     """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known.
-    counted: from when errors are, as `since` has it.
+    counted: from when errors are, as `since` has it, and how much is flown, as `cut` has it.
     """
     rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics)]
     facts = [

@@ -194,15 +194,14 @@ class Campaign(NamedTuple):
     def meaning(self) -> str:
         """How a flight is judged, in brackets after a blank: by which limits, and what is less, or later, than one expects."""
         limits, mission = self.limits(), self.mission
-        flown, length = mission.simulation.duration, mission.path.build(self.folder).length
         if ERRORS & self.file.failure.keys():
             said = [f"{'limit' if len(limits) == 1 else 'limits'}: {listed(limits)}"]
             said += [f"errors counted from {since:g} s on: score_from"] if (since := mission.scored_from) else []
         else:
             rest = f"and by {listed(self.limits(' at most'))} only" if limits else "only, however large the error"
             said = [f"judged by reaching the end {rest}"]
-        if flown and flown < length and "simulation.duration" not in self.file.keys:
-            said.append(f"only the first {flown:g} s of a path of {length:.4g} s are flown")
+        if mission.cut and "simulation.duration" not in self.file.keys:
+            said.append(mission.cut)
         return f" ({'; '.join(said)})".replace("\N{NO-BREAK SPACE}", " ")
 
     @property
