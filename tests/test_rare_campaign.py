@@ -103,7 +103,7 @@ def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):
     assert (out / "figures" / "levels.png").exists()
 
     again = quadstep("campaign", path, "--rare", "--out", out)
-    refused(again, "holds the estimate 'Campaign' (complete)", "--resume", "--overwrite")
+    refused(again, "holds the estimate 'camp' (complete)", "--resume", "--overwrite")
     machine = quadstep("campaign", path, "--rare", "--out", out, "--resume", "--json", "--require", "0.999999")
     told = json.loads(machine.out)
     assert (machine.code, told["exit_code"], told["passed"]) == (4, 4, False)
