@@ -22,6 +22,7 @@ from quadstep.report.units import percent
 from quadstep.vehicle.allocation import mixing
 from tests.calm_flights import WOBBLY, logged, start, true_values
 from tests.challenge.identified import off
+from tests.independent_flights import cases
 from tests.made_flights import MAPPING, table, write
 
 
@@ -225,3 +226,10 @@ def test_what_is_not_known_of_the_lag_is_not_known_of_the_thrust_either():
     speed = found.fitted["command.speed"]
     assert speed.high - speed.low > 0.02 * speed.value
     assert all(off(one, truth[key]) <= 1.0 for key, one in found.fitted.items())
+
+
+def test_a_number_that_ends_where_its_range_does_is_not_told():
+    case = list(cases(4303, 10, 8.0))[9]
+    found = identify([case.flight], case.start, lambda _: None, predictors=False)
+    assert (case.truth["command.delay"], found.kept["command.delay"]) == (0.006, UNDETERMINED)  # it was said to be 0.1 s
+    assert all(off(one, case.truth[key]) < 1.0 for key, one in found.fitted.items())

@@ -168,7 +168,11 @@ def anew(
         values |= zip((one.key for one in rest), values_at(point_of(p, rest), rest), strict=True)
     p = with_values(p, {leaf: before[leaf] for one in AVERAGED if one.key in kept for leaf in one.leaves})
     moved = {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
-    if lost := [one.key for one in free if one.logarithmic and one.key in moved and moved[one.key].unsure]:
+    # one that ends where the search does is not determined either: its interval is cut off there
+    ends = {one.key for one in free if one.key in moved and moved[one.key].value > 0.999 * one.high}
+    if lost := [
+        one.key for one in free if one.key in ends or (one.logarithmic and one.key in moved and moved[one.key].unsure)
+    ]:
         kept.update(dict.fromkeys(lost, UNDETERMINED))
         return anew(flights, vehicle, p, free, told, {key: one for key, one in fitted.items() if key not in lost}, kept)
     return p, moved
