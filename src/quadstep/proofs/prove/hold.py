@@ -27,7 +27,7 @@ from quadstep.numbers import flatten
 from quadstep.numbers.affine import HALF_UNIT, UP
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.invariant import Growth, InvariantSet, Set, largest
-from quadstep.proofs.prove.linear_maps import Eigenbasis, modes
+from quadstep.proofs.prove.linear_maps import ROUNDING, Eigenbasis, modes
 from quadstep.proofs.prove.report import up
 from quadstep.proofs.prove.rest import RestingLoop, rest
 from quadstep.proofs.prove.sampled import Array, Sampled
@@ -170,9 +170,10 @@ def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] =
         return str(error)
     except np.linalg.LinAlgError:
         return "the loop has no eigenvectors to use as coordinates"
-    fastest = int(np.argmax(np.abs(chosen.values)))
-    if np.abs(chosen.values[fastest]) >= 1.0:
-        rate = float(np.log(np.abs(chosen.values[fastest]))) / loop.period
+    sizes = np.abs(chosen.values)
+    fastest = int(np.argmax(sizes > (1.0 - ROUNDING) * sizes.max()))  # the first of equal ones
+    if sizes[fastest] >= 1.0:
+        rate = float(np.log(sizes[fastest])) / loop.period
         return left(Set(loop, at, chosen, unknown), fastest) or (
             f"the loop does not return to its rest: a mode grows at {rate:.3g} 1/s"
         )

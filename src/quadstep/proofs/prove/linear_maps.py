@@ -185,9 +185,9 @@ def spectrum(middle: Array, radius: Array) -> Spectrum | None:
     return Spectrum(values[order], (bound.sum(axis=1) * UP)[order])
 
 
-COUPLED, EQUAL = 1e-12, 1e-3
+COUPLED, EQUAL, ROUNDING = 1e-12, 1e-3, 1e-9
 """Slopes below the first count as zero; eigenvalues nearer to each other than the second's share of their distance from 1
-count as equal.
+count as equal, and as real where their imaginary part is less than the third's.
 """
 
 
@@ -212,6 +212,9 @@ def modes(slopes: Array) -> Eigenbasis:
     column = 0
     for group in coupled(np.abs(slopes) > COUPLED):
         found, vectors = np.linalg.eig(slopes[np.ix_(group, group)])
+        parted = np.abs(found.imag) < ROUNDING * np.abs(1.0 - found)  # a real one that stands twice, made a pair by rounding
+        vectors = np.where(parted, np.where(found.imag < 0.0, vectors.imag, vectors.real), vectors)
+        found = np.where(parted, found.real, found)
         rows = np.linalg.inv(vectors)
         left = [i for i in range(len(group)) if found[i].imag >= 0.0]
         while left:
@@ -251,12 +254,10 @@ def apart(vectors: ComplexArray, rows: ComplexArray) -> ComplexArray:
     count = vectors.shape[1]
     if count == 1:
         return vectors
-    weighed = vectors * np.sqrt((np.abs(rows) ** 2).sum(axis=0))[:, None]
-    left, chosen = weighed.copy(), []
+    shares, chosen = vectors @ rows, []  # the projection onto the span, whatever basis of it is given
+    first = 1.0 - 1e-6 * np.arange(len(shares))  # of equal ones
     for _ in range(count):
-        size = np.sqrt((np.abs(left) ** 2).sum(axis=1))
-        chosen.append(int(np.argmax(size * (1.0 - 1e-6 * np.arange(len(size))))))  # the first of equal ones
-        along = left[chosen[-1]].conj() / size[chosen[-1]]
-        left = left - np.outer(left @ along, along.conj())
-    result: ComplexArray = vectors @ np.linalg.inv(weighed[chosen])
+        chosen.append(int(np.argmax(np.abs(shares.diagonal()) * first)))
+        shares = shares - np.outer(shares[:, chosen[-1]], shares[chosen[-1]]) / shares[chosen[-1], chosen[-1]]
+    result: ComplexArray = vectors @ np.linalg.inv(vectors[chosen])
     return result
