@@ -102,13 +102,19 @@ def named(found: Analysis) -> str:
     return ", ".join(found.poles[0].states)
 
 
+SAME = 1e-4
+"""Share by which margins of channels differ through rounding: of equal ones the first is named, on every machine."""
+
+
 def least_of(found: Analysis) -> tuple[Measure, ...]:
     """The least gain margin of both ways, phase margin and delay margin over all channels."""
     pairs = list(zip((channel.name for channel in found.channels), found.margins, strict=True))
 
     def least(what: str, bound: float, scale: float, unit: str, *of: tuple[str, Callable[[Margins], float]]) -> Measure:
         every = [(value(one), ", ".join(filter(None, (name, way)))) for way, value in of for name, one in pairs]
-        value, channel = min(every, key=lambda one: one[0], default=(math.inf, ""))
+        smallest = min((value for value, _ in every), default=math.inf)
+        alike = (pair for pair in every if pair[0] <= smallest + SAME * abs(smallest))
+        value, channel = next(alike, (math.inf, ""))
         return Measure(what, value, bound, channel, scale, unit)
 
     return (
