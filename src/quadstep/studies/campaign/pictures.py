@@ -98,14 +98,14 @@ def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -
         if limit is not None and limit <= 3.0 * high:
             axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
     if limit is not None and limit <= 3.0 * high:
-        beside(above, "failed", (limit, 0.97), above.get_xaxis_transform(), color=LIMIT, va="top")
+        label_right_of(above, "failed", (limit, 0.97), above.get_xaxis_transform(), color=LIMIT, va="top")
     above.set_title(f"{count} completed")
     if not log:
         below.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
     below.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
 
 
-def beside(axes: Axes, text: str, place: tuple[float, float], within: object, **looks: str) -> None:
+def label_right_of(axes: Axes, text: str, place: tuple[float, float], within: object, **looks: str) -> None:
     """Write text a little to the right of a place, in these coordinates."""
     axes.annotate(text, place, (4.0, 0.0), within, "offset points", **looks)  # type: ignore[arg-type]
 
@@ -125,7 +125,7 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
         narrow = sheet.inches(9.0) < NARROW
         for row, count in enumerate(counts):
             said = f"{count}" if narrow else f"{count} ({100.0 * count / flights:.3g} %)"
-            beside(axes[0], said, (100.0 * count / flights, row), "data", va="center")
+            label_right_of(axes[0], said, (100.0 * count / flights, row), "data", va="center")
         names = [wrapped(name, 0.3 * sheet.inches(9.0), rcParams["font.size"]) for name in outcomes]
         axes[0].set_yticks(range(len(counts)), names)
         axes[0].set_ylim(len(counts) - 0.5, -0.5)

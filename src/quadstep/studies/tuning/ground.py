@@ -103,10 +103,14 @@ class TuningRequest(NamedTuple):
 
 
 def read_request(path: Path) -> TuningRequest:
-    """The tuning request in a mission file. Raises UserError."""
+    """The tuning request in a mission file; one that does not say what is constrained keeps its margins. Raises UserError."""
     content = read_toml(path)
     refuse_others(content, MISSION, str(path), "`quadstep tune` takes a mission with a table [tune]")
-    return asked_of(path, files.read_text(path, files.TOML), content, path.parent)
+    asked = asked_of(path, files.read_text(path, files.TOML), content, path.parent)
+    if "constraints" in asked.section.model_fields_set:
+        return asked
+    now = check_mission(with_numbers(content, asked.mission, asked.present), str(path), path.parent)
+    return asked._replace(section=asked.section.model_copy(update={"constraints": kept(now)}))
 
 
 def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, apart: bool = True) -> TuningRequest:
@@ -129,9 +133,6 @@ def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, ap
             except UserError as error:
                 said = str(error).removeprefix(f"{path}: ")
                 raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
-    if "constraints" not in section.model_fields_set:
-        now = check_mission(with_numbers(content, mission, present(gains)), str(path), folder)
-        section = section.model_copy(update={"constraints": kept(now)})
     different = bool(section.vary or section.correlated) or mission.noisy
     return TuningRequest(path, text, content, mission, section, gains, different)
 
