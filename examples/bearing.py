@@ -13,8 +13,8 @@ import typer
 from numpy.typing import NDArray
 
 from quadstep.mission.distributions import Grid
-from quadstep.report.evidence import Evidence, Table
-from quadstep.report.page import Fact
+from quadstep.report.evidence import Evidence, TableSection
+from quadstep.report.markup import Fact
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.flyer import SUCCESS
@@ -66,7 +66,7 @@ class Bearing(Study[Borne]):
             sentences=[answer],
             record={"key": self.key, "most": found.most},
             facts=[Fact("every flight succeeds up to", "none" if found.most is None else f"{found.most:g}")],
-            sections=[Table("Every flight", "flights", (self.key, ""), rows)],
+            sections=[TableSection("Every flight", "flights", (self.key, ""), rows)],
             paper=booktabs((self.key, ""), [rows], [answer]),
         )
 

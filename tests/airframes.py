@@ -7,7 +7,7 @@ from quadstep.numbers import vector
 from quadstep.numbers.rotations import rotation_matrix
 from quadstep.vehicle.airframe_plant import Airframe, Events, derivative, efficiencies, mass_properties
 from quadstep.vehicle.rigid_body import AirframeState, Effects, Geometry, Mount, renormalised
-from quadstep.vehicle.rotor import Battery, Drag, Rotor
+from quadstep.vehicle.rotor import Battery, Drag, RotorParameters
 from tests.flights import array, column
 
 ARM = 0.15
@@ -27,7 +27,7 @@ NO_DRAG = Drag(NOTHING, NOTHING, 0.0, 0.0)
 
 
 def rotor(**changes):
-    return Rotor(8e-6, 1.5e-7, 5e-5, 0.03, 0.05, 0.0, 1000.0, 0.12)._replace(**changes)
+    return RotorParameters(8e-6, 1.5e-7, 5e-5, 0.03, 0.05, 0.0, 1000.0, 0.12)._replace(**changes)
 
 
 def drag():

@@ -18,7 +18,7 @@ from quadstep.numbers import Table, flatten
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of, read_campaign
-from quadstep.studies.comparison.study import shipped_study
+from quadstep.studies.comparison.cells import shipped_study
 from quadstep.studies.tuning.ground import read_request
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -5,7 +5,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
 
-from quadstep.studies.comparison.study import study_of
+from quadstep.studies.comparison.cells import study_of
 from tests.commands import write
 
 HEAD = """

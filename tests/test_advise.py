@@ -12,7 +12,7 @@ from quadstep.engines.fly import fly_all
 from quadstep.identify.changes import advised, changes
 from quadstep.identify.excited import EXCITATION, Excited, excited
 from quadstep.identify.logs.read import read_topics
-from quadstep.identify.measured import Measured, measured
+from quadstep.identify.measured import MeasuredLoop, measured
 from quadstep.identify.plant import plant
 from quadstep.identify.rate_loops import ARDUPILOT
 from quadstep.identify.response import Crossing, Response, crossovers, margin, response
@@ -178,7 +178,7 @@ def test_a_log_that_carries_no_advice_is_refused_with_the_reason(tmp_path):
 
 def test_a_loop_that_flew_has_no_gain_margin_below_0_db():
     turn = Crossing(Estimate(100.0, 90.0, 110.0), Estimate(12.0, 0.4, 900.0))
-    now = Measured(None, turn, None, (), 1.0, 200.0)
+    now = MeasuredLoop(None, turn, None, (), 1.0, 200.0)
     assert now.gain_up.low == 0.0
     assert now.gain_up.value == pytest.approx(20.0 * math.log10(12.0))
     assert not now.fragile

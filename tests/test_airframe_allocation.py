@@ -11,11 +11,11 @@ from quadstep.mission.airframe import LAYOUTS, laid_out
 from quadstep.numbers import Vector, flatten, rebuild, vector
 from quadstep.vehicle.allocation import Allocation, allocate, allocation, columns, even, mix, plain, rank, within_limits
 from quadstep.vehicle.rigid_body import Geometry, Mount
-from quadstep.vehicle.rotor import Rotor
+from quadstep.vehicle.rotor import RotorParameters
 from tests.flights import through_lanes
 
 UP = (0.0, 0.0, 1.0)
-ROTOR = Rotor(thrust=1e-5, torque=2e-7, inertia=0.0, rise=0.02, fall=0.02, slowest=100.0, fastest=1000.0, radius=0.1)
+ROTOR = RotorParameters(thrust=1e-5, torque=2e-7, inertia=0.0, rise=0.02, fall=0.02, slowest=100.0, fastest=1000.0, radius=0.1)
 LEAST, MOST, MOMENT = 0.1, 10.0, 0.02
 
 

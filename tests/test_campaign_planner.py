@@ -260,7 +260,7 @@ def test_keys_that_are_set_up_flight_by_flight_are_named_with_their_price(tmp_pa
     assert "set_up_each[s]" not in kept["summary"]  # what is kept has no measured times
     summary = CampaignSummary(20, share(20, 20), {}, [], [], singly=("simulation.duration",))
     with opened(tmp_path / "out", read_campaign(path), 20, Engine.LANES, resume=True) as store:
-        tables = [one for one in opening(store, read_campaign(path), summary, path) if isinstance(one, evidence.Table)]
+        tables = [one for one in opening(store, read_campaign(path), summary, path) if isinstance(one, evidence.TableSection)]
     (words,) = [row[1] for one in tables for row in one.rows if row[0] == "set up one by one"]
     assert "each flight, because simulation.duration cannot be set for many flights at once" in words
 

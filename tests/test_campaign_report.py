@@ -21,10 +21,10 @@ from quadstep.report.panel import Track
 from quadstep.studies.campaign import pictures, report, report_text
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import table
-from quadstep.studies.campaign.replay import replay_of
 from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
 from quadstep.studies.campaign.sensitivity import ExplainedResult, parts_of
+from quadstep.studies.campaign.single_flight import replay_of
 from quadstep.studies.campaign.store import opened
 from quadstep.studies.campaign.summary import sentences, summarise
 from quadstep.studies.campaign.varied import Bins, variation_text

@@ -16,8 +16,8 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import InterruptedRun, UserError
 from quadstep.studies.campaign import run as run_module
 from quadstep.studies.campaign.flyer import Flyer, on_lanes
-from quadstep.studies.campaign.replay import replay
 from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.campaign.store import Chunk, parquet
 from quadstep.studies.fly import planned
 from tests.campaigns import MASS, NOISY, SHORT, campaign, flights, fly, manifest, no_report, number, refused, rows, written

@@ -18,7 +18,7 @@ from quadstep.numbers import Vector, vector, where
 from quadstep.proofs.certify.certificate import certify_plan, check_path, error_radius, printed_error_radius, weight_radius
 from quadstep.proofs.certify.history import fit_all, recall, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import conditions, matrices
-from quadstep.proofs.certify.record import kind, record, verdict
+from quadstep.proofs.certify.output import kind, record, verdict
 from quadstep.proofs.plain import dot, lengths
 from quadstep.vehicle.paper import acceleration, derivative, disturb
 from quadstep.world.paths import MinimumJerk

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from quadstep.io import errors
-from quadstep.proofs.certify.record import TERMS
+from quadstep.proofs.certify.output import TERMS
 from quadstep.report.drawing import FigureJob
 from tests.commands import LINE, quadstep, strict_json, write
 

@@ -7,10 +7,19 @@ import numpy as np
 import pytest
 
 from quadstep.metrics.statistics import Estimate
-from quadstep.studies.comparison import margins
-from quadstep.studies.comparison.margins import as_json, by_steps, find, flight_by_flight, from_json, raised, tolerance, tried
+from quadstep.studies.comparison import robustness
+from quadstep.studies.comparison.cells import FIRST
+from quadstep.studies.comparison.robustness import (
+    as_json,
+    by_steps,
+    find,
+    flight_by_flight,
+    from_json,
+    raised,
+    tolerance,
+    tried,
+)
 from quadstep.studies.comparison.schema import MarginEntry
-from quadstep.studies.comparison.study import FIRST
 from quadstep.studies.comparison.tables import beyond
 from tests.studies import SMALL, study
 
@@ -36,7 +45,7 @@ class Known:
 def test_each_flight_is_bisected_by_itself():
     limits = np.linspace(2.0, 12.0, 200)
     half, few = flight_by_flight(Known(entry(flights=200), limits))
-    fine = 16.0 / 2**margins.HALVINGS
+    fine = 16.0 / 2**robustness.HALVINGS
     assert half.value == pytest.approx(np.median(limits), abs=fine + 0.05)
     assert few.value == pytest.approx(np.quantile(limits, 0.05), abs=fine + 0.05)
     assert half.low < half.value < half.high
@@ -47,7 +56,7 @@ def test_each_flight_is_bisected_by_itself():
 def test_what_never_fails_and_what_always_does_is_said_so():
     half, few = flight_by_flight(Known(entry(flights=100), np.r_[np.full(60, 99.0), np.full(40, 5.0)]))
     assert half.value == math.inf
-    assert few.value == pytest.approx(5.0, abs=16.0 / 2**margins.HALVINGS)
+    assert few.value == pytest.approx(5.0, abs=16.0 / 2**robustness.HALVINGS)
     half, few = flight_by_flight(Known(entry(flights=100), np.full(100, -1.0)))
     assert (half.value, few.value) == (0.0, 0.0)
 
@@ -72,17 +81,17 @@ def test_the_tolerance_holds_the_numbers_that_the_point_explains(point, flights)
 def test_a_point_is_tried_on_other_flights():
     proving = Known(entry(flights=50), np.r_[np.full(10, 3.0), np.full(40, 9.0)])
     assert tried(proving, 5.0).value == pytest.approx(0.2)
-    assert proving.first == [FIRST + margins.AGAIN]
+    assert proving.first == [FIRST + robustness.AGAIN]
     assert tried(proving, math.inf) is None
 
 
 def test_infinity_survives_json():
-    found = margins.Margin(Estimate(math.inf, 3.0, math.inf), Estimate(2.0, 1.0, 3.0), None, 10)
+    found = robustness.Margin(Estimate(math.inf, 3.0, math.inf), Estimate(2.0, 1.0, 3.0), None, 10)
     assert from_json(as_json(found)) == found
 
 
 def test_an_end_that_few_flights_leave_open_survives_json_and_is_no_number():
-    found = margins.Margin(Estimate(2.0, math.nan, math.inf), Estimate(2.0, 1.0, 3.0), None, 10)
+    found = robustness.Margin(Estimate(2.0, math.nan, math.inf), Estimate(2.0, 1.0, 3.0), None, 10)
     again = from_json(json.loads(json.dumps(as_json(found), allow_nan=False)))
     assert [beyond(one, 0.0, 16.0) for one in again.half] == ["2", "-", "> 16"]
 

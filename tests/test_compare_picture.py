@@ -8,11 +8,11 @@ from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, Entrant, SituationResult
-from quadstep.studies.comparison.margins import Linear, rows, unlinearised
 from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
 from quadstep.studies.comparison.ranking import Effort, Pair, Ranked, Spread
-from quadstep.studies.comparison.study import Situation
+from quadstep.studies.comparison.robustness import Linear, rows, unlinearised
 from quadstep.studies.comparison.tables import best
 from quadstep.studies.comparison.training import Trained
 from quadstep.studies.comparison.words import missed, of_all, of_situation

@@ -20,9 +20,9 @@ from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.parts import parts_in
 from quadstep.io.results_folder import RUNNING
 from quadstep.studies.comparison import jobs, run
+from quadstep.studies.comparison.cells import FIRST, Situation, read_study
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.run import ComparisonRun, How
-from quadstep.studies.comparison.study import FIRST, Situation, read_study
 from tests.campaigns import soon
 from tests.commands import LINE, files, heeding_interrupts, metrics, quadstep, write
 from tests.patience import PATIENCE

@@ -20,8 +20,8 @@ from quadstep.io.documents import read_json
 from quadstep.numbers import flatten
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import planner
-from quadstep.studies.comparison import cost, margins, schema, training
-from quadstep.studies.comparison.study import FIRST, Situation, read_study, shipped_study, together
+from quadstep.studies.comparison import cost, robustness, schema, training
+from quadstep.studies.comparison.cells import FIRST, Situation, read_study, shipped_study, together
 from tests.commands import LINE, write
 from tests.needs import CORTEX_M, needs
 from tests.studies import BODY, HEAD, OPTIONAL, SMALL, TUNING, study
@@ -141,7 +141,7 @@ def test_the_study_that_ships_can_be_flown():
     for name, entry in one.file.margins.items():
         for vehicle in one.file.vehicles:
             if entry.suits(vehicle):
-                margins.raised(one, vehicle, name, "PID", one.knowing(vehicle, {"type": "pid"}))
+                robustness.raised(one, vehicle, name, "PID", one.knowing(vehicle, {"type": "pid"}))
 
 
 def test_gains_of_three_searches_keep_the_margins_of_a_sound_loop():
@@ -215,7 +215,7 @@ def test_a_budget_too_small_for_its_gains_says_how_much_is_needed():
 def test_a_margin_of_an_unknown_key_is_refused_before_anything_flies():
     one = study(SMALL + MARGIN.replace("wind.mean.0", "wind.men"))
     with pytest.raises(UserError, match=r"margins.wind: firm on research-2.6kg: .*men: unknown key"):
-        margins.raised(one, VEHICLE, "wind", "firm", {"type": "geometric"})
+        robustness.raised(one, VEHICLE, "wind", "firm", {"type": "geometric"})
 
 
 def test_a_campaign_or_a_lone_mission_is_told_from_a_study(tmp_path):

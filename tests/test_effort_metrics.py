@@ -10,7 +10,7 @@ from quadstep.metrics.effort import EFFORT
 from quadstep.numbers import flatten
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import planner
-from quadstep.studies.comparison.study import Situation
+from quadstep.studies.comparison.cells import Situation
 from tests.quick_gains import QUICK
 from tests.studies import study
 

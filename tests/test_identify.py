@@ -18,10 +18,10 @@ from quadstep.identify.logs.flight import spectrum
 from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import LIMITS, numbers_of
 from quadstep.identify.prediction import Predictor, leaning
+from quadstep.identify.prediction_problem import PredictionBatch, as_states, solved
 from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.residual import trained
 from quadstep.identify.run import Identification, evidence
-from quadstep.identify.search import PredictionBatch, as_states, solved
 from quadstep.identify.starts import differences, laid_out, starts_at
 from quadstep.identify.starts import logged as measured_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_proportion

@@ -25,7 +25,7 @@ from quadstep.page import build
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
-from quadstep.report.page import page_text, summary
+from quadstep.report.markup import page_text, summary
 from quadstep.report.sheet import sheet
 from quadstep.studies.advise import advise, advise_dropped
 from quadstep.studies.fly import fly_mission

@@ -8,8 +8,8 @@ import pytest
 from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
-from quadstep.proofs.prove import check, check_set
-from quadstep.proofs.prove.certificate import read_certificate, read_set
+from quadstep.proofs.prove import check_set, checker
+from quadstep.proofs.prove.certificate_file import read_certificate, read_set
 from quadstep.proofs.prove.check_loop import CheckedLoop
 from tests.commands import quadstep
 from tests.planar_proofs import SET, TUBE, checked, forged, proved
@@ -47,7 +47,7 @@ def test_a_shear_whose_products_are_no_numbers_confirms_nothing(tmp_path, tube, 
     spread, boxes = found.spread.copy(), found.boxes.copy()
     spread[5, 3], boxes[:, 3] = size, 1e-10 / size
     with np.errstate(all="ignore"):
-        assert check.failing(loop_of(found, tmp_path / "proof.json"), found._replace(spread=spread, boxes=boxes))
+        assert checker.failing(loop_of(found, tmp_path / "proof.json"), found._replace(spread=spread, boxes=boxes))
 
 
 @pytest.mark.parametrize("size", [1e-90, 1e-310, 0.0])

@@ -22,7 +22,7 @@ from quadstep.io import errors
 from quadstep.mission.read import check_mission
 from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
-from quadstep.proofs.prove.certificate import read_set
+from quadstep.proofs.prove.certificate_file import read_set
 from quadstep.proofs.prove.check_loop import CheckedLoop
 from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped, starts_of
 from quadstep.proofs.prove.hold import Left, invariant_set

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from quadstep.io.documents import parse_toml
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.numbers import vector
-from quadstep.proofs.prove.certificate import read_certificate, read_set
+from quadstep.proofs.prove.certificate_file import read_certificate, read_set
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.unknown import Unknown, started
 from tests.commands import quadstep, write

@@ -9,9 +9,9 @@ import pytest
 
 from quadstep import Mission
 from quadstep.numbers import Vector, sqrt
-from quadstep.proofs.prove.certificate import read_certificate
-from quadstep.proofs.prove.check import STRIDE, block, check_certificate, from_the_start, grown, passage
+from quadstep.proofs.prove.certificate_file import read_certificate
 from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES
+from quadstep.proofs.prove.checker import STRIDE, block, check_certificate, from_the_start, grown, passage
 from quadstep.proofs.prove.linear_maps import coordinates
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.tube import SAMPLES, Tube, tube

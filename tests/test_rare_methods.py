@@ -9,8 +9,8 @@ from quadstep.numbers.noise import probability
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.cross_entropy import LEAST, beyond, cross_entropy
 from quadstep.studies.rare.mixture import FIRST, Points, Random
-from quadstep.studies.rare.record import FinishedPiece
 from quadstep.studies.rare.replicates import PieceKind, subset_simulation
+from quadstep.studies.rare.run_folder import FinishedPiece
 from quadstep.studies.rare.summary import Crude, Estimate, interval, sentences, summarise
 
 METHODS = (subset_simulation, cross_entropy)

@@ -8,7 +8,7 @@ import pytest
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.report import page, units
+from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
 from quadstep.report.publish import write_json, write_log
@@ -20,23 +20,24 @@ HOSTILE = "<script>alert('x')</script> & \"quotes\""
 
 
 @pytest.mark.parametrize(
-    "markup", [page.paragraph(HOSTILE), page.heading(HOSTILE, 'a"b'), page.table([HOSTILE], [[HOSTILE], [(HOSTILE, 'k"')]])]
+    "text",
+    [markup.paragraph(HOSTILE), markup.heading(HOSTILE, 'a"b'), markup.table([HOSTILE], [[HOSTILE], [(HOSTILE, 'k"')]])],
 )
-def test_every_text_is_escaped(markup):
-    assert "<script>" not in markup
-    tree = ET.fromstring(f"<div>{markup}</div>")
+def test_every_text_is_escaped(text):
+    assert "<script>" not in text
+    tree = ET.fromstring(f"<div>{text}</div>")
     assert HOSTILE in "".join(tree.itertext())
 
 
 def test_a_table_has_its_header_and_rows():
-    tree = ET.fromstring(page.table(["a", "b"], [["1", "2"], ["3", ("4", "holds")]]))
+    tree = ET.fromstring(markup.table(["a", "b"], [["1", "2"], ["3", ("4", "holds")]]))
     assert [cell.text for cell in tree.iter("th")] == ["a", "b"]
     assert [cell.text for cell in tree.iter("td")] == ["1", "2", "3", "4"]
     assert [cell.get("class") for cell in tree.iter("td")] == [None, None, None, "holds"]
 
 
 def test_a_page_is_whole_and_its_title_is_text():
-    text = page.page_text(HOSTILE, [page.paragraph("é 飛")])
+    text = markup.page_text(HOSTILE, [markup.paragraph("é 飛")])
     assert text.startswith("<!doctype html>")
     assert "<script>" not in text
     assert 'charset="utf-8"' in text
@@ -53,7 +54,7 @@ def test_ids_of_two_drawings_on_one_page_never_meet(tmp_path):
         job(name).draw(tmp_path)
     ids = []
     for name in ("one", "two"):
-        drawing = page.figure(tmp_path / f"{name}.svg", "a <b>")
+        drawing = markup.figure(tmp_path / f"{name}.svg", "a <b>")
         tree = ET.fromstring(drawing)
         found = [element.get("id") for element in tree.iter() if element.get("id")]
         assert all(identity.startswith(f"{name}-") for identity in found)
@@ -163,32 +164,32 @@ def test_a_share_can_be_told_from_none_and_all(share, shown):
 
 def test_a_summary_says_the_answer_its_intervals_and_shows_its_figures(tmp_path):
     job().draw(tmp_path)
-    fact = page.Fact("succeed", "96 %", "93 to 98 %")
-    markup = page.summary(HOSTILE, [fact], [page.figure(tmp_path / "curve", "A curve of tau_psi")])
-    tree = ET.fromstring(f"<div>{markup}</div>")
+    fact = markup.Fact("succeed", "96 %", "93 to 98 %")
+    text = markup.summary(HOSTILE, [fact], [markup.figure(tmp_path / "curve", "A curve of tau_psi")])
+    tree = ET.fromstring(f"<div>{text}</div>")
     assert HOSTILE in "".join(tree.itertext())
-    assert "93 to 98\N{NO-BREAK SPACE}%" in markup
-    assert "τ<sub>ψ</sub>" in markup
+    assert "93 to 98\N{NO-BREAK SPACE}%" in text
+    assert "τ<sub>ψ</sub>" in text
 
 
 @pytest.mark.parametrize("span", [(float("nan"), 0.5, 1.0, 0.0, 1.0), (0.0, 0.5, 1.0, 1.0, 1.0)])
 def test_no_interval_is_no_drawing(span):
-    assert page.drawn_interval(page.Span("", *span)) == ""
+    assert markup.drawn_interval(markup.Span("", *span)) == ""
 
 
 def test_an_interval_is_drawn_on_its_scale():
-    drawn = ET.fromstring(page.drawn_interval(page.Span("96 %", 0.93, 0.96, 0.98)))
+    drawn = ET.fromstring(markup.drawn_interval(markup.Span("96 %", 0.93, 0.96, 0.98)))
     assert float(drawn.find("ellipse").get("cx")) == pytest.approx(4.0 + 0.92 * 96.0, abs=0.1)
 
 
 def test_a_page_lists_its_sections_and_prints_on_a4(tmp_path):
-    text = page.page_text("T", [page.heading(name, name) for name in ("one", "two", "three")], "Kind")
+    text = markup.page_text("T", [markup.heading(name, name) for name in ("one", "two", "three")], "Kind")
     assert [anchor for anchor in ("one", "two", "three") if f'href="#{anchor}"' in text] == ["one", "two", "three"]
     assert "quadstep · Kind" in text
     assert "size: A4" in text
-    assert "<nav" not in page.page_text("T", [page.heading("one", "one")])
+    assert "<nav" not in markup.page_text("T", [markup.heading("one", "one")])
 
 
 def test_a_figure_without_svg_is_its_png(tmp_path):
     job().draw(tmp_path, Sheet(("png",)))
-    assert 'src="data:image/png;base64,' in page.figure(tmp_path / "curve", "A curve")
+    assert 'src="data:image/png;base64,' in markup.figure(tmp_path / "curve", "A curve")

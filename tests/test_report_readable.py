@@ -7,7 +7,7 @@ from html import unescape
 import numpy as np
 import pytest
 
-from quadstep.report import page
+from quadstep.report import markup
 from quadstep.report.canvas import drawing, new_figure, write
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, Panel
@@ -20,7 +20,7 @@ SHEET = Sheet(("svg",))
 
 
 def write_report(folder, figure):
-    text = page.page_text("A report", [page.figure(folder / figure, "What to see")])
+    text = markup.page_text("A report", [markup.figure(folder / figure, "What to see")])
     (folder / "report.html").write_text(text, encoding="utf-8")
 
 
@@ -46,7 +46,7 @@ def test_axes_are_told_as_they_are_drawn(report):
 
 
 def test_a_page_without_figures_has_no_script():
-    assert "<script" not in page.page_text("A", [page.paragraph("text")])
+    assert "<script" not in markup.page_text("A", [markup.paragraph("text")])
 
 
 @needs(CHROMIUM)
@@ -82,7 +82,7 @@ def test_hovering_reads_values_and_a_drag_shows_a_part(report, browsers):
 
 def edges_of(page, name):
     """Left and right of what is drawn under a name, in pixels of the screen."""
-    box = page.locator(f"g[id$='{name}'] path").first.bounding_box()
+    box = markup.locator(f"g[id$='{name}'] path").first.bounding_box()
     return box["x"], box["x"] + box["width"]
 
 
@@ -145,19 +145,19 @@ def test_powers_of_ten_are_written_out_where_nobody_chose_how(tmp_path):
 
 
 PARTS = [
-    page.summary("The answer.", [page.Fact("largest error", "3 mm", "from the path")], []),
-    page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log")], "See it move:"),
-    page.heading("Numbers", "numbers"),
-    page.paragraph("K_r1 > m Lambda1"),
-    page.table(("", "RMSE", "share"), [("x", page.Span("3 [2, 4] mm", 2.0, 3.0, 4.0, 0.0, 9.0), "12 %"), ("y", "1", "-")]),
-    page.table((), [("seed", "1")]),
-    page.subheading("Settings"),
-    page.note("A note."),
-    page.listing(["one", "two"]),
-    page.verbatim("[path]", "all keys"),
-    page.verbatim("quadstep fly mission.toml"),
-    page.heading("More", "more"),
-    page.heading("How to read this", "reading"),
+    markup.summary("The answer.", [markup.Fact("largest error", "3 mm", "from the path")], []),
+    markup.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log")], "See it move:"),
+    markup.heading("Numbers", "numbers"),
+    markup.paragraph("K_r1 > m Lambda1"),
+    markup.table(("", "RMSE", "share"), [("x", markup.Span("3 [2, 4] mm", 2.0, 3.0, 4.0, 0.0, 9.0), "12 %"), ("y", "1", "-")]),
+    markup.table((), [("seed", "1")]),
+    markup.subheading("Settings"),
+    markup.note("A note."),
+    markup.listing(["one", "two"]),
+    markup.verbatim("[path]", "all keys"),
+    markup.verbatim("quadstep fly mission.toml"),
+    markup.heading("More", "more"),
+    markup.heading("How to read this", "reading"),
 ]
 """Of what every kind of report is made, beside its figures."""
 
@@ -166,8 +166,8 @@ PARTS = [
 @pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (360, "dark")])
 def test_axe_finds_nothing_in_the_parts_of_reports(report, browsers, width, scheme):
     window = browsers[False].page()
-    figure = page.figure(report[0].parent / "curve", "What to see")
-    report[0].write_text(page.page_text("A report", [*PARTS, figure], "Flight"), encoding="utf-8")
+    figure = markup.figure(report[0].parent / "curve", "What to see")
+    report[0].write_text(markup.page_text("A report", [*PARTS, figure], "Flight"), encoding="utf-8")
     window.set_viewport_size({"width": width, "height": 900})
     window.emulate_media(color_scheme=scheme)
     window.goto(report[0].as_uri())

@@ -22,8 +22,8 @@ from quadstep.report.publish import publishing
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.store import opened as open_campaign
 from quadstep.studies.comparison.training import Journal, JournalPlace, read_lines
-from quadstep.studies.rare.record import FinishedPiece
-from quadstep.studies.rare.record import opened as open_estimate
+from quadstep.studies.rare.run_folder import FinishedPiece
+from quadstep.studies.rare.run_folder import opened as open_estimate
 from quadstep.studies.tuning.objective import Judged
 from quadstep.studies.tuning.trial import Tried
 from tests.campaigns import MASS

@@ -170,13 +170,13 @@ def test_all_that_flies_counts_and_what_only_shows_does_not():
         "control/law.py": b"x = 1", "control/weights.toml": b"w = 1",
         "studies/campaign/flyer.py": b"from quadstep.other import thing",
         "other/thing.py": b"y = 2", "other/__init__.py": b"", "studies/campaign/report.py": b"z = 3",
-        "report/page.py": b"p = 4",
+        "report/markup.py": b"p = 4",
         "other/alone.py": b"q = 5",
     }  # fmt: skip
     whole = parts.digest(files)
     assert {name: parts.digest({**files, name: content + b"5"}) != whole for name, content in files.items() if content} == {
         "control/law.py": True, "control/weights.toml": True, "studies/campaign/flyer.py": True, "other/thing.py": True,
-        "studies/campaign/report.py": False, "report/page.py": False, "other/alone.py": False,
+        "studies/campaign/report.py": False, "report/markup.py": False, "other/alone.py": False,
     }  # fmt: skip
 
 

@@ -220,12 +220,42 @@ def test_no_message_gives_none_as_the_reason_of_an_error():
     assert not [path.name for path, text in texts.items() if "{error.strerror}" in text]
 
 
-SAME_NAMES = {
-    "Condition", "Controller", "Flight", "Measured", "Model", "Panel", "Plant", "Recorded", "Rotor", "Table",
-}  # fmt: skip
-"""Classes of one name that stay: the page's views of what has the name elsewhere, and names that users import."""
-
-
 def test_no_class_name_stands_for_two_things():
     names = [node.name for tree in modules().values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
-    assert {name for name in names if names.count(name) > 1} == SAME_NAMES
+    assert {name for name in names if names.count(name) > 1} == set()
+
+
+SAME_FILES = {
+    "air": "the air of a flight",
+    "ardupilot": "ArduPilot",
+    "closed_loop": "the controller and the plant together",
+    "declared": "a plant that declares its numbers",
+    "evidence": "what a study has found",
+    "fly": "flying: of plans, of a mission with its files, as a command",
+    "lagrange": "the paper's plant",
+    "lyapunov": "the Lyapunov function of Theorem 5.1",
+    "multirotor": "a real vehicle",
+    "page": "the interactive pages of a study",
+    "paths": "the paths that a vehicle follows",
+    "planar": "the planar quadrotor",
+    "plant": "equations of motion",
+    "read": "reading a user's file of any kind",
+    "registry": "all of its kind that the package has",
+    "report": "report.html of the room",
+    "rigid_body": "the motion of a rigid body",
+    "run": "the room's command, from a user's file to a folder of results",
+    "sampled": "the sampled closed loop as a map",
+    "schema": "a user's file: its keys, what they may hold, their defaults",
+    "serve": "`quadstep serve`",
+    "study": "studies",
+    "summary": "the results of many flights with their intervals",
+    "tables": "a room's result as tables",
+    "what_if": "`quadstep what-if`",
+    "writing": "recorded numbers as statements of another language",
+}
+"""Names of files in several rooms, each with what it means in all of them."""
+
+
+def test_no_file_name_means_two_things():
+    names = [path.stem for path in SOURCE.rglob("*.py") if path.stem != "__init__"]
+    assert {name for name in names if names.count(name) > 1} == set(SAME_FILES)

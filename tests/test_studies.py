@@ -14,7 +14,7 @@ from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.metrics.verdict import junit_xml
-from quadstep.studies.campaign.replay import replay
+from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.study import run
 from tests.campaigns import SHORT
 from tests.commands import Listener

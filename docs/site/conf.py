@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from docutils import nodes
 
 import quadstep
+from quadstep.report.markup import FONTS
 from quadstep.report.mathml import displayed, mathml
-from quadstep.report.page import FONTS
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx

@@ -11,7 +11,7 @@ from docs.site.listings import MARK, Kind, listings
 from docs.site.pages import DOCS, ROOT, pages
 from docs.site.reference import commands, equations, files, keys, python
 from docs.site.running import Ran
-from quadstep.report.page import figure
+from quadstep.report.markup import figure
 
 LEXERS = {Kind.SHELL: "bash", Kind.TOML: "toml", Kind.PYTHON: "python", Kind.TEXT: "text"}
 

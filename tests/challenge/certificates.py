@@ -11,7 +11,7 @@ import numpy as np
 from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
-from quadstep.proofs.prove.certificate import read_unknown
+from quadstep.proofs.prove.certificate_file import read_unknown
 from quadstep.proofs.prove.report import VerdictKind
 from quadstep.proofs.prove.run import check
 from quadstep.proofs.prove.sampled import Sampled

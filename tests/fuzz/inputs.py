@@ -18,8 +18,8 @@ from quadstep.mission.presets import preset_table
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.mission.template import template
 from quadstep.studies.campaign.flyer import Flyer
-from quadstep.studies.campaign.replay import replay
 from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.single_flight import replay
 from tests.fuzz.mutate import mutated, scrambled, toml
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -63,7 +63,7 @@ def prove(
     Exit code 0: proved. 1: undecided (the open cases are listed), or certificate not confirmed. 2: bad input. 3: disproved.
     """
     from quadstep.proofs.prove import report, run
-    from quadstep.proofs.prove.certificate import check_target
+    from quadstep.proofs.prove.certificate_file import check_target
     from quadstep.proofs.prove.unknown import Unknown
 
     if mission is not None and check is not None:

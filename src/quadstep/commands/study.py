@@ -14,8 +14,8 @@ from quadstep.report.screen import complain, say, say_whole, show_table, typeset
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
 
 if TYPE_CHECKING:
+    from quadstep.studies.comparison.cells import ComparisonStudy
     from quadstep.studies.comparison.run import FinishedComparison, How
-    from quadstep.studies.comparison.study import ComparisonStudy
 
 
 def reproduce(
@@ -72,8 +72,8 @@ def compare(
     drawn_on = drawing.sheet()
     folder = out or Path("out") / (files[0].stem if len(files) == 1 else "compare")
     with needed_by("`quadstep compare`"):
+        from quadstep.studies.comparison.cells import read_study
         from quadstep.studies.comparison.missions import compare_missions
-        from quadstep.studies.comparison.study import read_study
 
         if len(files) == 1:
             run_study(read_study(files[0]), folder, seeds, engine, retune, keep_going, overwrite, drawn_on)
@@ -193,7 +193,7 @@ def controllers(
     """
     check_range("--seeds", seeds, 2, MOST_SEEDS)
     with needed_by("`quadstep study controllers`"):
-        from quadstep.studies.comparison.study import shipped_study
+        from quadstep.studies.comparison.cells import shipped_study
 
         run_study(shipped_study(), out, seeds, engine, retune, keep_going, overwrite, sheet(USUAL, None, SCREEN))
 

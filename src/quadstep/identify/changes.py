@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.excited import Excited
-from quadstep.identify.measured import Measured, measured
+from quadstep.identify.measured import MeasuredLoop, measured
 from quadstep.identify.peaks import STANDS, Peak, free, highest, unfit
-from quadstep.identify.plant import Plant
+from quadstep.identify.plant import IdentifiedPlant
 from quadstep.identify.rate_loops import Filter, RateLoop
 from quadstep.identify.response import Complex, Response, gain_margins
 from quadstep.io.errors import UserError
@@ -57,7 +57,7 @@ class Advice(NamedTuple):
     """
 
     factor: float
-    expected: Measured
+    expected: MeasuredLoop
     others: Mapping[str, tuple[float, float]] = MappingProxyType({})
     louder: float = 1.0
 
@@ -82,7 +82,7 @@ def ends(factor: float, whole: Iterable[float]) -> list[float]:
     return [min(found), max(found)] if found else []
 
 
-def changes(flight: Excited, now: Measured, behind: Plant | None) -> Advice | None:
+def changes(flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None) -> Advice | None:
     """What the log advises: gains as large as a sound loop bears, where the plant is told, or those that make a fragile loop
     sound, or a higher cut-off where these do not, or a slower attitude loop; a lower cut-off, or a notch, for a sound loop
     whose command is too noisy.
@@ -104,7 +104,7 @@ def changes(flight: Excited, now: Measured, behind: Plant | None) -> Advice | No
 
 
 def tuned(
-    flight: Excited, loop: RateLoop, now: Measured, behind: Plant | None, tried: Iterable[dict[str, float]]
+    flight: Excited, loop: RateLoop, now: MeasuredLoop, behind: IdentifiedPlant | None, tried: Iterable[dict[str, float]]
 ) -> Advice | None:
     """With the first of other parameters that allow it, the largest gains with which the loop by its plant is sound, where it
     is not known to be so, or where they are worth a change and it is not slower otherwise.
@@ -172,7 +172,7 @@ def notches(flight: Excited, loop: RateLoop) -> list[dict[str, float]]:
     return [{**on, f"{stem}{names.centre}": float(f"{peak.middle:.3g}"), f"{stem}{names.band}": one} for one in widths]
 
 
-def unnotched(flight: Excited, peak: Peak, now: Measured, advice: Advice | None) -> str:
+def unnotched(flight: Excited, peak: Peak, now: MeasuredLoop, advice: Advice | None) -> str:
     """Why no notch is advised against a significant peak; empty where one is."""
     if why := unfit(flight, peak):
         return why

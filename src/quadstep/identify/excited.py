@@ -12,7 +12,7 @@ from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Series, Topics, refuse_backward
 from quadstep.identify.rate_loops import ARDUPILOT, AXES, BETAFLIGHT, COLUMNS, PX4, SINKING, RateLoop, limits
 from quadstep.identify.response import FREE, Response, response
-from quadstep.identify.setpoints import (
+from quadstep.identify.setpoint_response import (
     EXPLAINED,
     SHORTEST,
     columns_of,

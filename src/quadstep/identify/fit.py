@@ -25,7 +25,7 @@ from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.mean_forces import leaned
 from quadstep.identify.parameters import ANSWERS, GAINS, GUIDANCE, LIMITS, Free, leaves_of, numbers_of, point_of, values_at
 from quadstep.identify.prediction import PredictorParameters
-from quadstep.identify.search import ErrorWeights, Prior, curvature, search
+from quadstep.identify.prediction_problem import ErrorWeights, Prior, curvature, search
 from quadstep.identify.starts import setpoint_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import vector

@@ -10,7 +10,7 @@ from quadstep.identify.intervals import FROM_AVERAGES, averaged
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import Free, point_of
 from quadstep.identify.prediction import Predictor, PredictorParameters
-from quadstep.identify.search import ErrorWeights, PredictionProblem, Prior, cost
+from quadstep.identify.prediction_problem import ErrorWeights, PredictionProblem, Prior, cost
 from quadstep.identify.starts import Starts, laid_out, starts_at, usable
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection

@@ -16,7 +16,7 @@ from quadstep.identify.logs.flight import FlightRecord, Floats, smooth
 from quadstep.identify.mean_forces import PLAIN, VARIANTS, Variant, forces
 from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
 from quadstep.identify.prediction import PredictorParameters
-from quadstep.identify.search import Curvature, Prior
+from quadstep.identify.prediction_problem import Curvature, Prior
 from quadstep.metrics.statistics import student_quantile
 from quadstep.vehicle.allocation import mixing
 from quadstep.vehicle.rigid_body import Geometry

@@ -8,7 +8,7 @@ from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE, SOUND
 from quadstep.metrics.statistics import Estimate
 
 
-class Measured(NamedTuple):
+class MeasuredLoop(NamedTuple):
     """phase: the crossover with the smallest phase margin [rad], as `sized`, None if the excitation tells of none; up, down:
     where the gain may grow and fall least, by which factor, None where the phase crosses -180 degrees at no excited frequency
     and the gain margin is unknown. open: crossovers whose phase margin it does not tell. lowest, highest: excited [rad/s].
@@ -74,7 +74,7 @@ class Measured(NamedTuple):
         return spelled(self.phase.at, ".3g"), spelled(Estimate(*map(math.degrees, self.phase.value)), ".1f"), *self.gains()
 
 
-def measured(found: Response) -> Measured:
+def measured(found: Response) -> MeasuredLoop:
     crossings, turns = crossovers(found), gain_margins(found)
     up = min((one for one in turns if one.value.value >= 1.0), key=lambda one: one.value.value, default=None)
     down = max((one for one in turns if one.value.value < 1.0), key=lambda one: one.value.value, default=None)
@@ -85,7 +85,7 @@ def measured(found: Response) -> Measured:
     rests = found.rising and down is None
     level = interval(abs(found.opened[0]), found.opened_error[0], found.freedom[0]).low if rests else 0.0
     floor = 20.0 * math.log10(level) if level > 0.0 else None
-    return Measured(phase and phase._replace(value=sized(phase.value)), up, down, left, *ends, floor)
+    return MeasuredLoop(phase and phase._replace(value=sized(phase.value)), up, down, left, *ends, floor)
 
 
 def sized(one: Estimate) -> Estimate:

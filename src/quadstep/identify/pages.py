@@ -22,7 +22,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.files import write_beside
 from quadstep.io.run_record import FIGURES
 from quadstep.mission.airframe import AirframeSection
-from quadstep.report import page
+from quadstep.report import markup
 from quadstep.report.axes import logarithmic, plain_decades, powers
 from quadstep.report.canvas import LINES, drawing, margins, new_figure
 from quadstep.report.canvas import write as write_figure
@@ -64,7 +64,7 @@ def illustrated(told: Evidence, found: Replayed, out: Path, sheet: Sheet) -> Evi
     flown, estimated = ([drawn(out, job, sheet) for job in jobs] for jobs in (again, estimates))
     caption = "Mean prediction error against the time ahead: the vehicle helps where its line is below both guesses."
     rest = [*flown[1:], *estimated[1:]]
-    more = [page.heading("The other flights", "others")] if rest else []
+    more = [markup.heading("The other flights", "others")] if rest else []
     figures = [*([Figure(ERRORS, caption)] if groups else []), *flown[:1], *estimated[:1]]
     return told._replace(figures=figures, sections=[*told.sections, *more, *rest])
 
@@ -155,11 +155,11 @@ def write_identification(
             part for i, one in enumerate(followers) for part in (predictions(out, one, i, kind), spectra(out, one, i))
         ]
         sections: list[Section] = [
-            page.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
+            markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
             *told.sections,
             unexplained(followers, shown, vehicle, kind),
             *again(out, shown, vehicle),
-            *([page.heading("The other flights", "others")] if pictures[2:] else []),
+            *([markup.heading("The other flights", "others")] if pictures[2:] else []),
             *pictures[2:],
         ]
         text = told._replace(figures=pictures[:2], sections=sections).html(out)

@@ -12,7 +12,7 @@ from quadstep.identify.excited import FEWEST, Excited, motors
 from quadstep.identify.logs.flight import Floats, spectrum
 from quadstep.identify.rate_loops import RateLoop, notches
 from quadstep.identify.response import Complex
-from quadstep.identify.setpoints import EXPLAINED
+from quadstep.identify.setpoint_response import EXPLAINED
 from quadstep.metrics.statistics import Estimate, student_quantile
 
 STANDS, AROUND, BESIDE, FEWEST_LINES = 10.0, 0.3, 0.06, 4

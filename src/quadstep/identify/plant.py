@@ -45,7 +45,7 @@ fewest bands that tell.
 """
 
 
-class Plant(NamedTuple):
+class IdentifiedPlant(NamedTuple):
     """values: as `START`; spread (4, 4): their covariance; misfit: as `MISFIT`; loop: L at frequencies that reach beyond the
     excited ones, by the plant and the parameters in the log; hidden: `unseen`.
     """
@@ -80,7 +80,7 @@ class Plant(NamedTuple):
         return {**dict(zip(names, self.values.tolist(), strict=True)), "misfit": self.misfit, "unseen_gain": self.hidden}
 
 
-def plant(flight: Excited) -> Plant | None:
+def plant(flight: Excited) -> IdentifiedPlant | None:
     """None where the log does not tell what controls the plant."""
     loop, found = flight.loop, flight.measured
     if loop is None or loop.apart:  # the D part of Betaflight is not known
@@ -108,7 +108,7 @@ def plant(flight: Excited) -> Plant | None:
     error = np.sqrt(np.maximum(*parts) + ROUGH**2) * np.abs(opened) * np.abs(sensitivity) ** 2
     freedom = np.full(len(reach), float(found.freedom.sum() / shared.mean()))
     whole = Response(reach, sensitivity, error, freedom, np.ones(len(reach)))
-    return Plant(values, spread, misfit, whole, unseen(flight, controller, whole))
+    return IdentifiedPlant(values, spread, misfit, whole, unseen(flight, controller, whole))
 
 
 def unseen(flight: Excited, control: Callable[[Complex], Complex], loop: Response) -> float:

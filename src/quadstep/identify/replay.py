@@ -19,7 +19,7 @@ from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.logs.judge import FASTER, SLOWEST
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.prediction import Predictor, PredictorParameters
-from quadstep.identify.search import PredictionBatch, as_states
+from quadstep.identify.prediction_problem import PredictionBatch, as_states
 from quadstep.identify.starts import (
     GROUPS,
     HISTORY,

@@ -15,8 +15,8 @@ from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.vehicle_file import fitted_to
 from quadstep.io import __version__
 from quadstep.metrics.statistics import Estimate
-from quadstep.report import page
-from quadstep.report.evidence import Evidence, Section, Table
+from quadstep.report import markup
+from quadstep.report.evidence import Evidence, Section, TableSection
 from quadstep.report.publish import write_csv
 from quadstep.report.units import counted, handy, interval, listed, number, percent, quantity
 
@@ -105,8 +105,8 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
     """What was found, for its readers. warnings: where the logs contradict their mapping."""
     named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
     name, first = f"{asked.vehicle}, {named}", found.predictions[0].compared if found.predictions else None
-    sections: list[Section] = [page.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape)]
-    sections += [page.heading("Predictions", "predictions"), page.paragraph(METHOD)] if first else []
+    sections: list[Section] = [markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape)]
+    sections += [markup.heading("Predictions", "predictions"), markup.paragraph(METHOD)] if first else []
     sections += [error_table(one.title, one.compared, found.period) for one in found.predictions]
     if found.flown and asked.controller:
         sections.append(tracking_table(found.flown, str(asked.controller["type"])))
@@ -186,14 +186,14 @@ def filtered(found: Sequence[Estimated]) -> float:
     return float(np.sqrt(np.mean([one.filter.position**2 for one in found])))
 
 
-def facts(compared: ErrorTable, period: float) -> list[page.Fact]:
+def facts(compared: ErrorTable, period: float) -> list[markup.Fact]:
     """Errors half a second ahead."""
     shown = []
     for group in GROUPS:
         ratio = compared.ratio(AHEAD, group)
         error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
         more = f"{in_time(AHEAD, period)} ahead: {share(ratio, 'constant')}"
-        shown.append(page.Fact(group, error, more))
+        shown.append(markup.Fact(group, error, more))
     return shown
 
 
@@ -205,9 +205,9 @@ def in_time(horizon: int, period: float) -> str:
     return f"{horizon * period:.2g}\u00a0s"
 
 
-def error_table(title: str, found: ErrorTable, period: float) -> Table:
+def error_table(title: str, found: ErrorTable, period: float) -> TableSection:
     """Mean errors at each of `HORIZONS`."""
-    rows: list[Sequence[page.Cell]] = []
+    rows: list[Sequence[markup.Cell]] = []
     for group in GROUPS:
         unit, factor = handy(UNIT[group], FACTOR[group] * max(max(found.means(horizon, group)) for horizon in HORIZONS))
         for horizon in HORIZONS:
@@ -215,7 +215,7 @@ def error_table(title: str, found: ErrorTable, period: float) -> Table:
             to_zero = number(found.ratio(horizon, group, "zero").value)
             rows.append((f"{group}, {horizon} [{unit}]", *texts, said(found.ratio(horizon, group)), to_zero))
     header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")
-    return Table("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", escape, shown=title)
+    return TableSection("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", escape, shown=title)
 
 
 def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:
@@ -223,7 +223,7 @@ def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:
     return [(who, *of) for who, of in (("filter", one.filter), ("the log's own", one.own)) if of]
 
 
-def estimate_table(found: Sequence[Estimated]) -> Table:
+def estimate_table(found: Sequence[Estimated]) -> TableSection:
     rows = []
     for one in found:
         for who, position, velocity, tilt, yaw in estimators(one):
@@ -234,7 +234,7 @@ def estimate_table(found: Sequence[Estimated]) -> Table:
         f"{quantity(FIX_NOISE, 'm', 1)} noise"
     )
     header = ("flight, estimate", "position", "velocity", "tilt", "yaw")
-    return Table("Estimates", "estimates", header, rows, f"{sensors}.", escape, shown=sensors)
+    return TableSection("Estimates", "estimates", header, rows, f"{sensors}.", escape, shown=sensors)
 
 
 TRACKING = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [°/s]", "lost")
@@ -252,14 +252,14 @@ def likeness(found: Sequence[Beside]) -> str:
     return f"{said}, and the simulated position is {span} from the real one (RMS){lost}."
 
 
-def tracking_table(found: Sequence[Beside], controller: str) -> Table:
+def tracking_table(found: Sequence[Beside], controller: str) -> TableSection:
     """How each flight, and its simulation, follows its setpoints."""
     rows = [
         (one.name, *map(" / ".join, zip(tracked(one.real), tracked(one.simulated), strict=True)), one.lost) for one in found
     ]
     title = f"Logged setpoints simulated with {controller}"
     text = f"{title}, starting from the measured state."
-    return Table("Real and simulated flights", "simulated", TRACKING, rows, text, escape, shown=title)
+    return TableSection("Real and simulated flights", "simulated", TRACKING, rows, text, escape, shown=title)
 
 
 def tracked(one: Tracking) -> tuple[str, str, str, str]:

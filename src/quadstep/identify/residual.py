@@ -14,7 +14,7 @@ from quadstep.identify.averages import matrices, rotor_speeds
 from quadstep.identify.guesses import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.prediction import Predictor, PredictorParameters
-from quadstep.identify.search import PredictionBatch, as_states
+from quadstep.identify.prediction_problem import PredictionBatch, as_states
 from quadstep.identify.starts import HORIZONS, States, laid_out, logged, starts_at, usable, voltage_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Vector, matrix

@@ -17,8 +17,8 @@ from quadstep.identify.vehicle_file import IDENTIFIED, identified_vehicle, in_pr
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_tables import ResidualSection
-from quadstep.report import page
-from quadstep.report.evidence import Evidence, Table
+from quadstep.report import markup
+from quadstep.report.evidence import Evidence, TableSection
 from quadstep.report.units import counted, listed, percent
 from quadstep.vehicle.airframe_plant import Residual
 
@@ -191,7 +191,7 @@ def evidence(run: Identification, flights: Sequence[FlightRecord], start: Airfra
         facts=facts(run),
         sections=[
             fitted(run.found),
-            *([page.heading("Prediction of held-out flights", "held-out"), page.paragraph(METHOD)] if tables else []),
+            *([markup.heading("Prediction of held-out flights", "held-out"), markup.paragraph(METHOD)] if tables else []),
             *tables,
         ],
         more=said[1:],
@@ -208,27 +208,29 @@ def of_residual(run: Identification) -> list[str]:
     return [f"With the residual errors are {much} times as large on flights held out, so it is left out of the vehicle."]
 
 
-def facts(run: Identification) -> list[page.Fact]:
+def facts(run: Identification) -> list[markup.Fact]:
     """Errors relative to those of the baseline with constant velocity and rates: of each group the worse of the tables."""
     tables = run.tables
     found = []
     for group in GROUPS if tables else ():
         ratio, knows = max((one.ratio(AHEAD, group).value, knows) for knows, one in tables.items())
         more = f"of the error of the constant baseline, {AHEAD} samples ahead, from {knows}"
-        found.append(page.Fact(group, percent(ratio), more))
+        found.append(markup.Fact(group, percent(ratio), more))
     return found
 
 
-def fitted(found: Identified) -> Table:
+def fitted(found: Identified) -> TableSection:
     rows = [
         (key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source)
         for key, one in found.fitted.items()
     ]
     header = ("key", "value", "95 % interval", "unit", "from")
-    return Table("Identified parameters", "found", header, rows, shown="Identified")
+    return TableSection("Identified parameters", "found", header, rows, shown="Identified")
 
 
-def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehicle: AirframeSection, kind: str) -> Table:
+def unexplained(
+    found: Sequence[Followed], flights: Sequence[FlightRecord], vehicle: AirframeSection, kind: str
+) -> TableSection:
     """A row for each flight: unexplained angular acceleration and force beside the measured ones, and the thrust."""
     thrust = {flight.name: hover_ratio(flight, vehicle) for flight in flights}
     rows = []
@@ -245,4 +247,4 @@ def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehi
         "While the model follows a flight it is corrected by the measurements; the corrections needed in addition to its own "
         f"torque and thrust are unexplained. RMS and mean values over the flights that were {kind}."
     )
-    return Table("What the model cannot explain", "left", header, rows, text, escape)
+    return TableSection("What the model cannot explain", "left", header, rows, text, escape)

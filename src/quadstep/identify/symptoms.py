@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from quadstep.identify.changes import NOISY, Advice, loud, unnotched
 from quadstep.identify.excited import FEWEST, LOOPS_OF, Excited, motors
 from quadstep.identify.logs.flight import Flags, Floats, stretches
-from quadstep.identify.measured import Measured
+from quadstep.identify.measured import MeasuredLoop
 from quadstep.identify.peaks import STANDS, covered, highest
 from quadstep.identify.rate_loops import SINKING, RateLoop
-from quadstep.identify.setpoints import latest
+from quadstep.identify.setpoint_response import latest
 from quadstep.metrics.statistics import student_quantile
 
 OFTEN = 0.01
@@ -38,7 +38,7 @@ class Symptom(NamedTuple):
     shows: bool
 
 
-def symptoms(flight: Excited, now: Measured, advice: Advice | None) -> list[Symptom]:
+def symptoms(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> list[Symptom]:
     """All that the log carries. now, advice: what was measured, and is advised, of its loop."""
     return [*saturation(flight), *noise(flight), *peak(flight, now, advice), *wash(flight)]
 
@@ -117,7 +117,7 @@ def rms(lines: NDArray[np.complex128], count: int) -> float:
     return math.sqrt(2.0 * float((np.abs(lines) ** 2).sum())) / count
 
 
-def peak(flight: Excited, now: Measured, advice: Advice | None) -> Iterator[Symptom]:
+def peak(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Iterator[Symptom]:
     """The highest peak in the gyro's spectrum above the excited frequencies, and why no notch is advised, if none is."""
     found = highest(flight)
     if flight.loop is None or found is None:

@@ -23,7 +23,7 @@ from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import MANIFEST, publishing, write_csv, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import quantity
@@ -142,7 +142,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: S
     moves = steps(studied.rest.period, found.poles) if found.stable else []
     said = [*tables.sentences(found, but), *([] if found.stable else [flown_from_rest(mission)])]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
-    poles = Table(
+    poles = TableSection(
         "Poles", "poles", tables.POLE_HEADER, tables.pole_rows(found.poles, None), shown="The slowest poles", most=tables.SHOWN
     )
     done = Evidence(
@@ -162,9 +162,9 @@ def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: S
         facts=worst.facts([("", found)]),
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         sections=[
-            Table("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
+            TableSection("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
             poles,
-            Table("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
+            TableSection("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
         ],
     )
 

@@ -27,7 +27,7 @@ from quadstep.mission.own_controller import own_section
 from quadstep.mission.own_thing import unknown_type
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.mission.schema import Mission
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.progress import Progress
 from quadstep.report.publish import MANIFEST, publishing, write_csv, write_json
 from quadstep.report.screen import command
@@ -193,11 +193,11 @@ def evidence(done: Several, path: Path, figures: list[Figure]) -> Evidence:
         facts=worst.facts(done.found),
         figures=figures,
         sections=[
-            Table("Worst margins", "worst", worst.WORST_HEADER, least, tables.METHOD, shown=shown),
-            Table(
+            TableSection("Worst margins", "worst", worst.WORST_HEADER, least, tables.METHOD, shown=shown),
+            TableSection(
                 "Every loop: smallest margins over its channels", "loops", worst.ROW_HEADER, worst.rows(done.found), shown=each
             ),
-            *([Table("Not linearised", "refused", ("",), [(line,) for line in refused])] if refused else []),
+            *([TableSection("Not linearised", "refused", ("",), [(line,) for line in refused])] if refused else []),
         ],
         commands=fly,
     )

@@ -10,7 +10,7 @@ from quadstep.linear.grade import FRAGILE, UNKNOWN, UNSTABLE, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
 from quadstep.metrics.registry import SOUND
-from quadstep.report.page import Fact
+from quadstep.report.markup import Fact
 
 Found = Sequence[tuple[str, Analysis | str]]
 """Loops by name; for one that cannot be linearised, the reason."""

@@ -21,7 +21,7 @@ from quadstep.mission.fields import (
 from quadstep.numbers import Vector, matrix
 from quadstep.vehicle.airframe_plant import INPUTS, OUTPUTS, Residual
 from quadstep.vehicle.rigid_body import Mount
-from quadstep.vehicle.rotor import Rotor
+from quadstep.vehicle.rotor import RotorParameters
 
 
 class MountSection(Section):
@@ -62,9 +62,9 @@ class RotorSection(Section):
             raise ValueError(f"fastest = {self.fastest:g} rad/s must be above slowest = {self.slowest:g} rad/s")
         return self
 
-    def build(self) -> Rotor:
+    def build(self) -> RotorParameters:
         thrust, torque = self.thrust_coefficient, self.torque_coefficient
-        return self.as_numbers(Rotor, thrust=thrust, torque=torque, rise=self.rise_time, fall=self.fall_time)
+        return self.as_numbers(RotorParameters, thrust=thrust, torque=torque, rise=self.rise_time, fall=self.fall_time)
 
 
 class DragSection(Section):

@@ -23,8 +23,8 @@ from quadstep.metrics.registry import Metrics
 from quadstep.metrics.verdict import scalars
 from quadstep.page.folder import ResultFolder, name_in, scored_from
 from quadstep.page.model import identity
-from quadstep.report import page, units
-from quadstep.report.page import page_text, paragraph
+from quadstep.report import markup, units
+from quadstep.report.markup import page_text, paragraph
 
 DROP = (
     "<p data-scripted><label>Advice from a log of PX4, ArduPilot or Betaflight: drop it here, or choose it "
@@ -214,26 +214,26 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     others = apart(CONDITIONS, *contents)
     closer = answer(names, first, second) + (f" They differ in {units.listed(others)}, too." if others else "")
     body = [
-        page.summary(unlike(names, *contents) or closer, facts(names, first, second)),
+        markup.summary(unlike(names, *contents) or closer, facts(names, first, second)),
         f'<div class="two">{shown}</div>',
     ]
     if all("flight.csv" in one.files for one in results):
         places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
         if different(*contents):
-            body.append(page.links([(f"/both?{places}", "Both flights on one page")]))
-            body.append(page.paragraph(f"They fly different {different(*contents)}, so they are not overlaid."))
+            body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
+            body.append(markup.paragraph(f"They fly different {different(*contents)}, so they are not overlaid."))
         else:
             front, behind = (name_in(content, one.place.name) for one, content in zip(results, contents, strict=True))
             behind = identity(behind, (identity(front, ()),))
-            body.append(page.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid")]))
-    body += [page.heading("All numbers", "numbers")]
+            body.append(markup.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid")]))
+    body += [markup.heading("All numbers", "numbers")]
     body += [
-        page.table(("", *names, "second / first"), rows, escape)
+        markup.table(("", *names, "second / first"), rows, escape)
         if rows
-        else page.paragraph("Neither result has numbers to compare.")
+        else markup.paragraph("Neither result has numbers to compare.")
     ]
-    return page.page_text(
-        f"{names[0]} and {names[1]}", [*body, page.links([("/", "All results")])], "Comparison of two", STYLE
+    return markup.page_text(
+        f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
     )
 
 
@@ -292,9 +292,9 @@ def answer(names: list[str], first: dict[str, float], second: dict[str, float]) 
     return f"{names[near]} is {times} to its path than {names[far]}."
 
 
-def facts(names: list[str], first: dict[str, float], second: dict[str, float]) -> list[page.Fact]:
+def facts(names: list[str], first: dict[str, float], second: dict[str, float]) -> list[markup.Fact]:
     errors = [(name, one[RMSE]) for name, one in zip(names, (first, second), strict=True) if RMSE in one]
-    return [page.Fact(f"{name}: position RMSE", units.quantity(value, "m")) for name, value in errors]
+    return [markup.Fact(f"{name}: position RMSE", units.quantity(value, "m")) for name, value in errors]
 
 
 def value(one: float, unit: str) -> str:

@@ -35,7 +35,7 @@ from quadstep.page.controls import (
     wind_controls,
 )
 from quadstep.page.laws import NEURONS, Laws, widened
-from quadstep.page.model import Component, Condition, Control, Controller, identity
+from quadstep.page.model import Component, ConditionData, Control, ControllerData, identity
 from quadstep.program.assignments import CONSTANT, INPUT, Record
 from quadstep.vehicle.paper import State
 
@@ -136,7 +136,7 @@ OPERATIONS = frozenset(("+", "-", "*", "/", "negative", "magnitude", "sqrt", "<"
 """What the page can work out; `data/contract.ts` says how."""
 
 
-def page_conditions(controller: Law, plan: FlightPlan, model: Model) -> tuple[Condition, ...]:
+def page_conditions(controller: Law, plan: FlightPlan, model: Model) -> tuple[ConditionData, ...]:
     """The conditions of a controller on the gains of a plan, as far as the page has the operations that they take.
 
     model: of the vehicle; what the plan holds of it varies.
@@ -153,7 +153,7 @@ def page_conditions(controller: Law, plan: FlightPlan, model: Model) -> tuple[Co
     for asked in controller.conditions(parameters.gains, model):
         with contextlib.suppress(UserError):
             left, right = (term(record, record.at(side)) for side in (asked.left, asked.right))
-            found.append(Condition(asked.text, left, right, asked.or_equal, asked.source))
+            found.append(ConditionData(asked.text, left, right, asked.or_equal, asked.source))
     return tuple(found)
 
 
@@ -185,7 +185,7 @@ GHOSTS = {
 def controllers(
     mission: Mission, plan: FlightPlan, folder: Path, laws: Laws, called: str = "",
     rivals: Mapping[str, ControllerSection] | None = None,
-) -> list[Controller]:  # fmt: skip
+) -> list[ControllerData]:  # fmt: skip
     """All that can fly this mission, its own first. Raises UserError where its own cannot be held by the page.
 
     called: its own one's name, if not that of its kind. rivals: the others, by name; those of the package if there are none.
@@ -200,7 +200,7 @@ def controllers(
     return result
 
 
-def renamed(one: Controller, name: str) -> Controller:
+def renamed(one: ControllerData, name: str) -> ControllerData:
     """A controller under a name of its own."""
     return one._replace(id=identity(name, ()), label=name)
 
@@ -228,7 +228,7 @@ def meanings(law: type[Law]) -> Mapping[str, object]:
     return {**found, "nets": [one for one in law.declarations().values() if isinstance(one, DeclaredNet)]}
 
 
-def controller(section: ControllerSection, mission: Mission, plan: FlightPlan, folder: Path, laws: Laws) -> Controller:
+def controller(section: ControllerSection, mission: Mission, plan: FlightPlan, folder: Path, laws: Laws) -> ControllerData:
     """One of them. Raises UserError."""
     built = section.build(mission.modelled, folder)
     gains = widened(built.gains, section.table.seed) if section.table else built.gains
@@ -236,4 +236,4 @@ def controller(section: ControllerSection, mission: Mission, plan: FlightPlan, f
     numbers = laws.add(flown)
     conditions = page_conditions(built.law, flown, mission.modelled.model())
     label = section.controller.label or section.type
-    return Controller(section.type, label, *numbers, tuple(sliders(section, built.gains)), conditions)
+    return ControllerData(section.type, label, *numbers, tuple(sliders(section, built.gains)), conditions)

@@ -18,7 +18,7 @@ from quadstep.numbers import flatten, leaf_names
 from quadstep.page.controllers import controllers, declared_controls, known_sliders
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
-from quadstep.page.model import Cell, Control, Controller, Flight, Rate, Recorded, Summary, numbers_text
+from quadstep.page.model import Cell, Control, ControllerData, FlightData, Rate, RecordedData, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
 from quadstep.vehicle.declared import DeclaredPlant
 
@@ -90,7 +90,7 @@ def ending(flown: ShownFlight) -> dict[str, object]:
             "reasons": list(grade.reasons)}  # fmt: skip
 
 
-def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
+def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> FlightData:
     """One flight of the page. share: numbers its recording may hold, if it needs one."""
     plan, log = flown.plan, flown.log
     live, reason = Live((), ()), flown.why_not or "only its recording is available"
@@ -101,7 +101,7 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
             reason = str(error)
     rest = rest_of(flown.metrics)
     why_not = f"This flight is a recording; it cannot be flown in the page: {reason}." if reason else ""
-    return Flight(
+    return FlightData(
         id=flown.id,
         name=flown.name,
         group=flown.group,
@@ -133,7 +133,7 @@ def controls(mission: Mission, plan: FlightPlan) -> list[Control]:
 class Live(NamedTuple):
     """What flies a flight in the page, and the sliders that all controllers share."""
 
-    controllers: tuple[Controller, ...]
+    controllers: tuple[ControllerData, ...]
     controls: tuple[Control, ...]
 
 
@@ -164,21 +164,21 @@ def check_length(ticks: Ticks) -> None:
         )
 
 
-def lone_controller(plan: FlightPlan, laws: Laws) -> Controller:
+def lone_controller(plan: FlightPlan, laws: Laws) -> ControllerData:
     """The controller of a plan of which nothing but its numbers is known."""
     gains = plan.parameters.gains
     name = type(plan.loop.controller).__name__
-    return Controller("own", name, *laws.add(plan), tuple(known_sliders(gains)), ())
+    return ControllerData("own", name, *laws.add(plan), tuple(known_sliders(gains)), ())
 
 
-def recorded(log: FlightLog, share: int) -> Recorded:
+def recorded(log: FlightLog, share: int) -> RecordedData:
     """The log as flown, thinned to its share of numbers."""
     width = len(log.columns)
     every = max(1, -(-len(log.rows) * width // max(share, width)))
     rows = log.rows[::every]
     times = rows[:, list(log.columns).index("t")]
     period = float(times[1] - times[0]) if len(rows) > 1 else 1.0
-    return Recorded(tuple(log.columns.items()), numbers_text(rows), "f64", len(rows), period)
+    return RecordedData(tuple(log.columns.items()), numbers_text(rows), "f64", len(rows), period)
 
 
 SUMMED_UP = {

@@ -52,7 +52,7 @@ class Control(NamedTuple):
     components: tuple[Component, ...]
 
 
-class Condition(NamedTuple):
+class ConditionData(NamedTuple):
     """left > right must hold, or left >= right. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}."""
 
     text: str
@@ -62,7 +62,7 @@ class Condition(NamedTuple):
     source: str
 
 
-class Controller(NamedTuple):
+class ControllerData(NamedTuple):
     """A law that can fly the flight. preset, tables: keys; overrides: (place, value) on top of the preset."""
 
     id: str
@@ -73,7 +73,7 @@ class Controller(NamedTuple):
     tables: tuple[str, ...]
     start: tuple[float, ...]
     controls: tuple[Control, ...]
-    conditions: tuple[Condition, ...]
+    conditions: tuple[ConditionData, ...]
 
 
 class Line(NamedTuple):
@@ -85,7 +85,7 @@ class Line(NamedTuple):
     dashed: bool = False
 
 
-class Panel(NamedTuple):
+class PanelData(NamedTuple):
     """A plot over time. optional: of what a flight may lack, which is zero throughout then."""
 
     id: str
@@ -130,7 +130,7 @@ class Scene(NamedTuple):
     ground: float
 
 
-class Recorded(NamedTuple):
+class RecordedData(NamedTuple):
     """A flight as flown by Python; rows in base64. period: from row to row [s]."""
 
     columns: tuple[tuple[str, str], ...]
@@ -184,7 +184,7 @@ class Rate(NamedTuple):
     keys: tuple[str, ...]
 
 
-class Flight(NamedTuple):
+class FlightData(NamedTuple):
     """One flight of the page. cell: in its group's table, if that is one. rate: of flights like it."""
 
     id: str
@@ -197,12 +197,12 @@ class Flight(NamedTuple):
     summary: Summary
     whyNot: str  # noqa: N815
     warnings: tuple[str, ...]
-    recorded: Recorded | None
-    controllers: tuple[Controller, ...]
+    recorded: RecordedData | None
+    controllers: tuple[ControllerData, ...]
     controls: tuple[Control, ...]
     ticks: dict[str, object]
     scene: Scene
-    panels: tuple[Panel, ...]
+    panels: tuple[PanelData, ...]
     cell: Cell | None
     rate: Rate | None
 
@@ -270,7 +270,7 @@ def numbers_text(values: Iterable[float] | NDArray[np.float64]) -> str:
     return base64.b64encode(np.asarray(values, dtype="<f8").tobytes()).decode("ascii")
 
 
-SHARED = (Control, Panel, Scene, Condition)
+SHARED = (Control, PanelData, Scene, ConditionData)
 """Records that are often the same from flight to flight, and are written once."""
 
 

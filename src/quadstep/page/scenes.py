@@ -9,7 +9,7 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.plant import Drawn
 from quadstep.numbers import leaf_names
-from quadstep.page.model import Arrow, Line, Panel, RotorView, Scene
+from quadstep.page.model import Arrow, Line, PanelData, RotorView, Scene
 
 AXES, ANGLES = ("x", "y", "z"), ("psi", "theta", "phi")
 
@@ -69,11 +69,13 @@ def lowest(log: FlightLog) -> float:
     return float(np.floor(min([0.0, *heights])))
 
 
-def group(panel: str, title: str, unit: str, names: Sequence[str], wanted: Sequence[str] = (), minus: bool = False) -> Panel:
+def group(
+    panel: str, title: str, unit: str, names: Sequence[str], wanted: Sequence[str] = (), minus: bool = False
+) -> PanelData:
     """A panel of columns, with what was wanted of each beside it, or with the error instead."""
     if minus:
-        return Panel(panel, title, unit, tuple(Line(f"{d} - {n}", d, n) for n, d in zip(names, wanted, strict=True)))
-    return Panel(panel, title, unit, (*(Line(n, n) for n in names), *(Line(d, d, dashed=True) for d in wanted)))
+        return PanelData(panel, title, unit, tuple(Line(f"{d} - {n}", d, n) for n, d in zip(names, wanted, strict=True)))
+    return PanelData(panel, title, unit, (*(Line(n, n) for n in names), *(Line(d, d, dashed=True) for d in wanted)))
 
 
 PANELS = (
@@ -91,19 +93,19 @@ PANELS = (
     group("estimate", "Estimated minus true position", "m", AXES, ("x_m", "y_m", "z_m"), minus=True)._replace(optional=True),
     group("wind", "Wind", "m/s", ("wind_x", "wind_y", "wind_z"))._replace(optional=True),
     group("voltage", "Battery", "V", ("voltage",))._replace(optional=True),
-    Panel("weights", "Norms of the weights", "-", (Line("|W1|", "norm_W1"), Line("|W2|", "norm_W2")), optional=True),
-    Panel(
+    PanelData("weights", "Norms of the weights", "-", (Line("|W1|", "norm_W1"), Line("|W2|", "norm_W2")), optional=True),
+    PanelData(
         "lyapunov", "Lyapunov function without its weights (Eq. 55)", "J", (Line("L", "lyapunov"),), log=True, optional=True
     ),
-    Panel("r1", "Filtered position error |r1|", "m/s", (Line("|r1|", "norm_r1"),), log=True, optional=True),
-    Panel("r2", "Filtered attitude error |r2|", "rad/s", (Line("|r2|", "norm_r2"),), log=True, optional=True),
+    PanelData("r1", "Filtered position error |r1|", "m/s", (Line("|r1|", "norm_r1"),), log=True, optional=True),
+    PanelData("r2", "Filtered attitude error |r2|", "rad/s", (Line("|r2|", "norm_r2"),), log=True, optional=True),
 )
 """Every plot there may be, in order; a flight gets those whose first column its log has."""
 
 
-def panels(columns: Mapping[str, str]) -> tuple[Panel, ...]:
+def panels(columns: Mapping[str, str]) -> tuple[PanelData, ...]:
     """The plots of a log with these columns."""
-    found: dict[str, Panel] = {}
+    found: dict[str, PanelData] = {}
     for panel in PANELS:
         lines = tuple(line for line in panel.lines if line.column in columns and (line.minus is None or line.minus in columns))
         if lines and panel.id not in found and panel.lines[0] in lines:

@@ -14,7 +14,7 @@ from quadstep.io.errors import UserError, unknown_name
 from quadstep.mission.check import check
 from quadstep.mission.fields import Section
 from quadstep.page.laws import Laws
-from quadstep.page.model import Control, Flight, GuessView, StepView, StoryView
+from quadstep.page.model import Control, FlightData, GuessView, StepView, StoryView
 
 OWN = Path(__file__).parent / "stories" / "paper.md"
 """The walk that ships, on the paper's page."""
@@ -154,7 +154,7 @@ def step(part: str, place: int, path: Path) -> StoryStep:
     return StoryStep(title.strip(), text, settings)
 
 
-def story_view(story: Story, flights: Sequence[Flight], of_missions: Mapping[Path, str], laws: Laws) -> StoryView:
+def story_view(story: Story, flights: Sequence[FlightData], of_missions: Mapping[Path, str], laws: Laws) -> StoryView:
     """The walk as the page takes it. of_missions: ids of the flights of its mission files. laws: of the page.
 
     Raises UserError where a step names what the page does not have.
@@ -169,7 +169,7 @@ def story_view(story: Story, flights: Sequence[Flight], of_missions: Mapping[Pat
     return StoryView(story.title, tuple(steps))
 
 
-def step_view(written: StoryStep, flight: Flight, where: str, laws: Laws) -> StepView:
+def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) -> StepView:
     """A step on its flight. Raises UserError."""
     title, text, settings = written
     if not flight.controllers:
@@ -202,7 +202,7 @@ def step_view(written: StoryStep, flight: Flight, where: str, laws: Laws) -> Ste
     )  # fmt: skip
 
 
-def watchable(flight: Flight, net: bool) -> list[str]:
+def watchable(flight: FlightData, net: bool) -> list[str]:
     """What of a flight may be watched. net: whether its law shows one."""
     return [SCENE, *([NET] if net else []), *(panel.id for panel in flight.panels)]
 

@@ -20,7 +20,7 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from quadstep.report.axes import mark, told, typeset_decades
-from quadstep.report.page import FOR_FIGURES, TEXT
+from quadstep.report.markup import FOR_FIGURES, TEXT
 from quadstep.report.sheet import Sheet
 
 Numbers = NDArray[np.float64]

@@ -10,14 +10,14 @@ from quadstep.io.run_record import REPORT
 from quadstep.metrics.registry import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.verdict import Case, Verdict
-from quadstep.report import page
+from quadstep.report import markup
 from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.units import rich
 
 TABLE = "table.tex"
 
 
-class Table(NamedTuple):
+class TableSection(NamedTuple):
     """A section of the report; without a title, more of the one before. text: a paragraph, before the table if there is one.
 
     set_as: how its texts are set as HTML. shown: its title on the terminal, which leaves it out without one. most: rows there.
@@ -26,16 +26,16 @@ class Table(NamedTuple):
     title: str = ""
     anchor: str = ""
     header: Sequence[str] = ()
-    rows: Sequence[Sequence[page.Cell]] = ()
+    rows: Sequence[Sequence[markup.Cell]] = ()
     text: str = ""
     set_as: Callable[[str], str] = rich
     shown: str = ""
     most: int | None = None
 
     def html(self, _: Path) -> str:
-        title = page.heading(self.title, self.anchor, self.set_as) if self.title else ""
-        text = page.paragraph(self.text, self.set_as) if self.text else ""
-        return title + text + (page.table(self.header, self.rows, self.set_as) if self.rows else "")
+        title = markup.heading(self.title, self.anchor, self.set_as) if self.title else ""
+        text = markup.paragraph(self.text, self.set_as) if self.text else ""
+        return title + text + (markup.table(self.header, self.rows, self.set_as) if self.rows else "")
 
 
 class Figure(NamedTuple):
@@ -51,11 +51,11 @@ class Figure(NamedTuple):
     set_as: Callable[[str], str] = rich
 
     def html(self, out: Path) -> str:
-        return page.figure(out / self.name, self.caption, self.coded, self.set_as)
+        return markup.figure(out / self.name, self.caption, self.coded, self.set_as)
 
 
-Section: TypeAlias = Table | Figure | str
-"""A part of the report; a string is markup of `report/page.py`, which only the report shows."""
+Section: TypeAlias = TableSection | Figure | str
+"""A part of the report; a string is markup of `report/markup.py`, which only the report shows."""
 
 
 class Evidence(NamedTuple):
@@ -73,7 +73,7 @@ class Evidence(NamedTuple):
     answer: str
     sentences: Sequence[str]
     record: dict[str, object]
-    facts: Sequence[page.Fact] = ()
+    facts: Sequence[markup.Fact] = ()
     figures: Sequence[Figure] = ()
     sections: Sequence[Section] = ()
     paper: str = ""
@@ -95,10 +95,10 @@ class Evidence(NamedTuple):
         return [*self.sentences, *self.graded, *warned]
 
     @property
-    def shown(self) -> list[Table]:
+    def shown(self) -> list[TableSection]:
         """The tables of the terminal, without the columns that the report leaves out too."""
-        tables = [one for one in self.sections if isinstance(one, Table) and one.shown]
-        cut = [page.without_blank(one.header, one.rows) for one in tables]
+        tables = [one for one in self.sections if isinstance(one, TableSection) and one.shown]
+        cut = [markup.without_blank(one.header, one.rows) for one in tables]
         return [one._replace(header=header, rows=rows) for one, (header, rows) in zip(tables, cut, strict=True)]
 
     @property
@@ -113,10 +113,10 @@ class Evidence(NamedTuple):
 
     def html(self, out: Path) -> str:
         """report.html. out: where its figures are."""
-        texts = [*map(page.paragraph, self.more), *(page.paragraph(f"Warning: {one}", escape) for one in self.warnings)]
-        summary = page.summary(" ".join([self.answer, *self.graded]), self.facts, [one.html(out) for one in self.figures])
+        texts = [*map(markup.paragraph, self.more), *(markup.paragraph(f"Warning: {one}", escape) for one in self.warnings)]
+        summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, [one.html(out) for one in self.figures])
         sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]
-        return page.page_text(self.name, [summary, *texts, *sections], self.kind)
+        return markup.page_text(self.name, [summary, *texts, *sections], self.kind)
 
     def write_report(self, out: Path) -> None:
         """Write report.html, and table.tex where there is one. Its figures are in the folder."""

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from quadstep.identify.changes import NOISY, Advice, changes, lags, loud, with_advice, written
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
-from quadstep.identify.measured import Measured, degrees, hertz, measured, spelled
-from quadstep.identify.plant import Plant, plant
+from quadstep.identify.measured import MeasuredLoop, degrees, hertz, measured, spelled
+from quadstep.identify.plant import IdentifiedPlant, plant
 from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.response import UNSURE
-from quadstep.identify.setpoints import faster
+from quadstep.identify.setpoint_response import faster
 from quadstep.identify.symptoms import symptoms
 from quadstep.io import __version__, files
 from quadstep.io.errors import UserError
@@ -30,8 +30,8 @@ from quadstep.linear.transfer import harmonic, opened
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
 from quadstep.metrics.statistics import student_quantile
 from quadstep.mission.read import read_mission
-from quadstep.report.evidence import Evidence, Figure, Table
-from quadstep.report.page import Fact
+from quadstep.report.evidence import Evidence, Figure, TableSection
+from quadstep.report.markup import Fact
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet, sheet
 from quadstep.report.units import listed
@@ -84,7 +84,7 @@ def advise_dropped(log: Path, name: str, root: Path) -> Path:
     return folder
 
 
-def untold(path: Path, flight: Excited, now: Measured) -> str:
+def untold(path: Path, flight: Excited, now: MeasuredLoop) -> str:
     """Why a log tells no phase margin."""
     omega = flight.measured.omega
     where = f"{path}: {flight.source[-1]}: between {omega[0]:.3g} and {omega[-1]:.3g} rad/s, which were excited, "
@@ -100,7 +100,7 @@ def untold(path: Path, flight: Excited, now: Measured) -> str:
     return where + "the open loop's gain does not cross 1; excite a wider range of frequencies"
 
 
-class Model(NamedTuple):
+class ModelledLoop(NamedTuple):
     """The loop of a mission. margins: of the same command; loop: L at the frequencies of the measured one."""
 
     name: str
@@ -108,7 +108,7 @@ class Model(NamedTuple):
     loop: NDArray[np.complex128]
 
 
-def modelled(path: Path, flight: Excited) -> Model:
+def modelled(path: Path, flight: Excited) -> ModelledLoop:
     """The loop that a mission models. Raises UserError where it has none, or no such command."""
     mission = read_mission(path)
     try:
@@ -120,12 +120,12 @@ def modelled(path: Path, flight: Excited) -> Model:
         what = f"has no command {flight.axis}" if found.stable else "its loop at rest is unstable, so it has no margins"
         raise UserError(f"{path}: {what}")
     place = names.index(flight.axis)
-    return Model(mission.name, found.margins[place], harmonic(opened(found.loop), flight.measured.omega)[:, place])
+    return ModelledLoop(mission.name, found.margins[place], harmonic(opened(found.loop), flight.measured.omega)[:, place])
 
 
 def evidence(
-    stem: str, log: str, flight: Excited, now: Measured, behind: Plant | None, model: Model | None, advice: Advice | None,
-    new: dict[str, tuple[float, float]],
+    stem: str, log: str, flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None,
+    model: ModelledLoop | None, advice: Advice | None, new: dict[str, tuple[float, float]],
 ) -> Evidence:  # fmt: skip
     """What was measured and what follows, for its readers. stem, log: name of the log, and where it is; new: parameters."""
     assert now.phase
@@ -140,10 +140,10 @@ def evidence(
     ]
     cells = [(name, *(f"{one:.4g}" for one in both)) for name, both in new.items()]
     tables = [
-        Table("Margins", "margins", HEADER, rows, METHOD, shown=f"{stem}: margins of {flight.axis}"),
-        Table("Symptoms", "symptoms", SYMPTOMS, lines, ELSE, shown=f"{stem}: besides margins"),
-        Table("Low-passes", "filters", FILTERS, cuts, COST, shown=f"{stem}: low-passes of {flight.axis}"),
-        Table("Changes", "changes", ("parameter", "now", "advised"), cells, shown="Changes"),
+        TableSection("Margins", "margins", HEADER, rows, METHOD, shown=f"{stem}: margins of {flight.axis}"),
+        TableSection("Symptoms", "symptoms", SYMPTOMS, lines, ELSE, shown=f"{stem}: besides margins"),
+        TableSection("Low-passes", "filters", FILTERS, cuts, COST, shown=f"{stem}: low-passes of {flight.axis}"),
+        TableSection("Changes", "changes", ("parameter", "now", "advised"), cells, shown="Changes"),
     ]
     return Evidence(
         name=f"{stem}, {flight.axis}",
@@ -169,7 +169,7 @@ def evidence(
     )  # fmt: skip
 
 
-def loops(flight: Excited, model: Model | None, advice: Advice | None) -> Open:
+def loops(flight: Excited, model: ModelledLoop | None, advice: Advice | None) -> Open:
     """The open loop as measured, with its interval, as it would be with what is advised, and as modelled."""
     found = flight.measured
     drawn = {"measured": found.opened}
@@ -182,7 +182,7 @@ def loops(flight: Excited, model: Model | None, advice: Advice | None) -> Open:
     return Open(channels, found.omega, np.stack([*drawn.values()], axis=1), half / np.abs(found.opened))
 
 
-def caption(now: Measured, advice: Advice | None) -> str:
+def caption(now: MeasuredLoop, advice: Advice | None) -> str:
     """What to see in the open loop."""
     assert now.phase
     said = (
@@ -212,7 +212,7 @@ COST = (
 
 
 def margin_rows(
-    now: Measured, behind: Plant | None, model: Model | None, advice: Advice | None, loop: RateLoop | None
+    now: MeasuredLoop, behind: IdentifiedPlant | None, model: ModelledLoop | None, advice: Advice | None, loop: RateLoop | None
 ) -> list[tuple[str, ...]]:
     """Measured, by the plant, modelled, and expected with the changes."""
     rows: list[tuple[str, ...]] = [] if now.by_plant else [("measured", *now.cells)]
@@ -229,7 +229,7 @@ def margin_rows(
     return rows
 
 
-def sentence(flight: Excited, now: Measured) -> str:
+def sentence(flight: Excited, now: MeasuredLoop) -> str:
     assert now.phase
     phase, at = degrees(now.phase.value), hertz(now.phase.at)
     gains = [
@@ -245,7 +245,7 @@ def sentence(flight: Excited, now: Measured) -> str:
     )
 
 
-def following(flight: Excited, now: Measured, advice: Advice | None) -> Sequence[str]:
+def following(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Sequence[str]:
     asked = f"{math.degrees(LEAST_PHASE):.0f}° and {LEAST_GAIN:g} dB both ways"
     wider = [*([] if now.up else ["faster"]), *([] if now.down or now.floor is not None else ["slower"])]
     untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
@@ -287,7 +287,7 @@ def brought(flight: Excited, advice: Advice) -> str:
     return f"{said}. Fly it and advise again." if expected.by_plant else f"{said}."
 
 
-def also(flight: Excited, now: Measured) -> Sequence[str]:
+def also(flight: Excited, now: MeasuredLoop) -> Sequence[str]:
     said = [
         f"At {one.at.value:.3g} rad/s the gain crosses 1 too; the excitation does not determine the phase margin there."
         for one in now.open

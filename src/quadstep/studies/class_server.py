@@ -17,7 +17,7 @@ from quadstep.io import files
 from quadstep.page.serve import KINDS, POLICY, Answer, Handler, Server, bound
 from quadstep.page.sharing import Access
 from quadstep.report import units
-from quadstep.report.page import page_text, paragraph, subheading, table
+from quadstep.report.markup import page_text, paragraph, subheading, table
 from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room, first_text
 
 MOST_AT_ONCE = 8

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.report import page, units
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report import markup, units
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.store import parquet
@@ -72,8 +72,8 @@ class Map(Study[Envelope]):
             facts=[fact(one) for one in found.panels],
             figures=[Figure(PICTURE, caption(found), coded=True, label="Map")],
             sections=[
-                Table("Panel by panel", "panels", HEADER, rows),
-                Table("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
+                TableSection("Panel by panel", "panels", HEADER, rows),
+                TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
             ],
             paper=booktabs(HEADER, [rows], [name]),
         )
@@ -186,8 +186,8 @@ def caption(found: Envelope) -> str:
     return f"{colour}No cell is grey: the limit of flying lies outside this map, or between its points."
 
 
-def fact(one: MapPanel) -> page.Fact:
-    return page.Fact(one.name or "flyable", units.percent(one.flyable / one.cells), f"{one.flyable} of {one.cells} cells")
+def fact(one: MapPanel) -> markup.Fact:
+    return markup.Fact(one.name or "flyable", units.percent(one.flyable / one.cells), f"{one.flyable} of {one.cells} cells")
 
 
 def row(one: MapPanel) -> list[str]:

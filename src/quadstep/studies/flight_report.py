@@ -10,8 +10,8 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
 from quadstep.metrics.verdict import graded
-from quadstep.report import page, units
-from quadstep.report.evidence import Evidence, Figure, Section, Table
+from quadstep.report import markup, units
+from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
@@ -32,17 +32,17 @@ def write_report(
     """
     drawn, counted = [Figure(name, caption) for name, caption in figures.items()], since(mission)
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
-    sections: list[Section] = [page.links(places)]
+    sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
         said = f"Counted{counted}; figures show all of the flight." if counted else ""
-        sections.append(Table("Errors", "errors", HEADER, error_rows(metrics), said))
+        sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said))
     if drawn[IN_SUMMARY:]:
-        sections += [Table("More signals", "signals"), *drawn[IN_SUMMARY:]]
+        sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2))
-    sections += [Table("Mission", "flown"), page.verbatim(content, "all keys of the mission")]
+    sections += [TableSection("Mission", "flown"), markup.verbatim(content, "all keys of the mission")]
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
-        sections.append(page.verbatim("\n".join(left), whose))
+        sections.append(markup.verbatim("\n".join(left), whose))
     said = answer(log, metrics, why, counted + cut(mission))
     found = Evidence(
         mission.name, "Flight", said, (), {}, facts(metrics, counted), drawn[:IN_SUMMARY], sections, warnings=warnings
@@ -76,7 +76,7 @@ def of_log(log: FlightLog) -> str:
     return f"All values are of that log, whose last row is at {last:.6g} s; metrics.json has the state that ended it."
 
 
-def facts(metrics: Metrics, counted: str = "") -> list[page.Fact]:
+def facts(metrics: Metrics, counted: str = "") -> list[markup.Fact]:
     """The numbers that say most, as far as the flight has them. counted: from when errors are, as `since` has it."""
     found = []
     if "position" in metrics:
@@ -84,21 +84,21 @@ def facts(metrics: Metrics, counted: str = "") -> list[page.Fact]:
             one["largest[m]"] for one in group(metrics, "position").values()
         )
         along = "from the path" if "largest_error[m]" in metrics else "along one axis"
-        found.append(page.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f',{counted}'}"))
+        found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f',{counted}'}"))
     if "largest_tilt[rad]" in metrics:
         found.append(
-            page.Fact(
+            markup.Fact(
                 "largest tilt", f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°", "between thrust and vertical"
             )
         )
     if "largest_thrust_share" in metrics:
         share = metric(metrics, "largest_thrust_share")
         more = f"at most {units.percent(share)} of the rotors' thrust was used"
-        found.append(page.Fact("least thrust margin", units.percent(1.0 - share), more))
+        found.append(markup.Fact("least thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
-        found.append(page.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
+        found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
     if rest := rest_of(metrics):
-        found.append(page.Fact("margins at rest", rest["grade"], rest["why"]))
+        found.append(markup.Fact("margins at rest", rest["grade"], rest["why"]))
     return found
 
 

@@ -246,7 +246,7 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
             raise UserError("--results: requires --flight")
         mission = read_mission(path)
         return mission, plan_mission(mission, path), path.parent
-    from quadstep.studies.campaign.replay import replay_of  # noqa: PLC0415 (40 ms, only for --flight)
+    from quadstep.studies.campaign.single_flight import replay_of  # noqa: PLC0415 (40 ms, only for --flight)
 
     campaign, one = replay_of(path, flight, results)
     return one.mission, one.plan, campaign.folder

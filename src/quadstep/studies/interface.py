@@ -17,7 +17,7 @@ from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.metrics.registry import Metrics, flight_metrics, metric
 from quadstep.mission.schema import Mission
 from quadstep.report.drawing import FigureJob
-from quadstep.report.page import paragraph, table
+from quadstep.report.markup import paragraph, table
 from quadstep.report.panels import flight_jobs
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing

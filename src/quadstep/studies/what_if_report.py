@@ -16,9 +16,9 @@ from quadstep.metrics.registry import EFFORTS
 from quadstep.metrics.statistics import Estimate, finite, share, share_difference
 from quadstep.mission.data_files import briefly
 from quadstep.mission.schema import Mission
-from quadstep.report import page, units
+from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.panel import Panel
 from quadstep.studies.tuning.objective import CandidateFlights, Row, row
 
@@ -117,15 +117,15 @@ def evidence(
             f"they do not show what it does. {units.percent(*failed[1])} {lost}. {hover} is {sides[1].grade.word}."
         )
     tables = [
-        Table("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
-        Table(
+        TableSection("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
+        TableSection(
             "In gusts", "gusts", HEADER,
             [failed_row(failed), *(metric_row(one) for one in rows)],
             f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
             shown="In gusts, 95 % intervals",
         ),
-        Table("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST, shown="Least margins at rest"),
-        Table("A step in calm air", "steps", HEADER, step_rows(*steps), shown=f"A step of {STEP:g} m in calm air"),
+        TableSection("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST, shown="Least margins at rest"),
+        TableSection("A step in calm air", "steps", HEADER, step_rows(*steps), shown=f"A step of {STEP:g} m in calm air"),
     ]  # fmt: skip
     record: dict[str, object] = {
         "name": mission.name, "version": __version__, "asked": {**asked._asdict(), "changes": dict(asked.changes)},
@@ -144,7 +144,7 @@ def evidence(
         sentences=[answer],
         record=record,
         facts=[
-            page.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 %: {units.percent(*one)}")
+            markup.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 %: {units.percent(*one)}")
             for name, one in zip(SIDES, failed, strict=False)
         ],
         figures=[Figure(PICTURE, caption(steps), label="Step")],

@@ -12,7 +12,7 @@ from quadstep.vehicle.rigid_body import AirframeState, Contact, Effects, Geometr
 from quadstep.vehicle.rotor import (
     Battery,
     Drag,
-    Rotor,
+    RotorParameters,
     Turning,
     electrical_power,
     ground_effect,
@@ -96,7 +96,7 @@ class Airframe(NamedTuple):
     mass: Number
     inertia: Vector
     gravity: Number
-    rotor: Rotor
+    rotor: RotorParameters
     drag: Drag
     battery: Battery
     ground: Number

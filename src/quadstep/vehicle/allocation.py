@@ -26,7 +26,7 @@ from quadstep.numbers.scan import shortcut
 from quadstep.numbers.solve import least_norm_inverse
 from quadstep.numbers.solve import rank as rank_of
 from quadstep.vehicle.rigid_body import Geometry
-from quadstep.vehicle.rotor import Rotor
+from quadstep.vehicle.rotor import RotorParameters
 
 NONE = 1e-30
 """Added to a divisor that may be zero where its quotient is not used: lost beside any thrust or torque."""
@@ -74,7 +74,7 @@ def rank(geometry: Geometry, moment: float) -> int:
     return rank_of(mixing(geometry, moment), 1e-6)
 
 
-def allocation(geometry: Geometry, rotor: Rotor) -> Allocation:
+def allocation(geometry: Geometry, rotor: RotorParameters) -> Allocation:
     """The shares of least norm for these rotors. Needs the rank to be 4."""
     return Allocation(
         matrix=tuple(least_norm_inverse(mixing(geometry, rotor.torque / rotor.thrust))),

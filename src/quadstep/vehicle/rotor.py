@@ -96,7 +96,7 @@ def terminal_voltage(battery: Battery, charge: Number, power: Number) -> Number:
 NOTHING = vector(0.0, 0.0, 0.0)
 
 
-class Rotor(NamedTuple):
+class RotorParameters(NamedTuple):
     """Parameters that all rotors of a vehicle share.
 
     thrust: k_f [N s^2]. torque: k_m [N m s^2]. inertia: J_r, rotor and motor bell about the axis [kg m^2]. rise, fall: time
@@ -135,7 +135,7 @@ class RotorLoads(NamedTuple):
     spin: Vector
 
 
-def speed_rate(rotor: Rotor, speed: Number, wanted: Number, fastest: Number) -> Number:
+def speed_rate(rotor: RotorParameters, speed: Number, wanted: Number, fastest: Number) -> Number:
     """Rate of a rotor's speed [rad/s^2] towards the commanded one, which is limited to the slowest and `fastest` [rad/s].
 
     A first-order lag, with `rise` if the rotor is too slow and `fall` if it is too fast.
@@ -144,7 +144,7 @@ def speed_rate(rotor: Rotor, speed: Number, wanted: Number, fastest: Number) -> 
     return gap * where(gap > 0.0, 1.0 / rotor.rise, 1.0 / rotor.fall)
 
 
-def rotor_loads(rotor: Rotor, drag: Drag, rotors: Iterable[tuple[Mount, Turning]], effects: Effects) -> RotorLoads:
+def rotor_loads(rotor: RotorParameters, drag: Drag, rotors: Iterable[tuple[Mount, Turning]], effects: Effects) -> RotorLoads:
     """Sums over the rotors, each at r with axis a, turning at w, its hub moving by v through the air.
 
     Force: (k_f w^2 + k_h |v across a|^2) a - w K v. Torque: r x force - s (k_m w^2 + J_r w_dot) a + k_flap w v x a. Spin:

@@ -12,11 +12,11 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
-from quadstep.proofs.certify.record import answer, kind, record, table
+from quadstep.proofs.certify.output import answer, kind, record, table
 from quadstep.proofs.plain import Array, lengths
-from quadstep.report import page, units
+from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_json
@@ -91,8 +91,10 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
             )
         ],
         sections=[
-            Table("Measured values and bounds", "measured", HEADER, table(c), f"Verdict: {verdict}.", shown=name),
-            page.note("Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."),
+            TableSection("Measured values and bounds", "measured", HEADER, table(c), f"Verdict: {verdict}.", shown=name),
+            markup.note(
+                "Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
+            ),
         ],
         cases=(Case("completed", lost),),
     )
@@ -101,10 +103,10 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
 HEADER = ("", "measured", "against")
 
 
-def facts(c: FlightCertificate) -> list[page.Fact]:
+def facts(c: FlightCertificate) -> list[markup.Fact]:
     bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "b_r does not exist"
     return [
-        page.Fact("verdict", kind(c), "on Theorem 5.1 for this flight"),
-        page.Fact("K_min", units.number(c.conditions.k_min), "must be above 0"),
-        page.Fact("largest |r|", units.number(float(c.r.max())), bound),
+        markup.Fact("verdict", kind(c), "on Theorem 5.1 for this flight"),
+        markup.Fact("K_min", units.number(c.conditions.k_min), "must be above 0"),
+        markup.Fact("largest |r|", units.number(float(c.r.max())), bound),
     ]

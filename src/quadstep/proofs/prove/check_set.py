@@ -18,7 +18,7 @@ from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import flatten
 from quadstep.numbers.affine import MOST_SUMMED, UP
 from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Operand, UndefinedError
-from quadstep.proofs.prove.certificate import SetCertificate, read_set
+from quadstep.proofs.prove.certificate_file import SetCertificate, read_set
 from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, CheckedLoop, all_finite, moved, number, pushed
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.vehicle.multirotor import Multirotor

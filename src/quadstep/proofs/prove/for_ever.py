@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from quadstep.proofs.prove.certificate import SetCertificate, seen_from, write_set
+from quadstep.proofs.prove.certificate_file import SetCertificate, seen_from, write_set
 from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Hold, Left, described, each
 from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, down, millimetres, off, under, up

@@ -19,8 +19,8 @@ from quadstep.io.errors import DIVERGED, FAILED, UserError
 from quadstep.io.files import write_beside
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown
-from quadstep.report import canvas, page, units
-from quadstep.report.evidence import Evidence, Figure, Section, Table
+from quadstep.report import canvas, markup, units
+from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.sheet import Sheet
 
 
@@ -125,7 +125,7 @@ def place_beside(certificate: Path) -> Path:
     return path
 
 
-CLOSING = page.note(
+CLOSING = markup.note(
     "The bounds hold at the samples of the law, for the plant's Runge-Kutta steps and rounding as flown, not between "
     "samples, and not for a vehicle that differs from the mission's beyond what is named above."
 )
@@ -136,10 +136,10 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
     answer, *others = verdict.says
     opened = [line for line in others if line.startswith("open: ")]
     drawn: list[Figure] = []
-    sections: list[Section] = [Table("The bounds", "bounds", verdict.columns, verdict.rows)]
+    sections: list[Section] = [TableSection("The bounds", "bounds", verdict.columns, verdict.rows)]
     if opened:
-        sections += [page.heading("What stayed open", "open"), page.listing(map(sentence, opened))]
-    sections += [page.paragraph(line) for line in others if line not in opened]
+        sections += [markup.heading("What stayed open", "open"), markup.listing(map(sentence, opened))]
+    sections += [markup.paragraph(line) for line in others if line not in opened]
     with tempfile.TemporaryDirectory() as folder:
         out, traced = Path(folder), verdict.traced
         if traced is not None and len(traced.time) > 1:
@@ -155,8 +155,8 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
                     "Half widths of the boxes that hold every state about the flight's own, in SI, the widest of each "
                     "quantity: where they grow, the proof loses more than the law regains."
                 )
-                sections += [page.heading("Boxes over time", "boxes"), Figure("boxes", caption)]
-                sections.append(Table(header=("quantity", "widest box, half width"), rows=widest(traced)))
+                sections += [markup.heading("Boxes over time", "boxes"), Figure("boxes", caption)]
+                sections.append(TableSection(header=("quantity", "widest box, half width"), rows=widest(traced)))
         if verdict.kind is not VerdictKind.DISPROVED:
             sections.append(CLOSING)
         found = Evidence(verdict.name, KIND, sentence(answer), verdict.says, {}, facts(verdict), drawn, sections)
@@ -174,10 +174,13 @@ def sentence(text: str) -> str:
     return text[0].upper() + text[1:]
 
 
-def facts(verdict: ProofVerdict) -> list[page.Fact]:
+def facts(verdict: ProofVerdict) -> list[markup.Fact]:
     """The verdict, and the last column of the table for each row that is a position."""
     word = {VerdictKind.PROVED: "proved", VerdictKind.OPEN: "open", VerdictKind.DISPROVED: "disproved"}[verdict.kind]
-    return [page.Fact("verdict", word), *(page.Fact(f"{row[0]}, {verdict.columns[-1]}", row[-1]) for row in verdict.rows[:3])]
+    return [
+        markup.Fact("verdict", word),
+        *(markup.Fact(f"{row[0]}, {verdict.columns[-1]}", row[-1]) for row in verdict.rows[:3]),
+    ]
 
 
 def tube(traced: TubeRecord) -> Drawing:

@@ -20,8 +20,8 @@ from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.certificate import Certificate, is_set, seen_from, write_certificate
-from quadstep.proofs.prove.check import check_certificate
+from quadstep.proofs.prove.certificate_file import Certificate, is_set, seen_from, write_certificate
+from quadstep.proofs.prove.checker import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_hover
 from quadstep.proofs.prove.hold import Left, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability

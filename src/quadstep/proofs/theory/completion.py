@@ -34,9 +34,9 @@ from quadstep.proofs.theory.trials import (
     sample_at,
     summarise,
 )
-from quadstep.report import page
+from quadstep.report import markup
 from quadstep.report.canvas import drawing, write
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
@@ -263,7 +263,7 @@ SEEN = "The theorem on closed loops, random and sought out"
 
 
 def evidence(found: Completion) -> Evidence:
-    rows: list[list[page.Cell]] = [
+    rows: list[list[markup.Cell]] = [
         [m.number, m.statement, f"{m.worst:.2g}", f"{min(m.reached.values()):.3f}", f"{m.samples:,}", verdict(m)]
         for m in found.margins
     ]
@@ -276,7 +276,7 @@ def evidence(found: Completion) -> Evidence:
         sentences=[first, *others],
         record=as_json(found),
         figures=[Figure("completion", MAPPED)],
-        sections=[Table("Statements of the theorem on closed loops", "statements", HEADER, rows, STATED, shown=SEEN)],
+        sections=[TableSection("Statements of the theorem on closed loops", "statements", HEADER, rows, STATED, shown=SEEN)],
         cases=(Case("every statement", ", ".join(failing) or None),),
         more=others,
     )

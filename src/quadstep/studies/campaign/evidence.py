@@ -7,12 +7,12 @@ from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.verdict import Case
-from quadstep.report.evidence import Evidence, Table
+from quadstep.report.evidence import Evidence, TableSection
 from quadstep.studies.campaign import run
 from quadstep.studies.campaign.planner import is_random
-from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.run import FinishedCampaign
 from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.summary import as_json, sentences
 
 
@@ -72,7 +72,7 @@ def evidence(
         answer=" ".join([*decision, found[0]]),
         sentences=[*decision, *(run.following(decided, file) if decided else ()), *found],
         record=record,
-        sections=[Table(header=WORST, rows=rows, shown="The worst flights")],
+        sections=[TableSection(header=WORST, rows=rows, shown="The worst flights")],
         cases=(Case("flown"), *([until_case(decided)] if decided else [])),
         grade=summary.rest,
         commands=["To replay each of them, with its full log:", *(f"  {line}" for line in again)],

@@ -12,8 +12,8 @@ from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.fields import label
-from quadstep.report import page
-from quadstep.report.evidence import Evidence, Figure, Section, Table
+from quadstep.report import markup
+from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.panels import path_job
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import report_text as text
@@ -153,11 +153,11 @@ def key_sections(of: Reported, rmse: NDArray[np.float64], success: NDArray[np.bo
     keys = campaign.file.keys
     if not keys:
         what = "Nothing" if of.summary.copies else "Only the noise"
-        return [Table("Sensitivity", "ranking", text=f"{what} varies from flight to flight.")]
+        return [TableSection("Sensitivity", "ranking", text=f"{what} varies from flight to flight.")]
     columns = {key: varied(of.store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
     found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
-    body: list[Section] = [Table("Sensitivity", "ranking")]
+    body: list[Section] = [TableSection("Sensitivity", "ranking")]
     if any(ranking.values()):
         draw_ranking(of.folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), of.sheet)
     body += text.ranking(campaign, ranking, {name: (one.said, one.pair) for name, one in found.items()})
@@ -226,9 +226,9 @@ def worst_section(of: Reported, flown: pa.Table) -> list[Section]:
             body.append(figure(name, title))
         else:
             why = f"cannot be replayed: {again[one.flight].said}" if log is None else "it ended before it could be drawn"
-            body.append(Table(text=f"{title}; {why}."))
+            body.append(TableSection(text=f"{title}; {why}."))
         differs = text.differing(one, log, of.campaign) if log else ""
-        body += [Table(text=differs)] * bool(differs)
+        body += [TableSection(text=differs)] * bool(differs)
     return body
 
 
@@ -236,10 +236,10 @@ def moving(of: Reported, flown: pa.Table, lost: NDArray[np.bool_], links: Mappin
     """The flights as points, some of which are links to the page where they move."""
     limits = limits_of(of.campaign)
     across, up = (PlottedMetric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
-    body: list[Section] = [Table("Flights to watch", "flights")]
+    body: list[Section] = [TableSection("Flights to watch", "flights")]
     if len(lost) > 1 and draw_points(of.folder / "points", (across, up), lost, links, of.sheet):
         whose = f"The first {MOST_POINTS} flights, and those with a ring," if len(lost) > MOST_POINTS else "All flights"
         caption = f"{whose} by their distance from the path until they end. Click a ring to see that flight move."
         body.append(figure("points", caption))
     places = [(link, f"flight {flight}") for flight, link in links.items()]
-    return [*body, page.links(places, "See them move, as `quadstep fly` flies them:")]
+    return [*body, markup.links(places, "See them move, as `quadstep fly` flies them:")]

@@ -9,15 +9,15 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import Estimate, exact_share
 from quadstep.mission.fields import label
-from quadstep.report import page, units
-from quadstep.report.evidence import Section, Table
+from quadstep.report import markup, units
+from quadstep.report.evidence import Section, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.studies.campaign.flyer import OUTCOMES
 from quadstep.studies.campaign.manifest import FLIGHTS
 from quadstep.studies.campaign.planner import SINGLY
-from quadstep.studies.campaign.replay import replay_command
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction
+from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight, sentences, within
 from quadstep.studies.campaign.varied import text_of, variation_text
@@ -35,17 +35,17 @@ def answer(summary: CampaignSummary) -> str:
     return f"{first}{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
 
 
-def facts(summary: CampaignSummary) -> list[page.Fact]:
+def facts(summary: CampaignSummary) -> list[markup.Fact]:
     good, low, high = summary.success
     if not summary.drawn:
-        return [page.Fact("succeed", units.percent(good)), *alone(summary)]
-    found = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
+        return [markup.Fact("succeed", units.percent(good)), *alone(summary)]
+    found = [markup.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
         what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g}th percentile of {words}"
         interval = f"95 %: {units.interval(*one, unit)}" if one.bounded else FEW
-        found.append(page.Fact(what, units.estimate(*one, unit), interval))
+        found.append(markup.Fact(what, units.estimate(*one, unit), interval))
     return found
 
 
@@ -56,11 +56,11 @@ def succeeded(summary: CampaignSummary) -> str:
     return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded{summary.meaning}"
 
 
-def alone(summary: CampaignSummary) -> list[page.Fact]:
+def alone(summary: CampaignSummary) -> list[markup.Fact]:
     """The metrics where nothing is statistical, by their medians."""
     named = [(units.metric(one.metric), one.quantiles[QUANTILES[0]].value) for one in summary.spreads]
     what = "" if summary.copies else "median "
-    return [page.Fact(f"{what}{words}", units.quantity(value, unit)) for (words, unit), value in named]
+    return [markup.Fact(f"{what}{words}", units.quantity(value, unit)) for (words, unit), value in named]
 
 
 def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Path) -> list[Section]:
@@ -79,17 +79,17 @@ def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Pa
     ]
     varied = [(label(campaign.mission, key), variation_text(file, key)) for key in file.keys]
     return [
-        Table("Campaign settings", "flown"),
+        TableSection("Campaign settings", "flown"),
         *paragraphs(sentences(summary)),
-        Table(header=("", ""), rows=rows, set_as=escape),
-        Table(header=("what varies", "how"), rows=varied, set_as=escape),
-        page.verbatim(campaign.text, f"campaign file {path.name}"),
+        TableSection(header=("", ""), rows=rows, set_as=escape),
+        TableSection(header=("what varies", "how"), rows=varied, set_as=escape),
+        markup.verbatim(campaign.text, f"campaign file {path.name}"),
     ]
 
 
-def paragraphs(lines: Iterable[str]) -> list[Table]:
+def paragraphs(lines: Iterable[str]) -> list[TableSection]:
     """Text in which nothing is a symbol."""
-    return [Table(text=line, set_as=escape) for line in lines]
+    return [TableSection(text=line, set_as=escape) for line in lines]
 
 
 def pairs(table: Mapping[str, object]) -> str:
@@ -106,13 +106,13 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
     return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
 
 
-def outcomes(summary: CampaignSummary) -> Table:
+def outcomes(summary: CampaignSummary) -> TableSection:
     """Every outcome with its exact interval; without it where nothing is statistical."""
     header, counts = ("outcome", "flights", "share of all [%]"), ended(summary)
-    rows: list[tuple[page.Cell, ...]] = [(name, str(count)) for name, count in counts.items() if count]
+    rows: list[tuple[markup.Cell, ...]] = [(name, str(count)) for name, count in counts.items() if count]
     if summary.drawn:
         rows = [(name, str(count), spanned(share_of(summary, count))) for name, count in counts.items()]
-    return Table("How the flights ended", "outcomes", header if summary.drawn else header[:2], rows)
+    return TableSection("How the flights ended", "outcomes", header if summary.drawn else header[:2], rows)
 
 
 def share_of(summary: CampaignSummary, count: int) -> Estimate:
@@ -133,24 +133,24 @@ def for_a_paper(summary: CampaignSummary, name: str) -> str:
     return booktabs(("", "share below", "value" if summary.drawn else "flights"), [ends, rows], [comment])
 
 
-def spanned(one: Estimate) -> page.Span:
-    return page.Span(percent(one), one.low, one.value, one.high)
+def spanned(one: Estimate) -> markup.Span:
+    return markup.Span(percent(one), one.low, one.value, one.high)
 
 
 def percent(one: Estimate) -> str:
     return units.percent(*one).removesuffix(" %")
 
 
-def distributions(summary: CampaignSummary) -> Table:
+def distributions(summary: CampaignSummary) -> TableSection:
     """The quantiles as a table; the medians where nothing is statistical."""
     title = "Distance from the path", "distributions"
     if not summary.drawn:
-        return Table(*title, ("of completed flights", "value"), [(one.what, one.value) for one in alone(summary)])
+        return TableSection(*title, ("of completed flights", "value"), [(one.what, one.value) for one in alone(summary)])
     rows = [
         (
             words,
             f"{100.0 * q:g} %",
-            page.Span(units.interval(*one, unit), *(one.low, one.value, one.high), 0.0, largest(known.values())),
+            markup.Span(units.interval(*one, unit), *(one.low, one.value, one.high), 0.0, largest(known.values())),
         )
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
@@ -159,7 +159,7 @@ def distributions(summary: CampaignSummary) -> Table:
         "Upper panel: completed flights; lower panel: the share of all flights with a larger value. A flight that ended early "
         "counts as worse than any other. Dashed: the limit above which a flight counts as failed."
     )
-    return Table(*title, ("of completed flights", "share below", "value with its 95 % interval"), rows, text)
+    return TableSection(*title, ("of completed flights", "share below", "value with its 95 % interval"), rows, text)
 
 
 def largest(known: Iterable[Estimate]) -> float:
@@ -174,7 +174,7 @@ FIRST_ORDER = (
 
 def ranking(
     campaign: Campaign, found: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]]
-) -> list[Table]:
+) -> list[TableSection]:
     """The ranking, in words and as a table."""
     lines = []
     for name, (why, pair) in said.items():
@@ -208,19 +208,19 @@ def ranking(
     if any(found.values()):
         names = list(dict.fromkeys(name for one in found.values() for name in one))
         rows = [(key, *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in found.items()]
-        body.append(Table(header=("key", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
-        body.append(Table(text=FIRST_ORDER))
+        body.append(TableSection(header=("key", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
+        body.append(TableSection(text=FIRST_ORDER))
     return body
 
 
-def keys(count: int, most: int) -> Table:
+def keys(count: int, most: int) -> TableSection:
     text = (
         "All flights, in ranges of equal width of the key (end ranges merged until they have 20 flights), or by value; all "
         "other keys vary within each range."
     )
     if count > most:
         text += f" These are the {most} of {count} keys that explain most; the others are in the flight files."
-    return Table("Individual keys", "keys", text=text)
+    return TableSection("Individual keys", "keys", text=text)
 
 
 def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[Section]:
@@ -240,11 +240,11 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
     ]
     first = "Flights that failed come first: those that ended first, then those farthest from the path."
     return [
-        Table("The worst flights", "worst", text=first),
-        Table(header=("flight", *(str(one.flight) for one in flights)), rows=rows, set_as=escape),
-        Table(text="To replay them with their full logs:"),
-        page.verbatim("\n".join(replay_command(path, one.flight, folder) for one in flights)),
-        Table(
+        TableSection("The worst flights", "worst", text=first),
+        TableSection(header=("flight", *(str(one.flight) for one in flights)), rows=rows, set_as=escape),
+        TableSection(text="To replay them with their full logs:"),
+        markup.verbatim("\n".join(replay_command(path, one.flight, folder) for one in flights)),
+        TableSection(
             text="The figures show these flights replayed in f64 (o: start, x: end). Parts far from the desired path are "
             "outside the figure."
         ),
@@ -292,6 +292,6 @@ FILES = (
 )
 
 
-def closing(copies: bool) -> list[Table]:
+def closing(copies: bool) -> list[TableSection]:
     """How to read the report. copies: whether the flights do not differ, so that there are no intervals."""
-    return [Table("How to read this", "reading", text="" if copies else INTERVALS), Table(text=FILES)]
+    return [TableSection("How to read this", "reading", text="" if copies else INTERVALS), TableSection(text=FILES)]

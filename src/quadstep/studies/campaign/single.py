@@ -28,8 +28,8 @@ from quadstep.report.progress import Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.pictures import LIMIT, LINE, PlottedMetric, logarithmic
-from quadstep.studies.campaign.replay import Replay, replay
 from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.single_flight import Replay, replay
 from quadstep.studies.campaign.varied import spans_decades
 
 USUAL = 100

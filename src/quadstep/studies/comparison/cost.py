@@ -21,8 +21,8 @@ from quadstep.io.errors import ToolError, UserError
 from quadstep.metrics.statistics import finite
 from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
 from quadstep.numbers.structure import replaced
+from quadstep.studies.comparison.cells import StudyCell
 from quadstep.studies.comparison.schema import Content
-from quadstep.studies.comparison.study import StudyCell
 
 SAMPLES, REPEATS = 50_000, 12
 """Samples of the law in one measurement, and measurements, of which the fastest counts."""

@@ -14,12 +14,12 @@ from quadstep.io.parts import Parts
 from quadstep.io.user_code import in_one_line
 from quadstep.metrics.statistics import Estimate
 from quadstep.studies.comparison import ranking, training
+from quadstep.studies.comparison.cells import ComparisonStudy, Situation
 from quadstep.studies.comparison.cost import Cost
 from quadstep.studies.comparison.jobs import Job, tuning
-from quadstep.studies.comparison.margins import Linear, Margin
 from quadstep.studies.comparison.ranking import CellFlights, Effort, Ranked, Spread, effort, losses, spread
+from quadstep.studies.comparison.robustness import Linear, Margin
 from quadstep.studies.comparison.schema import Content, ControllerEntry, MarginEntry
-from quadstep.studies.comparison.study import ComparisonStudy, Situation
 
 FROM_FILE = "from {}"
 

@@ -27,8 +27,8 @@ from quadstep.studies.campaign.cluster_connection import connected
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import Flyer, drawn_column
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.comparison import cost, margins, training
-from quadstep.studies.comparison.study import FIRST, StudyCell
+from quadstep.studies.comparison import cost, robustness, training
+from quadstep.studies.comparison.cells import FIRST, StudyCell
 
 DRAWN = "drawn"
 """Column of what was drawn for a flight, as JSON: what varies differs from scenario to scenario."""
@@ -80,10 +80,10 @@ def tuning(task: training.TuningTask, folder: Path | None) -> Job[training.Tunin
     return Job(GAINS, decisive, label, who, task, partial(search, task, journal), task.budget, journal=journal)
 
 
-def raising(asked: margins.Raise) -> Job[margins.Raise]:
+def raising(asked: robustness.Raise) -> Job[robustness.Raise]:
     """What a controller bears of a disturbance, in about so many flights."""
     decisive, who = key("margin", *asked.decisive), (asked.vehicle, asked.controller)
-    flights = asked.entry.flights * (margins.HALVINGS + 3)
+    flights = asked.entry.flights * (robustness.HALVINGS + 3)
     return Job(MARGINS, decisive, asked.label, who, asked, partial(bear, asked), flights, asked.law.one_at_a_time)
 
 
@@ -116,13 +116,13 @@ def search(task: training.TuningTask, journal: training.JournalPlace | None) -> 
     return as_text({"controller": task.label, **training.train(task, journal)._asdict()})
 
 
-def bear(asked: margins.Raise) -> Worked:
-    return as_text(margins.as_json(margins.find(asked)))
+def bear(asked: robustness.Raise) -> Worked:
+    return as_text(robustness.as_json(robustness.find(asked)))
 
 
 def linearise(cell: StudyCell) -> Worked:
     """The margins of the loop, or why there are none."""
-    return as_text(margins.linear_of(cell)._asdict())
+    return as_text(robustness.linear_of(cell)._asdict())
 
 
 def measure(cell: StudyCell) -> Worked:

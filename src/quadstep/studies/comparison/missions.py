@@ -12,9 +12,9 @@ from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.report.publish import publishing
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
+from quadstep.studies.comparison.cells import Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem
 from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, concluded, fly, reported
-from quadstep.studies.comparison.study import Situation, StudyCell
 
 MISSION_METRICS = ("position_rmse", "largest_error")
 

@@ -13,17 +13,17 @@ from quadstep.mission.derived import ControllerSection
 from quadstep.page.build import build_page
 from quadstep.page.flights import ShownFlight
 from quadstep.page.model import identity
-from quadstep.report import page
-from quadstep.report.evidence import Evidence, Figure, Section, Table
+from quadstep.report import markup
+from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import Flyer
-from quadstep.studies.comparison import margins, tables, words
+from quadstep.studies.comparison import robustness, tables, words
+from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
 from quadstep.studies.comparison.picture import MANY, draw_vehicle
-from quadstep.studies.comparison.study import FIRST, Situation, StudyCell
 
 PAGE, SUMMARY = "page.html", "results.md"
 
@@ -94,12 +94,12 @@ def evidence(
     }
     shown = list(figures.values())[:IN_SUMMARY]
     sections: list[Section] = [
-        page.listing(others),
-        page.paragraph(f"{words.METHOD} {words.searches(found)} {words.tests(found)}"),
-        *([page.heading("Limitations", "limits"), page.listing(found.limitations)] if found.limitations else []),
-        page.links(links, "See the best two fly the same gust:")
+        markup.listing(others),
+        markup.paragraph(f"{words.METHOD} {words.searches(found)} {words.tests(found)}"),
+        *([markup.heading("Limitations", "limits"), markup.listing(found.limitations)] if found.limitations else []),
+        markup.links(links, "See the best two fly the same gust:")
         if links
-        else page.paragraph(f"There is no page with flights: {missing}."),
+        else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
     for vehicle, figure in figures.items():
         text = (
@@ -107,30 +107,39 @@ def evidence(
         )
         title = f"{vehicle + ': ' if vehicle else ''}{metric}, median ({found.high})"
         label = vehicle or "Missions"
-        sections.append(Table(label, identity(label, ()), *tables.matrix(found, vehicle), text, shown=title))
+        sections.append(TableSection(label, identity(label, ()), *tables.matrix(found, vehicle), text, shown=title))
         sections += [] if figure in shown else [figure]
     if found.linear:
         title = "Linear loop at rest, smallest margins over all channels"
-        sections.append(Table("Linear margins", "linear", margins.HEADER, margins.rows(found.linear), LOOPS, shown=title))
-        sections.append(page.listing(margins.unlinearised(found.linear)))
+        sections.append(
+            TableSection(
+                "Linear margins",
+                "linear",
+                robustness.HEADER,
+                robustness.rows(found.linear),
+                LOOPS,
+                shown=title,
+            )
+        )
+        sections.append(markup.listing(robustness.unlinearised(found.linear)))
     if found.margins:
         rows, title = tables.margin_rows(found), "Margins, 95 % intervals"
-        sections.append(Table("Margins", "margins", tables.MARGIN_HEADER, rows, RAISED, shown=title))
+        sections.append(TableSection("Margins", "margins", tables.MARGIN_HEADER, rows, RAISED, shown=title))
     if len(found.controllers) > 1:
         ranks = [(name, f"{rank:.2f}") for name, rank in found.overall().items()]
         header = ("controller", f"mean rank over {words.ranked_in(found)}, from 0 (best) to 1")
-        sections.append(Table("Pairwise comparison", "pairs", ("", *found.controllers), words.wins(found), PAIRS))
-        sections.append(Table(header=header, rows=ranks))
+        sections.append(TableSection("Pairwise comparison", "pairs", ("", *found.controllers), words.wins(found), PAIRS))
+        sections.append(TableSection(header=header, rows=ranks))
     gains, title = " ".join([GAINS, *uncounted]), "Gains and cost"
-    sections.append(Table(title, "gains", tables.WHO_HEADER, tables.who_rows(found), gains, shown=title))
+    sections.append(TableSection(title, "gains", tables.WHO_HEADER, tables.who_rows(found), gains, shown=title))
     differ = "Other differences between the controllers; everything else is the same for all:"
-    sections.append(Table(header=tables.DIFFERS_HEADER, rows=tables.differing_rows(found), text=differ))
+    sections.append(TableSection(header=tables.DIFFERS_HEADER, rows=tables.differing_rows(found), text=differ))
     for vehicle in figures:
         label = vehicle or "missions"
-        sections.append(Table(f"All numbers: {label}", f"all-{identity(label, ())}", *tables.full_rows(found, vehicle)))
+        sections.append(TableSection(f"All numbers: {label}", f"all-{identity(label, ())}", *tables.full_rows(found, vehicle)))
         effort = tables.effort_rows(found, vehicle)
-        if any(cell not in page.BLANK for row in effort for cell in row[2:]):
-            sections.append(Table(header=tables.EFFORT_HEADER, rows=effort))
+        if any(cell not in markup.BLANK for row in effort for cell in row[2:]):
+            sections.append(TableSection(header=tables.EFFORT_HEADER, rows=effort))
     return Evidence(
         name=found.name,
         kind="Comparison",
@@ -144,16 +153,16 @@ def evidence(
     )
 
 
-def facts(found: Comparison) -> list[page.Fact]:
+def facts(found: Comparison) -> list[markup.Fact]:
     """Who is best, and how much is decided."""
     controllers, situations = counted(len(found.controllers), "controller"), counted(len(found.ranked), "situation")
-    flown = page.Fact("flights", f"{found.seeds} each", f"{controllers} in {situations}")
+    flown = markup.Fact("flights", f"{found.seeds} each", f"{controllers} in {situations}")
     if len(found.controllers) < 2:
         return [flown]
     rank = min(found.overall().values())
     decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
-    first = page.Fact("best mean rank", words.several(found.leaders), f"{rank:.2f}, from 0 (best) to 1")
-    pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
+    first = markup.Fact("best mean rank", words.several(found.leaders), f"{rank:.2f}, from 0 (best) to 1")
+    pairs = markup.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
     return [first, pairs, flown] if found.pairs else [first, flown]
 
 

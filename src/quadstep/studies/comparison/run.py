@@ -19,13 +19,13 @@ from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted, listed
-from quadstep.studies.comparison import cost, margins
+from quadstep.studies.comparison import cost, robustness
+from quadstep.studies.comparison.cells import ComparisonStudy, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem, entrants, ranks, result, with_gains, write_gains
 from quadstep.studies.comparison.jobs import Job, Worked, alone, costing, flying, linearising, raising, work
-from quadstep.studies.comparison.margins import Linear, Raise
 from quadstep.studies.comparison.ranking import CellFlights, flown_of
 from quadstep.studies.comparison.report import write_results
-from quadstep.studies.comparison.study import ComparisonStudy, Situation, StudyCell
+from quadstep.studies.comparison.robustness import Linear, Raise
 from quadstep.studies.comparison.training import flown_in, read_lines
 
 log = logging.getLogger(__name__)
@@ -166,7 +166,7 @@ def compare_study(study: ComparisonStudy, folder: Path, how: How) -> FinishedCom
             metrics=metrics,
             entrants=tuple(everybody),
             margins={
-                (one.subject.name, *one.controller): found for one in bears if (found := run.read(one, margins.from_json))
+                (one.subject.name, *one.controller): found for one in bears if (found := run.read(one, robustness.from_json))
             },
             raised=study.file.margins or {},
             tuned_in=frozenset(one for one in flown if study.file.tuning and one[1:] in flown_in(study)),
@@ -279,7 +279,7 @@ def raises(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entra
         for one in everybody:
             if entry.suits(one.vehicle) and not run.out(one.vehicle, one.name):
                 try:
-                    jobs.append(raising(margins.raised(study, one.vehicle, name, one.name, one.table)))
+                    jobs.append(raising(robustness.raised(study, one.vehicle, name, one.name, one.table)))
                 except UserError as error:
                     run.met(Problem((one.vehicle, one.name), str(error)))
     return jobs

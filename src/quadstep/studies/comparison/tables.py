@@ -9,9 +9,9 @@ import pyarrow as pa
 from quadstep.report.publish import booktabs, cell, write_csv
 from quadstep.report.units import counted
 from quadstep.studies.campaign.store import parquet
+from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.study import Situation
 from quadstep.studies.comparison.words import NOTHING, interval_text, percent, share_lost, title, unit_of
 
 Row = dict[str, object]

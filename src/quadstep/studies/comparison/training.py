@@ -29,9 +29,9 @@ from quadstep.report.progress import SILENT
 from quadstep.report.units import counted
 from quadstep.studies.campaign.cluster import OneThread
 from quadstep.studies.campaign.schema import digests
-from quadstep.studies.comparison.margins import without_estimator
+from quadstep.studies.comparison.cells import ComparisonStudy, Situation
+from quadstep.studies.comparison.robustness import without_estimator
 from quadstep.studies.comparison.schema import Content, ControllerEntry
-from quadstep.studies.comparison.study import ComparisonStudy, Situation
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of, sound
 from quadstep.studies.tuning.objective import CandidateFlights, Judge, Judged, squashed

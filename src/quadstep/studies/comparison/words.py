@@ -8,9 +8,9 @@ from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.report.units import counted, listed, prose
+from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.ranking import ALPHA, Pair, Ranked, by_chance, fewest
-from quadstep.studies.comparison.study import Situation
 from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 LOST, NOTHING = "lost", "-"

@@ -21,9 +21,9 @@ from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import vector
-from quadstep.report import page, units
+from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.panel import Panel
 from quadstep.report.panels import attitude_panels, input_panels, position_panels
 from quadstep.report.pool import drawing_pool
@@ -280,19 +280,19 @@ def case_rows(study: PaperStudy) -> list[list[str]]:
 VERDICT_CLASS = {ClaimVerdict.HOLDS: "holds", ClaimVerdict.FAILS: "fails", ClaimVerdict.UNDECIDED: "open"}
 
 
-def facts(study: PaperStudy, claims: list[Claim]) -> list[page.Fact]:
+def facts(study: PaperStudy, claims: list[Claim]) -> list[markup.Fact]:
     """The claims that hold, how well Case 1 follows its path, and how many stress flights complete."""
     case, nets = study.cases["case1"], [m for (_, _, on), m in study.stress.items() if on]
     through = sum(completed(m) for m in nets)
     off = max(axis["largest[m]"] for axis in group(case, "position").values())
     return [
-        page.Fact("claims that hold", f"{sum(c.verdict is ClaimVerdict.HOLDS for c in claims)} of {len(claims)}"),
-        page.Fact(
+        markup.Fact("claims that hold", f"{sum(c.verdict is ClaimVerdict.HOLDS for c in claims)} of {len(claims)}"),
+        markup.Fact(
             "Case 1, position RMSE",
             units.quantity(metric(case, "position_rmse[m]"), "m"),
             f"largest error along an axis {units.quantity(off, 'm')}",
         ),
-        page.Fact(
+        markup.Fact(
             "stress flights with nets that complete",
             f"{through} of {len(nets)}",
             "Case 1's path in less time, under more disturbance",
@@ -324,16 +324,16 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
             "next to this page."
         ],
         sections=[
-            page.links([("page.html", "Fly these flights in your browser")]) if flying else "",
-            Table("What the paper claims, and what was measured", "claims",
+            markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
+            TableSection("What the paper claims, and what was measured", "claims",
                   ("claim", "the paper's sentence", "measured", "verdict"), judged),
-            page.heading("Its figures, flown", "figures"),
+            markup.heading("Its figures, flown", "figures"),
             *(Figure(figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()),
-            Table("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),
-            Table("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
+            TableSection("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),
+            TableSection("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
                   "Whether each claim holds for the flight; the paper gives neither the start nor the gains."),
-            Table("Stress flights: Case 1's path in less time, under more disturbance", "stress", header, rows,
+            TableSection("Stress flights: Case 1's path in less time, under more disturbance", "stress", header, rows,
                   "Position RMSE and largest tilt, or the time and reason of the loss."),
-            Table("Choices made where the paper is silent", "choices", ("what", "chosen", "why"), choices()),
+            TableSection("Choices made where the paper is silent", "choices", ("what", "chosen", "why"), choices()),
         ],
     )  # fmt: skip

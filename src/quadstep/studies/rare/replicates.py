@@ -14,7 +14,7 @@ from quadstep.studies.campaign.schema import Campaign, Method
 from quadstep.studies.rare.cross_entropy import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate, beyond, cross_entropy
 from quadstep.studies.rare.mixture import A_REPLICATE, Evaluate, Floats, Points, Random, joined
 from quadstep.studies.rare.point_flyer import Event, Failure, PointFlyer, values
-from quadstep.studies.rare.record import DoneEvent, FinishedPiece, Nearest, Repeated
+from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, Nearest, Repeated
 
 SHARE = 0.1
 """Share of the flights that each event keeps."""

@@ -12,10 +12,10 @@ from quadstep.io.run_record import FIGURES
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
-from quadstep.report import page, units
+from quadstep.report import markup, units
 from quadstep.report.axes import powers
 from quadstep.report.canvas import drawing, margins, new_figure, write
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.progress import Count
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import listed, metric
@@ -24,8 +24,8 @@ from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.point_flyer import PointFlyer, check_space
-from quadstep.studies.rare.record import DoneEvent, FinishedPiece, RareRecord, opened
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
+from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, RareRecord, opened
 from quadstep.studies.rare.summary import RareSummary, as_json, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
@@ -76,11 +76,11 @@ def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: P
     said = sentences(summary, file.rare.method, campaign.meaning)
     value, low, high = (units.number(part) for part in summary.probability)
     facts = [
-        page.Fact("probability of failure", value, f"95 %: {low} to {high}"),
-        page.Fact("flights", f"{summary.flights:,}", "in all"),
+        markup.Fact("probability of failure", value, f"95 %: {low} to {high}"),
+        markup.Fact("flights", f"{summary.flights:,}", "in all"),
     ]
     if summary.one_by_one:
-        facts.append(page.Fact("plain Monte Carlo", rounded(summary.one_by_one), "flights for the same accuracy"))
+        facts.append(markup.Fact("plain Monte Carlo", rounded(summary.one_by_one), "flights for the same accuracy"))
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
         name=file.name,
@@ -91,12 +91,12 @@ def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: P
         facts=facts,
         figures=[Figure(LEVELS, SHOWN)],
         sections=[
-            Table("Replicates", "replicates", REPLICATES, replicate_rows(kept.pieces)),
+            TableSection("Replicates", "replicates", REPLICATES, replicate_rows(kept.pieces)),
             nearest(summary),
-            Table("Settings", "flown", ("", ""), flown),
-            Table(header=("what varies", "how"), rows=[(key, variation_text(file, key)) for key in file.keys]),
-            Table("How to read this", "reading", text=READING[0]),
-            *(Table(text=line) for line in READING[1:]),
+            TableSection("Settings", "flown", ("", ""), flown),
+            TableSection(header=("what varies", "how"), rows=[(key, variation_text(file, key)) for key in file.keys]),
+            TableSection("How to read this", "reading", text=READING[0]),
+            *(TableSection(text=line) for line in READING[1:]),
         ],
         cases=(Case("estimated"),),
         more=said[1:],
@@ -127,16 +127,16 @@ FEW = 3
 """From so many on, metrics are counted."""
 
 
-def nearest(summary: RareSummary) -> Table:
+def nearest(summary: RareSummary) -> TableSection:
     """The values of the keys in the failure nearest to the median, the farthest out first."""
     title, found = "The most likely failure found", summary.nearest
     if found is None:
-        return Table(title, "nearest", text="No failure was found.")
+        return TableSection(title, "nearest", text="No failure was found.")
     away, where = found.deviations_by_key, f"{found.deviations:.3g} standard deviations from the median"
     ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
     rows = [(name, text_of(value), f"{away[name]:+.2f}") for name, value in ordered]
     header, text = ("key", "value", "deviations from the median"), f"{where} of the distributions."
-    return Table(title, "nearest", header, rows, text, shown=f"{title}, {where}")
+    return TableSection(title, "nearest", header, rows, text, shown=f"{title}, {where}")
 
 
 OWN, OTHER, END = "black", "#2166ac", "#b2182b"

@@ -11,8 +11,8 @@ from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_qu
 from quadstep.report.units import counted
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.mixture import Floats
-from quadstep.studies.rare.record import FinishedPiece, Nearest
 from quadstep.studies.rare.replicates import PieceKind
+from quadstep.studies.rare.run_folder import FinishedPiece, Nearest
 
 APART = 10.0
 """Ratio of the largest to the smallest replicate above which they disagree."""

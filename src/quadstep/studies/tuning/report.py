@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
 from quadstep.metrics.verdict import Case
 from quadstep.mission.fields import label
-from quadstep.report import page, units
+from quadstep.report import markup, units
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, beside, drawing, margins, new_figure, write
-from quadstep.report.evidence import Evidence, Figure, Table
+from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import prose
@@ -54,9 +54,9 @@ def evidence(
             )
         ],
         sections=[
-            Table("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=lambda text: prose(escape(text))),
-            Table("On unseen flights" if many else "Both flights", "unseen", HEADER, measured, both if many else alone),
-            Table("The search", "search", text=search),
+            TableSection("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=lambda text: prose(escape(text))),
+            TableSection("On unseen flights" if many else "Both flights", "unseen", HEADER, measured, both if many else alone),
+            TableSection("The search", "search", text=search),
         ],
         paper=booktabs(
             HEADER, [[(*one[:3], "") for one in gains], measured], [f"{asked.mission.name}: {flights}, 95 % intervals"]
@@ -129,18 +129,18 @@ def listed(values: list[float]) -> str:
     return ", ".join(units.number(value, 4) for value in (values if len(set(values)) > 1 else values[:1]))
 
 
-def facts(compared: Compared) -> list[page.Fact]:
+def facts(compared: Compared) -> list[markup.Fact]:
     """Success with either, and what the objective gains."""
     found = []
     for name, one in zip(("succeed with present gains", "succeed with tuned gains"), compared.success, strict=True):
         many = compared.flights > 1
         more = f"95 % interval: {units.percent(one.low)} to {units.percent(one.high)}" if many else ""
-        found.append(page.Fact(name, units.percent(one.value), more))
+        found.append(markup.Fact(name, units.percent(one.value), more))
     before, difference = compared.objective.present, compared.objective.difference
     if before and difference and before.value:
         low, value, high = (100.0 * part / before.value for part in (difference.low, difference.value, difference.high))
         more = f"95 % interval: {low:+.3g} to {high:+.3g} %".replace("-", "−") if math.isfinite(low) else ""
-        found.append(page.Fact("objective, tuned - present", f"{value:+.3g} %".replace("-", "−"), more))
+        found.append(markup.Fact("objective, tuned - present", f"{value:+.3g} %".replace("-", "−"), more))
     return found
 
 

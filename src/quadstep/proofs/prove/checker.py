@@ -18,7 +18,7 @@ from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import Number
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, UndefinedError
-from quadstep.proofs.prove.certificate import Certificate, read_certificate
+from quadstep.proofs.prove.certificate_file import Certificate, read_certificate
 from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, CheckedLoop, all_finite, number, pushed
 from quadstep.proofs.prove.unknown import Unknown
 

@@ -33,8 +33,8 @@ from quadstep.studies.campaign.draws import DrawnColumn, draw
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of, digests
+from quadstep.studies.comparison.cells import FIRST, ComparisonStudy, Situation, StudyCell
 from quadstep.studies.comparison.schema import Content, MarginEntry
-from quadstep.studies.comparison.study import FIRST, ComparisonStudy, Situation, StudyCell
 
 HALVINGS = 8
 """Of the range: what a flight bears is known to 1/256 of it."""
