@@ -167,7 +167,7 @@ def test_logs_of_one_name_are_told_apart_by_their_folders(tmp_path):
     header, rows = table(flight)
     for place, path in enumerate(paths):
         path.parent.mkdir(parents=True)
-        write(path, header, rows[place:])
+        write(path, header, rows[130 * place : 130 * place + 130])
     mapping = str(tmp_path / "map.toml")
     assert [one.name for one in read_logs(paths[:2], mapping)] == ["a/00000001", "b/00000001"]
     assert [one.name for one in read_logs(paths, mapping)] == ["monday/a/00000001", "b/00000001", "tuesday/a/00000001"]
@@ -176,7 +176,7 @@ def test_logs_of_one_name_are_told_apart_by_their_folders(tmp_path):
         read_logs([paths[0], paths[0]], mapping)
     copy = tmp_path / "copy.csv"
     copy.write_bytes(paths[1].read_bytes() + b"\n")
-    with pytest.raises(UserError, match=r"copy\.csv: is the flight of .*/b/00000001\.csv again; a flight counts once"):
+    with pytest.raises(UserError, match=r"copy: 1\.\d* s of it are in b/00000001, too; a flight counts once"):
         read_logs([*paths, copy], mapping)
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from quadstep.identify.averages import rotor_speeds
 from quadstep.identify.logs import ardupilot, ulog
+from quadstep.identify.logs.flight import refuse_shared
 from quadstep.identify.logs.judge import judge
 from quadstep.identify.logs.mapping import load_mapping
 from quadstep.identify.logs.read import read_log
@@ -43,6 +44,17 @@ def same(read, flight, motors, within):
     dot = np.abs((read.channels["attitude"][5:count] * flight.channels["attitude"][5:count]).sum(axis=1))
     assert np.median(dot) > 1.0 - 1e-5
     assert [one.text for one in judge(read, start().geometry()) if one.wrong] == []
+
+
+def test_a_part_of_a_ulog_has_the_same_rows_wherever_it_is_cut(tmp_path, flight, motors):
+    quick = dataclasses.replace(flight, time=0.25 * flight.time)  # a message every 2.5 ms, rows of 10 ms
+    for name, rows in (("whole", slice(None)), ("part", slice(1501, None))):
+        channels = {key: one[rows] for key, one in quick.channels.items()}
+        one = dataclasses.replace(quick, time=quick.time[rows], channels=channels)
+        (tmp_path / f"{name}.ulg").write_bytes(made_logs.ulog(one, motors[rows]))
+    whole, part = (read_log(tmp_path / f"{name}.ulg") for name in ("whole", "part"))
+    with pytest.raises(UserError, match=r"part: [\d.]+ s of it are in whole, too"):
+        refuse_shared([whole, part])
 
 
 def test_ulog(tmp_path, flight, motors):

@@ -9,12 +9,15 @@ from html import unescape
 import numpy as np
 import pytest
 
+from quadstep.commands.identify import read_logs
 from quadstep.identify.averages import matrices
 from quadstep.identify.flown_setpoints import Beside, Tracking
 from quadstep.identify.replay import ErrorTable, Predictions, Replayed
 from quadstep.identify.replay_report import answer, likeness, share
 from quadstep.identify.starts import HORIZONS
+from quadstep.identify.vehicle_file import as_toml, with_marks
 from quadstep.metrics.statistics import Estimate
+from quadstep.mission.listings import load_preset
 from tests.commands import files, quadstep
 from tests.made_flights import MAPPING, logged, table, write
 
@@ -94,18 +97,48 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     assert content["position_error_50_ahead[m]"] == sum(half) / 2
 
 
-def test_a_vehicle_on_flights_that_it_was_fitted_to_is_no_test(tmp_path, logs):
-    fitted = tmp_path / "mine.toml"
-    described = 'preset = "crazyflie"\ndescription = "Mine; identified from A, B0_made"\n'
-    fitted.write_text(described)
-    flights = [logs / "B0_made.csv", logs / "B1_made.csv"]
-    for count, said in ((1, "this flight"), (2, "B0_made")):
-        run = quadstep("replay", *flights[:count], "--vehicle", fitted, "--mapping", logs / "map.toml")
-        assert f"By their names, the vehicle was identified from {said}, so this does not test it. " in " ".join(
-            run.out.split()
-        ), run.err
-    other = quadstep("replay", flights[1], "--vehicle", fitted, "--mapping", logs / "map.toml")
-    assert "does not test it" not in other.out
+def saved_again(path, out, rows, digits=9, shift=0.0):
+    """Some rows of a log under another name, with so many digits and another clock."""
+    with path.open() as file:
+        header, *lines = csv.reader(file)
+    clock = header.index("t")
+    kept = [[float(value) + shift * (i == clock) for i, value in enumerate(line)] for line in lines[rows]]
+    write(out, header, [[f"{value:.{digits}g}" for value in line] for line in kept])
+    return out
+
+
+def test_a_recording_to_which_a_vehicle_was_fitted_is_known_by_its_motion_and_is_no_test(tmp_path, logs):
+    flights = read_logs([logs / "B0_made.csv"], str(logs / "map.toml"))
+    mine = tmp_path / "mine.toml"
+    mine.write_text(as_toml(with_marks(load_preset("crazyflie"), flights)))
+    renamed = saved_again(logs / "B0_made.csv", tmp_path / "tuesday.csv", slice(None), 7, 1e4)
+    half = saved_again(logs / "B0_made.csv", tmp_path / "half.csv", slice(300, 900))
+    other = tmp_path / "B0_made.csv"
+    other.write_bytes((logs / "B1_made.csv").read_bytes())
+
+    def said_of(*paths):
+        run = quadstep("replay", *paths, "--vehicle", mine, "--mapping", logs / "map.toml")
+        assert run.code == 0, run.err
+        return " ".join(run.out.split())
+
+    known = "The vehicle was identified from the recording of {}, so this does not test it. "
+    for path in (logs / "B0_made.csv", renamed, half):
+        assert known.format("this flight") in said_of(path)
+    assert known.format("half") in said_of(half, other)
+    assert "does not test it" not in said_of(other)
+
+
+def test_parts_of_one_recording_are_not_two_flights(tmp_path, logs):
+    whole = logs / "B0_made.csv"
+    first, last = (
+        saved_again(whole, tmp_path / name, rows) for name, rows in (("a.csv", slice(700)), ("z.csv", slice(500, None)))
+    )
+    both = ("--vehicle", "crazyflie", "--mapping", logs / "map.toml")
+    run = quadstep("replay", first, last, *both)
+    assert run.refused
+    assert "z: 2 s of it are in a, too; a flight counts once" in run.err
+    apart = saved_again(whole, tmp_path / "y.csv", slice(700, None))
+    assert quadstep("replay", first, apart, *both).code == 0
 
 
 def test_a_report_of_predictions_says_what_the_terminal_says(tmp_path, logs):

@@ -34,6 +34,7 @@ def vehicle_of(given: str) -> "AirframeSection":
 
 def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]":
     """Flights, named like their files, with as much of their folders as tells them apart. Raises UserError."""
+    from quadstep.identify.logs.flight import refuse_shared
     from quadstep.identify.logs.read import read_log
 
     paths = [Path(os.path.realpath(log)) for log in logs]  # Path.resolve raises for links in a circle
@@ -45,10 +46,7 @@ def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]"
     for log, one in zip(logs, named, strict=True):
         depth = next(n for n in range(1, len(one) + 1) if sum(each[-n:] == one[-n:] for each in named) == 1)
         flights.append(replace(read_log(log, mapping), name="/".join(one[-depth:])))
-    flown = [(flight.time.tobytes(), flight.motors.tobytes()) for flight in flights]
-    for place, same in enumerate(flown):
-        if same in flown[:place]:
-            raise UserError(f"{logs[place]}: is the flight of {logs[flown.index(same)]} again; a flight counts once")
+    refuse_shared(flights)
     return flights
 
 

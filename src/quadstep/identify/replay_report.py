@@ -12,7 +12,7 @@ from quadstep.identify.flown_setpoints import Beside, Tracking, is_wrong, of_thr
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_unusable
 from quadstep.identify.starts import GROUPS, HORIZONS
-from quadstep.identify.vehicle_file import fitted_to
+from quadstep.identify.vehicle_file import was_fitted_to
 from quadstep.io import __version__
 from quadstep.metrics.statistics import Estimate
 from quadstep.report import markup
@@ -112,7 +112,7 @@ def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Repla
         sections.append(tracking_table(found.flown, str(asked.controller["type"])))
     if found.estimates:
         sections.append(estimate_table(found.estimates))
-    known = [flight.name for flight in flights if flight.name in fitted_to(asked.section)]
+    known = [flight.name for flight in flights if was_fitted_to(asked.section, flight)]
     left = [flight for flight in flights if first and flight.name not in first.names]
     unseen = [f"Nothing is predicted for {listed([one.name for one in left])}: {why_unusable(left)}."] if left else []
     thrust = [f"{of_thrust(found.thrust)}.".capitalize()] if found.thrust and not is_wrong(found.thrust) else []
@@ -148,11 +148,11 @@ def answer(found: Replayed) -> str:
 
 
 def no_test(known: Sequence[str], flights: int) -> list[str]:
-    """What comes before all else where a vehicle was fitted to some of the flights, by these names."""
+    """What comes before all else where a vehicle was fitted to these of the flights, or to parts of them."""
     if not known:
         return []
     these = listed(known) if len(known) < flights else "this flight" if flights == 1 else "these flights"
-    return [f"By their names, the vehicle was identified from {these}, so this does not test it."]
+    return [f"The vehicle was identified from the recording of {these}, so this does not test it."]
 
 
 def predicting(compared: ErrorTable, period: float) -> str:

@@ -13,7 +13,7 @@ from quadstep.identify.replay import ErrorTable, compare, ready
 from quadstep.identify.replay_report import METHOD, error_table
 from quadstep.identify.residual import Followed, trained
 from quadstep.identify.starts import GROUPS
-from quadstep.identify.vehicle_file import IDENTIFIED, identified_vehicle, in_proportion
+from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_tables import ResidualSection
@@ -110,8 +110,8 @@ def run(
         found = identify(flights, vehicle, say, found, still=still)
     found = in_proportion(vehicle, found)
     names = ", ".join(flight.name for flight in flights)
-    description = f"{vehicle.description or 'A vehicle'}{IDENTIFIED}{names}"
-    result = identified_vehicle(vehicle, found, description[:900], mass_source)
+    description = f"{vehicle.description or 'A vehicle'}; identified from {names}"
+    result = with_marks(identified_vehicle(vehicle, found, description[:900], mass_source), flights)
     thrust = span_of_thrust(flights, result)
     done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided, thrust)
     if not learn:

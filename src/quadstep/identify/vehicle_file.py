@@ -4,12 +4,13 @@ leaves open.
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from pydantic import ValidationError
 
 from quadstep.identify.datasheet import Datasheet
 from quadstep.identify.fit import Fitted, Identified
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.parameters import leaves_of
 from quadstep.identify.vehicle_estimate import Number, VehicleEstimate
 from quadstep.io.errors import UserError
@@ -74,13 +75,20 @@ def campaign_text(sheet: Datasheet, found: VehicleEstimate, vehicle_file: str) -
 GIVEN = "given; a flight cannot determine it"
 DIGITS = 6
 
-IDENTIFIED = "; identified from "
-"""In a description, between what the vehicle is and the names of the flights that it was fitted to."""
+MARKS, ENOUGH = 24, 2
+"""How many of a flight's marks a vehicle file keeps, and how many of them tell that another log has a part of it."""
 
 
-def fitted_to(vehicle: AirframeSection) -> list[str]:
-    """The names of the flights that a vehicle was identified from, as far as its description has room for them."""
-    return [name for part in vehicle.description.split(IDENTIFIED)[1:] for name in part.split(", ")]
+def with_marks(vehicle: AirframeSection, flights: Sequence[FlightRecord]) -> AirframeSection:
+    """A vehicle that was fitted to these flights too; of each it keeps the smallest marks, which lie anywhere in it."""
+    marks = {flight.name: " ".join(f"{one:012x}" for one in flight.marks[:MARKS].tolist()) for flight in flights}
+    return vehicle.model_copy(update={"identified_from": {**vehicle.identified_from, **marks}})
+
+
+def was_fitted_to(vehicle: AirframeSection, flight: FlightRecord) -> bool:
+    """Whether a vehicle was identified from this recording or a part of it, whatever it was called then."""
+    marks = {f"{one:012x}" for one in flight.marks.tolist()}
+    return any(len(marks.intersection(one.split())) >= ENOUGH for one in vehicle.identified_from.values())
 
 
 def identified_vehicle(vehicle: AirframeSection, found: Identified, description: str, mass_source: str) -> AirframeSection:
@@ -216,7 +224,10 @@ def as_toml(vehicle: AirframeSection) -> str:
         if content.get(table):
             lines += ["", f"[{table}]"]
             lines += [f"{key} = {literal(value)}{note(units, f'{table}.{key}')}" for key, value in content[table].items()]
-    lines += ["", "[sources]", *(f"{json.dumps(key)} = {literal(value)}" for key, value in content["sources"].items()), ""]
+    for table in ("identified_from", "sources"):
+        if content[table]:
+            lines += ["", f"[{table}]", *(f"{json.dumps(key)} = {literal(value)}" for key, value in content[table].items())]
+    lines += [""]
     return "\n".join(lines)
 
 

@@ -119,6 +119,9 @@ class AirframeSection(Section):
         BeforeValidator(as_tuple),
         Quantity("", "keys that the flights from which the vehicle was identified do not determine"),
     ] = ()
+    identified_from: Annotated[dict[str, str], Quantity("", "marks of the flights it was identified from, by name")] = Field(
+        default_factory=dict
+    )
     sources: Annotated[dict[str, str], Quantity("", "sources of the numbers, by key")] = Field(default_factory=dict)
 
     @model_validator(mode="before")

@@ -1,11 +1,14 @@
 """A logged flight in the units and axes of the simulator; regressions and correlations of its signals."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.io.errors import UserError
 from quadstep.report.units import counted
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -119,12 +122,36 @@ class FlightRecord:
             high = self.turning & bool(np.nanmax(np.ptp(sideways, axis=0)) > LIFT)
         return high
 
+    @property
+    def marks(self) -> NDArray[np.uint64]:
+        """The measured motion while rotors turn: a number for each velocity and rate, to a thousandth of SI, in order.
+        A recording has the same in any file, with more digits or fewer, and a part of it has some of them.
+        """
+        moved = np.hstack([self.channel("velocity"), self.channel("rates")])[self.measured & self.turning]
+        found = np.zeros(len(moved), np.uint64)
+        for column in np.rint(1e3 * moved).astype(np.int64).astype(np.uint64).T:
+            found = (found ^ column) * np.uint64(0xBF58476D1CE4E5B9)  # as SplitMix64 mixes (Steele, Lea and Flood 2014)
+            found ^= found >> np.uint64(31)
+        return np.unique(found >> np.uint64(16))
+
     def runs(self) -> NDArray[np.int64]:
         """(n,): how many rows lie between each row and the last gap before it."""
         index = np.arange(self.rows)
         breaks = np.where(~self.follows, index, 0)
         result: NDArray[np.int64] = index - np.maximum.accumulate(breaks)
         return result
+
+
+MOST_SHARED = 1.0
+"""How much motion two flights may have in common: at rest all are alike [s]."""
+
+
+def refuse_shared(flights: Sequence[FlightRecord]) -> None:
+    """Refuses flights that overlap, as a log and a part of it do. Raises UserError."""
+    for (one, first), (other, second) in combinations([(flight, flight.marks) for flight in flights], 2):
+        shared = other.period * len(np.intersect1d(first, second, assume_unique=True))
+        if shared > MOST_SHARED:
+            raise UserError(f"{other.name}: {shared:.3g} s of it are in {one.name}, too; a flight counts once")
 
 
 def damage(places: int) -> str:

@@ -96,7 +96,7 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> LogRows:
     if told[-1] - told[0] > LONGEST:
         raise UserError(f"{path}: longer than six hours; cut the log")
     period = max(PERIOD, float(np.median(np.diff(told))))
-    time = np.arange(told[0], told[-1], period)
+    time = np.arange(np.ceil(told[0] / period) * period, told[-1], period)  # the same rows of a log and of a part of it
     if len(time) < FEWEST_ROWS:
         raise UserError(f"{path}: {len(time)} rows of {period:g} s with motor commands; a log needs at least {FEWEST_ROWS}")
     logged = np.stack([held(columns[name], time) for name in mapping.motors.columns], axis=1)
