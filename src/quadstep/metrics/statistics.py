@@ -5,6 +5,7 @@ brings SciPy; tests hold it against SciPy's.
 """
 
 import math
+from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -63,14 +64,36 @@ def mean(values: NDArray[np.float64]) -> Estimate:
     Of skewed values a plain bootstrap's interval is too narrow: of 16 exponential ones 90 % hold the mean. Fewer than
     `FEWEST` values have no interval.
     """
-    value, count = float(values.mean()), len(values)
+    return means([values])[0]
+
+
+def means(columns: Sequence[NDArray[np.float64]]) -> list[Estimate]:
+    """`mean` of each of several columns. For those of one length, flights are drawn once, which takes half of the time."""
+    found: dict[int, Estimate] = {}
+    for count in set(map(len, columns)):
+        places = [place for place, values in enumerate(columns) if len(values) == count]
+        found |= zip(places, equally_many([columns[place] for place in places]), strict=True)
+    return [found[place] for place in range(len(columns))]
+
+
+def equally_many(columns: Sequence[NDArray[np.float64]]) -> list[Estimate]:
+    """`means` of columns of the same length."""
+    values, count = [float(one.mean()) for one in columns], len(columns[0])
     if count < FEWEST:
-        return Estimate(value, math.nan, math.nan)
-    spread = float(values.std(ddof=1))
-    random, apart, spreads = np.random.default_rng(0), np.empty(RESAMPLES), np.empty(RESAMPLES)
+        return [Estimate(value, math.nan, math.nan) for value in values]
+    spreads = [float(one.std(ddof=1)) for one in columns]
+    random, apart, spread = np.random.default_rng(0), *np.zeros((2, len(columns), RESAMPLES))
     for some in np.array_split(np.arange(RESAMPLES), min(RESAMPLES, 1 + RESAMPLES * count // AT_A_TIME)):
-        drawn = values[random.integers(0, count, (len(some), count))]
-        apart[some], spreads[some] = drawn.mean(axis=1) - value, drawn.std(axis=1, ddof=1)
+        chosen = random.integers(0, count, (len(some), count))
+        for place, one in enumerate(columns):
+            if spreads[place] != 0.0:
+                drawn = one.take(chosen)
+                apart[place, some], spread[place, some] = drawn.mean(axis=1) - values[place], drawn.std(axis=1, ddof=1)
+    return [studentised(*one) for one in zip(values, spreads, apart, spread, strict=True)]
+
+
+def studentised(value: float, spread: float, apart: NDArray[np.float64], spreads: NDArray[np.float64]) -> Estimate:
+    """A mean with its interval. spread: of the values. apart: means of resamples from it; spreads: of their values."""
     away = np.where(apart == 0.0, 0.0, np.copysign(math.inf, apart))  # where all drawn values are equal
     away = np.divide(apart, spreads, out=away, where=spreads > 0.0)
     below, above = np.sort(away)[[math.floor(0.5 * (1.0 - LEVEL) * RESAMPLES), math.ceil(0.5 * (1.0 + LEVEL) * RESAMPLES) - 1]]

@@ -2,6 +2,8 @@
 
 import tomllib
 from collections.abc import Sequence
+from copy import deepcopy
+from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -39,6 +41,13 @@ def preset_names() -> list[str]:
     return [*own, *sorted(installed(VEHICLES).keys() - set(own))]
 
 
+@cache
+def packaged_table(name: str) -> dict[str, object]:
+    """The keys of a vehicle that comes with the package; a campaign asks for them with every plan."""
+    return tomllib.loads((preset_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+@cache
 def packaged_names() -> list[str]:
     return sorted(one.name.removesuffix(".toml") for one in preset_folder().iterdir() if one.name.endswith(".toml"))
 
@@ -48,9 +57,8 @@ def preset_table(name: object, folder: Path = Path()) -> dict[str, object]:
 
     Raises ValueError naming the others, or what is wrong with the file.
     """
-    packaged = preset_folder() / f"{name}.toml"
-    if isinstance(name, str) and name in preset_names() and packaged.is_file():
-        return tomllib.loads(packaged.read_text(encoding="utf-8"))
+    if isinstance(name, str) and name in packaged_names():
+        return deepcopy(packaged_table(name))
     try:
         own = own_place(name, VEHICLES)
     except UserError as error:

@@ -23,7 +23,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog, Metric
 from quadstep.interfaces.plant import Air, Plant, Reference
 from quadstep.io.errors import UserError
-from quadstep.metrics.registry import AT_REST, DELAYS, LEAST_GAIN, LEAST_PHASE, Metrics
+from quadstep.metrics.registry import AT_REST, DELAYS, EFFORTS, LEAST_GAIN, LEAST_PHASE, Metrics
 from quadstep.metrics.verdict import graded
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
@@ -298,8 +298,8 @@ class Mission(Section, metaclass=MissionMeta):
         if warn:
             if built.own_plant:
                 try_plant(built.own_plant, loop, parameters, start)
-            if self.metrics:
-                try_metrics(self.own_metrics, self.plant.columns)
+            if users := [one for one in self.own_metrics if one.name not in EFFORTS]:
+                try_metrics(users, self.plant.columns)
             if self.controller.own:
                 try_controller(self.controller.type, loop, parameters, start, ticks, drawn)
         loop = replace(loop, controller=built.fitted(controller.law, periods))

@@ -20,7 +20,7 @@ from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.panel import Panel
-from quadstep.studies.tuning.objective import CandidateFlights, Row, row
+from quadstep.studies.tuning.objective import CandidateFlights, Row, rows
 
 PICTURE = "step"
 HEADER = ("", "before", "after", "after - before")
@@ -94,9 +94,7 @@ def evidence(
     asked: Asked, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
 ) -> Evidence:
     failed = failing(sides, asked.flights)
-    both = sides[0].flown.completed & sides[1].flown.completed
-    names = ("position_rmse", "largest_error", *EFFORTS)
-    rows = [row(name, sides[0].flown, sides[1].flown, both) for name in names]
+    measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
     steps = [response(one.step) for one in sides]
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in asked.changes.items()]
     words = units.listed([f"{name} = {value:g} ({old:g} before)" for name, _, old, value in changed])
@@ -108,7 +106,7 @@ def evidence(
     )
     answer = (
         f"With {words} {units.percent(*failed[1])} of {gusts}, {lost}; "
-        f"before, {units.percent(*failed[0])}. {compared(failed[2])} {''.join(map(tracking, rows))}{hover} "
+        f"before, {units.percent(*failed[0])}. {compared(failed[2])} {''.join(map(tracking, measured))}{hover} "
         f"is {sides[1].grade.word}; before, {sides[0].grade.word}."
     )
     if idle(sides):
@@ -120,7 +118,7 @@ def evidence(
         TableSection("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
         TableSection(
             "In gusts", "gusts", HEADER,
-            [failed_row(failed), *(metric_row(one) for one in rows)],
+            [failed_row(failed), *(metric_row(one) for one in measured)],
             f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
             shown="In gusts, 95 % intervals",
         ),
@@ -131,7 +129,7 @@ def evidence(
         "name": mission.name, "version": __version__, "asked": {**asked._asdict(), "changes": dict(asked.changes)},
         "law": law.name, "unmodelled": mission.controller.left, "before": {name: old for name, _, old, _ in changed},
         "failed": {name: one.as_json() for name, one in zip(("before", "after", "difference"), failed, strict=True)},
-        "metrics": {one.name: recorded(one) for one in rows},
+        "metrics": {one.name: recorded(one) for one in measured},
         "grades": {
             name: {"grade": one.grade.word, "why": one.grade.why} for name, one in zip(SIDES, sides, strict=True)
         },

@@ -11,14 +11,14 @@ Present and tuned gains are compared on flights that no gain was tuned on, the s
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.metrics.statistics import Estimate, mean, quantile, quantile_difference, share, share_difference
+from quadstep.metrics.statistics import Estimate, mean, means, quantile, quantile_difference, share, share_difference
 from quadstep.mission.tune import TuneSection
 
 Floats = NDArray[np.float64]
@@ -181,18 +181,23 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     kind = judge.section.aggregate
     first, second = (aggregated(kind, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
     objective = Row(OBJECTIVE, first, second, risen(kind, costs[0][both], costs[1][both]))
-    rows = [row(name, present, tuned, both) for name in judge.reported]
+    reported = rows(judge.reported, present, tuned)
     where = " on flights they were not tuned on" if count > 1 else " on the one flight that they were tuned on"
     verdict = judged(success, objective, count == 1) if changed else UNCHANGED
     better = verdict == BETTER
-    return Compared(count, (shares[0], shares[1]), success, objective, rows, verdict.format(where=where), better)
+    return Compared(count, (shares[0], shares[1]), success, objective, reported, verdict.format(where=where), better)
 
 
-def row(name: str, present: CandidateFlights, tuned: CandidateFlights, both: NDArray[np.bool_]) -> Row:
-    values = [flown.metric(name) for flown in (present, tuned)]
-    through = [one[flown.completed] for one, flown in zip(values, (present, tuned), strict=True)]
-    first, second = (mean(one) if len(one) else None for one in through)
-    return Row(present.names[name], first, second, mean((values[1] - values[0])[both]) if both.any() else None)
+def rows(names: Sequence[str], present: CandidateFlights, tuned: CandidateFlights) -> list[Row]:
+    """Metrics of these names, without units: of all flights completed with either, and paired of those with both."""
+    through = present.completed, tuned.completed, present.completed & tuned.completed
+    columns: list[Floats] = []
+    for name in names:
+        first, second = present.metric(name), tuned.metric(name)
+        columns += [one[some] for one, some in zip((first, second, second - first), through, strict=True)]
+    found = iter(means([one for one in columns if len(one)]))
+    parts = [next(found) if len(one) else None for one in columns]
+    return [Row(present.names[name], *parts[3 * i : 3 * i + 3]) for i, name in enumerate(names)]
 
 
 def judged(success: Estimate, objective: Row, alone: bool) -> str:
