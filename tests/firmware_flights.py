@@ -21,7 +21,7 @@ import numpy as np
 from quadstep.export.arm import BITS
 from tests import firmware_sitl
 from tests.adapters import STUBS, adapter
-from tests.firmware_trees import VARIABLES, built, missing
+from tests.firmware_trees import VARIABLES, built, lacking, missing
 from tests.patience import PATIENCE
 
 LAWS = ("geometric", "rotation-backstepping", "pid")
@@ -123,7 +123,8 @@ def exported(target: str, tree: Path, wanted: re.Pattern[str]) -> Iterator[tuple
             run(line, place)
             done = built(target, place / "exported", tree, [STUBS / "px4/quadstep_path"])
             last = (done.stderr.strip() or done.stdout.strip() or "no reason").splitlines()[-1]
-            yield name, "built" if done.returncode == 0 else f"FAILED: {last}"
+            why = lacking(done.stderr, tree) or f"FAILED: {last}"
+            yield name, "built" if done.returncode == 0 else why
         name = f"{law}: flown on the host"
         if target == "crazyflie" and wanted.search(f"{target}: {name}"):
             with tempfile.TemporaryDirectory() as outside:
@@ -139,9 +140,9 @@ def main() -> int:
     if not any(trees.values()):
         sys.stderr.write(f"make firmware: name your trees: {', '.join(f'{one}=DIRECTORY' for one in VARIABLES.values())}\n")
         return 2
-    lacking = [f"{target}: {', '.join(found)}" for target, place in trees.items() if place and (found := missing(target))]
-    if lacking:
-        sys.stderr.write(f"make firmware: nothing is built, as these are missing on PATH: {'; '.join(lacking)}\n")
+    absent = [f"{target}: {', '.join(found)}" for target, place in trees.items() if place and (found := missing(target))]
+    if absent:
+        sys.stderr.write(f"make firmware: nothing is built, as these are missing on PATH: {'; '.join(absent)}\n")
         return 2
     wanted, failed = re.compile(os.environ.get("ONLY", "")), False
     sys.stdout.write("| in | what | result | RMSE [mm] | times real time |\n|---|---|---|---|---|\n")

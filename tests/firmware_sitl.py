@@ -183,7 +183,10 @@ def judged(one: Scenario, code: int, told: str, folder: Path, settled: float, st
     said = re.search(one.said, text)
     rows = np.genfromtxt(folder / "out" / "flight.csv", delimiter=",", names=True) if code in (0, 3) else None
     if code != one.code or not said or (code == 3 and (rows is None or not rows.shape)):
-        return Row(f"FAILED: exit code {code}: {text[-300:]}")
+        words = folder / "autopilot.txt"
+        lines = words.read_text(encoding="utf-8", errors="replace").split("\n") if words.exists() else []
+        last = [line.strip() for line in lines if line.strip()][-1:]
+        return Row(f"FAILED: exit code {code}: {text[-300:]}{''.join(f'; the autopilot said last: {one}' for one in last)}")
     rmse = speed = ""
     if rows is not None:
         speed = f"{(stood + rows['ts'][-1]) / seconds:.1f}"

@@ -39,6 +39,22 @@ def missing(target: str) -> list[str]:
     return lacking
 
 
+ABSENT = re.compile(r"No rule to make target '([^']+)'|([^\s:]+): No such file or directory")
+
+
+def lacking(said: str, firmware: Path) -> str:
+    """The file of a submodule that a build did not find, and what fetches it; "" where it ended for another reason."""
+    listed = firmware / ".gitmodules"
+    places = re.findall(r"^\s*path = (\S+)", listed.read_text(encoding="utf-8"), re.M) if listed.is_file() else []
+    for found in ABSENT.finditer(said):
+        name = (found[1] or found[2]).removeprefix(f"{firmware}/")
+        for place in places:
+            if name.startswith(f"{place}/"):
+                named = re.sub(r"\.o$", ".c", name)
+                return f"not built: no {named} in the tree; `git submodule update --init --recursive {place}` fetches it"
+    return ""
+
+
 def documented(page: str, pattern: str) -> str:
     """A command as a page of docs/ gives it: what stands between backticks and matches a pattern."""
     found = re.search(rf"`({pattern})`", (DOCS / page).read_text(encoding="utf-8"))

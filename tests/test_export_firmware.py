@@ -19,7 +19,7 @@ from tests.adapters import adapter, flown, numbers
 from tests.commands import quadstep, write
 from tests.exports import paper_mission, real_mission
 from tests.firmware_flights import flown_crazyflie, main
-from tests.firmware_trees import VARIABLES, built, tree
+from tests.firmware_trees import VARIABLES, built, lacking, tree
 from tests.needs import C_COMPILER, CRAZYFLIE_TREE, CXX_COMPILER, needs
 
 
@@ -372,6 +372,17 @@ def test_an_adapter_is_built_in_its_firmwares_tree(tmp_path, target, unit):
     if not os.environ.get(VARIABLES[target]):
         shutil.rmtree(tmp_path / "external", ignore_errors=True)
         assert built(target, folder, place).returncode != 0
+
+
+def test_a_submodules_file_that_a_tree_lacks_is_named_with_what_fetches_it(tmp_path):
+    (tmp_path / ".gitmodules").write_text('[submodule "vendor/CMSIS"]\n\tpath = vendor/CMSIS\n', encoding="utf-8")
+    said = "make[3]: *** No rule to make target 'vendor/CMSIS/DSP/arm_common_tables.o', needed by 'vendor/built-in.o'.  Stop."
+    wanted = "not built: no vendor/CMSIS/DSP/{} in the tree; `git submodule update --init --recursive vendor/CMSIS` fetches it"
+    assert lacking(said, tmp_path) == wanted.format("arm_common_tables.c")
+    header = f"src/a.c:1:10: fatal error: {tmp_path}/vendor/CMSIS/DSP/arm_math.h: No such file or directory"
+    assert lacking(header, tmp_path) == wanted.format("arm_math.h")
+    assert lacking("No rule to make target 'src/main.o'", tmp_path) == ""
+    assert lacking(said, tmp_path / "elsewhere") == ""
 
 
 def test_make_firmware_names_what_is_missing_before_it_builds(tmp_path, monkeypatch, capsys):
