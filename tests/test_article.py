@@ -135,7 +135,7 @@ def test_explain_writes_one_file_and_replaces_no_other(tmp_path, capsys):
     out = tmp_path / "new" / "a.html"
     explain(out)
     explain(out)
-    assert "0.4" in capsys.readouterr().out
+    assert "0.5" in capsys.readouterr().out
     assert [path.name for path in out.parent.iterdir()] == ["a.html"]
     other = tmp_path / "notes.html"
     other.write_text("mine")

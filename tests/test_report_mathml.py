@@ -6,7 +6,8 @@ from xml.etree import ElementTree
 import pytest
 
 from docs.site.pages import name_of, pages
-from quadstep.report.mathml import SOURCE, THIN, displayed, mathml, typeset
+from quadstep.proofs.verify.registry import all_rows
+from quadstep.report.mathml import SOURCE, THIN, displayed, dollars, mathml, typeset
 
 FENCED = re.compile(r"^```.*?^```|^ {4}.*?$|`[^`\n]*`|<!--.*?-->", re.DOTALL | re.MULTILINE)
 
@@ -74,3 +75,25 @@ def test_every_formula_of_a_page_is_understood_and_well_formed(page):
     assert text.replace("$$", "").count("$") % 2 == 0
     for found in SOURCE.finditer(text):
         ElementTree.fromstring(mathml(found[1] or found[2], block=bool(found[1])))
+
+
+@pytest.mark.parametrize(
+    ("text", "latex"),
+    [
+        ("m r1_dot is off, a force", r"$m \dot{r}_{1}$ is off, a force"),
+        ("|e1| <= sup|r1| / sigma_min", r"$\lvert e_{1}\rvert$ $\le \sup\lvert r_{1}\rvert  / \sigma_{\min}$"),
+        ("b = sqrt(f_y^2 + f_z^2), 0.98 N off", r"$b = \sqrt{f_{y}^{2} + f_{z}^{2}}$, 0.98 N off"),
+        ("(Eq. 3) with T_eta's tau_psi = (1, -2) N m", r"(Eq. 3) with $T_{\eta}$'s $\tau_{\psi} = (1, -2)$ N m"),
+        ("`quadstep.control` at 5 rad/s^2 [m/s]", "`quadstep.control` at 5 rad/s² [m/s]"),
+    ],
+)
+def test_formulas_as_in_code_are_set_off(text, latex):
+    assert dollars(text) == latex
+
+
+def test_every_formula_of_the_errata_is_typeset():
+    for row in all_rows():
+        for cell in (row.number, row.printed, row.reason):
+            text = SOURCE.sub("", dollars(cell))
+            assert not re.search(r"[_^=<>|]|\b(?:eta|theta|phi|psi|tau|delta|kappa|[a-zA-Z]\d)\b", text), cell
+            typeset(dollars(cell))

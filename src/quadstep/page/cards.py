@@ -7,6 +7,7 @@ Two results beside each other: what their metrics.json say, number by number.
 import io
 import math
 import os
+import re
 import time
 from collections.abc import Iterable
 from html import escape
@@ -306,8 +307,8 @@ def value(one: float, unit: str) -> str:
 
 
 def words(key: str) -> str:
-    """`position x RMSE` of `position.x.rmse[m]`."""
-    return units.metric(key)[0].replace(".", " ")
+    """`position x RMSE` of `position.x.rmse[m]`; no word twice, as in `largest_weight_norm.norm_W1`."""
+    return re.sub(r"\b(\w+) \1\b", r"\1", units.metric(key)[0].replace(".", " "))
 
 
 def row(key: str, first: float | None, second: float | None) -> list[str]:

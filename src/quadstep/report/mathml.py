@@ -235,3 +235,108 @@ class Reader:
         around = [f'<mo stretchy="true" fence="true">{one}</mo>' for one in MATRICES[name]]
         first, last = around[0] if around else "", around[1] if len(around) > 1 else ""
         return f"<mrow>{first}<mtable{kind}>{body}</mtable>{last}</mrow>"
+
+
+PLAIN = re.compile(
+    r"(?P<prose>`[^`]*`|(?:[A-Za-z]\.){2,}|\d+x\d+|\ba(?= (?:[a-z]{3,}|\dx\d))|\(a\)|'s\b|[A-Za-z]{3,}'s"
+    r"|\[?(?:rad|m)/s(?:\^2)?\]?|(?<=[\d)] )(?:N m|[NmsJ])\b(?! [=(+-]|\^))"
+    r"|(?P<half>1/2 )?d/d(?P<by>t|eta)\b|(?P<times>(?<=[\dN)] )x(?= [\dN(])|(?<=omega )x\b)"
+    r"|(?P<name>[A-Za-z]+?)(?P<digits>\d*)(?P<parts>(?:_[A-Za-z0-9]+)*)(?P<wave>~?)(?![A-Za-z0-9_])"
+    r"|(?P<number>\d+(?:\.\d+)?)(?:e(?P<power>[+-]\d+))?"
+    r"|\^(?P<raised>T|-?\d+)|_(?P<below>min|max)|(?P<sign><=|>=|!=|\.\.\.|[-=<>+/|(){},\[\];])|(?P<space> +)|."
+)
+"""The pieces of a text without LaTeX, in which formulas stand as in code."""
+
+SIGNS = {"<=": r"\le", ">=": r"\ge", "!=": r"\ne", "...": r"\dots", "{": r"\{", "}": r"\}"}
+SPELLED = {
+    "eps": r"\varepsilon", "int": r"\int", "th": r"\theta", "ph": r"\phi", "thd": r"\theta_d", "phd": r"\phi_d",
+    **{name: rf"\operatorname{{{name}}}" for name in ("atan", "atan2", "tr", "diag", "sym")},
+    **{f"{name}{axis}": f"{name}_{axis}" for name in "RS" for axis in "xyz"},
+}  # fmt: skip
+OVER = {"dot": r"\dot", "dd": r"\ddot", "ddd": r"\dddot", "hat": r"\hat", "tilde": r"\tilde"}
+ROOT = re.compile(r"\\sqrt\(([^()]*)\)")
+BREAKS = re.compile(r"(?<=[^({\[,;=e]) (?=[-+=<>]|\\[lg]e\b)|(?<=[,;]) ")
+BRACKETS = {")": "(", "]": "[", "}": "{"}
+LONG = 60
+"""Of a formula as LaTeX that may break where a sum or list goes on."""
+
+
+def letters(name: str) -> str:
+    """A name of one piece as LaTeX; empty for a word."""
+    if name in SPELLED or name in GREEK or name in FUNCTIONS or name == "sqrt":
+        return SPELLED.get(name, f"\\{name}")
+    return name if len(name) == 1 else ""
+
+
+def piece(found: re.Match[str]) -> str:
+    """A piece of a formula as LaTeX; empty for what is prose."""
+    if found["by"]:
+        return (r"\tfrac{1}{2}" if found["half"] else "") + rf"\frac{{d}}{{d{letters(found['by'])}}}"
+    if found["name"]:
+        whole = letters(found["name"] + found["digits"])
+        base, below = whole or letters(found["name"]), [found["digits"]] if found["digits"] and not whole else []
+        for part in found["parts"].split("_")[1:]:
+            if part in OVER:
+                base = base and rf"{OVER[part]}{{{base}}}"
+            else:
+                below.append(letters(part) or (part if part[-1].isdigit() else rf"\mathrm{{{part}}}"))
+        base = rf"\tilde{{{base}}}" if base and found["wave"] else base
+        return f"{base}_{{{' '.join(below)}}}" if base and below else base
+    if found["number"]:
+        return found["number"] + (rf" \times 10^{{{int(found['power'])}}}" if found["power"] else "")
+    if found["raised"] or found["below"]:
+        return f"^{{{found['raised']}}}" if found["raised"] else rf"_{{\{found['below']}}}"
+    return r"\times" if found["times"] else SIGNS.get(found["sign"] or "", found["sign"] or "") or found["space"] or ""
+
+
+def set_off(pieces: list[tuple[str, str]]) -> str:
+    """A run of pieces, each as it was and as LaTeX: formulas between dollars, commas and brackets of the sentence outside."""
+    inside, parts, start = set[int](), [], 0
+    opened: list[int] = []
+    for at, (plain, _) in enumerate(pieces):
+        if plain in BRACKETS.values():
+            opened.append(at)
+        elif plain in BRACKETS and opened:
+            first = opened.pop()
+            inside |= {first, at} if opened else {*range(first, at + 1)}
+    for at, (plain, _) in enumerate(pieces):
+        if plain in ",;()[]{}" and at not in inside:
+            parts += [formula(pieces[start:at]), plain]
+            start = at + 1
+    return "".join([*parts, formula(pieces[start:])])
+
+
+def formula(pieces: list[tuple[str, str]]) -> str:
+    """One formula between dollars, long ones in several; what has no letter stays as it was."""
+    plain = "".join(one for one, _ in pieces)
+    latex = "".join(one for _, one in pieces)
+    if not re.search(r"[A-Za-z]|(?<!\d)-\d", latex):
+        return plain
+    bars = iter(range(latex.count("|")))
+    latex = re.sub(r"\|", lambda _: (r"\lvert ", r"\rvert ")[next(bars) % 2], latex)
+    latex = ROOT.sub(r"\\sqrt{\1}", re.sub(r"(?<=\d) (?=\d)", r"\\;", latex))
+    lines = [""]
+    for one in BREAKS.split(latex.strip()):
+        if lines[-1] and len(lines[-1]) + len(one) > LONG and lines[-1].count("{") == lines[-1].count("}"):
+            lines.append("{}" * (one[0] in "-+"))
+        lines[-1] = f"{lines[-1]} {one}".strip()
+    room = len(plain) - len(plain.lstrip()), len(plain) - len(plain.rstrip())
+    return " " * room[0] + " ".join(f"${one}$" for one in lines) + " " * room[1]
+
+
+def dollars(text: str) -> str:
+    r"""Text in which formulas are written as in code, with LaTeX between dollars: `W_tilde_1^T mu_1`, `sqrt(a^2 + b^2)`.
+
+    >>> dollars("theta_d >= 0 and e1_dot")
+    '$\\theta_{d} \\ge 0$ and $\\dot{e}_{1}$'
+    """
+    parts: list[str] = []
+    run: list[tuple[str, str]] = []
+    for found in PLAIN.finditer(text):
+        latex = piece(found)
+        if latex:
+            run.append((found[0], latex))
+        else:
+            parts += [set_off(run), found[0].replace("^2", "²")]
+            run = []
+    return "".join([*parts, set_off(run)])

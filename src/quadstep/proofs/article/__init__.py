@@ -35,7 +35,7 @@ from quadstep.page.model import numbers_text
 from quadstep.page.writing import Output, Writer
 from quadstep.program.assignments import Record
 from quadstep.proofs.certify.certificate import error_radius
-from quadstep.report.mathml import typeset
+from quadstep.report.mathml import dollars, typeset
 from quadstep.report.units import rich
 from quadstep.vehicle.lagrange import Lagrange, Parameters
 from quadstep.vehicle.paper import State, coriolis, effective_inertia, thrust_direction
@@ -257,7 +257,7 @@ def errata(wrong: Mapping[str, Sequence[str]]) -> str:
     columns = ("where", "printed", "what is wrong, what is right", "shown by")
     header = "".join(f'<th scope="col">{text}</th>' for text in columns)
     rows = "".join(
-        f'<tr><th scope="row">{rich(name)}</th>{"".join(f"<td>{rich(cell)}</td>" for cell in cells)}</tr>'
+        f'<tr><th scope="row">{rich(name)}</th>{"".join(f"<td>{typeset(dollars(cell))}</td>" for cell in cells)}</tr>'
         for name, cells in wrong.items()
     )
     table = f"<table><thead><tr>{header}</tr></thead><tbody>{rows}</tbody></table>"

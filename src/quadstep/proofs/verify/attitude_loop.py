@@ -238,7 +238,7 @@ def chi_2() -> Checks:
     return Checks([
         same("the law's torque does not change", said.xreplace(shift), said),
         near("its target changes by", by, -4.5),
-    ], f"Sigma = 5 I, Lambda_2 = 3, e2_theta 0.1 rad more at the same r2: chi_2 the same, the target {short(by)} N "
+    ], f"Sigma = 5 I, Lambda_2 = 3, e2_theta larger by 0.1 rad at the same r2: chi_2 the same, the target {short(by)} N "
        "m")  # fmt: skip
 
 

@@ -130,7 +130,7 @@ def equation_60() -> Checks:
         holds("r2^T (J - 2C) r2 = 0, as printed", np.max(np.abs(undotted)) > 1.0, short(np.max(np.abs(undotted))), "not 0"),
         below("L_dot at the desired attitude", m.l_dot, -quadratic(m) + noise(m) + fed(m)),
         below("tr{W_tilde^T (W - W_tilde)} <= |W_tilde| |W| - |W_tilde|^2", m.trace, w.error * w.ideal - w.error**2),
-    ], f"4000 random moments: |r2^T (J - 2C) r2| up to {short(np.max(np.abs(undotted)))}, with J_dot 0")  # fmt: skip
+    ], f"4000 random moments: |r2^T (J - 2C) r2| up to {short(np.max(np.abs(undotted)))}, 0 with J_dot for J")  # fmt: skip
 
 
 @row(ROWS, "61", "L_dot in norms", "L_dot <= -|K_v|_min |r|^2 + kappa |r| {|W_tilde| |W| - |W_tilde|^2} + |eps_v|_max "

@@ -108,7 +108,7 @@ def direction() -> Checks:
         same("body rates of that order, T_Q", t, named),
         same("equal inertias: T_Q^T Sigma T_Q is the J that flies", flown.xreplace(equal), own.xreplace(equal)),
         unlike("unequal inertias: T_Q^T Sigma T_Q is the J that flies", flown, own),
-    ], f"at eta = {PLACE['attitude']}: {listed(ours)} printed, {listed(other)} for Rz Ry Rx; for Sigma = diag{UNEQUAL} "
+    ], f"at eta = {PLACE['attitude']}: {listed(ours)} printed, {listed(other)} for Rz Ry Rx; for Sigma = diag{UNEQUAL}, "
        f"(J11, J12) = {listed(j_flown)} flown, {listed(j_own)} in the thrust's own order")  # fmt: skip
 
 

@@ -108,8 +108,8 @@ def equation_69() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "70", "end conditions", "(d_x, 0, 0) = [1 t_f t_f^2; 3 4 t_f 5 t_f^2; 6 12 t_f 20 t_f^2] (a_3, a_4, a_5), d_x = "
-     "(x_df - x_d0) / t_f^3", BLEND, EquationVerdict.AS_PRINTED)  # fmt: skip
+@row(ROWS, "70", "end conditions", "(d_x, 0, 0) = [1, t_f, t_f^2; 3, 4 t_f, 5 t_f^2; 6, 12 t_f, 20 t_f^2] (a_3, a_4, a_5), "
+     "d_x = (x_df - x_d0) / t_f^3", BLEND, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_70() -> Checks:
     c = coefficients()
     d = (END[0] - START[0]) / DURATION**3

@@ -233,7 +233,7 @@ def chi_1() -> Checks:
     return Checks([
         same("learning is blind to a velocity common to path and vehicle", learnt.xreplace(shift), learnt),
         near("A_x changes by", moved, 1.0),
-    ], f"path and vehicle 1 m/s faster along x at phi_dot = 1 rad/s: chi_1 the same, A_x {short(moved)} N more")  # fmt: skip
+    ], f"both 1 m/s faster along x at phi_dot = 1 rad/s: chi_1 the same, A_x larger by {short(moved)} N")  # fmt: skip
 
 
 def attained(force: Vector) -> Expression:
@@ -266,7 +266,7 @@ def equation_20() -> Checks:
         same("m r1_dot at the desired attitude", attained(force), printed),
         same("m r1_dot at any attitude, with -delta", real, printed - left_out(force)),
         unlike("m r1_dot at any attitude, as printed", real, printed),
-    ], f"hover, m = 1 kg, theta 0.1 rad off: m r1_dot is off by |delta| = {short(off_by(0.1))} N")  # fmt: skip
+    ], f"hover, m = 1 kg, theta off by 0.1 rad: m r1_dot is off by |delta| = {short(off_by(0.1))} N")  # fmt: skip
 
 
 # Eq. 26
@@ -284,7 +284,7 @@ def equation_26() -> Checks:
         same("m r1_dot at the desired attitude", there, printed),
         same("m r1_dot at any attitude, with -delta", real, printed - delta),
         unlike("m r1_dot at any attitude, as printed", real, printed),
-    ], f"hover, m = 1 kg, theta 0.1 rad off: m r1_dot is off by |delta| = {short(off_by(0.1))} N")  # fmt: skip
+    ], f"hover, m = 1 kg, theta off by 0.1 rad: m r1_dot is off by |delta| = {short(off_by(0.1))} N")  # fmt: skip
 
 
 @row(ROWS, "delta", "the coupling that Eqs 20, 26, 56 leave out", "none: F_d = F_d_hat is assumed",
@@ -305,5 +305,5 @@ def delta() -> Checks:
         same("|delta|^2 / u_d^2 = 2 (1 - s_th s_thd - c_th c_thd cos(phi - phi_d))", (gap.T * gap)[0], law),
         holds("|delta| <= u_d |e2| at 1e5 random attitudes", ratio <= 1.0 + 1e-12, short(ratio), "at most 1"),
         near("|delta| in hover, theta off by 0.1 rad", off_by(0.1), 9.81 * 2 * np.sin(0.05)),
-    ], f"u_d = 9.81 N, theta 0.1 rad off: |delta| = {short(off_by(0.1))} N; largest |delta| / (u_d |e2|) seen: "
+    ], f"u_d = 9.81 N, theta off by 0.1 rad: |delta| = {short(off_by(0.1))} N; largest |delta| / (u_d |e2|) seen: "
        f"{short(ratio)}")  # fmt: skip

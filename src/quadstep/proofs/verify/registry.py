@@ -21,6 +21,7 @@ from quadstep.proofs.verify import (
     stability,
 )
 from quadstep.proofs.verify.equation_row import EquationRow, EquationVerdict, JudgedRow, judge
+from quadstep.report.mathml import dollars
 
 HEADER = ("number", "what", "where", "verdict", "reason")
 
@@ -135,12 +136,13 @@ the proof, at random moments of flight) and compares the results with the printe
 from the same rows; do not edit it.
 
 Dots, hats and transposes may have been lost in the copy of the paper that was read (Eqs 2, 29, 60): there the slip may not be
-the authors'. s_th, c_th are sin theta, cos theta; the order of angles is (psi, theta, phi).
+the authors'. $s_\\theta$ and $c_\\theta$ are $\\sin\\theta$ and $\\cos\\theta$; angles are in the order
+$(\\psi, \\theta, \\phi)$.
 """
 
 
 def row_of(*cells: str) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    return "| " + " | ".join(dollars(cell).replace("|", "\\|") for cell in cells) + " |"
 
 
 def table(header: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:

@@ -80,7 +80,7 @@ def arbitrarily_small() -> Checks:
         near("the same, Lambda_2 = 30", high, 4.0 * -112.5),
         unlike("F_d_hat, and so eta_d, moves with K_r1", slope_1, sympy.zeros(3, 3)),
     ], f"Sigma = 5 I, e2_theta = 0.1 rad at rest: Lambda_2 = 15 demands {short(-low)} N m of the second net, Lambda_2 = 30 "
-       f"{short(-high)} N m")  # fmt: skip
+       f"demands {short(-high)} N m")  # fmt: skip
 
 
 def asked_in_errors() -> Expression:
