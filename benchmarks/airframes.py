@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.flights import seconds
-from quadstep.control.opaque import Known, Wanted, flying
+from quadstep.control.opaque import MeasuredArrays, ReferenceArrays, flying
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.engines.kernel import fly_lanes, host_width
@@ -109,7 +109,7 @@ def opaque_controller(_: Path) -> tuple[str, str, str, str, str]:
     """Any Python callable as the controller: what a step takes besides it."""
     inside, asked = 0.0, 0
 
-    def controller(_: float, measured: Known, reference: Wanted) -> tuple[float, tuple[float, float, float]]:
+    def controller(_: float, measured: MeasuredArrays, reference: ReferenceArrays) -> tuple[float, tuple[float, float, float]]:
         nonlocal inside, asked
         start = time.perf_counter()
         error, speed = reference.position - measured.position, reference.velocity - measured.velocity

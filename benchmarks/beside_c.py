@@ -14,7 +14,7 @@ from benchmarks.airframes import INSTRUCTIONS
 from benchmarks.yardstick import COMPILER, STRICT, Yardstick
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.kernel import host_width
-from quadstep.engines.sweep import Sweep, Swept
+from quadstep.engines.sweep import Sweep, SweepResults
 
 Row = tuple[str, str, str, str, str]
 
@@ -38,7 +38,7 @@ def machine(double: bool) -> str:
     return f"{host_width(double)} lanes of {instructions}, {os.cpu_count()} cores"
 
 
-def summary(swept: Swept) -> NDArray[np.float64]:
+def summary(swept: SweepResults) -> NDArray[np.float64]:
     """Of each flight its code, RMS and largest error [m] and the largest norm of its weights, as `yardstick.Flown.scores`."""
     return np.column_stack([swept.outcome, swept.metrics[:, :2], swept.metrics[:, -2:].max(axis=1)])
 

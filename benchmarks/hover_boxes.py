@@ -11,8 +11,8 @@ from quadstep import Mission
 from quadstep.control.registry import names
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
-from quadstep.proofs.prove.hold import Left, described, invariant_set
-from quadstep.proofs.prove.report import down, up
+from quadstep.proofs.prove.hold import Departure, described, invariant_set
+from quadstep.proofs.prove.report import rounded_down, up
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.unknown import Unknown
 
@@ -43,13 +43,13 @@ def row(law: str) -> str:
     spent = f"{time.process_time() - begun:.0f} s"
     if isinstance(found, str):
         return f"| `{law}` | open | {found} | {spent} |"
-    if isinstance(found, Left):
-        box = f"{1e3 * down(float(max(found.reach[:3])), 3):.3g} mm"
+    if isinstance(found, Departure):
+        box = f"{1e3 * rounded_down(float(max(found.reach[:3])), 3):.3g} mm"
         return f"| `{law}` | disproved | flights leave a box of {box} within {found.seconds:.3g} s | {spent} |"
     reach = ", ".join(f"{up(1e3 * one, 3):.3g}" for one in found.reach[:3])
     rest = ", ".join(f"{name} {value}" for name, value in described(loop, found.reach))
     start = "" if found.own else " (all else as at rest)"
-    return f"| `{law}` | {down(1e3 * found.found.start, 3):.3g} mm{start} | {reach} mm; {rest} | {spent} |"
+    return f"| `{law}` | {rounded_down(1e3 * found.found.start, 3):.3g} mm{start} | {reach} mm; {rest} | {spent} |"
 
 
 def main() -> None:

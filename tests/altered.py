@@ -7,7 +7,7 @@ from typing import Any
 from quadstep.interfaces.controller import Controller
 from quadstep.linear.equilibrium import Rest
 from quadstep.linear.sampled import Loops
-from quadstep.linear.states import moved
+from quadstep.linear.states import with_addition
 from quadstep.numbers import flatten, rebuild
 
 
@@ -27,7 +27,7 @@ class Altered(Loops):
         """The rotors get the changed command, the law and its delays keep theirs."""
         flown, by = self.change(flown, k)
         before, actuate = flown.cycle.held, self.loop.plant.actuate
-        there, here = actuate(self.p, moved(self.p, self.command, by)), actuate(self.p, self.command)
+        there, here = actuate(self.p, with_addition(self.p, self.command, by)), actuate(self.p, self.command)
         more = [held + (a - b) for held, a, b in zip(flatten(before), flatten(there), flatten(here), strict=True)]
         after = super().step(flown._replace(cycle=flown.cycle._replace(held=rebuild(before, iter(more)))), k)
         return after._replace(cycle=after.cycle._replace(held=before))

@@ -11,7 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.control.ardupilot_cascade import GRAVITY, ArduPilotCascade, ArduPilotCascadeMemory, outer
-from quadstep.control.ardupilot_loops import Held, PidGains, PidMemory, pid, root_within, shaped, shrinking, unrooted
+from quadstep.control.ardupilot_loops import (
+    IntegratorLimits,
+    PidGains,
+    PidMemory,
+    pid,
+    root_within,
+    shaped,
+    shrinking,
+    unrooted,
+)
 from quadstep.control.mixers import ardupilot_mixed
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
@@ -257,7 +266,7 @@ def ours(given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             loops[name] = (gains, after)
             made[name].append((output, ahead))
         target, measured, low, high = given["climb"][:, i].T
-        output, ahead, climb = pid(narrow(CLIMB), climb, target, measured, Held(low, high), begun, period)
+        output, ahead, climb = pid(narrow(CLIMB), climb, target, measured, IntegratorLimits(low, high), begun, period)
         made["climb"].append((output + ahead,))
         error, rate, wanted = given["shapes"][:, i].T
         turned = shaped(error, np.float32(0.15), np.float32(4.7), rate, wanted, np.float32(1.05), period)

@@ -6,7 +6,7 @@ from unittest import mock
 
 import numpy as np
 
-from quadstep.control.betaflight_rates import BetaflightRates, Mixed, mix, pid, still
+from quadstep.control.betaflight_rates import BetaflightRates, MixerState, mix, pid, still
 from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector
 from tests.firmware_flights import run
@@ -97,7 +97,7 @@ def ours(case: str, given: np.ndarray) -> np.ndarray:
     none = np.zeros(lanes, np.float32)
     begin = type(still())(*(Vector([none] * len(part)) if isinstance(part, Vector) else none for part in still()))
     axes = [begin] * 3
-    mixed = Mixed(given[:, 0, 6], none, Vector([none] * 2), none)
+    mixed = MixerState(given[:, 0, 6], none, Vector([none] * 2), none)
     made = np.empty_like(given)
     for i in range(samples):
         outputs = []

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.identify.fit import identify
-from quadstep.identify.flown_setpoints import Beside, fly_again
+from quadstep.identify.flown_setpoints import FlightComparison, fly_again
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.read import read_log
 from quadstep.identify.replay import compare
@@ -90,14 +90,14 @@ WAYS = (
 """Two ways of holding out two or three of the eight, by the beginnings of their names."""
 
 
-def row(one: Beside) -> str:
+def row(one: FlightComparison) -> str:
     """How far one simulated flight is from the real one."""
     real, made = one.real, one.simulated
     parts = f"RMSE {made.rmse / real.rmse:5.2f}  lead {made.lead - real.lead:+6.2f} s"
     return f"  {one.name:24} {parts}  tilt {math.degrees(made.tilt - real.tilt):+6.1f} deg  rates {made.rate / real.rate:5.2f}"
 
 
-def right(flown: list[Beside]) -> str:
+def right(flown: list[FlightComparison]) -> str:
     """On how many the RMSE is within a factor of 2, the lead within 85 ms, the tilt within 4 degrees."""
     rmse = sum(0.5 < one.simulated.rmse / one.real.rmse < 2.0 for one in flown)
     lead = sum(abs(one.simulated.lead - one.real.lead) < 0.085 for one in flown)
@@ -105,7 +105,7 @@ def right(flown: list[Beside]) -> str:
     return f"RMSE right on {rmse}, lead on {lead}, tilt on {tilt} of {len(flown)}"
 
 
-def flown_by(fitted: list[FlightRecord], flights: list[FlightRecord], controller: dict[str, object]) -> list[Beside]:
+def flown_by(fitted: list[FlightRecord], flights: list[FlightRecord], controller: dict[str, object]) -> list[FlightComparison]:
     """Flights by the vehicle that others identify."""
     return fly_again(
         flights, identified_vehicle(start(), identify(fitted, start(), lambda _: None, still=True), "", ""), controller

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadstep.engines.loop import Loop
-from quadstep.linear.states import moved
+from quadstep.linear.states import with_addition
 from quadstep.mission.schema import Mission
 from quadstep.numbers import clip, exp, sin
 from quadstep.sensing.sensors import passed
@@ -39,7 +39,7 @@ class Injected(Loop):
         code = self.plant.outcome(p, cycle.state, command, reference)
         by = [0.0, 0.0, 0.0, 0.0]
         by[self.channel + 1] = self.chirp(clock.time, p)
-        waiting, held = passed(cycle.waiting, self.plant.actuate(p, moved(p, asked, by)))
+        waiting, held = passed(cycle.waiting, self.plant.actuate(p, with_addition(p, asked, by)))
         return cycle._replace(memory=memory, command=command, held=held, waiting=waiting), code
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep.control.mixers import px4_mixed, px4_mixer
 from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, position_gains, rate_gains
-from quadstep.control.px4_loops import STILL, Flying, attitude_loop, attitude_of, of_gyro, position_loop, rate_loop
+from quadstep.control.px4_loops import STILL, MotionNow, attitude_loop, attitude_of, of_gyro, position_loop, rate_loop
 from quadstep.interfaces.plant import Reference
 from quadstep.mission.listings import load_preset
 from quadstep.numbers import Matrix, Vector
@@ -174,7 +174,7 @@ def ours(given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             *motion, path, speed, change, yaw = split(wide[name], i, 3, 6, 9, 12, 15, 18)
             law = position_gains(gains)._replace(decoupled=float(name == "position"))
             reference = Reference(path, speed, change, yaw[0], 0.0)
-            thrust, climbing[name] = position_loop(law, own, Flying(*motion), reference, 0.01)
+            thrust, climbing[name] = position_loop(law, own, MotionNow(*motion), reference, 0.01)
             made[name].append((*thrust, *attitude_of(thrust, yaw[0])))
         for mode, name in enumerate(MIXERS):
             torque, thrust = split(given[name], i, 3)

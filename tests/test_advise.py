@@ -17,7 +17,7 @@ from quadstep.identify.plant import plant
 from quadstep.identify.rate_loops import ARDUPILOT
 from quadstep.identify.response import Crossing, Response, crossovers, margin, response
 from quadstep.io.errors import UserError
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import analyse_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
 from quadstep.report.sheet import sheet
@@ -53,7 +53,7 @@ def flown(factor: float, noise: float = 0.0, outer: float = 1.0):
 @cache
 def true(factor: float):
     """The margins of roll, of the flown loop."""
-    return studied(hover(factor)).analysis.margins[1]
+    return analyse_rest(hover(factor)).analysis.margins[1]
 
 
 @pytest.mark.parametrize("factor", [SOUND, WEAK])

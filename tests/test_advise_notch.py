@@ -8,7 +8,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from quadstep.identify.changes import NOISY, changes, loud, notches, since
+from quadstep.identify.changes import NOISY, changes, loud, notches, parameter_changes
 from quadstep.identify.logs.series import Series
 from quadstep.identify.measured import measured
 from quadstep.identify.peaks import highest
@@ -176,7 +176,7 @@ def test_ardupilots_notch_is_switched_on_at_one_frequency_and_its_shape_is_its_o
     assert first.items() >= switches.items()
     assert first["INS_HNTCH_FREQ"] == pytest.approx(80.0, rel=0.02)
     assert {*first} - {*switches} == {"INS_HNTCH_FREQ", "INS_HNTCH_BW"}
-    assert since(one, first)["INS_HNTCH_MODE"] == (1.0, 0.0)
+    assert parameter_changes(one, first)["INS_HNTCH_MODE"] == (1.0, 0.0)
     assert loop.changed("INS_HNTCH_MODE", 1.0, 0.0) == "INS_HNTCH_MODE from 1 to 0"
 
 

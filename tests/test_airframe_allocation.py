@@ -9,7 +9,17 @@ from hypothesis import strategies as st
 
 from quadstep.mission.airframe import LAYOUTS, laid_out
 from quadstep.numbers import Vector, flatten, rebuild, vector
-from quadstep.vehicle.allocation import Allocation, allocate, allocation, columns, even, mix, plain, rank, within_limits
+from quadstep.vehicle.allocation import (
+    Allocation,
+    allocate,
+    allocation,
+    columns,
+    mix,
+    plain,
+    rank,
+    shares_evenly,
+    within_limits,
+)
 from quadstep.vehicle.rigid_body import Geometry, Mount
 from quadstep.vehicle.rotor import RotorParameters
 from tests.flights import through_lanes
@@ -161,10 +171,10 @@ def test_far_beyond_every_limit_the_rotors_still_make_what_is_said(geometry, sig
 
 
 def test_only_balanced_vehicles_count_as_even():
-    assert {name for name, geometry in GEOMETRIES.items() if even(geometry)} == {*LAYOUTS, "leaning six"}
+    assert {name for name, geometry in GEOMETRIES.items() if shares_evenly(geometry)} == {*LAYOUTS, "leaning six"}
     for geometry in GEOMETRIES.values():
         lift = shares(geometry)[:, 0]
-        assert even(geometry) == bool(np.ptp(lift) < 1e-9)
+        assert shares_evenly(geometry) == bool(np.ptp(lift) < 1e-9)
 
 
 @EVERY
@@ -178,7 +188,7 @@ def test_thrust_moves_no_farther_than_the_tilt_needs_and_tilt_keeps_its_directio
     if abs(achieved - thrust) > 1e-9:
         short = thrust > achieved  # a rotor at its greatest holds the thrust down, one at its least holds it up
         assert (max(thrusts) >= MOST - 1e-9) if short else (min(thrusts) <= LEAST + 1e-9)
-    if np.hypot(*made[:2]) < np.hypot(*torque[:2]) * (1.0 - 1e-9) and even(geometry):
+    if np.hypot(*made[:2]) < np.hypot(*torque[:2]) * (1.0 - 1e-9) and shares_evenly(geometry):
         assert min(thrusts) <= LEAST + 1e-9
         assert max(thrusts) >= MOST - 1e-9
 
@@ -267,7 +277,7 @@ def test_a_command_that_is_not_a_number_stays_none(place):
 @EVERY
 @pytest.mark.parametrize("kind", [np.float64, np.float32])
 def test_away_from_the_limits_the_short_way_is_the_long_one_to_the_bit(geometry, kind):
-    if not even(geometry):
+    if not shares_evenly(geometry):
         return
     shares, rng = allocation(geometry, ROTOR), np.random.default_rng(4)
     shares = rebuild(shares, iter([kind(one) for one in flatten(shares)]))

@@ -15,7 +15,7 @@ from quadstep import Mission
 from quadstep.bridges import autopilots
 from quadstep.bridges.ardupilot import ArduPilot
 from quadstep.bridges.autopilots import KINDS
-from quadstep.bridges.link import Piloted, SensorSample, address
+from quadstep.bridges.link import PilotFunction, SensorSample, address
 from quadstep.bridges.px4 import Px4
 from quadstep.io.errors import UserError
 from quadstep.mission.read import plan_mission, read_mission
@@ -212,7 +212,7 @@ MOVING = SensorSample(0.0, (1.0, 2.0, -3.0), (4.0, 0.0, 0.0), (0.6, 0.5, 0.4, 0.
 
 def piloted(answer):
     link = Scripted(answer)
-    return Piloted(lambda _: link), link
+    return PilotFunction(lambda _: link), link
 
 
 def test_a_vehicle_stands_until_the_rotors_carry_it():

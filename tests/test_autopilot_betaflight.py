@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from quadstep.bridges import autopilots, betaflight
-from quadstep.bridges.betaflight import Betaflight, Sticks, exposed
+from quadstep.bridges.betaflight import Betaflight, Sticks, listens_everywhere
 from quadstep.bridges.link import address
 from quadstep.io.errors import UserError
 from tests.autopilots import FakeBetaflight, free_port
@@ -114,12 +114,12 @@ def test_betaflight_is_refused_where_another_machine_reaches_it(tmp_path, monkey
     head = "sl local_address\n"
     (tmp_path / "udp").write_text(f"{head} 1042: 00000000:232B 00000000:0000 07\n", encoding="ascii")
     (tmp_path / "route").write_text("Iface\n", encoding="ascii")
-    assert not exposed(9003, tmp_path)  # in a namespace of its own
+    assert not listens_everywhere(9003, tmp_path)  # in a namespace of its own
     (tmp_path / "route").write_text("Iface\neth0 0000\n", encoding="ascii")
-    assert exposed(9003, tmp_path)
-    assert not exposed(9004, tmp_path)
-    assert not exposed(9003, tmp_path / "none")
-    monkeypatch.setattr(betaflight, "exposed", lambda _: True)
+    assert listens_everywhere(9003, tmp_path)
+    assert not listens_everywhere(9004, tmp_path)
+    assert not listens_everywhere(9003, tmp_path / "none")
+    monkeypatch.setattr(betaflight, "listens_everywhere", lambda _: True)
     link = Betaflight(address(str(free_port()), 1), 0.1)
     with contextlib.closing(link), pytest.raises(UserError, match=r"listens on every address of this .*: unshare -rn"):
         link.meet(None)

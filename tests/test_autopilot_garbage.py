@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from quadstep.bridges.ardupilot import ArduPilot
-from quadstep.bridges.link import Address, Lost, SensorSample
+from quadstep.bridges.link import Address, ConnectionLost, SensorSample
 from quadstep.bridges.px4 import Px4
 from tests.autopilots import PULSES, free_port
 from tests.needs import package
@@ -43,7 +43,7 @@ def test_ardupilot_is_heard_whoever_else_sends():
 def test_garbage_from_ardupilot_in_flight_loses_the_flight(content):
     with met_by_ardupilot() as (link, other, where):
         other.sendto(content, where)
-        with pytest.raises(Lost, match="malformed packet"):
+        with pytest.raises(ConnectionLost, match="malformed packet"):
             link.exchange(SAMPLE)
 
 
@@ -59,7 +59,7 @@ def test_an_ardupilot_that_repeats_itself_is_not_waited_for_without_end():
         thread = threading.Thread(target=repeat)
         thread.start()
         try:
-            with pytest.raises(Lost, match="ArduPilot s"):
+            with pytest.raises(ConnectionLost, match="ArduPilot s"):
                 link.exchange(SAMPLE)
         finally:
             stop.set()
@@ -90,5 +90,5 @@ def joined_by_px4():
 def test_garbage_from_px4_in_flight_loses_the_flight(sent, said):
     with joined_by_px4() as (link, other):
         other.sendall(sent(common.MAVLink(None, srcSystem=1, srcComponent=1)))
-        with pytest.raises(Lost, match=said):
+        with pytest.raises(ConnectionLost, match=said):
             link.exchange(SAMPLE)

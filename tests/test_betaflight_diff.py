@@ -8,7 +8,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import CHOICES, BetaflightDiff
 from quadstep.mission.read import check_mission
 from quadstep.studies.what_if import answer, changes_of
-from quadstep.studies.what_if_report import Asked
+from quadstep.studies.what_if_report import Question
 
 DIFF = """# diff all
 
@@ -125,7 +125,7 @@ def test_two_texts_differ_by_what_changes_between_them(tmp_path):
 
 @pytest.mark.thorough
 def test_a_change_is_answered(tmp_path):
-    asked = Asked("betaflight-rates", {"p_roll": 1.0, "p_pitch": 1.0, "d_roll": 0.0, "d_pitch": 0.0}, "crazyflie", 3.0, 4)
+    asked = Question("betaflight-rates", {"p_roll": 1.0, "p_pitch": 1.0, "d_roll": 0.0, "d_pitch": 0.0}, "crazyflie", 3.0, 4)
     found = answer(asked, tmp_path / "out").record
     assert found["grades"]["before"] != found["grades"]["after"]
     assert found["before"]["p_roll"] == 45.0

@@ -8,7 +8,7 @@ import pytest
 
 from quadstep.bridges.rotorpy import Trajectory, as_rotorpy_controller, from_rotorpy
 from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, multirotor, rotorpy_state, to_quad_params
-from quadstep.control.opaque import Known, Wanted, flying
+from quadstep.control.opaque import MeasuredArrays, ReferenceArrays, flying
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Command, Controller
@@ -239,8 +239,8 @@ class Noting:
         return self.answer
 
 
-KNOWN = Known(np.arange(3.0), np.arange(3.0) + 3, np.array([0.4, 0.1, 0.2, 0.3]), np.arange(3.0) + 6, 0.004)
-WANTED = Wanted(np.arange(3.0) + 9, np.arange(3.0) + 12, np.arange(3.0) + 15, 0.1, 0.2)
+KNOWN = MeasuredArrays(np.arange(3.0), np.arange(3.0) + 3, np.array([0.4, 0.1, 0.2, 0.3]), np.arange(3.0) + 6, 0.004)
+WANTED = ReferenceArrays(np.arange(3.0) + 9, np.arange(3.0) + 12, np.arange(3.0) + 15, 0.1, 0.2)
 
 
 def test_rotorpys_controller_is_told_everything_in_its_own_words():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.engines.sweep import exporting, imported, leb, sections, whole
+from quadstep.engines.sweep import exporting, import_names, leb, leb128, sections
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import share
 from quadstep.page import serve
@@ -163,12 +163,12 @@ def test_what_a_page_cannot_fly_is_refused(tmp_path, old, new, words):
 
 @pytest.mark.parametrize("value", [0, 1, 127, 128, 300, 2**31])
 def test_numbers_of_a_module(value):
-    assert whole(leb(value) + b"\xff", 0) == (value, len(leb(value)))
+    assert leb128(leb(value) + b"\xff", 0) == (value, len(leb(value)))
 
 
 def test_a_module_that_calls_what_a_browser_lacks_is_refused():
     calls = b"\x02\x03env\x0f__linear_memory\x02\x00\x00\x03env\x0dquadstep_call\x00\x01"
-    assert imported(calls) == [b"__linear_memory", b"quadstep_call"]
+    assert import_names(calls) == [b"__linear_memory", b"quadstep_call"]
     code = b"\0asm\1\0\0\0" + b"\x02" + leb(len(calls)) + calls
     assert list(sections(code)) == [(2, calls)]
     with pytest.raises(UserError, match="call quadstep_call, which a browser does not have"):

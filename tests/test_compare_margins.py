@@ -20,7 +20,7 @@ from quadstep.studies.comparison.robustness import (
     tried,
 )
 from quadstep.studies.comparison.schema import MarginEntry
-from quadstep.studies.comparison.tables import beyond
+from quadstep.studies.comparison.tables import range_text
 from tests.studies import SMALL, study
 
 VEHICLE = "research-2.6kg"
@@ -93,7 +93,7 @@ def test_infinity_survives_json():
 def test_an_end_that_few_flights_leave_open_survives_json_and_is_no_number():
     found = robustness.Margin(Estimate(2.0, math.nan, math.inf), Estimate(2.0, 1.0, 3.0), None, 10)
     again = from_json(json.loads(json.dumps(as_json(found), allow_nan=False)))
-    assert [beyond(one, 0.0, 16.0) for one in again.half] == ["2", "-", "> 16"]
+    assert [range_text(one, 0.0, 16.0) for one in again.half] == ["2", "-", "> 16"]
 
 
 def test_wind_is_raised_until_a_soft_controller_is_lost_before_a_firm_one():

@@ -258,7 +258,7 @@ def test_instructions_are_those_of_the_data_sheet(tmp_path, monkeypatch):
         (tmp_path / name).write_text(text)
     work = tmp_path / "work"
     work.mkdir()
-    counted = arm.measured(law, tmp_path, work)["Cortex-M4F"]
+    counted = arm.instruction_counts(law, tmp_path, work)["Cortex-M4F"]
     assert ("all but made due at once", f"{found.instructions} instructions") in [
         (name, said.partition(",")[0]) for name, said in instructions(law, counted, *CLOCKS["Cortex-M4F"])
     ]
@@ -268,7 +268,7 @@ def test_instructions_are_those_of_the_data_sheet(tmp_path, monkeypatch):
 
 def test_where_instructions_cannot_be_counted_it_says_why(monkeypatch):
     monkeypatch.setattr(cost, "nanoseconds", lambda *_: [62.0, 44.0])
-    monkeypatch.setattr(cost, "missing", lambda: ["arm-none-eabi-gcc"])
+    monkeypatch.setattr(cost, "missing_programs", lambda: ["arm-none-eabi-gcc"])
     found = cost.cost(study(SMALL).nominal(VEHICLE, {"type": "pid"}).plan())
     assert (found.nanoseconds, found.instructions, found.uncounted) == (18.0, None, "arm-none-eabi-gcc not found")
     assert cost.from_json(cost.as_json(found)) == found

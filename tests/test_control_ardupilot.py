@@ -20,11 +20,11 @@ from quadstep.control.ardupilot_cascade import (
     vertical,
 )
 from quadstep.control.ardupilot_loops import (
-    Held,
+    IntegratorLimits,
     PidGains,
     PidMemory,
     Target,
-    apart,
+    attitude_error,
     attitude_loop,
     pid,
     root,
@@ -150,13 +150,13 @@ def test_the_mixer_tells_the_loops_what_it_could_not_give(roll, yaw, throttle, l
 def test_an_attitudes_error_is_the_shortest_tilt_and_then_the_heading(seed):
     random = np.random.default_rng(seed)
     attitude, wanted = (normalised(vector(*random.normal(size=4))) for _ in range(2))
-    found = apart(attitude, wanted)
+    found = attitude_error(attitude, wanted)
     back = multiply(multiply(attitude, found.tilt), from_rotation_vector(vector(0.0, 0.0, found.error[2])))
     assert abs(back @ wanted) == pytest.approx(1.0)
     tilt = from_rotation_vector(vector(found.error[0], found.error[1], 0.0))
     assert abs(tilt @ found.tilt) == pytest.approx(1.0)
     assert found.angle == pytest.approx(math.hypot(found.error[0], found.error[1]))
-    over = apart(attitude, multiply(attitude, vector(0.0, 0.6, 0.8, 0.0)))  # upside down: no turn is the shortest
+    over = attitude_error(attitude, multiply(attitude, vector(0.0, 0.6, 0.8, 0.0)))  # upside down: no turn is the shortest
     assert (over.angle, math.hypot(*over.error[:2])) == pytest.approx((math.pi, math.pi))
 
 
@@ -183,9 +183,9 @@ def test_a_heading_out_of_reach_pulls_its_target_along():
     _, kept = attitude_loop(g, target, LEVEL, ZERO, PERIOD)
     assert yaw_pitch_roll(kept.attitude)[0] == pytest.approx(math.radians(45.0))
     leaning = from_yaw_pitch_roll(vector(0.4, -0.5, 0.7))
-    before = apart(leaning, target.attitude).error
+    before = attitude_error(leaning, target.attitude).error
     _, kept = attitude_loop(g, target, leaning, ZERO, PERIOD)
-    after = apart(leaning, kept.attitude).error  # its tilt is not touched
+    after = attitude_error(leaning, kept.attitude).error  # its tilt is not touched
     assert list(after) == pytest.approx([before[0], before[1], math.copysign(math.radians(45.0), before[2])])
     slow = attitude_gains(gains(ATC_RAT_YAW_P=2.0, ATC_ACCEL_Y_MAX=1000.0))
     _, kept = attitude_loop(slow, target, LEVEL, ZERO, PERIOD)  # 1/2 rad/s is stopped with 10 deg/s^2
@@ -227,7 +227,7 @@ def test_small_cut_offs_are_cut_offs_and_pdmx_bounds_the_sum_of_p_and_d():
     plain = PidGains(
         p=2.0, i=0.0, d=0.1, ff=0.0, d_ff=0.0, most=1.0, most_pd=0.0, target_cut=0.0, error_cut=0.0, slope_cut=0.0
     )
-    memory, free = PidMemory(0.3, 0.1, 0.5, 0.0), Held(0.0, 0.0)
+    memory, free = PidMemory(0.3, 0.1, 0.5, 0.0), IntegratorLimits(0.0, 0.0)
 
     def after(g, target=0.4, measured=0.2):
         return pid(g, memory, target, measured, free, 1.0, PERIOD)

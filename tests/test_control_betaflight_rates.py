@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, fly
-from quadstep.control.betaflight_rates import BetaflightRates, Mixed, filtered, mix, still, throttle_for
+from quadstep.control.betaflight_rates import BetaflightRates, MixerState, filtered, mix, still, throttle_for
 from quadstep.control.filters import cut_off, low_passed, notch
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
@@ -99,7 +99,7 @@ def test_each_axis_is_turned_by_the_rotors_that_turn_it():
 
 def rested(throttle):
     """A mixer that has been still."""
-    return Mixed(throttle, 0.0, Vector([0.0] * 2), throttle)
+    return MixerState(throttle, 0.0, Vector([0.0] * 2), throttle)
 
 
 def test_a_throttle_makes_the_thrust_that_is_asked():

@@ -11,7 +11,7 @@ import pytest
 from quadstep import Mission, fly
 from quadstep.control.mixers import command_of_thrust, px4_missed, px4_mixer, thrust_of_command
 from quadstep.control.px4_cascade import Px4Cascade, gyro_filters, hover_of, position_gains
-from quadstep.control.px4_loops import STILL, Flying, attitude_loop, of_gyro, position_loop, thrust_of, within_speed
+from quadstep.control.px4_loops import STILL, MotionNow, attitude_loop, of_gyro, position_loop, thrust_of, within_speed
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
@@ -206,7 +206,7 @@ def test_a_velocity_beyond_its_limit_gives_up_its_second_part_first(seed):
 def test_the_integral_of_the_climb_stands_where_thrust_is_at_the_limit_that_it_pushes_against(height, acceleration, grows):
     up = vector(0.0, 0.0, 1.0)
     wanted = Reference(height * up, ZERO, acceleration * up, 0.0, 0.0)
-    _, integral = position_loop(position_gains(gains()), ZERO, Flying(ZERO, ZERO, ZERO), wanted, 0.01)
+    _, integral = position_loop(position_gains(gains()), ZERO, MotionNow(ZERO, ZERO, ZERO), wanted, 0.01)
     assert np.sign(integral[2]) == grows
 
 

@@ -17,7 +17,7 @@ from quadstep.control.lqr import Lqr, LqrGains, LqrWeights
 from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import BUILT_IN, controllers
 from quadstep.interfaces.controller import Command, Condition, Controller, Measured
-from quadstep.interfaces.gain import AXES, Gain, Said, Undecided, believed, declared, from_gains, gain, given, usual
+from quadstep.interfaces.gain import AXES, Gain, StatedGains, Undecided, believed, declared, from_gains, gain, given, usual
 from quadstep.interfaces.learning import Learning, Net, net, nets_start, weights
 from quadstep.interfaces.plant import Model
 from quadstep.io.errors import UserError
@@ -329,7 +329,7 @@ class Circular(NamedTuple):
 def test_defaults_that_cannot_be_worked_out_say_so():
     for kind, said in ((Wrong, "Wrong has no field 'k_q'"), (Circular, "Circular.k_p: its default depends on itself")):
         with pytest.raises((AttributeError, TypeError), match=said):
-            Undecided(kind, declared(kind), Said({}), MODEL).decided()
+            Undecided(kind, declared(kind), StatedGains({}), MODEL).decided()
 
 
 def test_a_gains_slider_reaches_from_what_is_declared_or_a_decade_about_its_value():

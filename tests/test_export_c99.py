@@ -366,7 +366,7 @@ def test_what_is_no_compiler_is_named(monkeypatch, program, said):
 
 @pytest.mark.parametrize("tool", ["arm-none-eabi-gcc", "arm-none-eabi-size"])
 def test_the_data_sheet_says_which_program_is_missing(tmp_path, monkeypatch, tool):
-    monkeypatch.setattr("quadstep.export.arm.missing", lambda: [tool])
+    monkeypatch.setattr("quadstep.export.arm.missing_programs", lambda: [tool])
     monkeypatch.setattr("quadstep.export.run.no_cppcheck", lambda: True)
     mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')
     run = quadstep("export", mission, "--out", tmp_path / "pid", "--measure", "--precision", "f64")

@@ -17,7 +17,7 @@ from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with
 from quadstep.identify.logs.flight import spectrum
 from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import LIMITS, numbers_of
-from quadstep.identify.prediction import Predictor, leaning
+from quadstep.identify.prediction import Predictor, desired_thrust_axis
 from quadstep.identify.prediction_problem import PredictionBatch, as_states, solved
 from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.residual import trained
@@ -176,7 +176,7 @@ def test_a_setpoint_pulls_and_tilts_no_more_than_the_limits(truth):
 
     def lean(goal, speed, **limits):
         moving = state._replace(velocity=Vector((speed, 0.0, 0.0)))
-        return leaning(moving, Vector((goal, 0.0, 1.0)), observer._replace(**limits), 10.0)[0]
+        return desired_thrust_axis(moving, Vector((goal, 0.0, 1.0)), observer._replace(**limits), 10.0)[0]
 
     assert lean(0.25, 0.0) == pytest.approx(0.2)
     assert lean(9.0, 0.5) == pytest.approx(0.2)  # 4 m/s^2 at most, less 4 x 0.5

@@ -9,7 +9,7 @@ from quadstep.commands.identify import read_logs
 from quadstep.identify.averages import blocks
 from quadstep.identify.fit import DYNAMIC, UNDETERMINED, WINDY, Fitted, Identified, by_rotors, from_averages, identify
 from quadstep.identify.flown_setpoints import hover_ratio
-from quadstep.identify.intervals import AVERAGED, unseen
+from quadstep.identify.intervals import AVERAGED, noise_bias
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, leaned
 from quadstep.identify.parameters import VEHICLE, numbers_of
@@ -92,7 +92,7 @@ def test_torques_whose_commands_answer_to_the_gyros_noise_tell_less():
         squares = 0.4 + 0.01 * np.c_[np.zeros(2000), torque] @ np.linalg.inv(rows).T
         position = {"position": np.c_[time, time, 5.0 * (time > 0.0)]}
         flight = FlightRecord("made", time, 0.01, np.sqrt(squares), False, position, (), np.zeros(2000, dtype=bool))
-        return dict(zip((one.key for one in free), unseen([flight], start("x500").geometry(), free), strict=True))
+        return dict(zip((one.key for one in free), noise_bias([flight], start("x500").geometry(), free), strict=True))
 
     assert max(widened(0.0, 0.0, 0.0).values()) < 0.01
     found = widened(0.0, 1.0, 2.0)  # a half of the variance about y, four fifths of that about z

@@ -11,7 +11,7 @@ from docs.site.notebooks import lessons, notebook
 from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.mission.fields import plain
-from quadstep.studies.lessons import LessonTask, MeasuredMission, checked, differing, judged, tasks
+from quadstep.studies.lessons import LessonTask, MeasuredMission, checked, differing_keys, judged, tasks
 from tests.commands import quadstep
 
 ROOT = Path(__file__).parent.parent
@@ -127,7 +127,7 @@ def test_a_student_who_changes_more_than_the_exercise_lets_them_solves_nothing(n
 def test_a_course_that_leaves_out_what_a_mission_needs_says_so(tmp_path):
     mission = read_mission(mission_of("4.4", tmp_path, {}))
     task = LessonTask(name="a", asks="Fly.", same={"path.type": "minimum-jerk"}, free=("path.duration",))
-    (case,) = differing(task, mission, plain(mission.model_dump()))
+    (case,) = differing_keys(task, mission, plain(mission.model_dump()))
     assert (
         case.failure
         == "only path.type, path.duration may be given; with these alone: path.end: missing; it is needed: end point [m]"
@@ -138,7 +138,7 @@ def test_what_moves_no_flight_may_be_given(tmp_path):
     (one,) = tasks("4.4")
     tune = {"gains": {"controller.K_r1": {"low": 1.0, "high": 9.0}}}
     mission = read_mission(mission_of("4.4", tmp_path, {**SOLUTIONS["4.4"], "name": "Mine", "tune": tune}))
-    assert not differing(one, mission, plain(mission.model_dump()))
+    assert not differing_keys(one, mission, plain(mission.model_dump()))
 
 
 def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypatch):

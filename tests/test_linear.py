@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from quadstep import Mission
 from quadstep.interfaces.controller import Controller
 from quadstep.linear import equilibrium
-from quadstep.linear.analysis import of_loop, studied, worst_of
+from quadstep.linear.analysis import analyse_rest, of_loop, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
 from quadstep.linear.run import record
@@ -57,7 +57,7 @@ def found():
         key = controller, latency
         if key not in made:
             nets = {"nets": {"enabled": False}} if controller == "rotation-backstepping" else {}
-            made[key] = studied(hover({"type": controller, **QUICK.get(controller, {}), **nets}, latency))
+            made[key] = analyse_rest(hover({"type": controller, **QUICK.get(controller, {}), **nets}, latency))
         return made[key]
 
     return of
@@ -135,7 +135,7 @@ def test_delay_margin_is_that_of_commands_kept_as_states(found, law):
 
 def test_margins_do_not_depend_on_how_often_the_integrator_steps_between_two_samples_of_the_law():
     slow = {"control_period": 0.004, "guidance_period": 0.012, "air_period": 0.012, "log_period": 0.012}
-    once, often = (studied(hover({"type": "pid"}, simulation={**slow, "step": step})).analysis for step in (0.004, 0.001))
+    once, often = (analyse_rest(hover({"type": "pid"}, simulation={**slow, "step": step})).analysis for step in (0.004, 0.001))
     assert len(often.loop.period.ticks) == 4 * len(once.loop.period.ticks)
     for one, other in zip(once.margins, often.margins, strict=True):
         assert other == pytest.approx(one, rel=2e-3)
@@ -145,7 +145,7 @@ def test_margins_do_not_depend_on_how_often_the_law_runs_until_all_loops_meet():
     """45 samples: values are followed one by one, and crossovers lie beyond half of the period's rate."""
     slow, controller = {"control_period": 0.004, "air_period": 0.004, "step": 0.004}, {"type": "lqr", **QUICK["lqr"]}
     once, often = (
-        studied(hover(controller, simulation={**slow, "guidance_period": period, "log_period": period})).analysis
+        analyse_rest(hover(controller, simulation={**slow, "guidance_period": period, "log_period": period})).analysis
         for period in (0.008, 0.18)
     )
     assert sum(tick.sampled for tick in often.loop.period.ticks) == 45
@@ -161,7 +161,7 @@ def test_a_command_on_its_way_to_the_rotors_takes_its_delay_off_the_margin(found
     mission = hover({"type": "pid", **QUICK["pid"]}).model_copy(
         update={"vehicle": Mission(vehicle=vehicle, path=HOLD).vehicle}
     )
-    late, on_time = studied(mission).analysis, found("pid").analysis
+    late, on_time = analyse_rest(mission).analysis, found("pid").analysis
     for channel, one, other in zip(late.channels, late.margins, on_time.margins, strict=True):
         assert one.delay == pytest.approx(other.delay - 0.004, abs=2e-5), channel.name
 
@@ -278,7 +278,7 @@ def test_the_planar_vehicle_has_the_poles_and_margins_of_its_textbook_loop():
     """x'' = -g theta, theta'' = turn, sampled and held: the chain of integrators exactly, by SciPy's exponential."""
     k_p, k_v, k_theta, k_q, g, h = 4.0, 3.5, 120.0, 20.0, 9.81, 0.002
     mission = Mission(vehicle={"type": "planar"}, path=HOLD, controller={"type": "planar-pd"}, simulation={"step": h})
-    analysis = studied(mission).analysis
+    analysis = analyse_rest(mission).analysis
     assert [channel.name for channel in analysis.channels] == ["thrust", "torque"]
     chain = np.zeros((5, 5))  # x, v, theta, theta', turn
     chain[0, 1], chain[1, 2], chain[2, 3], chain[3, 4] = 1.0, -g, 1.0, 1.0
@@ -383,7 +383,7 @@ def test_a_rest_is_reached_by_flying_where_newton_runs_into_a_limit():
     """In wind, with estimates that are bounded: a step of Newton's method from far away ends at the bounds."""
     wind = {"mean": [9.0, 0.0, 0.0]}
     adaptive = {"type": "geometric-adaptive"}
-    analysis = studied(hover(adaptive, wind=wind)).analysis
+    analysis = analyse_rest(hover(adaptive, wind=wind)).analysis
     assert analysis.stable
     assert not analysis.not_held
 

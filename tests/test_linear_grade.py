@@ -9,7 +9,7 @@ import pytest
 from quadstep import Mission
 from quadstep.engines.fly import fly
 from quadstep.linear import grade as grade_module
-from quadstep.linear.analysis import limits, studied
+from quadstep.linear.analysis import analyse_rest, limits
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded, quick_grade, whole_grade
 from quadstep.linear.margins import MarginLimits
 from quadstep.linear.run import flown_from_rest, record
@@ -31,7 +31,7 @@ def hover(controller="lqr", preset="research-2.6kg", **more):
 
 @pytest.fixture(scope="module")
 def analysis():
-    return studied(hover({"type": "lqr", **QUICK["lqr"]})).analysis
+    return analyse_rest(hover({"type": "lqr", **QUICK["lqr"]})).analysis
 
 
 def test_the_limits_are_the_textbooks_and_twice_the_latency():
@@ -107,7 +107,7 @@ def test_a_loop_that_changes_with_time_has_the_worst_grade_of_its_flight():
     fast = {"F1": 400.0, "F2": 4000.0}
     late, after = (Mission(path=HOLD, controller={"type": "backstepping", "nets": fast | {"start": t}}) for t in (1.0, 9.0))
     assert grade(after).word == SOUND  # they begin when the flight is over
-    found = studied(late).analysis
+    found = analyse_rest(late).analysis
     assert graded(found).word == UNSTABLE
     assert len(found.later) == 1
     assert 1.0 < found.later[0] < 2.0
@@ -145,7 +145,7 @@ class Tired(ProportionalDerivative):
 def test_a_law_whose_memory_grows_by_itself_is_graded_later_too(tmp_path, grows):
     write(tmp_path, TIRED.replace("memory.seconds + period", grows), "tired.py")
     write(tmp_path, (EXAMPLES / "own_airframe_controller.py").read_text(encoding="utf-8"), "own_airframe_controller.py")
-    found = studied(read_mission(write(tmp_path, MISSION.replace('"lqr"', '"tired.py:Tired"')))).analysis
+    found = analyse_rest(read_mission(write(tmp_path, MISSION.replace('"lqr"', '"tired.py:Tired"')))).analysis
     assert graded(found).word == UNSTABLE
     assert len(found.later) == 1
 
@@ -155,7 +155,7 @@ def test_a_memory_that_stops_at_a_limit_is_not_followed_beyond_it(tmp_path):
     law = TIRED.replace("memory.seconds < 1.0", "memory.seconds < 1.5").replace("memory.seconds + period", grows)
     write(tmp_path, law, "tired.py")
     write(tmp_path, (EXAMPLES / "own_airframe_controller.py").read_text(encoding="utf-8"), "own_airframe_controller.py")
-    found = studied(read_mission(write(tmp_path, MISSION.replace('"lqr"', '"tired.py:Tired"')))).analysis
+    found = analyse_rest(read_mission(write(tmp_path, MISSION.replace('"lqr"', '"tired.py:Tired"')))).analysis
     assert graded(found).word == SOUND
     assert found.later == ()
 
@@ -237,7 +237,7 @@ def test_a_loop_that_rests_elsewhere_says_how_far(tmp_path):
     still = mission.with_(path={"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 120.0})
     away = fly(still.plan()).column("x")[-1]
     assert away > 0.02
-    found = studied(mission).analysis
+    found = analyse_rest(mission).analysis
     assert found.aside == pytest.approx(away, rel=1e-2)
     assert f"; it rests {1e3 * away:.3g}" in graded(found).why.replace("\u00a0", " ")
     assert "rests" not in grade(read_mission(write(tmp_path, wind.replace("8.0", "0.0")))).why

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, UserError, read_mission
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.grade import margin_metrics, of_analysis
 from quadstep.linear.worst import refused
 from quadstep.metrics.registry import MARGINS, is_margin
@@ -64,7 +64,7 @@ def test_unknown_margins_and_margins_to_be_minimised_are_refused(table, said):
 
 
 def test_metrics_are_those_of_the_analysis_and_finite(mission):
-    found = studied(read_mission(mission)).analysis
+    found = analyse_rest(read_mission(mission)).analysis
     metrics = of_analysis(found)
     assert set(metrics) == set(MARGINS)
     assert all(map(math.isfinite, metrics.values()))
@@ -140,12 +140,12 @@ def windy(controller):
 
 def test_laws_without_slopes_are_named():
     with pytest.raises(UserError, match="bits of a number"):
-        studied(windy({"type": "mppi"}))
+        analyse_rest(windy({"type": "mppi"}))
 
 
 @pytest.mark.slow
 def test_a_law_that_learns_bends_at_rest_in_wind_and_has_the_worst_margins_of_its_sides():
-    found = studied(windy({"type": "rotation-backstepping", "nets": {"neurons": 1}}))
+    found = analyse_rest(windy({"type": "rotation-backstepping", "nets": {"neurons": 1}}))
     assert found.rest.pieces
     assert any(place.startswith("rotation_backstepping.py") for place in found.analysis.bends)
     assert found.analysis.holds

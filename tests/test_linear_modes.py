@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep import Mission
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.modes import Modes, Pole, scales
 from quadstep.linear.states import Pose
 from quadstep.linear.tables import pole_rows
@@ -26,14 +26,14 @@ TUNED = {
     ids=lambda one: one if isinstance(one, str) else one["type"],
 )
 def test_slow_modes_are_not_taken_for_deviations_that_stay(preset, controller):
-    analysis = studied(Mission(vehicle={"preset": preset}, path=HOLD, controller=controller)).analysis
+    analysis = analyse_rest(Mission(vehicle={"preset": preset}, path=HOLD, controller=controller)).analysis
     assert analysis.holds
     assert np.abs(np.linalg.eigvals(analysis.loop.map) - 1.0).min() > 1e-3
     assert analysis.poles[0].real < -0.3
 
 
 def test_the_integral_of_a_tuned_law_is_its_slowest_mode():
-    analysis = studied(Mission(vehicle={"preset": "x500"}, path=HOLD, controller=TUNED)).analysis
+    analysis = analyse_rest(Mission(vehicle={"preset": "x500"}, path=HOLD, controller=TUNED)).analysis
     assert all(set(pole.states) <= {f"integral.{i}" for i in range(3)} for pole in analysis.poles[:3])
     assert pole_rows(analysis.poles)[0][-1].startswith("integral.")
 

@@ -6,7 +6,7 @@ import pytest
 
 from quadstep import Mission
 from quadstep.control.registry import STOCK
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import analyse_rest
 from tests.challenge.margins import HOLD, NEUTRAL, scaled
 
 QUICK = "px4-cascade", "crazyflie-pid"
@@ -15,7 +15,7 @@ QUICK = "px4-cascade", "crazyflie-pid"
 @pytest.mark.parametrize("law", [law if law in QUICK else pytest.param(law, marks=pytest.mark.slow) for law in STOCK])
 def test_a_flown_loop_decays_within_its_gain_margins_and_grows_beyond_them(law):
     """The factors of its modes by differences of flights, with the command of roll scaled on its way to the rotors."""
-    found = studied(Mission(vehicle={"preset": "x500"}, path=HOLD, controller={"type": law}))
+    found = analyse_rest(Mission(vehicle={"preset": "x500"}, path=HOLD, controller={"type": law}))
     roll = [channel.name for channel in found.analysis.channels].index("roll")
     margins = found.analysis.margins[roll]
     for gain in (margins.gain_up, margins.gain_down):

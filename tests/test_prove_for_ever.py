@@ -24,9 +24,9 @@ from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
 from quadstep.proofs.prove.certificate_file import read_set
 from quadstep.proofs.prove.check_loop import CheckedLoop
-from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped, starts_of
-from quadstep.proofs.prove.hold import Left, invariant_set
-from quadstep.proofs.prove.rest import holds, rest
+from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped_image, starts_of
+from quadstep.proofs.prove.hold import Departure, invariant_set
+from quadstep.proofs.prove.rest import path_rests, rest
 from quadstep.proofs.prove.sampled import Sampled
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
@@ -161,8 +161,8 @@ def test_a_broken_certificate_is_one_line(tmp_path, proved, name):
 
 def test_a_loop_that_does_not_return_is_not_proved():
     loop = Sampled(mission(type="geometric", k_Omega=[1.0, 1.0, 1.0]).plan())
-    assert holds(loop)
-    assert isinstance(invariant_set(loop, Unknown()), Left)
+    assert path_rests(loop)
+    assert isinstance(invariant_set(loop, Unknown()), Departure)
 
 
 def test_estimates_that_nothing_moves_are_named():
@@ -231,7 +231,7 @@ def test_flights_pushed_at_random_stay_in_the_papers_set():
 
 def test_a_path_that_moves_is_no_hover():
     way = {"type": "minimum-jerk", "end": [1.0, 0.0, 1.0], "duration": 2.0}
-    assert not holds(Sampled(Mission(path=way, controller={"type": "backstepping", "nets": {"enabled": False}}).plan()))
+    assert not path_rests(Sampled(Mission(path=way, controller={"type": "backstepping", "nets": {"enabled": False}}).plan()))
 
 
 def test_a_rest_is_one_and_its_slopes_are_those_of_flights():
@@ -324,7 +324,7 @@ def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(proved, mon
     loop = CheckedLoop(plan, found.states, starts_of(found))
     directions = count + count * count + UNKNOWNS
     numbers = box(found, found.spread * found.radii, count, directions)
-    usual = mapped(loop, found, numbers, np.array([100.0]), directions)
+    usual = mapped_image(loop, found, numbers, np.array([100.0]), directions)
 
     def written(self, *arguments):
         numbers = after(self, *arguments)
@@ -333,7 +333,7 @@ def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(proved, mon
         return numbers
 
     monkeypatch.setattr(CheckedLoop, "after", written)
-    image = mapped(loop, found, numbers, np.array([100.0]), directions)
+    image = mapped_image(loop, found, numbers, np.array([100.0]), directions)
     assert image.gap[-1] == pytest.approx(0.5)
     assert not image.parts[-1].any()
     assert image.left[-1] < 1e-14

@@ -14,7 +14,7 @@ from quadstep.io import errors
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Vector, maximum, minimum, sqrt, where
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.hold import Left, escape, escaped, inner, invariant_set, narrow
+from quadstep.proofs.prove.hold import Departure, escape, escaped, inner, invariant_set, narrow
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.proofs.prove.invariant import Growth, Set
 from quadstep.proofs.prove.jet import bounded, jets
@@ -151,7 +151,7 @@ def test_a_mode_that_grows_in_the_closest_vicinity_only_disproves_nothing():
     """Its sign is smoothed within so thin a layer that the samples cannot follow it there."""
     loop = loop_of({"type": "super-twisting", "layer": 1e-4})
     said = invariant_set(loop, Unknown())
-    assert not isinstance(said, Left)
+    assert not isinstance(said, Departure)
     assert said == "the loop does not return to its rest: a mode grows at 23 1/s"
 
 

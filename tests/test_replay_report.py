@@ -11,7 +11,7 @@ import pytest
 
 from quadstep.commands.identify import read_logs
 from quadstep.identify.averages import matrices
-from quadstep.identify.flown_setpoints import Beside, Tracking
+from quadstep.identify.flown_setpoints import FlightComparison, Tracking
 from quadstep.identify.replay import ErrorTable, Predictions, Replayed
 from quadstep.identify.replay_report import answer, likeness, share
 from quadstep.identify.starts import HORIZONS
@@ -61,7 +61,7 @@ def rows_of(path):
 def test_flights_of_equal_errors_on_opposite_sides_are_not_called_alike():
     time, still = np.arange(300) * 0.01, np.zeros((300, 3))
     side, follows = still + np.eye(3)[0] * 0.2, Tracking(0.2, 0.1, 0.1, 0.1)
-    opposite = Beside("a", follows, follows, time, still, side, -side, "")
+    opposite = FlightComparison("a", follows, follows, time, still, side, -side, "")
     said = "The simulated RMSE is within a factor of two of the real one in {}, and the simulated position is {} from the real"
     assert likeness([opposite]).startswith(said.format("1 of 1 flight", "400\N{NO-BREAK SPACE}mm"))
     same = opposite._replace(flown_position=side)

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from quadstep.report.canvas import beside, drawing, fit, new_figure, wrapped
+from quadstep.report.canvas import drawing, fit, legend_columns, new_figure, wrapped
 from quadstep.report.figures import arranged
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
@@ -64,6 +64,6 @@ def inside(figure):
 
 def test_a_legend_has_as_many_columns_as_fit():
     names = ["L", "errors", "integrals", "weights"]
-    assert [beside(wide, names, 4) for wide in (2.4, 3.5, 7.0)] == [1, 2, 4]
-    assert beside(7.0, names, 3) == 3
-    assert beside(7.0, names[:1], 4) == 1
+    assert [legend_columns(wide, names, 4) for wide in (2.4, 3.5, 7.0)] == [1, 2, 4]
+    assert legend_columns(7.0, names, 3) == 3
+    assert legend_columns(7.0, names[:1], 4) == 1

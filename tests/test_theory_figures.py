@@ -11,7 +11,7 @@ from proofs.__main__ import all_statements
 from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.engines.fly import fly
 from quadstep.engines.kernel import Kernels
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import analyse_rest
 from quadstep.proofs.theory.edge import default_region, level_at_start, mission
 from quadstep.proofs.theory.inequalities import STATEMENTS
 from quadstep.proofs.theory.trials import COMPLETED, COUNTER_ONLY, PAPER, UNCOUNTERED, disturbance_over_weight, grid, summarise
@@ -75,7 +75,7 @@ def test_the_condition_of_theorem_a_in_numbers():
 @pytest.mark.parametrize(("slope", "stable"), [(1.10, False), (1.105, True)])
 def test_hover_is_stable_from_where_the_page_says(slope, stable):
     gains = {"type": "backstepping", "K_r2": 10.5 * slope, "Lambda2": slope, "nets": {"enabled": False}}
-    assert studied(case_1(controller=gains, disturbance={"scale": 0.0})).analysis.stable is stable
+    assert analyse_rest(case_1(controller=gains, disturbance={"scale": 0.0})).analysis.stable is stable
 
 
 def test_small_figures():

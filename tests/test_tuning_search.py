@@ -13,7 +13,7 @@ from quadstep.report.progress import SILENT
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
-from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, kept, read_request, sound
+from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, kept_margins, read_request, sound
 from quadstep.studies.tuning.objective import Judge
 from quadstep.studies.tuning.search import Search, population
 from tests.commands import Listener, metrics
@@ -258,9 +258,9 @@ def test_a_loop_that_lacks_margin_must_not_lose_any(monkeypatch):
     )
     now = {"gain_margin_up": 20.0, "gain_margin_down": 4.0, "phase_margin": 0.1}
     monkeypatch.setattr("quadstep.studies.tuning.ground.margin_metrics", lambda *_: now)
-    assert {name: one.least for name, one in kept(mission).items()} == pytest.approx({**now, "gain_margin_up": 6.0})
+    assert {name: one.least for name, one in kept_margins(mission).items()} == pytest.approx({**now, "gain_margin_up": 6.0})
     now.update(dict.fromkeys(now, 0.0))  # unstable
-    assert kept(mission) == {}
+    assert kept_margins(mission) == {}
 
 
 def test_the_margins_that_were_asked_for_hold_for_the_mission_that_is_written(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from quadstep.io.errors import UserError
 from quadstep.mission.tune import Constraint
 from quadstep.studies.tuning.objective import Judged, squashed
-from quadstep.studies.tuning.trial import MarginGuess, Stability, TrialFlights, Tried, few, flights_of, looked_at
+from quadstep.studies.tuning.trial import MarginGuess, Stability, TrialFlights, Tried, flights_of, looked_at, trial_flights
 
 LIMITS = {"phase_margin": Constraint(least=0.5)}
 
@@ -37,7 +37,7 @@ class Loops:
 
 
 def test_most_candidates_fly_a_quarter_of_the_flights_and_at_least_four():
-    assert [few(seeds) for seeds in (1, 3, 4, 8, 16, 64)] == [1, 3, 4, 4, 4, 16]
+    assert [trial_flights(seeds) for seeds in (1, 3, 4, 8, 16, 64)] == [1, 3, 4, 4, 4, 16]
     assert flights_of([16, 16, 1]) == TrialFlights(9, 33)
     assert TrialFlights(8, 32).most(10) == 10 * 8 + 3 * 24
     assert TrialFlights(1, 1).most(10) == 10

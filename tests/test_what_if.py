@@ -15,7 +15,7 @@ from quadstep.studies import what_if as run
 from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.objective import Row
 from quadstep.studies.what_if import answer, changes_of, unmodelled
-from quadstep.studies.what_if_report import Asked, tracking, unseen
+from quadstep.studies.what_if_report import Question, hidden_effects, tracking
 from tests.commands import quadstep
 from tests.needs import CHROMIUM, needs, package
 
@@ -23,7 +23,7 @@ LAW = "crazyflie-pid"
 
 
 def asked(flights=16, law=LAW, wind=3.0, **changes):
-    return Asked(law, {name.replace("__", "."): value for name, value in changes.items()}, "crazyflie", wind, flights)
+    return Question(law, {name.replace("__", "."): value for name, value in changes.items()}, "crazyflie", wind, flights)
 
 
 def test_a_change_that_breaks_the_loop_is_told_so(tmp_path):
@@ -72,8 +72,8 @@ def test_what_is_not_modelled_and_changes_too_is_named(tmp_path):
     assert changes_of(files[1:2], files[0]) == {"ATC_RAT_RLL_P": 0.1}
     assert unmodelled(files[1:2], files[0]) == ("ATC_RAT_RLL_SMAX",)
     assert unmodelled(["ATC_RAT_RLL_P=0.1"], files[0]) == ()
-    question = Asked(files[0], {"ATC_RAT_RLL_P": 0.1}, "x500", flights=2, unmodelled=("ATC_RAT_RLL_SMAX",))
-    assert "ATC_RAT_RLL_SMAX changes, too, and is not modelled" in unseen(question)[0]
+    question = Question(files[0], {"ATC_RAT_RLL_P": 0.1}, "x500", flights=2, unmodelled=("ATC_RAT_RLL_SMAX",))
+    assert "ATC_RAT_RLL_SMAX changes, too, and is not modelled" in hidden_effects(question)[0]
     with pytest.raises(UserError, match=r"differs between it and .*before.param; ATC_RAT_RLL_SMAX does, but is not modelled$"):
         changes_of(files[2:], files[0])
 
@@ -106,7 +106,7 @@ WRONG = {
 @pytest.mark.parametrize("change", WRONG)
 def test_a_question_without_sense_is_refused_in_one_line(tmp_path, change):
     with pytest.raises(UserError) as error:
-        answer(Asked(LAW, changes_of([change], LAW), "crazyflie"), tmp_path / "out")
+        answer(Question(LAW, changes_of([change], LAW), "crazyflie"), tmp_path / "out")
     assert WRONG[change] in str(error.value)
     assert "\n" not in str(error.value)
     assert not (tmp_path / "out" / "metrics.json").exists()
@@ -122,7 +122,7 @@ def test_two_files_differ_by_what_changes_between_them(tmp_path):
     assert changes_of([names[0]], LAW) == {"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}
     with pytest.raises(UserError, match=r"no parameter of .* differs between it and"):
         changes_of([names[0]], names[0])
-    found = answer(Asked(names[1], {"pid_rate.roll_kp": 240.0}, "crazyflie", flights=2), tmp_path / "out")
+    found = answer(Question(names[1], {"pid_rate.roll_kp": 240.0}, "crazyflie", flights=2), tmp_path / "out")
     assert found.record["before"] == {"pid_rate.roll_kp": 250.0}
     assert found.warnings == [f"{names[1]}: crazyflie-pid does not use pid_attitude.yawMaxDelta"]
 
@@ -133,12 +133,12 @@ def test_the_file_says_whose_parameters_they_are(tmp_path):
     for file in files:
         file.write_text(texts[file.name])
     assert changes_of([str(files[1])], str(files[0])) == {"MC_ROLL_P": 6.5, "MC_YAW_P": 3.0}
-    found = answer(Asked(str(files[0]), {"MC_ROLLRATE_K": 0.1}, "x500", flights=2), tmp_path / "out").record
+    found = answer(Question(str(files[0]), {"MC_ROLLRATE_K": 0.1}, "x500", flights=2), tmp_path / "out").record
     assert (found["law"], found["before"]) == ("px4-cascade", {"MC_ROLLRATE_K": 1.0})
     with pytest.raises(UserError, match=r"mine.csv: should be a file of an autopilot's parameters \(.yaml, .params"):
-        answer(Asked("mine.csv", {"MC_ROLL_P": 1.0}, "x500"), None)
+        answer(Question("mine.csv", {"MC_ROLL_P": 1.0}, "x500"), None)
     with pytest.raises(UserError, match=r"MC_ROLP_P is not a parameter of px4-cascade; did you mean MC_ROLL_P\?"):
-        answer(Asked("px4-cascade", {"MC_ROLP_P": 1.0}, "x500"), None)
+        answer(Question("px4-cascade", {"MC_ROLP_P": 1.0}, "x500"), None)
 
 
 def test_parameters_of_two_laws_and_one_twice_are_refused():
@@ -164,7 +164,7 @@ def page_file(tmp_path_factory):
 @needs(CHROMIUM)
 def test_the_page_counts_the_failures_of_the_report_where_the_slider_is(open_page, page_file):
     package("playwright")
-    change = Asked(LAW, {"pid_rate.roll_kp": 3.0, "pid_rate.pitch_kp": 3.0}, "crazyflie", 5.0, 48, within=0.12)
+    change = Question(LAW, {"pid_rate.roll_kp": 3.0, "pid_rate.pitch_kp": 3.0}, "crazyflie", 5.0, 48, within=0.12)
     failed = answer(change, page_file.parent, paged=True).record["failed"]
     counts = [round(48 * failed[side]["value"]) for side in ("before", "after")]
     assert 0 < counts[0] < counts[1]

@@ -10,8 +10,7 @@
 ...         return vector(p.wind.speed * sin(time), 0.0, 0.0)
 """
 
-from quadstep.control.opaque import Known as MeasuredArrays
-from quadstep.control.opaque import Wanted as ReferenceArrays
+from quadstep.control.opaque import MeasuredArrays, ReferenceArrays
 from quadstep.control.vectoring import project, up_axis, vee_error, wanted_attitude
 from quadstep.interfaces.closed_loop import Clock, Outcome, finite
 from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured, RotorSpeeds, RotorThrusts

@@ -15,7 +15,7 @@ from quadstep.identify.excited import Excited, refuse
 from quadstep.identify.measured import measured
 from quadstep.identify.response import Crossing, response
 from quadstep.io.errors import UserError
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.margins import Margins
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
 from quadstep.mission.read import check_mission
@@ -128,7 +128,7 @@ def hovering(random: np.random.Generator, noise: float) -> tuple[str, Crossing, 
     content["sensors"] = {"imu_period": 0.002, "gyro_noise": noise}
     content["simulation"] = {"duration": 42.0, "log_period": 0.002}
     mission = check_mission(content, "hover.toml", Path())
-    analysis = studied(mission).analysis
+    analysis = analyse_rest(mission).analysis
     if not analysis.margins:
         return None
     plan = injected(mission, channel, 1.0)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from quadstep.metrics import statistics
-from quadstep.studies.tuning.objective import risen
+from quadstep.studies.tuning.objective import increase
 from tests.challenge.search import Attempt, Search, coverage
 
 SIZES = (6, 10, 30, 100, 1000)
@@ -81,7 +81,7 @@ def changes(seed: int) -> Iterable[Attempt]:
     def held() -> Iterator[bool]:
         while True:
             kind = str(random.choice(list(shift)))
-            found = risen(kind, *pairs(int(random.choice(SIZES[1:]))))
+            found = increase(kind, *pairs(int(random.choice(SIZES[1:]))))
             yield not (found.low > shift[kind] or found.high < shift[kind])
 
     return coverage(held(), 0.93)

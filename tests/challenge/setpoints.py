@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.changes import Advice, changes
-from quadstep.identify.excited import Excited, explained, refuse_narrow
+from quadstep.identify.excited import Excited, refuse_narrow, setpoint_excitation
 from quadstep.identify.logs.series import Columns, Series, Topics
 from quadstep.identify.measured import measured
 from quadstep.identify.plant import plant
@@ -92,7 +92,7 @@ def read(
     """What `advise` has of setpoint, rate [rad/s] and command, each (n,), where all axes fly alike. Raises UserError."""
     units = {loop.setpoint: loop.unit, loop.rate: loop.unit, loop.command: 1.0}
     logged = {name: Series(time, one / unit) for (name, unit), one in zip(units.items(), signals, strict=True)}
-    flight = explained(Path("flight.ulg"), Topics({**logged, **more}, 0, told), loop, 0)
+    flight = setpoint_excitation(Path("flight.ulg"), Topics({**logged, **more}, 0, told), loop, 0)
     refuse_narrow(Path("flight.ulg"), flight)
     return flight._replace(others=(flight, flight))
 

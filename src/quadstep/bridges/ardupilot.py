@@ -6,7 +6,7 @@ Its simulator is started by its user with `--model JSON:<host of quadstep>`; qua
 import struct
 from time import monotonic
 
-from quadstep.bridges.link import SHORTEST, WAIT, Address, Lost, SensorSample, datagrams
+from quadstep.bridges.link import SHORTEST, WAIT, Address, ConnectionLost, SensorSample, datagrams
 from quadstep.io.errors import UserError
 from quadstep.mission.own_controller import FIRST_WAIT
 
@@ -40,7 +40,7 @@ class ArduPilot:
     def meet(self, sample: SensorSample) -> None:
         try:
             self._hear(self.first_wait)
-        except Lost:
+        except ConnectionLost:
             raise UserError(
                 f"nothing from ArduPilot on {self.where} for {self.first_wait:g} s; start its simulator with --model JSON"
             ) from None
@@ -62,14 +62,14 @@ class ArduPilot:
             try:
                 data, peer = self.socket.recvfrom(4096)
             except (TimeoutError, ConnectionError):
-                raise Lost("ArduPilot stopped sending") from None
+                raise ConnectionLost("ArduPilot stopped sending") from None
             if monotonic() > until:
-                raise Lost("ArduPilot sent nothing new")
+                raise ConnectionLost("ArduPilot sent nothing new")
             if self.peer and peer != self.peer:
                 continue
             if len(data) != PACKET.size or PACKET.unpack(data)[0] != MAGIC:
                 said = f"sent a malformed packet of {len(data)} bytes; ArduPilot's packets have {PACKET.size}"
-                raise Lost(f"ArduPilot {said}") if self.peer else UserError(f"{peer[0]}:{peer[1]} {said}")
+                raise ConnectionLost(f"ArduPilot {said}") if self.peer else UserError(f"{peer[0]}:{peer[1]} {said}")
             _, _, count, *pulses = PACKET.unpack(data)
             if count != self.count:  # a repeated packet is an old one
                 self.peer, self.count, self.pulses = peer, count, tuple(pulses)

@@ -15,7 +15,7 @@ from pydantic import AfterValidator
 from quadstep.bridges import ardupilot, betaflight, px4
 from quadstep.bridges.ardupilot import ArduPilot
 from quadstep.bridges.betaflight import Betaflight, Sticks, console
-from quadstep.bridges.link import Address, AutopilotLink, GroundStation, Piloted, address, sample_of
+from quadstep.bridges.link import Address, AutopilotLink, GroundStation, PilotFunction, address, sample_of
 from quadstep.bridges.pilot import STATIONS, Pilot, Station
 from quadstep.bridges.px4 import Px4
 from quadstep.control.mixers import quarters
@@ -148,21 +148,21 @@ class AutopilotKind(NamedTuple):
     link: Callable[[Address, float], AutopilotLink]
     port: int
     matching: Callable[[AirframeParameters, Geometry], AutopilotSettings]
-    station: Callable[[Piloted, Address, FlightPlan, Model, AutopilotSettings, str, Told], GroundStation]
+    station: Callable[[PilotFunction, Address, FlightPlan, Model, AutopilotSettings, str, Told], GroundStation]
     needs: str | None = "pymavlink.mavutil"
     order: Callable[[Model], tuple[int, ...]] = lambda model: tuple(range(model.rotors))
     period: float | None = None
 
 
 def by_mavlink(
-    station: Station, _: Piloted, __: Address, plan: FlightPlan, ___: Model, found: AutopilotSettings, where: str,
+    station: Station, _: PilotFunction, __: Address, plan: FlightPlan, ___: Model, found: AutopilotSettings, where: str,
     said: Told,
 ) -> GroundStation:  # fmt: skip
     return Pilot(station, where, plan, found.frame, found.curve, said)
 
 
 def by_sticks(
-    one: Piloted, motors: Address, plan: FlightPlan, model: Model, found: AutopilotSettings, where: str, said: Told
+    one: PilotFunction, motors: Address, plan: FlightPlan, model: Model, found: AutopilotSettings, where: str, said: Told
 ) -> GroundStation:
     """By the sticks of a remote control, with Betaflight's console."""
     return Sticks(plan, model, console(where), found.frame, motors.port, partial(last_of, one), said)
@@ -206,12 +206,12 @@ class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
     def law(
         self, memory: tuple[()], measured: Measured, reference: Reference, gains: PilotedGains, t: Number, period: Number
     ) -> tuple[RotorSpeeds, tuple[()]]:
-        shares = call(gains.handle, sensed(t, measured), self.rotors)
+        shares = call(gains.handle, sensor_readings(t, measured), self.rotors)
         return RotorSpeeds(Vector(measured.full_speed * share for share in shares)), memory
 
     def before_flight(self, measured: Measured, gains: PilotedGains) -> None:
         """Connect, and wait until the autopilot takes off. Raises UserError where none comes, or it does not."""
-        first = sample_of([float(one) for one in sensed(0.0, measured)])
+        first = sample_of([float(one) for one in sensor_readings(0.0, measured)])
         CONNECTIONS[int(gains.handle)].begin(first, self.rotors, float(gains.lift))
 
     def landed(self, gains: PilotedGains) -> None:
@@ -224,26 +224,26 @@ class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
         return CONNECTIONS[int(gains.handle)].lost
 
 
-def sensed(t: Number, measured: Measured) -> list[Number]:
+def sensor_readings(t: Number, measured: Measured) -> list[Number]:
     """What an autopilot is told, in our axes."""
     motion = (measured.position, measured.velocity, measured.attitude, measured.rates, measured.specific_force)
     return [t, *(entry for vector in motion for entry in vector)]
 
 
-CONNECTIONS: dict[int, Piloted] = {}
+CONNECTIONS: dict[int, PilotFunction] = {}
 """By handle; they are never forgotten."""
 
 
 @cache
 def connection(autopilot: str, where: Address, order: tuple[int, ...]) -> int:
     """The handle of the connection to an autopilot, the same for all flights. order: of its answers."""
-    piloted = Piloted(lambda wait: KINDS[autopilot].link(where, wait), order)
+    piloted = PilotFunction(lambda wait: KINDS[autopilot].link(where, wait), order)
     handle = register(piloted)
     CONNECTIONS[handle] = piloted
     return handle
 
 
-def last_of(piloted: Piloted) -> list[float]:
+def last_of(piloted: PilotFunction) -> list[float]:
     return piloted.last
 
 

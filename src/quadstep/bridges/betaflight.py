@@ -12,7 +12,7 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from quadstep.bridges.link import SHORTEST, WAIT, Address, Lost, SensorSample, address, datagrams
+from quadstep.bridges.link import SHORTEST, WAIT, Address, ConnectionLost, SensorSample, address, datagrams
 from quadstep.control.betaflight_rates import BetaflightRates
 from quadstep.control.cascaded_pid import OuterMemory, asked_rates, begun, guided
 from quadstep.control.vectoring import up_axis
@@ -44,7 +44,7 @@ NAMESPACE = "unshare -rn sh -c 'ip link set lo up; betaflight_SITL & quadstep fl
 LOAD = "paste betaflight.txt into its command line and start it again (docs/autopilot.md)"
 
 
-def exposed(port: int, tables: Path = Path("/proc/net")) -> bool:
+def listens_everywhere(port: int, tables: Path = Path("/proc/net")) -> bool:
     """Whether a UDP port is bound on every address of a machine that has routes; False where the system does not tell."""
     try:
         bound, routes = ((tables / one).read_text(encoding="ascii").splitlines()[1:] for one in ("udp", "route"))
@@ -68,13 +68,13 @@ class Betaflight:
         """It answers its first packet whatever its state, the next only where its motors are on."""
         until, answers = monotonic() + self.first_wait, 0
         while answers < 3:
-            if exposed(self.where.port + 1):
+            if listens_everywhere(self.where.port + 1):
                 reach = f"Betaflight listens on every address of this machine (UDP {self.where.port + 1})"
                 raise UserError(f"{reach}; run both in a network namespace: {NAMESPACE}")
             try:
                 self.exchange(sample, 0.1)
                 answers += 1
-            except Lost:
+            except ConnectionLost:
                 if monotonic() > until:
                     if answers:
                         said = f"Betaflight on {self.where} answers one packet only, so its motors are off"
@@ -91,9 +91,9 @@ class Betaflight:
         try:
             answer, _ = self.socket.recvfrom(4096)
         except (TimeoutError, ConnectionError):
-            raise Lost("Betaflight stopped sending") from None
+            raise ConnectionLost("Betaflight stopped sending") from None
         if len(answer) != MOTORS.size:
-            raise Lost(f"Betaflight sent a malformed packet of {len(answer)} bytes; its packets have {MOTORS.size}")
+            raise ConnectionLost(f"Betaflight sent a malformed packet of {len(answer)} bytes; its packets have {MOTORS.size}")
         shares = MOTORS.unpack(answer)
         return [shares[place] for place in PLACES]
 
@@ -113,7 +113,7 @@ VERSION, RATES, ACTUAL, OLDEST = 1, 111, 3, (1, 46)
 """Questions: of the version of MSP, of rates; their type that is led; the version of Betaflight 4.5."""
 
 
-def asked(where: Address, questions: Iterable[int]) -> dict[int, bytes]:
+def msp_answers(where: Address, questions: Iterable[int]) -> dict[int, bytes]:
     """What Betaflight answers to questions of MSP, over one connection: it closes a second one. Raises UserError."""
     try:
         with socket.create_connection(where, timeout=WAIT) as link, link.makefile("rb") as stream:
@@ -207,7 +207,7 @@ class Sticks:
 
     def _check(self) -> None:
         """Reads its settings. Raises UserError for others than must be."""
-        answers = asked(self.where, (VERSION, RATES, *(one.question for one in SETTINGS.values())))
+        answers = msp_answers(self.where, (VERSION, RATES, *(one.question for one in SETTINGS.values())))
         version, rates = tuple(answers[VERSION][1:3]), answers[RATES]
         if version < OLDEST:
             raise UserError(f"Betaflight speaks MSP {version[0]}.{version[1]}; should be 4.5 or later, MSP 1.46")
@@ -229,7 +229,7 @@ class Sticks:
             )
             self.memory, self.next = None, 0.0
         if max(self.shares()) < 0.5 * self.idle:
-            raise Lost("Betaflight disarmed")
+            raise ConnectionLost("Betaflight disarmed")
         if sample.time < self.next - 1e-9:
             return
         self.next = sample.time + LEAD

@@ -97,7 +97,7 @@ class SensorSample(NamedTuple):
         return x, y, z
 
 
-class Lost(Exception):  # noqa: N818 (it is no error of ours)
+class ConnectionLost(Exception):  # noqa: N818 (it is no error of ours)
     """The autopilot stopped sending or closed the connection in flight."""
 
 
@@ -135,7 +135,7 @@ class GroundStation(Protocol):
     def close(self) -> None: ...
 
 
-class Piloted:
+class PilotFunction:
     """The function that a flight asks: 17 numbers of a sample in, a share of full speed for each rotor out.
 
     connect: makes a new link for each flight, given how long to wait for it [s]. order: of the vehicle's rotors in its
@@ -189,7 +189,7 @@ class Piloted:
                 if count % round(1.0 / link.period) == 0:
                     self.told(f"{doing}: {time:.0f} s of simulated time")
                 shares = self.within(link.exchange(sample.standing(time)))
-            except Lost as error:
+            except ConnectionLost as error:
                 raise UserError(f"{error} after {time:g} s on the ground, before it took off") from None
             self.stood = time + link.period
             if sum(one * one for one in shares) >= lift:
@@ -237,7 +237,7 @@ class Piloted:
                 self.station.fly(sample)
             if self.link and not self.lost:
                 outputs = self.link.exchange(sample._replace(time=self.stood + sample.time))
-        except Lost as error:
+        except ConnectionLost as error:
             self.lost = f"{error} at {sample.time:g} s"
         shares = self.within(outputs)
         self._answer = shares if len(shares) == self.rotors else [math.nan] * self.rotors

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from time import sleep
 from typing import NamedTuple
 
-from quadstep.bridges.link import Lost, SensorSample
-from quadstep.bridges.setpoints import Connection, Heard, Setpoint, SetpointKind, at_rest, mavlink, send, setpoint
+from quadstep.bridges.link import ConnectionLost, SensorSample
+from quadstep.bridges.setpoints import Connection, Setpoint, SetpointKind, VehicleMessage, at_rest, mavlink, send, setpoint
 from quadstep.engines.fly import FlightPlan
 from quadstep.io.errors import UserError
 
@@ -204,7 +204,7 @@ class Pilot:
         self._hear(sample.time)
         if self.mode != self.station.said or not self.armed:
             did = f"left mode {self.station.mode}" if self.armed else "disarmed"
-            raise Lost(f"{self.station.name} {did}{': ' if self.reason else ''}{self.reason}")
+            raise ConnectionLost(f"{self.station.name} {did}{': ' if self.reason else ''}{self.reason}")
         assert self.link
         self.risen |= self.station.climbs or self.start.position[2] - sample.position[2] >= RISEN
         with self._connected():
@@ -258,9 +258,9 @@ class Pilot:
         try:
             yield
         except (OSError, UserError):
-            raise Lost(f"{self.station.name} closed the MAVLink connection {self.where}") from None
+            raise ConnectionLost(f"{self.station.name} closed the MAVLink connection {self.where}") from None
 
-    def _take(self, message: Heard, time: float) -> None:
+    def _take(self, message: VehicleMessage, time: float) -> None:
         kind = message.get_type()
         if kind == "HEARTBEAT" and message.autopilot != 8:  # not a ground station
             self.heard_at = time if math.isnan(self.heard_at) else self.heard_at
@@ -287,7 +287,7 @@ class Pilot:
                 self.next["takeoff"] = math.inf
 
 
-def value_of(message: Heard, bytewise: bool) -> float:
+def value_of(message: VehicleMessage, bytewise: bool) -> float:
     """The value of a PARAM_VALUE. bytewise: whether whole numbers are sent as the bytes of a float."""
     if bytewise and message.param_type != REAL32:
         return float(struct.unpack("<i", struct.pack("<f", message.param_value))[0])

@@ -8,7 +8,7 @@ import socket
 from time import monotonic
 from typing import Protocol, cast
 
-from quadstep.bridges.link import SHORTEST, WAIT, Address, Lost, SensorSample
+from quadstep.bridges.link import SHORTEST, WAIT, Address, ConnectionLost, SensorSample
 from quadstep.io.doors import optional
 from quadstep.io.errors import UserError
 from quadstep.mission.own_controller import FIRST_WAIT
@@ -76,7 +76,7 @@ class Px4:
         try:
             self.peer.sendall(data)
         except OSError:
-            raise Lost("PX4 closed the connection") from None
+            raise ConnectionLost("PX4 closed the connection") from None
 
     def meet(self, sample: SensorSample) -> None:
         """PX4 connects, and starts to answer after some samples at rest."""
@@ -94,7 +94,7 @@ class Px4:
                 if self._hear(0.02) is not None:
                     self.behind += self.period  # a time stamp is never repeated: PX4's clock would stand still
                     return
-            except Lost as error:
+            except ConnectionLost as error:
                 raise UserError(f"{error} before the flight") from None
         raise UserError(f"PX4 on {self.where} sent no actuator controls")
 
@@ -102,7 +102,7 @@ class Px4:
         self._tell(sample)
         controls = self._hear(self.wait)
         if controls is None:
-            raise Lost("PX4 stopped sending")
+            raise ConnectionLost("PX4 stopped sending")
         return controls
 
     def _tell(self, sample: SensorSample) -> None:
@@ -140,13 +140,13 @@ class Px4:
             except OSError:
                 data = b""
             if not data:
-                raise Lost("PX4 closed the connection")
+                raise ConnectionLost("PX4 closed the connection")
             for message in cast(list[Message], self.mav.parse_buffer(data) or []):
                 if message.get_type() == "BAD_DATA":
-                    raise Lost(f"the program that connected to {self.where} does not speak MAVLink")
+                    raise ConnectionLost(f"the program that connected to {self.where} does not speak MAVLink")
                 if message.get_type() == "HIL_ACTUATOR_CONTROLS":
                     if not all(map(math.isfinite, message.controls)):
-                        raise Lost("PX4 sent controls that are not numbers")
+                        raise ConnectionLost("PX4 sent controls that are not numbers")
                     return [float(one) for one in message.controls]
         return None
 

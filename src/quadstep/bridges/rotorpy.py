@@ -16,7 +16,7 @@ from typing import NotRequired, Protocol, TypeAlias, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control.opaque import Controller, Known, Wanted
+from quadstep.control.opaque import Controller, MeasuredArrays, ReferenceArrays
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Command, Measured
 from quadstep.interfaces.plant import Reference
@@ -96,7 +96,9 @@ class Adapter:
         if not t > self.last:
             self.begin(state)
         elif self.calls == 1:
-            self.every = {name: whole(period, t - self.last, PERIODS.get(name, name)) for name, period in self.periods.items()}
+            self.every = {
+                name: whole_steps(period, t - self.last, PERIODS.get(name, name)) for name, period in self.periods.items()
+            }
         law, gains = self.loop.controller, self.parameters.gains
         measured, reference = self.measured(state), reference_of(flat_output)
         due = [name for name, calls in self.every.items() if self.calls % calls == 0]
@@ -161,7 +163,7 @@ def from_rotorpy(controller: RotorpyControl) -> Controller:
     It is told no jerk and no snap of the path: zero.
     """
 
-    def asked(t: float, measured: Known, reference: Wanted) -> tuple[float, NDArray[np.float64]]:
+    def asked(t: float, measured: MeasuredArrays, reference: ReferenceArrays) -> tuple[float, NDArray[np.float64]]:
         state = {"x": measured.position, "v": measured.velocity, "q": np.roll(measured.attitude, -1), "w": measured.rates}
         control = controller.update(t, state, flat_output(*reference))
         for key in ("cmd_thrust", "cmd_moment"):
@@ -194,7 +196,7 @@ def flat_output(position: Numbers, velocity: Numbers, acceleration: Numbers, yaw
     }
 
 
-def whole(period: float, step: float, name: str) -> int:
+def whole_steps(period: float, step: float, name: str) -> int:
     """How many steps [s] a period [s] takes. Raises UserError where it is no whole number."""
     steps = round(period / step)
     if steps < 1 or abs(period - steps * step) > 1e-6 * period:

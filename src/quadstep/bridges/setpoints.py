@@ -56,7 +56,7 @@ class Sender(Protocol):
     def param_request_read_send(self, system: int, component: int, name: bytes, index: int) -> None: ...
 
 
-class Heard(Protocol):
+class VehicleMessage(Protocol):
     """A message of a vehicle; which fields it has depends on its type."""
 
     autopilot: int
@@ -84,8 +84,8 @@ class Connection(Protocol):
     target_component: int
     mav: Sender
 
-    def wait_heartbeat(self, blocking: bool = True, timeout: float | None = None) -> Heard | None: ...
-    def recv_match(self) -> Heard | None: ...
+    def wait_heartbeat(self, blocking: bool = True, timeout: float | None = None) -> VehicleMessage | None: ...
+    def recv_match(self) -> VehicleMessage | None: ...
     def close(self) -> None: ...
 
 

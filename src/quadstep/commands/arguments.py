@@ -27,12 +27,12 @@ WORDED = (
 """What the parser says, how it is said here, and what is added where it says more."""
 
 
-def plain(error: TyperException) -> str:
+def problem_message(error: TyperException) -> str:
     """What is wrong with the command line, as the other messages say it: which option, what is allowed, what was given."""
     from pydantic import ValidationError
 
     if hasattr(error, "option_name") and hasattr(error, "possibilities"):
-        return unknown(error.option_name, error.possibilities or ())
+        return unknown_option(error.option_name, error.possibilities or ())
     text = error.format_message()
     if not isinstance(error.__cause__, ValidationError):
         return worded(text)
@@ -75,7 +75,7 @@ def allowed(kind: str, param: object) -> str:
     return ""
 
 
-def unknown(option: str, possible: Sequence[str]) -> str:
+def unknown_option(option: str, possible: Sequence[str]) -> str:
     """That there is no such option, and which one may be meant."""
     if option == "--version":
         return "--version: is an option of quadstep alone: quadstep --version"

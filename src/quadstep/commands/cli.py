@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
-from quadstep.commands.arguments import VARIABLE, answer_shell, plain, refuse_empty
+from quadstep.commands.arguments import VARIABLE, answer_shell, problem_message, refuse_empty
 from quadstep.commands.options import expanded
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
@@ -109,7 +109,7 @@ def theirs_by(name: str) -> Any:
         found = COMMANDS.load(name)
     except UserError as error:
         anything = {"allow_extra_args": True, "ignore_unknown_options": True}
-        app.command(name, help=f"Error: {error}.", context_settings=anything)(failing(error))
+        app.command(name, help=f"Error: {error}.", context_settings=anything)(failing_command(error))
     else:
         if isinstance(found, typer.Typer):
             return typer.main.get_command(found)
@@ -117,7 +117,7 @@ def theirs_by(name: str) -> Any:
     return typer.main.get_command(app)
 
 
-def failing(error: UserError) -> Callable[[], None]:
+def failing_command(error: UserError) -> Callable[[], None]:
     """A command that ends so."""
 
     def fail() -> None:
@@ -250,7 +250,7 @@ def explained(error: BaseException) -> tuple[str, int]:
             return f"error: {error}", BAD_INPUT
         case TyperException():
             command = getattr(getattr(error, "ctx", None), "command_path", "quadstep")
-            return f"error: {plain(error)} (see {command} --help)", BAD_INPUT
+            return f"error: {problem_message(error)} (see {command} --help)", BAD_INPUT
         case BrokenProcessPool():
             return "error: a process that draws figures was killed (out of memory?); nothing was written", BAD_INPUT
         case _ if theirs(error):

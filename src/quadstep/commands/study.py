@@ -81,7 +81,7 @@ def compare(
         with bar("flying", "flights") as shown:
             how = how_of(shown, engine, overwrite, keep_going, retune, drawn_on)
             done = compare_missions(files, folder, seeds or USUAL_SEEDS, how)
-    said(done)
+    print_outcome(done)
 
 
 def run_study(
@@ -95,7 +95,7 @@ def run_study(
         study = study._replace(file=study.file.model_copy(update={"seeds": seeds}))
     with bar("tuning", "flights") as shown:
         done = compare_study(study, folder, how_of(shown, engine, overwrite, keep_going, retune, drawn_on))
-    said(done)
+    print_outcome(done)
 
 
 def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
@@ -105,7 +105,7 @@ def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune
     return How(engine, overwrite, keep_going, retune, shown, drawn_on)
 
 
-def said(done: "FinishedComparison") -> None:
+def print_outcome(done: "FinishedComparison") -> None:
     """Say what was found. Raises typer.Exit where something could not be flown."""
     show(done.evidence, done.folder)
     for one in done.found.problems:

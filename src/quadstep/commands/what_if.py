@@ -102,10 +102,10 @@ def what_if(
     start_server()
     with needed_by("`quadstep what-if`"):
         from quadstep.studies.what_if import answer, changes_of, unmodelled
-        from quadstep.studies.what_if_report import Asked
+        from quadstep.studies.what_if_report import Question
 
         changed, rest = changes_of(changes, parameters), unmodelled(changes, parameters)
-        asked = Asked(parameters, changed, vehicle, wind, flights, seed, within, rest)
+        asked = Question(parameters, changed, vehicle, wind, flights, seed, within, rest)
         folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", drawing.sheet()
         with bar("flying", "flights", 2 * flights) as shown:
             evidence = answer(asked, folder, overwrite, shown, drawn_on, page)

@@ -11,7 +11,7 @@ from typing import ClassVar, NamedTuple
 
 from quadstep.control.ardupilot_loops import (
     AttitudeGains,
-    Held,
+    IntegratorLimits,
     PidGains,
     PidMemory,
     Target,
@@ -221,7 +221,9 @@ def vertical(
     )  # fmt: skip
     aim = root(away, p.z, brake) + reference.velocity[2]
     climbing = PidGains(p.z_p, p.z_i, p.z_d, p.z_ff, 0.0, CENTI * p.z_most, 0.0, 0.0, p.z_error, p.z_slope)
-    asked, ahead, climb = pid(climbing, m.climb, aim, measured.velocity[2], Held(m.limits[3], m.limits[2]), m.begun, period)
+    asked, ahead, climb = pid(
+        climbing, m.climb, aim, measured.velocity[2], IntegratorLimits(m.limits[3], m.limits[2]), m.begun, period
+    )
     wanted = asked + ahead + reference.acceleration[2]
     hover = hover_of(g)
     most = maximum(p.acc_most, 1000.0 * hover)

@@ -50,20 +50,20 @@ class PidMemory(NamedTuple):
     integral: Number
 
 
-class Held(NamedTuple):
+class IntegratorLimits(NamedTuple):
     """1 where the integral may not fall, and where it may not rise; else 0."""
 
     low: Number
     high: Number
 
 
-def shrinking(limited: Number, memory: PidMemory) -> Held:
+def shrinking(limited: Number, memory: PidMemory) -> IntegratorLimits:
     """At a limit the integral may only shrink."""
-    return Held(where(memory.integral > 0.0, 0.0, limited), where(memory.integral < 0.0, 0.0, limited))
+    return IntegratorLimits(where(memory.integral > 0.0, 0.0, limited), where(memory.integral < 0.0, 0.0, limited))
 
 
 def pid(
-    g: PidGains, memory: PidMemory, target: Number, measured: Number, held: Held, begun: Number, period: Number
+    g: PidGains, memory: PidMemory, target: Number, measured: Number, held: IntegratorLimits, begun: Number, period: Number
 ) -> tuple[Number, Number, PidMemory]:
     """Output, feed-forward, and the new memory. begun: 0 for the first sample, at which the filters start."""
     some = begun > 0.5
@@ -155,7 +155,7 @@ def within_rates(rates: Vector, most: Vector) -> Vector:
     return vector(alone_x, alone_y, where(most[2] > 0.0, clip(z, -most[2], most[2]), z))
 
 
-class Apart(NamedTuple):
+class AttitudeError(NamedTuple):
     """How far an attitude is from a wanted one. error: about its axes, tilt by the shortest turn, then heading [rad]. tilt:
     that turn. angle: of it [rad].
     """
@@ -165,14 +165,14 @@ class Apart(NamedTuple):
     angle: Number
 
 
-def apart(attitude: Vector, wanted: Vector) -> Apart:
+def attitude_error(attitude: Vector, wanted: Vector) -> AttitudeError:
     turn = multiply(conjugate(attitude), wanted)
     x, y, z = unrotate(conjugate(turn), UP)
     opposite = 1.0 + z < 1e-9
     tilt = normalised(Vector((where(opposite, 0.0, 1.0 + z), where(opposite, 1.0, -y), x, 0.0)))
     across = rotation_vector(tilt)
     along = rotation_vector(multiply(conjugate(tilt), turn))
-    return Apart(vector(across[0], across[1], along[2]), tilt, atan2(sqrt(x * x + y * y + 1e-30), z))
+    return AttitudeError(vector(across[0], across[1], along[2]), tilt, atan2(sqrt(x * x + y * y + 1e-30), z))
 
 
 class AttitudeGains(NamedTuple):
@@ -206,7 +206,7 @@ def shaped_target(g: AttitudeGains, target: Target, wanted: Vector, turn: Number
 
     turn: of its heading [rad/s].
     """
-    away = apart(target.attitude, wanted).error
+    away = attitude_error(target.attitude, wanted).error
     none, still = 0.0 * turn, Vector(0.0 * one for one in target.rates)
     yaw_most = where(g.most[2] > 0.0, minimum(g.most[2], g.slew), g.slew)
     turning = where(yaw_most > 0.0, clip(turn, -yaw_most, yaw_most), turn)
@@ -222,7 +222,7 @@ def shaped_target(g: AttitudeGains, target: Target, wanted: Vector, turn: Number
 
 def attitude_loop(g: AttitudeGains, target: Target, attitude: Vector, rates: Vector, period: Number) -> tuple[Vector, Target]:
     """Body rates wanted [rad/s], and the target, its heading within reach. rates: measured."""
-    off = apart(attitude, target.attitude)
+    off = attitude_error(attitude, target.attitude)
     yaw = clip(0.5 * g.acceleration[2], *TURNING)
     some = g.yaw_p > 0.0
     most = where(some, minimum(unrooted(1.0 / where(some, g.yaw_p, 1.0), g.p[2], yaw), MOST_HEADING), 10.0)

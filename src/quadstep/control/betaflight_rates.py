@@ -72,7 +72,7 @@ class Axis(NamedTuple):
     integral: Number
 
 
-class Mixed(NamedTuple):
+class MixerState(NamedTuple):
     """What the mixer leaves for the next sample. throttle: from 0 to 1. range: of what axes ask of motors. gravity: states of
     anti-gravity's filter. boost: low-pass of the throttle.
     """
@@ -90,7 +90,7 @@ class BetaflightRatesMemory(NamedTuple):
     roll: Axis
     pitch: Axis
     yaw: Axis
-    mixed: Mixed
+    mixed: MixerState
 
 
 def still() -> Axis:
@@ -108,7 +108,7 @@ def filtered(f: Filters, m: Axis, rate: Number, throttle: Number, period: Number
 
 
 def pid(
-    own: Roll | Pitch | Yaw, s: Shared, f: Filters, m: Axis, mixed: Mixed, asked: Number, gyro: Number, period: Number,
+    own: Roll | Pitch | Yaw, s: Shared, f: Filters, m: Axis, mixed: MixerState, asked: Number, gyro: Number, period: Number,
     turn: bool = False,
 ) -> tuple[Number, Axis]:  # fmt: skip
     """An axis's output. asked, gyro: its setpoint and its filtered rate [deg/s]. turn: whether it is yaw."""
@@ -167,8 +167,8 @@ def relaxed(s: Shared, m: Axis, asked: Number, gyro: Number, period: Number, tur
 
 
 def mix(
-    s: Shared, m: Mixed, outputs: tuple[Number, Number, Number], throttle: Number, mirrored: bool, period: Number
-) -> tuple[tuple[Number, Number, Number, Number], Mixed]:
+    s: Shared, m: MixerState, outputs: tuple[Number, Number, Number], throttle: Number, mirrored: bool, period: Number
+) -> tuple[tuple[Number, Number, Number, Number], MixerState]:
     """The motors' outputs, from idle to 1: front right, back right, back left, front left. Throttle gives way, so that what is
     asked about the axes is made, if need be all of it smaller.
     """
@@ -195,7 +195,7 @@ def mix(
     whole = tuple(one * part + given for one in asked)
     bent = tuple(one * (1.0 + bend * ((1.0 - one) * (1.0 - one))) for one in whole)
     first, second, third, fourth = (clip(low + (high - low) * one, low, high) for one in bent)
-    return (first, second, third, fourth), Mixed(throttle, span, gravity, slow)
+    return (first, second, third, fourth), MixerState(throttle, span, gravity, slow)
 
 
 def throttle_for(s: Shared, thrust: Number, full: Number) -> Number:
@@ -230,7 +230,7 @@ class BetaflightRates(OnQuarters, Controller[BetaflightRatesMemory, Measured, Be
 
     def start(self, measured: Measured, gains: BetaflightRatesGains) -> BetaflightRatesMemory:
         throttle = throttle_for(gains.shared, gains.outer.mass * gains.outer.gravity, gains.full_thrust)
-        mixed = Mixed(throttle, 0.0, vector(0.0, 0.0), throttle)
+        mixed = MixerState(throttle, 0.0, vector(0.0, 0.0), throttle)
         return BetaflightRatesMemory(begun(measured, gains.outer), still(), still(), still(), mixed)
 
     def guide(

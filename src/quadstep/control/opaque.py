@@ -29,7 +29,7 @@ from quadstep.numbers.scan import call, raise_pending, register, release
 Array: TypeAlias = NDArray[np.float64]
 
 
-class Known(NamedTuple):
+class MeasuredArrays(NamedTuple):
     """The measurements passed to an opaque controller.
 
     position (3,) [m], velocity (3,) [m/s]: world, z up. attitude (4,): unit quaternion (w, x, y, z), body to world.
@@ -44,7 +44,7 @@ class Known(NamedTuple):
     period: float
 
 
-class Wanted(NamedTuple):
+class ReferenceArrays(NamedTuple):
     """The reference motion. position (3,) [m], velocity (3,) [m/s], acceleration (3,) [m/s^2]; yaw [rad], yaw_rate [rad/s]."""
 
     position: Array
@@ -54,7 +54,7 @@ class Wanted(NamedTuple):
     yaw_rate: float
 
 
-Controller: TypeAlias = Callable[[float, Known, Wanted], tuple[float, Sequence[float] | Array]]
+Controller: TypeAlias = Callable[[float, MeasuredArrays, ReferenceArrays], tuple[float, Sequence[float] | Array]]
 """controller(t, measured, reference) gives thrust [N] and the torque about the body's axes [N m]."""
 
 
@@ -148,8 +148,8 @@ def friendly(controller: Controller) -> Callable[[Array], list[float]]:
         if question == asked:
             return answer
         t, period, yaw, yaw_rate = (float(inputs[i]) for i in (0, 1, -2, -1))
-        measured = Known(inputs[2:5], inputs[5:8], inputs[8:-14], inputs[-14:-11], period)
-        reference = Wanted(inputs[-11:-8], inputs[-8:-5], inputs[-5:-2], yaw, yaw_rate)
+        measured = MeasuredArrays(inputs[2:5], inputs[5:8], inputs[8:-14], inputs[-14:-11], period)
+        reference = ReferenceArrays(inputs[-11:-8], inputs[-8:-5], inputs[-5:-2], yaw, yaw_rate)
         returned = controller(t, measured, reference)
         try:
             thrust, torque = returned

@@ -21,9 +21,9 @@ from quadstep.control.mixers import (
 )
 from quadstep.control.px4_loops import (
     STILL,
-    Flying,
     GyroFilters,
     GyroMemory,
+    MotionNow,
     PositionGains,
     Px4RateGains,
     attitude_loop,
@@ -233,7 +233,7 @@ class Px4Cascade(Controller[Px4CascadeMemory, Measured, Px4CascadeGains, RotorSp
         share = step / (1.0 + step)
         raw = memory.begun * ((measured.velocity - memory.velocity) / period)
         slope = share * raw + (1.0 - share) * memory.slope
-        now = Flying(measured.position, measured.velocity, slope)
+        now = MotionNow(measured.position, measured.velocity, slope)
         thrust, climbing = position_loop(position_gains(gains), memory.climbing, now, reference, period)
         return memory._replace(
             velocity=measured.velocity, slope=slope, climbing=climbing, thrust=thrust.norm(),

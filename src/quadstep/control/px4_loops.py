@@ -44,7 +44,7 @@ class PositionGains(NamedTuple):
     decoupled: Number
 
 
-class Flying(NamedTuple):
+class MotionNow(NamedTuple):
     """position [m], velocity [m/s], acceleration [m/s^2]: measured, the last one filtered."""
 
     position: Vector
@@ -77,7 +77,9 @@ def within_speed(first: Vector, second: Vector, most: Number) -> tuple[Number, N
     return where(inside, x + u, short * x + reach * u1), where(inside, y + v, short * y + reach * v1)
 
 
-def position_loop(g: PositionGains, integral: Vector, now: Flying, wanted: Reference, period: Number) -> tuple[Vector, Vector]:
+def position_loop(
+    g: PositionGains, integral: Vector, now: MotionNow, wanted: Reference, period: Number
+) -> tuple[Vector, Vector]:
     """The thrust wanted, along the world's axes, and the new integral of the velocity loop [m/s^2].
 
     A path's velocity and acceleration are fed forward, as of a trajectory setpoint. Vertical thrust goes before horizontal,

@@ -44,7 +44,7 @@ class ThrustMotion(NamedTuple):
     force_rate: Vector
 
 
-class Extended(Body, Protocol):
+class ExtendedGains(Body, Protocol):
     """Gains of a law that drives the thrust's rate: what it believes of the vehicle, and those of the heading."""
 
     @property
@@ -114,7 +114,9 @@ def turning(measured: Measured, axis: Vector, reference: Reference, stiffness: N
     return stiffness * error + damping * (axis[2] * reference.yaw_rate - measured.rates[2])
 
 
-def driving(push: Push, snap: Vector, measured: Measured, reference: Reference, gains: Extended, period: Number) -> Driving:
+def driving(
+    push: Push, snap: Vector, measured: Measured, reference: Reference, gains: ExtendedGains, period: Number
+) -> Driving:
     """What a wanted snap [m/s^4] makes of the extended thrust, with the heading turned to the wanted one."""
     asked = inputs(measured, push, snap)
     axis = up_axis(rotation_matrix(measured.attitude))

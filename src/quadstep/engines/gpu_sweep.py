@@ -16,7 +16,7 @@ from quadstep.engines import kernel
 from quadstep.engines.cuda import PROCESSORS, Device, DeviceKernel, Memory, Module, NoDeviceError, OutOfDeviceMemoryError
 from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import Scored
-from quadstep.engines.sweep import Batch, Swept
+from quadstep.engines.sweep import Batch, SweepResults
 from quadstep.engines.sweep_trace import Generate, SweepTrace
 from quadstep.interfaces.closed_loop import Advance, Ticks
 from quadstep.io.errors import UserError
@@ -160,7 +160,7 @@ class GpuSweep(Batch):
     def fly(
         self, values: ArrayLike, progress: Advance | None = None, threads: int = THREADS,
         portion: int | None = None,
-    ) -> Swept:  # fmt: skip
+    ) -> SweepResults:  # fmt: skip
         """Fly a flight for each row of values, shape (flights, len(varying)).
 
         progress: called with the number of newly finished flights. threads: per block. portion: flights per launch.
@@ -173,7 +173,7 @@ class GpuSweep(Batch):
     def generated(
         self, first: int, past: int, progress: Advance | None = None, threads: int = THREADS,
         portion: int | None = None,
-    ) -> tuple[Swept, NDArray[np.float64]]:  # fmt: skip
+    ) -> tuple[SweepResults, NDArray[np.float64]]:  # fmt: skip
         """Fly the flights of these numbers with the values that `generate` draws; returns those too, as rows for `fly`."""
         if not self.generates:
             raise ValueError("nothing generates these flights' numbers: give `generate`, or fly rows of values")

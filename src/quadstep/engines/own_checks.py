@@ -50,10 +50,10 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     given, memory = (loop.told(cycle, parameters), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
     check_memory(always(law.enter)(*given[:3]), cycle.memory, "enter")
     for name in law.loops():
-        memory = sampled(name, always(partial(law.slower, name)), memory, *given, periods[name])
+        memory = first_sample(name, always(partial(law.slower, name)), memory, *given, periods[name])
         check_memory(memory, cycle.memory, name)
     kind = type(cycle.command) if law.commands is Command else law.commands
-    answer: object = sampled("law", always(law.law), memory, *given, periods["law"])
+    answer: object = first_sample("law", always(law.law), memory, *given, periods["law"])
     wanted = kind.__name__
     if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], kind):
         raise UserError(f"law: should return a {wanted} and the memory; it returns {type_name(answer)}")
@@ -96,7 +96,7 @@ def try_metrics(metrics: Sequence[Metric], columns: Iterable[str]) -> None:
     added(metrics, entered(code, [], started(metrics)), sample)
 
 
-def sampled(method: str, sample: Callable[..., T], memory: object, *given: object) -> T:
+def first_sample(method: str, sample: Callable[..., T], memory: object, *given: object) -> T:
     """A sample with this memory. Raises UserError where it fails since `start` gives a number for a vector, and where it
     gives something else when it is taken again.
     """

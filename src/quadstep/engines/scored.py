@@ -71,7 +71,7 @@ class Scored:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        return (*(Task(task.name, within(task)) for task in self.loop.tasks), Task("score", self.score))
+        return (*(Task(task.name, lifted_task(task)) for task in self.loop.tasks), Task("score", self.score))
 
     def start(self, start: tuple[object, ...], parameters: Numbers) -> ScoredCycle:
         cycle = self.loop.start(start, parameters)
@@ -110,7 +110,7 @@ class Scored:
         return added(self.own, cycle.score.own, dict(zip(self.columns, row, strict=True)))
 
 
-def within(task: Task) -> Callable[[ScoredCycle, Numbers, Clock], tuple[ScoredCycle, Number]]:
+def lifted_task(task: Task) -> Callable[[ScoredCycle, Numbers, Clock], tuple[ScoredCycle, Number]]:
     """A task of the loop, applied to the cycle that contains the loop's."""
 
     def run(cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> tuple[ScoredCycle, Number]:

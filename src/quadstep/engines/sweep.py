@@ -42,7 +42,7 @@ STEPS_A_SECOND = 1e7
 """A guess for `PORTION`; it decides nothing else."""
 
 
-class Swept(NamedTuple):
+class SweepResults(NamedTuple):
     """Results of many flights, one element per flight.
 
     outcome: the `Outcome`'s number. ended: its time [s]. score: of arrays, in f64; `metrics(score)` evaluates it.
@@ -58,11 +58,13 @@ class Swept(NamedTuple):
         return metrics(self.score)
 
 
-def joined(parts: Sequence[Swept]) -> Swept:
+def joined(parts: Sequence[SweepResults]) -> SweepResults:
     """Results of one structure, one after the other."""
     scores = zip(*(flatten(part.score) for part in parts), strict=True)
     score = rebuild(parts[0].score, iter([np.concatenate(leaf) for leaf in scores]))
-    return Swept(np.concatenate([part.outcome for part in parts]), np.concatenate([part.ended for part in parts]), score)
+    return SweepResults(
+        np.concatenate([part.outcome for part in parts]), np.concatenate([part.ended for part in parts]), score
+    )
 
 
 def places(start: tuple[object, ...], parameters: Numbers, names: Sequence[str]) -> list[int]:
@@ -117,10 +119,10 @@ class Batch:
         columns[:, len(rows) :] = columns[:, len(rows) - 1 : len(rows)]
         return columns
 
-    def swept(self, results: NDArray[np.floating]) -> Swept:
+    def swept(self, results: NDArray[np.floating]) -> SweepResults:
         """Results in the order of `SweepTrace`."""
         code, ended, *score = results.astype(np.float64)
-        return Swept(code.astype(np.int8), ended * self.ticks.step, rebuild(self.shape, iter(score)))
+        return SweepResults(code.astype(np.int8), ended * self.ticks.step, rebuild(self.shape, iter(score)))
 
 
 class Sweep(Batch):
@@ -130,7 +132,7 @@ class Sweep(Batch):
         self.width = host_width(self.double)
         self.kernel = prepare(self.loop, start, parameters, frozenset(self.varying), self.double, self.width)
 
-    def fly(self, values: ArrayLike, threads: int | None = None, progress: Advance | None = None) -> Swept:
+    def fly(self, values: ArrayLike, threads: int | None = None, progress: Advance | None = None) -> SweepResults:
         """Fly a flight for each row of values, shape (flights, len(varying)).
 
         threads: as many as there are cores if not given. progress: told the number of newly finished flights.
@@ -251,7 +253,7 @@ def exporting(code: bytes, name: str) -> bytes:
     Raises UserError where it imports more than memory and stack.
     """
     found = {number: content for number, content in sections(code) if number}
-    unknown = [one for one in imported(found.get(IMPORTS, b"\0")) if one not in IMPORTED]
+    unknown = [one for one in import_names(found.get(IMPORTS, b"\0")) if one not in IMPORTED]
     if unknown:
         raise UserError(f"its laws call {unknown[0].decode()}, which a browser does not have")
     encoded = name.encode()
@@ -265,23 +267,23 @@ def sections(code: bytes) -> Iterator[tuple[int, bytes]]:
     """The sections of a module: number and content."""
     place = 8
     while place < len(code):
-        size, begin = whole(code, place + 1)
+        size, begin = leb128(code, place + 1)
         yield code[place], code[begin : begin + size]
         place = begin + size
 
 
-def imported(content: bytes) -> list[bytes]:
+def import_names(content: bytes) -> list[bytes]:
     """The names in a section of imports; the last of them is the first that is neither memory nor a global."""
-    count, place = whole(content, 0)
+    count, place = leb128(content, 0)
     names: list[bytes] = []
     for _ in range(count):
         for _ in range(2):  # the name of a module, and of what it has
-            size, place = whole(content, place)
+            size, place = leb128(content, place)
             named, place = content[place : place + size], place + size
         names.append(named)
         kind = content[place]
         if kind == 2:  # memory: whether it has a limit, and its least size
-            place = whole(content, place + 2)[1]
+            place = leb128(content, place + 2)[1]
         elif kind == 3:  # a global: its type, and whether it changes
             place += 3
         else:
@@ -289,7 +291,7 @@ def imported(content: bytes) -> list[bytes]:
     return names
 
 
-def whole(code: Sequence[int], place: int) -> tuple[int, int]:
+def leb128(code: Sequence[int], place: int) -> tuple[int, int]:
     """A number in LEB128, and the place after it."""
     value = shift = 0
     while True:

@@ -9,7 +9,7 @@ from llvmlite import ir
 from quadstep.interfaces.closed_loop import Clock, ClosedLoop, Task
 from quadstep.numbers import Number, Table, flatten, rebuild
 from quadstep.program.emitter import Emitter
-from quadstep.program.instructions import Stored
+from quadstep.program.instructions import LoadedFrom
 from quadstep.program.recorded import RECORDED, Operand, RecordedCondition, RecordedNumber, RecordedTable
 
 INDEX = ir.IntType(64)
@@ -137,7 +137,7 @@ class Ticking(ABC):
                     leaves.append(RecordedTable(self.emitter, pointer, leaf.size))
                 else:
                     leaves.append(self.wide(self.builder.load(pointer)))
-                    self.emitter.stored[id(leaves[-1].place)] = Stored(bases[home], places[home], scalar=True)
+                    self.emitter.stored[id(leaves[-1].place)] = LoadedFrom(bases[home], places[home], scalar=True)
             places[home] += leaf.size if isinstance(leaf, Table) else 1
         return rebuild(structure, iter(leaves))
 

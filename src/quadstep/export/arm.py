@@ -94,12 +94,14 @@ class OnArm(NamedTuple):
     warnings: int
 
 
-def missing() -> list[str]:
+def missing_programs() -> list[str]:
     """The programs that measuring needs and that are not here."""
     return [program for program in (COMPILER, SIZE, MACHINE) if shutil.which(program) is None]
 
 
-def measured(exported: Exported, folder: Path, work: Path, processors: Sequence[str] = tuple(PROCESSORS)) -> dict[str, OnArm]:
+def instruction_counts(
+    exported: Exported, folder: Path, work: Path, processors: Sequence[str] = tuple(PROCESSORS)
+) -> dict[str, OnArm]:
     """By processor. folder: with the exported files; work: a folder to build in. Raises ToolError."""
     results = {}
     for processor in processors:
@@ -131,7 +133,7 @@ def one(exported: Exported, build: Path, flags: list[str], board: str) -> OnArm:
     )
     counted = None
     if shutil.which(MACHINE):
-        (build / "count.c").write_text(counting(exported), encoding="utf-8")
+        (build / "count.c").write_text(counting_program(exported), encoding="utf-8")
         shutil.copy(TEMPLATES / "startup.c", build)
         shutil.copy(TEMPLATES / "memory.ld", build)
         objects = [f"{name}.o", f"{name}_params.o"]
@@ -181,7 +183,7 @@ def parsed(said: str) -> InstructionCounts:
     return InstructionCounts(average, {name: int(words[f"{name}_worst"]) for name in names}, words["differences"] == "0")
 
 
-def counting(exported: Exported) -> str:
+def counting_program(exported: Exported) -> str:
     """The program that counts: every golden sample, each function many times on the same memory."""
     name = exported.name
     calls = {

@@ -14,7 +14,7 @@ import numpy as np
 
 from quadstep.engines.fly import FlightPlan, fingerprint, fly
 from quadstep.export import arm
-from quadstep.export.arm import BITS, WARNINGS, InstructionCounts, Sizes, measured, state_size
+from quadstep.export.arm import BITS, WARNINGS, InstructionCounts, Sizes, instruction_counts, state_size
 from quadstep.export.c.compiled import exported, fly_c
 from quadstep.export.c.golden import golden, golden_header, test_source
 from quadstep.export.c.header import Exported, header, loops, title
@@ -83,7 +83,7 @@ def measured_alone(plan: FlightPlan, processor: str) -> Iterator[Alone]:
         work.mkdir()
         for name, text in c99_files(law, plan).items():
             (folder / name).write_text(text, encoding="utf-8")
-        found = measured(law, folder, work, [processor])[processor]
+        found = instruction_counts(law, folder, work, [processor])[processor]
         if not found.counted or not found.counted.same_bits:
             raise ToolError("QEMU did not give the same bits")
         (build,) = work.iterdir()
@@ -97,7 +97,7 @@ LONGEST = 8.0
 def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Callable[[str], None]) -> Measurements:
     absent: list[str] = []
     on_arm: dict[str, arm.OnArm] = {}
-    lacking = arm.missing()
+    lacking = arm.missing_programs()
     if tools := [tool for tool in (arm.COMPILER, arm.SIZE) if tool in lacking]:
         packages = "gcc-arm-none-eabi libnewlib-arm-none-eabi"  # they bring both
         absent.append(f"code, stack and instructions: {' and '.join(tools)} not found (Debian: {packages})")
@@ -109,7 +109,7 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
             absent.append(f"instructions: {arm.MACHINE} not found (Debian: qemu-system-arm)")
         with tempfile.TemporaryDirectory() as work:
             try:
-                on_arm = arm.measured(exported, folder, Path(work))
+                on_arm = arm.instruction_counts(exported, folder, Path(work))
             except UserError as error:
                 absent.append(f"code, stack and instructions: {error}")
     found = None

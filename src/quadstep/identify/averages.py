@@ -25,7 +25,7 @@ FEWEST = 12
 """Fewest blocks for an estimate."""
 
 
-class Told(NamedTuple):
+class AverageEstimate(NamedTuple):
     """A parameter estimated from averages: value and standard error. clusters: number of independent parts behind it.
     pulls: by how much errors that all pull the same way would move it.
     """
@@ -147,7 +147,7 @@ def rotor_speeds(commands: Floats, volts: Floats, curve: Curve, measured: bool) 
     return cast(Floats, curve.speeds(cast(float, commands), cast(float, volts[..., None]), measured))
 
 
-def torques(block: HalfSeconds, p: PredictorParameters, geometry: Geometry, measured: bool) -> dict[str, Told]:
+def torques(block: HalfSeconds, p: PredictorParameters, geometry: Geometry, measured: bool) -> dict[str, AverageEstimate]:
     """Centre of gravity and flapping from mean torques, with a known thrust curve.
 
     I alpha + w x I w = torque - c x thrust + k_flap W v x e_z: about x torque - c_y T + k W v_y, about y torque + c_x T - k W
@@ -176,7 +176,7 @@ def torques(block: HalfSeconds, p: PredictorParameters, geometry: Geometry, meas
         np.concatenate([about_x, about_y]), given.T.reshape(-1), np.concatenate([together, together])
     )
     return {
-        "centre_of_gravity[1]": Told(float(solution[0]), float(errors[0]), count, float(pulls[0])),
-        "centre_of_gravity[0]": Told(float(solution[1]), float(errors[1]), count, float(pulls[1])),
-        "drag.flapping": Told(float(solution[2]), float(errors[2]), count, float(pulls[2])),
+        "centre_of_gravity[1]": AverageEstimate(float(solution[0]), float(errors[0]), count, float(pulls[0])),
+        "centre_of_gravity[0]": AverageEstimate(float(solution[1]), float(errors[1]), count, float(pulls[1])),
+        "drag.flapping": AverageEstimate(float(solution[2]), float(errors[2]), count, float(pulls[2])),
     }

@@ -13,7 +13,7 @@ import numpy as np
 
 from quadstep.identify.excited import Excited
 from quadstep.identify.measured import MeasuredLoop, measured
-from quadstep.identify.peaks import STANDS, Peak, free, highest, unfit
+from quadstep.identify.peaks import STANDS, Peak, free_notch, highest, unfit
 from quadstep.identify.plant import IdentifiedPlant
 from quadstep.identify.rate_loops import Filter, RateLoop
 from quadstep.identify.response import Complex, Response, gain_margins
@@ -73,10 +73,12 @@ def advised(found: Response, whole: Iterable[float] = (), most: float = 1.0) -> 
     tried = FACTORS[(floor < FACTORS) & (min(ceiling, most) >= FACTORS)]
     expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
     sound = (one for one in expected if one[1].sound)
-    return next((Advice(*one) for one in sound if all(measured(found.scaled(by)).sound for by in ends(one[0], whole))), None)
+    return next(
+        (Advice(*one) for one in sound if all(measured(found.scaled(by)).sound for by in factor_range(one[0], whole))), None
+    )
 
 
-def ends(factor: float, whole: Iterable[float]) -> list[float]:
+def factor_range(factor: float, whole: Iterable[float]) -> list[float]:
     """The least and the largest factor that gains get which are rounded."""
     found = [round(factor * one) / one for one in whole if one > 0.0]
     return [min(found), max(found)] if found else []
@@ -119,13 +121,15 @@ def tuned(
         if advice := advised(response, (), most):
             expected = advice.expected._replace(by_plant=True)
             worth = poor or (advice.factor >= WORTH and not other)
-            return Advice(advice.factor, expected, since(flight, other), advice.factor) if worth else None
+            return Advice(advice.factor, expected, parameter_changes(flight, other), advice.factor) if worth else None
     return None
 
 
 def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too."""
-    kept = [list(ways(flight, loop, stepped(flight, one.name, STEP), flight.measured)) for one in known(flight, loop)]
+    kept = [
+        list(ways(flight, loop, stepped(flight, one.name, STEP), flight.measured)) for one in known_low_passes(flight, loop)
+    ]
     for place in range(STEPS):
         for found in kept:
             if place < len(found):
@@ -134,7 +138,7 @@ def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
                 advice = Advice(1.0, then) if then.sound else advised(response) if then.fragile else None
                 louder = growth(flight, loop, other)
                 if advice and louder * loud(flight) <= NOISY:
-                    yield advice._replace(others=since(flight, other), louder=louder)
+                    yield advice._replace(others=parameter_changes(flight, other), louder=louder)
 
 
 def lowered(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
@@ -144,7 +148,7 @@ def lowered(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     if loud(flight) <= NOISY:
         return
     stopped = quietest(flight, loop, notches(flight, loop))
-    lower = (stepped(flight, one.name, 1.0 / STEP) for one in known(flight, loop))
+    lower = (stepped(flight, one.name, 1.0 / STEP) for one in known_low_passes(flight, loop))
     cut = [one for tried in lower for one in quietest(flight, loop, tried)]
     yield from (one for one in stopped if one.louder * loud(flight) <= NOISY)
     yield from sorted([*stopped, *cut], key=lambda one: one.louder)
@@ -157,22 +161,22 @@ def quietest(flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]])
         then = measured(response)
         if not then.sound:
             break
-        found.append(Advice(1.0, then, since(flight, other), quieter(flight, other)))
+        found.append(Advice(1.0, then, parameter_changes(flight, other), quieter(flight, other)))
     return sorted((one for one in found if one.louder < 1.0 / STEP), key=lambda one: one.louder)
 
 
 def notches(flight: Excited, loop: RateLoop) -> list[dict[str, float]]:
     """Against the gyro's peak, from its bandwidth on wider and wider; none where it is not significant, or none would fit."""
-    peak, stem = highest(flight), free(loop, flight.parameters)
+    peak, stem = highest(flight), free_notch(loop, flight.parameters)
     names = loop.notches
-    if not stem or not names or not peak or peak.tall <= STANDS or not known(flight, loop) or unfit(flight, peak):
+    if not stem or not names or not peak or peak.tall <= STANDS or not known_low_passes(flight, loop) or unfit(flight, peak):
         return []
     widths = [float(f"{peak.width * STEP**place:.3g}") for place in range(STEPS + 1)]
     on = {f"{stem}{ending}": value for ending, value in names.on.items()}
     return [{**on, f"{stem}{names.centre}": float(f"{peak.middle:.3g}"), f"{stem}{names.band}": one} for one in widths]
 
 
-def unnotched(flight: Excited, peak: Peak, now: MeasuredLoop, advice: Advice | None) -> str:
+def why_no_notch(flight: Excited, peak: Peak, now: MeasuredLoop, advice: Advice | None) -> str:
     """Why no notch is advised against a significant peak; empty where one is."""
     if why := unfit(flight, peak):
         return why
@@ -182,11 +186,11 @@ def unnotched(flight: Excited, peak: Peak, now: MeasuredLoop, advice: Advice | N
         return f"it costs phase, and noise makes {100.0 * share:.2g} % of the whole command, less than {100.0 * NOISY:g} %"
     if advice is None:
         return "with none are all three axes known to be sound and the command quieter by a tenth"
-    named = free(flight.loop, flight.parameters) if flight.loop else None
+    named = free_notch(flight.loop, flight.parameters) if flight.loop else None
     return "" if any(one.startswith(f"{named}") for one in advice.others) else "a lower cut-off makes the command quieter"
 
 
-def known(flight: Excited, loop: RateLoop) -> list[Filter]:
+def known_low_passes(flight: Excited, loop: RateLoop) -> list[Filter]:
     """Low-passes that the log says to be on; none where it does not say what else makes the command."""
     try:
         loop.controller(flight.parameters, np.ones(1, dtype=np.complex128), flight.levelled)
@@ -200,7 +204,7 @@ def stepped(flight: Excited, name: str, step: float) -> list[dict[str, float]]:
     return [{name: float(f"{flight.parameters[name] * step**place:.3g}")} for place in range(1, STEPS + 1)]
 
 
-def written(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
+def changed_parameters(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
     """All parameters to change, now and then; without gains that the log does not name, or a feed-forward bypasses."""
     loop, gains = flight.loop, dict[str, float]()
     if loop and advice.factor != 1.0 and not loop.bypassed(flight.parameters):
@@ -210,7 +214,7 @@ def written(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
     return {**advice.others, **{name: (gains[name], float(round(one)) if rounded else one) for name, one in then.items()}}
 
 
-def since(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+def parameter_changes(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Parameters as they were in the log, and as they would be."""
     names = flight.loop.notches if flight.loop else None
     hidden = {f"{stem}{ending}": value for stem in names.stems for ending, value in names.usual.items()} if names else {}
@@ -274,10 +278,10 @@ def told(flight: Excited, advice: Advice) -> bool:
     ):
         return False
     own = {flight.loop.attitude, *(one.name for one in flight.loop.filters if not one.shared)}
-    return not {*advice.others} - own or (len(flight.others) == 2 and all(bears(one, advice) for one in flight.others))
+    return not {*advice.others} - own or (len(flight.others) == 2 and all(tolerates(one, advice) for one in flight.others))
 
 
-def bears(other: Excited, advice: Advice) -> bool:
+def tolerates(other: Excited, advice: Advice) -> bool:
     """Whether another axis is sound with the same cut-offs."""
     assert other.loop
     shared = {name: then for name, (_, then) in advice.others.items()}
@@ -289,4 +293,4 @@ def lags(flight: Excited, at: float) -> dict[str, float]:
     loop = flight.loop
     if loop is None:
         return {}
-    return {one.name: float(np.angle(ratio(flight, loop, {one.name: 0.0}, [at])[0])) for one in known(flight, loop)}
+    return {one.name: float(np.angle(ratio(flight, loop, {one.name: 0.0}, [at])[0])) for one in known_low_passes(flight, loop)}

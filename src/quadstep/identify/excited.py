@@ -15,10 +15,10 @@ from quadstep.identify.response import FREE, Response, response
 from quadstep.identify.setpoint_response import (
     EXPLAINED,
     SHORTEST,
+    axis_excitation,
     columns_of,
     faster,
     latest,
-    made,
     refuse_not_finite,
     refuse_slow,
     refuse_unchanged,
@@ -175,7 +175,7 @@ def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excit
     several, refused = [], []
     for place, one in logged:
         try:
-            several.append(explained(path, found, one, place))
+            several.append(setpoint_excitation(path, found, one, place))
         except UserError as error:
             refused.append(error)
     if not several:
@@ -185,9 +185,9 @@ def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excit
     return best._replace(others=tuple(one for one in several if one is not best and wide(one.measured) >= NARROWEST))
 
 
-def explained(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
+def setpoint_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
     """What the setpoint of an axis excited, where the command follows it. Raises UserError."""
-    one = made(path, found, loop, place)
+    one = axis_excitation(path, found, loop, place)
     if one.explained < EXPLAINED:
         raise UserError(
             f"{path}: {loop.command}: {100 * max(one.explained, 0.0):.0f} % of it are what {loop.named} of the log make of "

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.averages import HalfSeconds, Told
+from quadstep.identify.averages import AverageEstimate, HalfSeconds
 from quadstep.identify.guesses import LONG, SHORT, SURE, first_guess, from_averages, limits_guess, priors, problem_of
 from quadstep.identify.intervals import (
     AVERAGED,
@@ -16,9 +16,9 @@ from quadstep.identify.intervals import (
     UNKNOWN_EXPONENT,
     StandardErrors,
     by_structure,
-    parts,
-    spread,
-    unseen,
+    noise_bias,
+    part_of_row,
+    standard_errors,
     with_values,
 )
 from quadstep.identify.logs.flight import FlightRecord, Floats
@@ -153,7 +153,7 @@ def identify(
 
 def anew(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free],
-    told: dict[str, Told], fitted: dict[str, Fitted], kept: dict[str, str],
+    told: dict[str, AverageEstimate], fitted: dict[str, Fitted], kept: dict[str, str],
 ) -> tuple[PredictorParameters, dict[str, Fitted]]:  # fmt: skip
     """The parameters with what is not determined as it was; the others, whose best values depend on that, are fitted to it."""
     before = leaves_of(numbers_of(vehicle, flights))
@@ -200,7 +200,7 @@ def vehicle_alone(observer: Observer) -> Observer:
     return observer._replace(authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0)
 
 
-def in_step(free: Sequence[Free], point: Floats, found: StandardErrors, told: dict[str, Told]) -> float:
+def in_step(free: Sequence[Free], point: Floats, found: StandardErrors, told: dict[str, AverageEstimate]) -> float:
     """The share of the pulls on predictions that are in step: as large as it takes for the axial drag that they give to be
     that of the averages, to which it hardly matters how commands change between the rows of a log.
     """
@@ -257,7 +257,7 @@ def by_rotors(
 
 def told_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
-    told: dict[str, Told], block: HalfSeconds | None, still: bool,
+    told: dict[str, AverageEstimate], block: HalfSeconds | None, still: bool,
 ) -> tuple[dict[str, Fitted], dict[str, str]]:  # fmt: skip
     """Every parameter of the vehicle that the flights determine, with its interval; the others with the reason."""
     every = (*free, *AVERAGED)
@@ -265,11 +265,11 @@ def told_numbers(
     point, starts, period = point_of(p, every), problem.starts, problem.period
     around = curvature(problem, point, SHORT_WEIGHTS, prior)
     sure = [(place, free[place].key) for place in prior.places if free[place].key in SURE and free[place].key in told]
-    here = parts(starts.flight, starts.row, period)
-    there = parts(block.flight, block.row, period) if block is not None else here
-    found = spread(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
+    here = part_of_row(starts.flight, starts.row, period)
+    there = part_of_row(block.flight, block.row, period) if block is not None else here
+    found = standard_errors(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
     halves = found.halves(in_step(every, point, found, told))
-    halves += unseen(flights, vehicle.geometry(), every)
+    halves += noise_bias(flights, vehicle.geometry(), every)
     moved = by_rotors(flights, vehicle, p, every, halves) if told else {}
     lean = 0.0 if still or block is None else leaned(block)
     levers = lean * float(p.airframe.drag.flapping / p.airframe.drag.rotor[0])  # of the torque of the wind that leans it

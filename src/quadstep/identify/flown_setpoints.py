@@ -44,7 +44,7 @@ class Tracking(NamedTuple):
     rate: float
 
 
-class Beside(NamedTuple):
+class FlightComparison(NamedTuple):
     """A real flight and the simulated one. time [s], setpoint, real, flown (n, 3) [m]."""
 
     name: str
@@ -160,14 +160,14 @@ def listed(value: object) -> object:
     return [listed(inside) for inside in value] if isinstance(value, list | tuple) else value
 
 
-def fly_again(flights: list[FlightRecord], vehicle: AirframeSection, controller: dict[str, object]) -> list[Beside]:
+def fly_again(flights: list[FlightRecord], vehicle: AirframeSection, controller: dict[str, object]) -> list[FlightComparison]:
     """Every flight's setpoints flown, and how both follow them. Raises UserError."""
     plans = [planned(flight, vehicle, controller) for flight in flights]
     logs = fly_all([plan for plan, _ in plans])
-    return [beside(flight, part, log) for flight, (_, part), log in zip(flights, plans, logs, strict=True)]
+    return [compare_flights(flight, part, log) for flight, (_, part), log in zip(flights, plans, logs, strict=True)]
 
 
-def beside(flight: FlightRecord, part: slice, log: FlightLog) -> Beside:
+def compare_flights(flight: FlightRecord, part: slice, log: FlightLog) -> FlightComparison:
     """A real flight and its simulation, at the rows of the real one."""
     time = np.arange(part.stop - part.start) * flight.period
     goal, place = flight.channel("setpoint")[part], flight.channel("position")[part]
@@ -184,7 +184,7 @@ def beside(flight: FlightRecord, part: slice, log: FlightLog) -> Beside:
         simulated = Tracking(np.nan, np.nan, np.nan, np.nan)
     else:
         simulated = tracking(flown, at("q_w", "q_x", "q_y", "q_z"), at("p", "q", "r"), goal[kept], flight.period)
-    return Beside(flight.name, real, simulated, time[kept], goal[kept], place[kept], flown, lost)
+    return FlightComparison(flight.name, real, simulated, time[kept], goal[kept], place[kept], flown, lost)
 
 
 def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from quadstep.identify.averages import HalfSeconds, Told, blocks
+from quadstep.identify.averages import AverageEstimate, HalfSeconds, blocks
 from quadstep.identify.intervals import FROM_AVERAGES, averaged
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import Free, point_of
@@ -51,7 +51,7 @@ def problem_of(
 
 def from_averages(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
-) -> tuple[PredictorParameters, dict[str, Told], dict[str, str], HalfSeconds | None]:
+) -> tuple[PredictorParameters, dict[str, AverageEstimate], dict[str, str], HalfSeconds | None]:
     """p with the parameters that averages determine; why the others stay; and the averages."""
     block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
@@ -59,7 +59,7 @@ def from_averages(
     return *averaged(block, p, vehicle.geometry(), flights[0].speeds), block
 
 
-def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Told]) -> Prior:
+def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, AverageEstimate]) -> Prior:
     """Priors: from averages for free parameters that they determine, vague ones at the start for the vehicle's others."""
     places, centres, deviations = [], [], []
     start = point_of(p, free)

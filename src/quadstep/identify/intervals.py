@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.averages import BLOCK, HalfSeconds, Told, torques
+from quadstep.identify.averages import BLOCK, AverageEstimate, HalfSeconds, torques
 from quadstep.identify.logs.flight import FlightRecord, Floats, smooth
 from quadstep.identify.mean_forces import PLAIN, VARIANTS, Variant, forces
 from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
@@ -69,7 +69,7 @@ def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorPa
 
 def averaged(
     block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, variant: Variant = PLAIN
-) -> tuple[PredictorParameters, dict[str, Told], dict[str, str]]:
+) -> tuple[PredictorParameters, dict[str, AverageEstimate], dict[str, str]]:
     """p with the parameters that averages determine; and why the others stay."""
     known, why = forces(block, p, geometry, speeds, rounds, variant)
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
@@ -79,7 +79,7 @@ def averaged(
 
 
 def by_structure(
-    block: HalfSeconds, p: PredictorParameters, told: dict[str, Told], geometry: Geometry, speeds: bool
+    block: HalfSeconds, p: PredictorParameters, told: dict[str, AverageEstimate], geometry: Geometry, speeds: bool
 ) -> dict[str, float]:
     """By how much the numbers from averages differ with the structures that the flights do not tell from the plain one."""
     found = dict.fromkeys(told, 0.0)
@@ -90,7 +90,7 @@ def by_structure(
     return found
 
 
-def parts(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int64], period: float) -> Floats:
+def part_of_row(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int64], period: float) -> Floats:
     """The index of the part of flight that each row belongs to."""
     whole = np.asarray(flight, dtype=np.float64)
     if len(np.unique(flight)) >= FLIGHTS:
@@ -138,15 +138,15 @@ def freedom(shifts: Floats) -> Floats:
     return np.where(fourth > 0.0, found, most)
 
 
-def spread(
-    around: Curvature, prior: Prior, sure: Sequence[tuple[int, str]], told: dict[str, Told],
+def standard_errors(
+    around: Curvature, prior: Prior, sure: Sequence[tuple[int, str]], told: dict[str, AverageEstimate],
     starts: Floats, block: HalfSeconds | None, blocks: Floats,
     p: PredictorParameters, geometry: Geometry, speeds: bool,
 ) -> StandardErrors:  # fmt: skip
     """Standard errors of everything that was fitted: estimates from predictions first, then `AVERAGED`.
 
     around: the fit of both kinds of numbers. sure: places of numbers whose prior comes from averages, with their keys. starts,
-    blocks: part of each start, and of each block (`parts`).
+    blocks: part of each start, and of each block (`part_of_row`).
     """
     many = around.hessian.shape[0] - len(AVERAGED)
     labels, count = np.unique(starts), len(np.unique(starts))
@@ -187,7 +187,7 @@ def spread(
     return StandardErrors(np.sqrt(variance), freedom(shifts), pulls)
 
 
-def unseen(flights: Sequence[FlightRecord], geometry: Geometry, free: Sequence[Free]) -> Floats:
+def noise_bias(flights: Sequence[FlightRecord], geometry: Geometry, free: Sequence[Free]) -> Floats:
     """By how much numbers may be wrong, on the search's scale, because commands that answer to the gyro's noise change between
     the rows of a log: a part of their variance that is white acts for less than a row, so the answer to it is too small.
 

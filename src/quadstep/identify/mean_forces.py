@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.averages import HalfSeconds, Told, clusters_of, hubs, in_rotors_axes, least_squares
+from quadstep.identify.averages import AverageEstimate, HalfSeconds, clusters_of, hubs, in_rotors_axes, least_squares
 from quadstep.identify.logs.flight import Floats
 from quadstep.identify.prediction import PredictorParameters
 from quadstep.vehicle.rigid_body import Geometry
@@ -144,7 +144,7 @@ class Balance(NamedTuple):
 
 def forces(
     block: HalfSeconds, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, variant: Variant = PLAIN
-) -> tuple[dict[str, Told], dict[str, str]]:
+) -> tuple[dict[str, AverageEstimate], dict[str, str]]:
     """Thrust curve, tilt and drag from mean forces, all at once, in `rounds` rounds; undetermined ones with the reason.
 
     m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub
@@ -156,11 +156,11 @@ def forces(
     logs, volts = np.log(np.maximum(block.commands, 1e-3)), np.log(block.volts / p.curve.nominal)
     lift = np.log(np.maximum((block.gain * block.axes[..., 2].mean(axis=1)).sum(axis=1), 1e-3))
     free, why, explained = exponents(flight, logs.mean(axis=(1, 2)), volts.mean(axis=1), lift, speeds)
-    known: dict[str, Told] = {}
+    known: dict[str, AverageEstimate] = {}
     if variant.answering and "exponent" in free:
         free = [one for one in free if one != "exponent"]
         p = p._replace(curve=p.curve._replace(exponent=min(float(p.curve.exponent) / explained, EXPONENTS[1])))
-        known["command.exponent"] = Told(float(p.curve.exponent), 0.0, 0)
+        known["command.exponent"] = AverageEstimate(float(p.curve.exponent), 0.0, 0)
     calm, windy = (balance(block, flight, p, geometry, free, speeds, rounds, wind, variant) for wind in (False, True))
     if "exponent" in free and calm.at.exponent in EXPONENTS:
         free.remove("exponent")
@@ -171,13 +171,13 @@ def forces(
     values = {"exponent": at.exponent, "voltage_exponent": at.voltage_exponent, "x": at.tilt[0], "y": at.tilt[1]}
     values |= {"flat": max(float(at.drag[0]), 1e-12), "axial": max(float(at.drag[1]), 1e-12)}
     known |= {
-        KEYS[name]: Told(float(values[name]), float(errors[place]), clusters, float(pulls[place]))
+        KEYS[name]: AverageEstimate(float(values[name]), float(errors[place]), clusters, float(pulls[place]))
         for place, name in enumerate(names, count)
     }
     speed = math.exp(float(at.levels.mean()))
     scatter = float(at.levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
     own = math.hypot(float(np.sqrt((errors[:count] ** 2).mean() / count)), GUSTS * wind)
-    known["command.speed"] = Told(
+    known["command.speed"] = AverageEstimate(
         speed, speed * math.hypot(scatter, own), clusters if count < 3 else count, speed * float(pulls[:count].mean())
     )
     if wind:

@@ -28,7 +28,7 @@ class MeasuredLoop(NamedTuple):
     @property
     def gain_up(self) -> Estimate | None:
         """How far the gain may grow [dB]: not below 0, as the loop flew."""
-        return self.up and flown(decibels(self.up.value))
+        return self.up and stable_gain_margin(decibels(self.up.value))
 
     @property
     def gain_down(self) -> Estimate | None:
@@ -36,7 +36,7 @@ class MeasuredLoop(NamedTuple):
         if self.down is None:
             return None
         value, low, high = decibels(self.down.value)
-        return flown(Estimate(-value, -high, -low))
+        return stable_gain_margin(Estimate(-value, -high, -low))
 
     @property
     def shares(self) -> list[Estimate]:
@@ -93,7 +93,7 @@ def sized(one: Estimate) -> Estimate:
     return one if one.value >= 0.0 else Estimate(-one.value, -one.high, -one.low)
 
 
-def flown(margin: Estimate) -> Estimate:
+def stable_gain_margin(margin: Estimate) -> Estimate:
     """A gain margin [dB] of a loop that flew, and is stable."""
     return margin._replace(low=max(margin.low, 0.0))
 

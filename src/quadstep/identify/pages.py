@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from quadstep.identify.filtered_logs import Deviation, Estimated
-from quadstep.identify.flown_setpoints import Beside, fly_again
+from quadstep.identify.flown_setpoints import FlightComparison, fly_again
 from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest
 from quadstep.identify.replay_report import ESTIMATED, FACTOR, UNIT, identity, tracking_table, write_tables
@@ -121,7 +121,7 @@ def sizes(one: Deviation) -> tuple[Floats, ...]:
     return (*lengths, np.degrees(one.tilt), np.degrees(np.abs(one.yaw)))
 
 
-def flight_picture(one: Beside, place: int) -> FigureJob:
+def flight_picture(one: FlightComparison, place: int) -> FigureJob:
     lines = {SETPOINT: one.setpoint, "real": one.real_position, "simulated": one.flown_position}
     reach = max(float(np.abs(values).max(initial=0.0)) for values in lines.values())
     panels = [
@@ -158,7 +158,7 @@ def write_identification(
             markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
             *told.sections,
             unexplained(followers, shown, vehicle, kind),
-            *again(out, shown, vehicle),
+            *simulated_again(out, shown, vehicle),
             *([markup.heading("The other flights", "others")] if pictures[2:] else []),
             *pictures[2:],
         ]
@@ -218,7 +218,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                         "as the residual is below the measurement.")  # fmt: skip
 
 
-def again(out: Path, flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[Section]:
+def simulated_again(out: Path, flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[Section]:
     """The real flights beside simulated ones, if they have setpoints."""
     found = []
     for flight in flights:

@@ -74,7 +74,7 @@ def height(frequencies: Floats, power: Floats, place: int) -> float:
     return 10.0 * math.log10(float(power[place]) / max(*(float(np.median(one)) for one in sides), 1e-300))
 
 
-def covered(loop: RateLoop, parameters: Mapping[str, float], at: float) -> str:
+def covering_notch(loop: RateLoop, parameters: Mapping[str, float], at: float) -> str:
     """Which notch of the parameters covers a frequency [Hz], in words."""
     found = notches(loop.form, parameters)
     covers = next((one for one in found if one.low <= at <= one.high), None)
@@ -97,7 +97,7 @@ def unset(flight: Excited, loop: RateLoop, peak: Peak) -> str:
         return "one covers it already"
     if not loop.notches:
         return f"how notches of {loop.form} change the loop is not modelled"
-    if free(loop, parameters) is None:
+    if free_notch(loop, parameters) is None:
         wanted = ", ".join(f"{one}{loop.notches.off}" for one in loop.notches.stems)
         return f"of {wanted} the log's parameters have none that is 0"
     return ""
@@ -110,7 +110,7 @@ def strange(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     if not 0.0 < EVERY_SAMPLE * rate <= 1.0 / flight.period:
         known = f"{name} is {rate:g} Hz" if rate > 0.0 else f"{name} is not among its parameters"
         return f"an alias is not excluded, since the log has {1.0 / flight.period:.3g} samples a second and {known}"
-    made = passed(flight, loop, peak)
+    made = power_from_gyro(flight, loop, peak)
     if made < EXPLAINED:
         share = f"{100.0 * max(made, 0.0):.0f} %, less than {100.0 * EXPLAINED:g} %,"
         return f"{share} of the command there are what the gains make of it"
@@ -119,7 +119,7 @@ def strange(flight: Excited, loop: RateLoop, peak: Peak) -> str:
 
 def adrift(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     """Why a peak may not stay in its place."""
-    slope = moving(flight, loop, peak)
+    slope = throttle_dependence(flight, loop, peak)
     if slope is None:
         return "the log does not show whether it moves with the throttle (that needs the motors, and a throttle that changes)"
     spelled = f"the throttle to the power of {slope.value:.2f} ({slope.low:.2f} to {slope.high:.2f})"
@@ -128,13 +128,13 @@ def adrift(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     return f"it may move with {spelled}: fly with a throttle that changes more" if slope.high >= MOVES else ""
 
 
-def free(loop: RateLoop, parameters: Mapping[str, float]) -> str | None:
+def free_notch(loop: RateLoop, parameters: Mapping[str, float]) -> str | None:
     """The first notch that is off, by what its names begin with."""
     names = loop.notches
     return next((one for one in names.stems if parameters.get(f"{one}{names.off}") == 0.0), None) if names else None
 
 
-def passed(flight: Excited, loop: RateLoop, peak: Peak) -> float:
+def power_from_gyro(flight: Excited, loop: RateLoop, peak: Peak) -> float:
     """The share of the command's power at a peak that the gains make of the gyro."""
     assert flight.rate is not None
     window = np.hanning(len(flight.rate))
@@ -147,7 +147,7 @@ def passed(flight: Excited, loop: RateLoop, peak: Peak) -> float:
     return 1.0 - float((np.abs(rest) ** 2).sum() / max(float((np.abs(u[band]) ** 2).sum()), 1e-300))
 
 
-def moving(flight: Excited, loop: RateLoop, peak: Peak) -> Estimate | None:
+def throttle_dependence(flight: Excited, loop: RateLoop, peak: Peak) -> Estimate | None:
     """The power of the throttle, the mean of all motors, with which a peak's frequency goes, with its 95 % interval."""
     found = motors(flight, loop)
     if found is None or flight.rate is None:

@@ -47,7 +47,7 @@ fewest bands that tell.
 
 class IdentifiedPlant(NamedTuple):
     """values: as `START`; spread (4, 4): their covariance; misfit: as `MISFIT`; loop: L at frequencies that reach beyond the
-    excited ones, by the plant and the parameters in the log; hidden: `unseen`.
+    excited ones, by the plant and the parameters in the log; hidden: `hidden_resonance`.
     """
 
     values: Floats
@@ -108,10 +108,10 @@ def plant(flight: Excited) -> IdentifiedPlant | None:
     error = np.sqrt(np.maximum(*parts) + ROUGH**2) * np.abs(opened) * np.abs(sensitivity) ** 2
     freedom = np.full(len(reach), float(found.freedom.sum() / shared.mean()))
     whole = Response(reach, sensitivity, error, freedom, np.ones(len(reach)))
-    return IdentifiedPlant(values, spread, misfit, whole, unseen(flight, controller, whole))
+    return IdentifiedPlant(values, spread, misfit, whole, hidden_resonance(flight, controller, whole))
 
 
-def unseen(flight: Excited, control: Callable[[Complex], Complex], loop: Response) -> float:
+def hidden_resonance(flight: Excited, control: Callable[[Complex], Complex], loop: Response) -> float:
     """The largest |L| at -180 degrees that a resonance may have beyond what was excited, by the noise in the command; 1 where
     the log shows too little of it. control: of the command from the rate, at s; loop: without the resonance.
 

@@ -109,7 +109,7 @@ class SpeedCommands(NamedTuple):
         return self.first + share * (self.last - self.first - bend) + share * share * bend
 
 
-class Moving(NamedTuple):
+class StepState(NamedTuple):
     """The state integrated over a step: the parts of an `AirframeState`, and the share of the step that has passed."""
 
     position: Vector
@@ -261,11 +261,11 @@ class Predictor:
         shares = Vector([1.0] * len(self.geometry.mounts))
         push = unexplained.torque + unexplained.trend
 
-        def rate(moving: Moving) -> Moving:
+        def rate(moving: StepState) -> StepState:
             state, wanted = AirframeState(*moving[:-1]), cycle.wanted.at(moving.passed)
             change = derivative(self.geometry, airframe, properties, shares, state, wanted, STILL, self.effects)
             rotation = rotation_matrix(state.attitude)
-            up = rotation.T @ leaning(state, cycle.goal, gains, airframe.gravity)
+            up = rotation.T @ desired_thrust_axis(state, cycle.goal, gains, airframe.gravity)
             turning = (
                 by_axis(gains.authority) * change.rates
                 + push
@@ -274,16 +274,16 @@ class Predictor:
             )
             force: Vector = rotation @ unexplained.force
             changed = change._replace(rates=turning, velocity=change.velocity + force)
-            return Moving(*changed, 1.0 / clock.period)
+            return StepState(*changed, 1.0 / clock.period)
 
-        moved = runge_kutta_4(rate, Moving(*cycle.state, passed=0.0), clock.period)
+        moved = runge_kutta_4(rate, StepState(*cycle.state, passed=0.0), clock.period)
         state = renormalised(AirframeState(*moved[:-1]))
         torque_kept, force_kept = (fading(fade, clock.period) for fade in (gains.torque_fade, gains.force_fade))
         after = Unexplained(torque_kept * unexplained.torque, unexplained.trend, force_kept * unexplained.force)
         return cycle._replace(state=state, unexplained=after)
 
 
-def leaning(state: AirframeState, goal: Vector, gains: Observer, gravity: Number) -> Vector:
+def desired_thrust_axis(state: AirframeState, goal: Vector, gains: Observer, gravity: Number) -> Vector:
     """World vector to which the vehicle's thrust returns: up, tilted towards the setpoint and against the velocity."""
     pulls = [
         goal[2] * clip(gains.path * (goal[axis] - state.position[axis]), -gains.reach, gains.reach)

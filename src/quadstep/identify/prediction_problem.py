@@ -14,7 +14,7 @@ from quadstep.engines.sweep import Sweep, places
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
 from quadstep.identify.prediction import Prediction, Predictor, PredictorParameters
-from quadstep.identify.starts import Laid, Starts, States, constant, differences, logged, norms
+from quadstep.identify.starts import JoinedFlights, Starts, States, constant, differences, logged, norms
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io.errors import UserError
 
@@ -57,7 +57,7 @@ class PredictionProblem:
     """
 
     def __init__(
-        self, loop: Predictor, flights: Sequence[FlightRecord], laid: Laid, starts: Starts,
+        self, loop: Predictor, flights: Sequence[FlightRecord], laid: JoinedFlights, starts: Starts,
         parameters: PredictorParameters, free: Sequence[Free], by_flight: bool = False,
     ) -> None:  # fmt: skip
         self.flights, self.starts = flights, starts

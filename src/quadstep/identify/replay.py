@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from quadstep.identify.averages import rotor_speeds
 from quadstep.identify.filtered_logs import Estimated, estimate
-from quadstep.identify.flown_setpoints import Beside, fly_again, span_of_thrust
+from quadstep.identify.flown_setpoints import FlightComparison, fly_again, span_of_thrust
 from quadstep.identify.guesses import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.logs.judge import FASTER, SLOWEST
@@ -248,7 +248,7 @@ class Replayed(NamedTuple):
     period: float
     predictions: list[Predictions]
     thrust: tuple[float, float] | None
-    flown: list[Beside]
+    flown: list[FlightComparison]
     estimates: list[Estimated]
     laws: Sequence[str] = ()
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.identify.filtered_logs import FIX_EVERY, FIX_NOISE, Estimated
-from quadstep.identify.flown_setpoints import Beside, Tracking, is_wrong, of_thrust
+from quadstep.identify.flown_setpoints import FlightComparison, Tracking, is_wrong, of_thrust
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_unusable
 from quadstep.identify.starts import GROUPS, HORIZONS
@@ -158,9 +158,9 @@ def no_test(known: Sequence[str], flights: int) -> list[str]:
 def predicting(compared: ErrorTable, period: float) -> str:
     """How well the position is predicted, and what of the rest is not."""
     error, ratio = compared.means(AHEAD, "position")[0], compared.ratio(AHEAD, "position")
-    low, high = ends(ratio)
+    low, high = interval_ends(ratio)
     than = "predicts better" if high < 1.0 else "predicts worse" if low > 1.0 else "is not shown to predict better"
-    worse = [group for group in GROUPS[1:] if ends(compared.ratio(AHEAD, group))[1] >= 1.0]
+    worse = [group for group in GROUPS[1:] if interval_ends(compared.ratio(AHEAD, group))[1] >= 1.0]
     flights = len(compared.names)
     who = "The" if ratio.bounded else f"In {f'these {flights} flights' if flights > 1 else 'this flight'} the"
     return (
@@ -170,7 +170,7 @@ def predicting(compared: ErrorTable, period: float) -> str:
     )
 
 
-def ends(ratio: Estimate) -> tuple[float, float]:
+def interval_ends(ratio: Estimate) -> tuple[float, float]:
     """Of its interval, or itself where it has none."""
     return (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
 
@@ -240,7 +240,7 @@ def estimate_table(found: Sequence[Estimated]) -> TableSection:
 TRACKING = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [°/s]", "lost")
 
 
-def likeness(found: Sequence[Beside]) -> str:
+def likeness(found: Sequence[FlightComparison]) -> str:
     """How similar they are, in a sentence: equal errors need not be the same ones, so how far apart the flights are too."""
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
     apart = [one.apart for one in found if not one.lost]
@@ -252,7 +252,7 @@ def likeness(found: Sequence[Beside]) -> str:
     return f"{said}, and the simulated position is {span} from the real one (RMS){lost}."
 
 
-def tracking_table(found: Sequence[Beside], controller: str) -> TableSection:
+def tracking_table(found: Sequence[FlightComparison], controller: str) -> TableSection:
     """How each flight, and its simulation, follows its setpoints."""
     rows = [
         (one.name, *map(" / ".join, zip(tracked(one.real), tracked(one.simulated), strict=True)), one.lost) for one in found

@@ -84,7 +84,7 @@ def columns_of(loops: tuple[RateLoop, ...]) -> list[str]:
     ]
 
 
-def made(path: Path, found: Topics, loop: RateLoop, place: int) -> Excitation:
+def axis_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Excitation:
     """Of one axis. Raises UserError."""
     r, y, u = (found.columns[name] for name in (loop.setpoint, loop.rate, loop.command))
     refuse_backward(path, found.columns, (loop.setpoint, loop.rate, loop.command))

@@ -27,14 +27,14 @@ class Starts(NamedTuple):
     history: NDArray[np.int64]
 
 
-class Laid(NamedTuple):
+class JoinedFlights(NamedTuple):
     """Flights one after the other: their tables, and the global row that each begins at."""
 
     rows: LogTables
     offsets: NDArray[np.int64]
 
 
-def laid_out(flights: Sequence[FlightRecord], guided: bool = False) -> Laid:
+def laid_out(flights: Sequence[FlightRecord], guided: bool = False) -> JoinedFlights:
     """The tables of some flights, padded to a power of two so that few programs serve all lengths.
 
     guided: whether predictions may use setpoints.
@@ -62,7 +62,7 @@ def laid_out(flights: Sequence[FlightRecord], guided: bool = False) -> Laid:
         setpoint=tuple(table(column) for column in np.concatenate([setpoint_of(flight)[:, :2] for flight in flights]).T),
         guided=table(np.concatenate([float(guided) * setpoint_of(flight)[:, 3] for flight in flights])),
     )
-    return Laid(rows, offsets)
+    return JoinedFlights(rows, offsets)
 
 
 def filled(flight: FlightRecord, values: Floats) -> Floats:
@@ -103,7 +103,7 @@ def usable(flight: FlightRecord, horizons: Sequence[int], stride: int = 1) -> ND
 
 
 def starts_at(
-    flights: Sequence[FlightRecord], laid: Laid, rows: Sequence[NDArray[np.int64]], longest: int = HISTORY
+    flights: Sequence[FlightRecord], laid: JoinedFlights, rows: Sequence[NDArray[np.int64]], longest: int = HISTORY
 ) -> Starts:
     """Predictions from these rows of each flight, each with up to `longest` rows of history, which is cut at the last gap and
     begins at a measured row.

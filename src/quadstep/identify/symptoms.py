@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.changes import NOISY, Advice, loud, unnotched
+from quadstep.identify.changes import NOISY, Advice, loud, why_no_notch
 from quadstep.identify.excited import FEWEST, LOOPS_OF, Excited, motors
 from quadstep.identify.logs.flight import Flags, Floats, stretches
 from quadstep.identify.measured import MeasuredLoop
-from quadstep.identify.peaks import STANDS, covered, highest
+from quadstep.identify.peaks import STANDS, covering_notch, highest
 from quadstep.identify.rate_loops import SINKING, RateLoop
 from quadstep.identify.setpoint_response import latest
 from quadstep.metrics.statistics import student_quantile
@@ -127,10 +127,12 @@ def peak(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Iterator[
     said = f"Above the excited frequencies no peak of the gyro's spectrum rises {STANDS:g} dB above its surroundings"
     if shows:
         alias = f"such as {1.0 / flight.period - at:.3g} Hz, since the log has a sample every {1e3 * flight.period:.3g} ms"
-        why = unnotched(flight, found, now, advice)
+        why = why_no_notch(flight, found, now, advice)
         said = f"The gyro's spectrum has a peak at {at:.3g} Hz, {found.tall:.0f} dB above its surroundings: "
         said += f"a resonance or rotors, at that frequency or an alias of it, {alias}; " if why else "a resonance; "
-        said += f"{covered(flight.loop, flight.parameters, at)}; {f'none is advised: {why}' if why else 'one is advised'}"
+        said += (
+            f"{covering_notch(flight.loop, flight.parameters, at)}; {f'none is advised: {why}' if why else 'one is advised'}"
+        )
     yield Symptom("peak of the gyro", f"{said}.", text, f"{STANDS:g} dB", shows)
 
 

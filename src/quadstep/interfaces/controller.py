@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, cast
 
 from typing_extensions import TypeVar
 
-from quadstep.interfaces.gain import Declaration, Gain, Said, Undecided, cached_by_class, declared, with_defaults
+from quadstep.interfaces.gain import Declaration, Gain, StatedGains, Undecided, cached_by_class, declared, with_defaults
 from quadstep.interfaces.learning import Learning
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, vector, where
@@ -237,7 +237,7 @@ class Controller(Generic[M, Y, G, U]):
     ) -> Undecided:
         """The gains for a vehicle, evaluated when read. values: given values, by key; learning: settings of the nets."""
         said = {} if values is None else {name: values.get(key) for key, (name, _) in cls.by_key().items()}
-        return Undecided(cls.Gains, cls.declarations(), Said(said, learning), model)
+        return Undecided(cls.Gains, cls.declarations(), StatedGains(said, learning), model)
 
     @classmethod
     def gains(cls, model: Model, values: Mapping[str, object] | None = None, learning: Learning | None = None) -> Any:

@@ -298,7 +298,7 @@ def with_defaults(declarations: Mapping[str, Declaration], defaults: Mapping[str
     return changed
 
 
-class Said(NamedTuple):
+class StatedGains(NamedTuple):
     """What a mission says of the gains. values: by dotted field, where it does; learning: of the nets."""
 
     values: Mapping[str, object]
@@ -309,7 +309,7 @@ class Undecided:
     """Gains that are decided one by one as they are read, so that their order does not matter, and only what is read costs."""
 
     def __init__(
-        self, gains: type, declarations: Mapping[str, Declaration], said: Said, model: Model, prefix: str = ""
+        self, gains: type, declarations: Mapping[str, Declaration], said: StatedGains, model: Model, prefix: str = ""
     ) -> None:
         self._gains, self._declarations, self._said, self._model, self._prefix = gains, declarations, said, model, prefix
         self._begun: set[str] = set()

@@ -24,7 +24,7 @@ def own_code(part: object) -> frozenset[str]:
     )
     module = getattr(part, "__module__", "") or ""
     code = code_of_module(module)
-    own = {f"{code} {captured(part, home(module))}"} if code or home(module) == "__main__" else set()
+    own = {f"{code} {captured_digest(part, home(module))}"} if code or home(module) == "__main__" else set()
     return frozenset(own.union(*map(own_code, inner)))
 
 
@@ -46,7 +46,7 @@ def home(module: str) -> str:
     return module.partition(".")[0][: len(PREFIX) + DIGITS]
 
 
-def captured(thing: object, own: str) -> str:
+def captured_digest(thing: object, own: str) -> str:
     """A digest of the constants in a thing of the user's, and in all that it refers to: they tell closures of one code apart.
 
     These are what functions find where they were defined (values in closures, defaults, names of their module) and the
@@ -65,13 +65,13 @@ def captured(thing: object, own: str) -> str:
         else:
             seen[id(one)] = len(seen), one
             said = (one if isinstance(one, type | FunctionType) else type(one)).__qualname__
-            inner += inside(one, own)
+            inner += contents(one, own)
         total.update(f"{said} {len(inner)}\n".encode(errors="backslashreplace"))
         waiting += reversed(inner)
     return total.hexdigest()
 
 
-def inside(one: object, own: str) -> Iterator[object]:
+def contents(one: object, own: str) -> Iterator[object]:
     """What a thing consists of or refers to."""
     users = home(getattr(one, "__module__", "") or "") == own
     if isinstance(one, tuple | list):

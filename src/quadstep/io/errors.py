@@ -60,7 +60,7 @@ def unknown_name(what: str, given: object, names: Iterable[str], other: str = ""
     "unknown mapping 'y'; allowed: a file"
     """
     known = list(names)
-    return f"unknown {what} {shorten(given)}; allowed: {listed(known, other)}{meant(given, known)}"
+    return f"unknown {what} {shorten(given)}; allowed: {listed(known, other)}{did_you_mean(given, known)}"
 
 
 def listed(names: Iterable[str], other: str = "") -> str:
@@ -69,7 +69,7 @@ def listed(names: Iterable[str], other: str = "") -> str:
     return f"{known}, or {other}" if known and other else known or other or "none"
 
 
-def meant(given: object, names: Sequence[str]) -> str:
+def did_you_mean(given: object, names: Sequence[str]) -> str:
     """The end of a refusal: which of the names was probably meant; nothing where none is like it."""
     near = get_close_matches(given, names, 1) if isinstance(given, str) and len(given) <= LONGEST_VALUE else ()
     return "".join(f"; did you mean {one}?" for one in near)

@@ -98,21 +98,21 @@ class Analysis(NamedTuple):
         return self.stable and not self.not_held
 
 
-class Studied(NamedTuple):
+class RestAnalysis(NamedTuple):
     """A loop at rest, with its analysis. rest: for the rotors' rise time, where their fall time differs."""
 
     rest: Rest
     analysis: Analysis
 
 
-def studied(mission: Mission) -> Studied:
+def analyse_rest(mission: Mission) -> RestAnalysis:
     """The mission's loop at rest where its path begins. Raises UserError."""
     plans = of_even_rotors(hovering(mission))
     with linearising():
         rests = [at_rest(plan) for plan in plans]
         found = worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
         near, tried, later = rests[0].near, rests[0].tried, rests[0].later
-        return Studied(rests[0], with_place(found, mission, rests)._replace(near=near, tried=tried, later=later))
+        return RestAnalysis(rests[0], with_place(found, mission, rests)._replace(near=near, tried=tried, later=later))
 
 
 def with_place(found: Analysis, mission: Mission, rests: list[Rest]) -> Analysis:

@@ -9,9 +9,19 @@ from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.plant import Reference
 from quadstep.linear.modes import Reduced, reduced
-from quadstep.linear.nearby import MOVED, NEAR, bending, changed, keeping, later_ticks, nearby
+from quadstep.linear.nearby import MOVED, NEAR, changed, clock_states, later_ticks, nearby, nonlinear_states
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
-from quadstep.linear.states import SAME, Array, LoopState, NoSlopeError, NotLinearError, apart, commanded, states, with_states
+from quadstep.linear.states import (
+    SAME,
+    Array,
+    LoopState,
+    NoSlopeError,
+    NotLinearError,
+    commanded,
+    relative_difference,
+    states,
+    with_states,
+)
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.lagrange import LagrangeMission, VehicleSection
@@ -70,10 +80,10 @@ def hovering(mission: Mission) -> FlightPlan:
     """The mission's vehicle held where its path begins, without events and noise, in its mean wind. Raises UserError."""
     check_equilibrium(mission)
     path = mission.path.build(mission.folder)
-    return quiet(held(mission, path.law.reference(0.0, path.parameters), path.length).plan(warn=False))
+    return quiet(held_mission(mission, path.law.reference(0.0, path.parameters), path.length).plan(warn=False))
 
 
-def held(mission: Mission, wanted: Reference, duration: float, aside: float = 0.0) -> Mission:
+def held_mission(mission: Mission, wanted: Reference, duration: float, aside: float = 0.0) -> Mission:
     """The mission held at a point of its path [s]. aside: how far beside it along each axis it begins [m]."""
     x, y, z = (float(entry) for entry in wanted.position)
     path = StepPath(
@@ -188,7 +198,7 @@ def with_pieces(rest: Rest) -> Rest:
     found = [rest.period]
     for way in (*mixed, *-mixed):
         one = reduced(linearised(rest.loops, rest.flown, rest.first, way / np.abs(way).max()))
-        if all(one.map.shape != other.map.shape or apart(one.map, other.map) > SAME for other in found):
+        if all(one.map.shape != other.map.shape or relative_difference(one.map, other.map) > SAME for other in found):
             found.append(one)
     differ = f"of which {len(found)} differ" if len(found) > 1 else "all alike"
     return rest._replace(pieces=tuple(found[1:]), tried=f"{2 * len(mixed)} sides, {differ}")
@@ -218,7 +228,7 @@ def with_later(rest: Rest) -> Rest:
 def with_near(rest: Rest) -> Rest:
     """The loop also linearised at states near its rest, if it bends there. Raises NotLinearError."""
     place = rest.loops, rest.flown, rest.first
-    near = bending(*place, rest.period)
+    near = nonlinear_states(*place, rest.period)
     if not near:
         return rest
     tried = " and ".join(filter(None, (rest.tried, f"{MOVED} states within {1e3 * NEAR:g} mm of it")))
@@ -230,7 +240,7 @@ def better(loops: Loops, flown: LoopState, first: int, period: Reduced, change: 
     tried: list[tuple[float, LoopState]] = []
     for share in SHARES:
         one = stepped(flown, period, share * change)
-        tried.append((moving(loops, one, first, period), one))
+        tried.append((largest_change(loops, one, first, period), one))
         if tried[-1][0] < size:
             return one
     return min(tried, key=lambda pair: pair[0])[1]
@@ -242,7 +252,7 @@ def stepped(flown: LoopState, period: Reduced, change: Array) -> LoopState:
     return with_states(flown, values.tolist())
 
 
-def moving(loops: Loops, flown: LoopState, first: int, period: Reduced) -> float:
+def largest_change(loops: Loops, flown: LoopState, first: int, period: Reduced) -> float:
     """The largest change of a state over a period, relative to 1; infinite where it is not finite."""
     values, after = (np.array(states(one))[period.places] for one in (flown, loops.fly(flown, first, first + loops.count)))
     size = largest(still(after - values, loops.count * loops.h), values)
@@ -256,7 +266,7 @@ def largest(left: Array, values: Array) -> float:
 
 def still(left: Array, length: float) -> Array:
     """Changes over a time [s], without those of states that keep time."""
-    return np.where(keeping(left, length), 0.0, left)
+    return np.where(clock_states(left, length), 0.0, left)
 
 
 def residual(period: Period) -> Array:

@@ -22,7 +22,7 @@ from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import code_cache
 from quadstep.io.errors import UserError
 from quadstep.io.parts import code_digest
-from quadstep.linear.analysis import Analysis, least, limits, of_even_rotors, of_loop, studied, with_place, worst_of
+from quadstep.linear.analysis import Analysis, analyse_rest, least, limits, of_even_rotors, of_loop, with_place, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_others, with_pieces
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import Loops, NoRestError, linearising
@@ -77,7 +77,7 @@ WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 def graded(found: Analysis) -> Grade:
     if not found.stable:
         constant = -found.poles[0].time_constant
-        return Grade(UNSTABLE, f"a mode grows by a factor of {math.e:.3g} in {constant:.3g} s ({named(found)})")
+        return Grade(UNSTABLE, f"a mode grows by a factor of {math.e:.3g} in {constant:.3g} s ({mode_states(found)})")
     if found.not_held:
         return Grade(UNSTABLE, f"it does not hold {', '.join(found.not_held)}; a deviation there never decays")
     measures = least_of(found)
@@ -97,7 +97,7 @@ def where(one: Measure) -> str:
     return f" ({one.channel})" if math.isfinite(one.value) else ""
 
 
-def named(found: Analysis) -> str:
+def mode_states(found: Analysis) -> str:
     """The states in the slowest or fastest growing mode."""
     return ", ".join(found.poles[0].states)
 
@@ -127,7 +127,7 @@ def least_of(found: Analysis) -> tuple[Measure, ...]:
 def grade(mission: Mission) -> Grade:
     """The grade of a mission's loop at rest where its path begins; never raises for a loop that has none."""
     try:
-        return graded(studied(mission).analysis)
+        return graded(analyse_rest(mission).analysis)
     except UserError as error:
         return refused(error)
 
@@ -210,7 +210,7 @@ UNHELD = {**dict.fromkeys(MOST, 0.0), LESS_IS_BETTER: 1000.0}
 
 def margin_metrics(mission: Mission, names: Iterable[str]) -> dict[str, float]:
     """The metrics of these names, out of `MARGINS`. Raises UserError for a loop that cannot be linearised."""
-    found = of_analysis(studied(mission).analysis)
+    found = of_analysis(analyse_rest(mission).analysis)
     return {name: found[name] for name in names}
 
 

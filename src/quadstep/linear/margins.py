@@ -24,7 +24,7 @@ FAR = 0.2
 """A result that differs more than this from the phase margin's, as a share of it, is rejected."""
 
 
-def added(one: Opened, z: complex, delay: float) -> Complex:
+def delay_contribution(one: Opened, z: complex, delay: float) -> Complex:
     """Contribution of a delay [s] to each tick of a period, from the law's samples in it; shape (ticks, samples)."""
     hold, steps = one.hold, delay / one.step
     whole, part = int(steps), steps - int(steps)
@@ -41,7 +41,7 @@ def earlier(hold: Array, z: complex, ticks: int) -> Complex:
 def excess(one: Opened, omega: float, delay: float) -> complex:
     """The eigenvalue of T M nearest to 1, less 1."""
     z = complex(np.exp(1j * omega * one.length))
-    through = transfer(one, np.array([omega]), added(one, z, delay))[0, 0]
+    through = transfer(one, np.array([omega]), delay_contribution(one, z, delay))[0, 0]
     return eigenvalue_near(through, 1.0) - 1.0
 
 
@@ -120,12 +120,12 @@ class Margins(NamedTuple):
 
 def margins(one: Opened, omega: Array, grid: Complex) -> Margins:
     """Margins of a stable loop. one: with a single channel; grid: its loci at the frequencies omega [rad/s]."""
-    branches = followed(grid)
+    branches = continuous_loci(grid)
     real = list(crossings(one, omega, branches, lambda g: g.imag))
     ends = [g for end, near in REAL.items() for g in branches[end] if abs(g.imag) < near * abs(g)]
     factors = [1.0 / g.real for g in (*(g for _, g in real), *ends) if FAINT < g.real < 1.0 / FAINT]
     turns = [
-        turned(heard_at(one, at, g), -math.atan2(g.imag, g.real))
+        signed_phase(heard_at(one, at, g), -math.atan2(g.imag, g.real))
         for at, g in crossings(one, omega, branches, lambda g: abs(g) - 1.0)
     ]
     at, turn = min(turns, key=lambda one: abs(one[1]), default=(math.nan, math.inf))
@@ -135,18 +135,18 @@ def margins(one: Opened, omega: Array, grid: Complex) -> Margins:
         phase=abs(turn),
         phase_at=at,
         delay=min((delay_margin(one, at, -turn % (2.0 * math.pi) / at) for at, turn in turns), default=math.inf),
-        disk=least(one, omega, grid, lambda g: np.abs(2.0 * (1.0 - g) / (1.0 + g))),
-        sensitivity=1.0 / least(one, omega, grid, lambda g: np.abs(1.0 - g)),
-        complementary=1.0 / least(one, omega, grid, lambda g: np.abs((1.0 - g) / g)),
+        disk=minimum(one, omega, grid, lambda g: np.abs(2.0 * (1.0 - g) / (1.0 + g))),
+        sensitivity=1.0 / minimum(one, omega, grid, lambda g: np.abs(1.0 - g)),
+        complementary=1.0 / minimum(one, omega, grid, lambda g: np.abs((1.0 - g) / g)),
     )
 
 
-def turned(at: float, turn: float) -> tuple[float, float]:
+def signed_phase(at: float, turn: float) -> tuple[float, float]:
     """A phase shift [rad] at a possibly negative frequency [rad/s], as one at the positive frequency."""
     return (at, turn) if at >= 0.0 else (-at, -turn)
 
 
-def followed(grid: Complex) -> Complex:
+def continuous_loci(grid: Complex) -> Complex:
     """The loci sorted so that each continues from the previous frequency: the largest chooses first what is nearest to it."""
     rows, count = np.arange(len(grid) - 1), grid.shape[1]
     apart = np.abs(grid[1:, None, :] - grid[:-1, :, None])
@@ -203,7 +203,7 @@ def nearest(one: Opened, at: Array, guesses: Complex) -> Complex:
     return closest
 
 
-def least(one: Opened, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:
+def minimum(one: Opened, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:
     """The least of(g) over all frequencies and values: on the grid, then refined."""
     with np.errstate(all="ignore"):
         values = np.nan_to_num(of(grid), nan=np.inf)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from quadstep.linear.modes import Reduced, reduced, scales
 from quadstep.linear.sampled import Loops, approached
-from quadstep.linear.states import SAME, Array, LoopState, apart, states, with_states
+from quadstep.linear.states import SAME, Array, LoopState, relative_difference, states, with_states
 from quadstep.numbers import Number
 
 NEAR = 1e-4
@@ -31,13 +31,13 @@ LATER = 4
 """Instants, evenly up to the end of the flight, at which a loop is compared with what it was before."""
 
 
-def bending(loops: Loops, flown: LoopState, first: int, period: Reduced) -> tuple[str, ...]:
+def nonlinear_states(loops: Loops, flown: LoopState, first: int, period: Reduced) -> tuple[str, ...]:
     """The states whose slopes over a period are others near the rest `flown` at tick `first`."""
-    missed = missing(period.map, differences(loops, flown, first, period.places, NEAR)).max(axis=1)
+    missed = map_difference(period.map, differences(loops, flown, first, period.places, NEAR)).max(axis=1)
     return tuple(period.period.names[place] for place in np.flatnonzero(~(missed <= STRAIGHT)))
 
 
-def missing(exact: Array, other: Array) -> Array:
+def map_difference(exact: Array, other: Array) -> Array:
     """How far maps are apart in balanced coordinates, relative to the largest slope if that is above 1."""
     units = scales(exact)
     ratio = units / units[:, None]
@@ -74,7 +74,7 @@ def nearby(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp])
     return [reduced(one) for one in found if not one.broken]
 
 
-def keeping(left: Array, length: float) -> NDArray[np.bool_]:
+def clock_states(left: Array, length: float) -> NDArray[np.bool_]:
     """Which states keep time: by their changes over so long [s]."""
     found: NDArray[np.bool_] = np.abs(left - length) < SAME
     return found
@@ -141,7 +141,7 @@ def changed(loops: Loops, flown: LoopState, first: int, ticks: list[int]) -> tup
         _, ends = flights()
     same, *others = np.hsplit(np.where(gone.any(axis=1, keepdims=True), 0.0, ends), 1 + len(ticks))
     for place, (tick, other) in enumerate(zip(ticks, others, strict=True), 1):
-        if not apart(same, other) <= SAME:
+        if not relative_difference(same, other) <= SAME:
             return tick, with_states(flown, (values[:, 0] + gone[:, place * MOVED]).tolist())
     return None
 

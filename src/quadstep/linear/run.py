@@ -13,12 +13,12 @@ from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
-from quadstep.linear.analysis import Analysis, StepResponse, Studied, steps, studied
-from quadstep.linear.equilibrium import held, quiet
+from quadstep.linear.analysis import Analysis, RestAnalysis, StepResponse, analyse_rest, steps
+from quadstep.linear.equilibrium import held_mission, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
-from quadstep.linear.tables import Open, draw_bode, draw_nyquist, draw_steps
+from quadstep.linear.tables import OpenLoop, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
 from quadstep.mission.read import plan_mission, read_mission
@@ -78,7 +78,7 @@ def flown_from_rest(mission: Mission) -> str:
     """A sentence on a flight that is to stay where the path begins, without noise, gusts and events, after a small step."""
     path = mission.path.build(mission.folder)
     try:
-        log = fly(quiet(held(mission, path.law.reference(0.0, path.parameters), LONG, KICK).plan(warn=False)))
+        log = fly(quiet(held_mission(mission, path.law.reference(0.0, path.parameters), LONG, KICK).plan(warn=False)))
     except UserError as error:  # a law of the user's own that fails there
         return f"It cannot be flown at rest: {error}."
     if log.outcome is not Outcome.COMPLETED:
@@ -127,14 +127,14 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> E
     return done
 
 
-def of_file(mission: Mission, path: Path) -> Studied:
+def of_file(mission: Mission, path: Path) -> RestAnalysis:
     try:
-        return studied(mission)
+        return analyse_rest(mission)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
 
 
-def evidence(out: Path, mission: Mission, path: Path, studied: Studied, sheet: Sheet, but: str = "") -> Evidence:
+def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, sheet: Sheet, but: str = "") -> Evidence:
     """The loop for its readers; draws the figures of a stable one into the folder `out`. but: what the mission's flight does
     that was not asked.
     """
@@ -196,7 +196,7 @@ def draw(folder: Path, found: Analysis, moves: list[StepResponse], sheet: Sheet)
     folder.mkdir()
     ready = opened(found.loop)
     omega = np.geomspace(max(LOWEST, SLOWEST_SHOWN), np.pi * len(ready.due) / ready.length, DRAWN)
-    shown = Open(found.channels, omega, harmonic(ready, omega))
+    shown = OpenLoop(found.channels, omega, harmonic(ready, omega))
     draw_bode(folder / "bode", shown, sheet)
     draw_nyquist(folder / "nyquist", shown, sheet)
     draw_steps(folder / "step", moves, sheet)

@@ -25,13 +25,13 @@ from quadstep.linear.states import (
     NoSlopeError,
     NotLinearError,
     Pose,
-    apart,
     channels,
     commanded,
-    moved,
     names_of,
     pose,
+    relative_difference,
     states,
+    with_addition,
     with_states,
 )
 from quadstep.numbers import Number, Structure, Vector, flatten
@@ -218,7 +218,7 @@ def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = N
     side = EdgeSide(names, way)
     if way is None:
         for due in dict.fromkeys(loops.due(one.k) for one in moments):
-            ticks |= alike(loops, [one for one in moments if loops.due(one.k) == due], side)
+            ticks |= equal_ticks(loops, [one for one in moments if loops.due(one.k) == due], side)
     else:
         ticks = {one.k: tick_of(loops, one, side, of_tasks(loops, one, side)) for one in moments}
     every, final = tuple(ticks[k] for k in sorted(ticks)), np.array(states(flown))
@@ -227,15 +227,15 @@ def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = N
     )
 
 
-def alike(loops: Loops, moments: list[Moment], side: EdgeSide) -> dict[int, Tick]:
+def equal_ticks(loops: Loops, moments: list[Moment], side: EdgeSide) -> dict[int, Tick]:
     """Ticks with the same tasks: one for all if nothing has moved and no task depends on time; else each by itself. (A task
     that follows a plan depends on the time since the plan was made.)
     """
     one, last = moments[0], moments[-1]
     tasks = of_tasks(loops, one, side)
     begun = np.array(states(one.flown))
-    moved = max(apart(begun, np.array(states(other.flown))) for other in moments)
-    if moved <= SAME and (last is one or apart(tasks, of_tasks(loops, last, side)) <= SAME):
+    moved = max(relative_difference(begun, np.array(states(other.flown))) for other in moments)
+    if moved <= SAME and (last is one or relative_difference(tasks, of_tasks(loops, last, side)) <= SAME):
         return dict.fromkeys([other.k for other in moments], tick_of(loops, one, side, tasks))
     found: dict[int, Tick] = {}
     for other in moments:
@@ -284,7 +284,7 @@ def acting(loops: Loops, one: Moment, names: Sequence[str]) -> Array:
     m = len(one.after.asked)
 
     def made(seeds: Seeds) -> list[Number]:
-        return flatten(loops.loop.plant.actuate(loops.p, moved(loops.p, one.command, seeds.seeded([0.0] * m, 0))))
+        return flatten(loops.loop.plant.actuate(loops.p, with_addition(loops.p, one.command, seeds.seeded([0.0] * m, 0))))
 
     found = np.zeros((len(names), m))
     held = [place for place, name in enumerate(names) if name.startswith("held")]

@@ -14,7 +14,7 @@ from quadstep.io.doors import CONTROLLERS
 from quadstep.io.errors import UserError
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
-from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, studied, worst_of
+from quadstep.linear.analysis import Analysis, analyse_rest, limits, of_even_rotors, of_loop, worst_of
 from quadstep.linear.equilibrium import flown_to, quiet
 from quadstep.linear.margins import MarginLimits
 from quadstep.linear.modes import reduced
@@ -78,7 +78,7 @@ def under_each(path: Path, names: Sequence[str]) -> Iterator[tuple[str, Analysis
     for name in names:
         try:
             other, nets = under(content, path, name)
-            found: Analysis | str = studied(other).analysis
+            found: Analysis | str = analyse_rest(other).analysis
         except UserError as error:
             yield name, str(error).removeprefix(f"{path}: ")
             continue

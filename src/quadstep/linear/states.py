@@ -55,7 +55,7 @@ def commanded(loop: Loop, p: object, command: Structure) -> list[Number]:
     return flatten(command)
 
 
-def moved(p: object, command: Structure, by: Sequence[Number]) -> Structure:
+def with_addition(p: object, command: Structure, by: Sequence[Number]) -> Structure:
     """The command with something added to each channel; the rotors share it as they share any thrust and torque."""
     if isinstance(command, Command):
         return command._replace(thrust=command.thrust + by[0], torque=command.torque + Vector(by[1:]))
@@ -166,9 +166,9 @@ class EdgeSide:
         values, found = self.checked(made, seeds)
         if seeds.edges:
             others, other = self.checked(made, Seeds(count, -1.0))
-            if apart(values, others) > SAME:
+            if relative_difference(values, others) > SAME:
                 self.broken = f"the loop jumps at t = {time:g} s, on the boundary at {' or '.join(seeds.edges)}"
-            if apart(found, other) > SAME:
+            if relative_difference(found, other) > SAME:
                 self.bends |= seeds.edges
         return found
 
@@ -184,6 +184,6 @@ class EdgeSide:
         return values, found
 
 
-def apart(a: Array, b: Array) -> float:
+def relative_difference(a: Array, b: Array) -> float:
     """The difference between numbers, relative to 1."""
     return float((np.abs(a - b) / (1.0 + np.abs(a))).max(initial=0.0))

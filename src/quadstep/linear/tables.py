@@ -154,7 +154,7 @@ REACH = 3.0
 """Range of a Nyquist plot on either side of the critical point."""
 
 
-class Open(NamedTuple):
+class OpenLoop(NamedTuple):
     """The opened loop as drawn. omega [rad/s]; loop: L, shape (frequencies, channels). unsure: half of the 95 % interval of
     the first channel's L, as a share of it, where that was measured.
     """
@@ -173,7 +173,7 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
 """Margins drawn over time or over draws."""
 
 
-def draw_bode(path: Path, shown: Open, sheet: Sheet) -> None:
+def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """Magnitude [dB] and phase [°] of L over frequency."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 5.6, 3.6)
@@ -207,7 +207,7 @@ def draw_bode(path: Path, shown: Open, sheet: Sheet) -> None:
         write(figure, path, sheet)
 
 
-def draw_nyquist(path: Path, shown: Open, sheet: Sheet) -> None:
+def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """L in the complex plane around -1, with the unit circle, on which only the phase differs from -1."""
     with drawing(sheet):
         figure = new_figure(sheet, 5.4, 5.0, 3.4)

@@ -44,7 +44,7 @@ def rmse(errors: Numbers) -> float:
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
-def nothing(now: Vector) -> Vector:
+def zeros(now: Vector) -> Vector:
     """As many zeros."""
     return Vector([0.0] * len(now))
 
@@ -100,7 +100,7 @@ class Rms(NamedTuple):
 
     @classmethod
     def start(cls, now: Vector) -> Self:
-        return cls(nothing(now))
+        return cls(zeros(now))
 
     def add(self, now: Vector, known: Number) -> Self:
         return self._replace(squares=self.squares + now * now)
@@ -121,7 +121,7 @@ class Variation(NamedTuple):
 
     @classmethod
     def start(cls, now: Vector) -> Self:
-        return cls(nothing(now), nothing(now))
+        return cls(zeros(now), zeros(now))
 
     def add(self, now: Vector, known: Number) -> Self:
         changes = Vector([known * absolute(entry - last) for entry, last in zip(now, self.last, strict=True)])
@@ -142,7 +142,7 @@ class Largest(NamedTuple):
 
     @classmethod
     def start(cls, now: Vector) -> Self:
-        return cls(nothing(now))
+        return cls(zeros(now))
 
     def add(self, now: Vector, known: Number) -> Self:
         pairs = zip(now, self.so_far, strict=True)

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from quadstep.io.errors import LONGEST_VALUE, UserError, cut, meant, shorten, unknown_name
+from quadstep.io.errors import LONGEST_VALUE, UserError, cut, did_you_mean, shorten, unknown_name
 from quadstep.mission.fields import Quantity
 from quadstep.mission.presets import origin
 
@@ -37,13 +37,13 @@ def explained(
     problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     said = describe(model, problems[0])
-    file = blamed(content, problems[0]["loc"], folder)
+    file = blamed_file(content, problems[0]["loc"], folder)
     if file:
         said = f"{vehicle}file: {file}: {re.sub('^vehicle(: |[.])', '', said) if vehicle else said}"
     return UserError(f"{source}: {said}{more}")
 
 
-def blamed(content: object, location: tuple[int | str, ...], folder: Path) -> Path | None:
+def blamed_file(content: object, location: tuple[int | str, ...], folder: Path) -> Path | None:
     """The file that a vehicle starts from where a problem at `location` comes from there."""
     table, keys = content, location
     if isinstance(content, dict) and "vehicle" in content:
@@ -90,7 +90,7 @@ def describe(model: type[BaseModel], problem: Any) -> str:
 def unknown(key: str, allowed: Iterable[str]) -> str:
     """What is said of a key that is none of these: all of them, and the one that was probably meant."""
     names = sorted(allowed)
-    return f"unknown key; allowed here: {', '.join(names)}{meant(key, names)}"
+    return f"unknown key; allowed here: {', '.join(names)}{did_you_mean(key, names)}"
 
 
 def walk(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from quadstep.interfaces.controller import Controller
 from quadstep.io import files
-from quadstep.io.errors import UserError, cut, meant, number_in, shorten
+from quadstep.io.errors import UserError, cut, did_you_mean, number_in, shorten
 from quadstep.io.parameter_files import AutopilotParameters, read_parameters
 from quadstep.mission.fields import MOST
 from quadstep.report.units import listed
@@ -155,7 +155,7 @@ def refuse_unknown(law: type[Controller], found: AutopilotParameters, name: str)
     groups = {group(key) for key in keys if "." in key}
     for one, value in found.values.items():
         if one not in keys and one not in law.unmodelled and group(one) in groups:
-            raise ValueError(f"{KEY}: {name}: {one} is not a parameter of {law.source}{meant(one, list(keys))}")
+            raise ValueError(f"{KEY}: {name}: {one} is not a parameter of {law.source}{did_you_mean(one, list(keys))}")
         if one in law.renamed:
             raise ValueError(f"{KEY}: {name}: {one} is from another release; {law.source} calls it {law.renamed[one]}")
         if value not in law.supported.get(one, (value,)):
@@ -197,7 +197,7 @@ def check_order(law: type[Controller], section: object) -> None:
             raise ValueError(f"{lower} = {least:g} and {upper} = {most:g} contradict each other: {law.source} needs {text}")
 
 
-def beyond(law: type[Controller], section: object) -> Iterator[str]:
+def out_of_range_note(law: type[Controller], section: object) -> Iterator[str]:
     """What is said of parameters beyond the ranges that the autopilot documents, but takes all the same."""
     for key, (_, gain) in law.by_key().items():
         value = attrgetter(key)(section)

@@ -26,7 +26,7 @@ from quadstep.interfaces.plant import Model
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.mission.clock import PERIODS, STEP
-from quadstep.mission.data_files import KEY, Completed, beyond, check_order, completed
+from quadstep.mission.data_files import KEY, Completed, check_order, completed, out_of_range_note
 from quadstep.mission.fields import (
     MOST,
     Diagonal,
@@ -165,7 +165,7 @@ class ControllerSection(Section):
         """What a file of parameters has that is not flown, values beyond the autopilot's own ranges, and the conditions that
         these gains break, a line each.
         """
-        said = [*self._saved.notes, *(beyond(self.controller, self) if self.controller.parameter_file else ())]
+        said = [*self._saved.notes, *(out_of_range_note(self.controller, self) if self.controller.parameter_file else ())]
         if self.controller.conditions is Controller.conditions:  # none: the vehicle's model costs more than the rest
             return said
         return [*said, *(one.warning() for one in self.conditions(vehicle.model()) if not one.holds)]

@@ -177,7 +177,7 @@ def label(mission: BaseModel, key: str) -> str:
 Checked = TypeVar("Checked", bound=BaseModel)
 
 
-def parts(key: str) -> list[str]:
+def key_parts(key: str) -> list[str]:
     """The names and indices that a key consists of. Raises UserError for an empty one."""
     found = key.split(".")
     if not all(found) or any(part.isdigit() and not re.fullmatch("0|[1-9][0-9]{0,5}", part) for part in found):
@@ -207,7 +207,7 @@ def with_value(content: Mapping[str, object], key: str, value: object, defaults:
 
     Raises UserError where the key leads into something that is neither a table nor a list.
     """
-    return cast(dict[str, object], placed(content, parts(key), value, defaults, key))
+    return cast(dict[str, object], placed(content, key_parts(key), value, defaults, key))
 
 
 def placed(content: object, rest: list[str], value: object, defaults: object, key: str) -> object:
@@ -237,7 +237,7 @@ def overridden(section: Checked, key: str, value: object) -> Checked:
     """A checked mission with an entry replaced by something that is not checked: an array in place of a number, or of each
     number of a list.
     """
-    return cast(Checked, replaced(section, parts(key), value))
+    return cast(Checked, replaced(section, key_parts(key), value))
 
 
 def replaced(section: object, rest: list[str], value: object) -> object:

@@ -116,7 +116,7 @@ def origin(table: dict[str, object], keys: Sequence[int | str], folder: Path) ->
     """
     path: Path | None = None
     for _ in range(DEEPEST):
-        if says(table, keys) if keys else len(table) > 1:
+        if has_key(table, keys) if keys else len(table) > 1:
             return path
         if "file" not in table:
             return None if keys else path
@@ -125,7 +125,7 @@ def origin(table: dict[str, object], keys: Sequence[int | str], folder: Path) ->
     return None
 
 
-def says(table: dict[str, object], keys: Sequence[int | str]) -> bool:
+def has_key(table: dict[str, object], keys: Sequence[int | str]) -> bool:
     """Whether a table has what is at `keys`. Only tables directly inside it are made of several files."""
     value = table.get(str(keys[0]))
     return value is not None and (len(keys) == 1 or not isinstance(value, dict) or keys[1] in value)

@@ -147,9 +147,9 @@ def check_mission(content: object, source: str, folder: Path = Path(), kind: "ty
 
 def of_another_plant(content: dict[str, object], own: "type[Mission]") -> str:
     """What is said of a table, or of a type of controller, that missions of another plant have; else nothing."""
-    wrong = mistaken(content, own)
+    wrong = foreign_tables(content, own)
     for other in KINDS if wrong and own in [kind.load() for kind in KINDS] else ():
-        theirs = mistaken(content, other.load())
+        theirs = foreign_tables(content, other.load())
         misplaced = [key for key in wrong if key not in theirs]
         if misplaced:
             return misspelt(content) or f"{misplaced[0]} {other.needs}"
@@ -172,7 +172,7 @@ def misspelt(content: dict[str, object]) -> str:
     return ""
 
 
-def mistaken(content: dict[str, object], model: "type[Mission]") -> list[str]:
+def foreign_tables(content: dict[str, object], model: "type[Mission]") -> list[str]:
     """Tables that this kind of mission does not have, and the controller if it has none of its type."""
     unknown = [f"[{key}]" for key in content if key not in model.model_fields]
     controller = content.get("controller")

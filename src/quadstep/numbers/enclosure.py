@@ -81,14 +81,14 @@ def series(x: Enclosure, coefficients: Sequence[float]) -> Enclosure:
     return without_fresh_error(x, value, slope, bend, 2.0 * ELEMENTARY + LEFT_OUT, third)
 
 
-def within(x: Enclosure, most: float) -> bool:
+def series_applies(x: Enclosure, most: float) -> bool:
     """Whether a series may be used."""
     return bool(np.all(np.abs(x.centre) + x.tight <= most))
 
 
 def half_turn(square: Enclosure) -> tuple[Enclosure, Enclosure] | None:
     """cos(a / 2) and sin(a / 2) / a of an angle's square; None where it may be too large."""
-    return (series(square, COSINE), series(square, SINE)) if within(square, FARTHEST) else None
+    return (series(square, COSINE), series(square, SINE)) if series_applies(square, FARTHEST) else None
 
 
 def turn_ratio(square: Operand, cosine: Operand) -> Enclosure | None:
@@ -100,7 +100,7 @@ def turn_ratio(square: Operand, cosine: Operand) -> Enclosure | None:
         return None
     over = 1.0 / cosine
     ratio = square * (over * over)
-    if not isinstance(ratio, Enclosure) or not within(ratio, WIDEST):
+    if not isinstance(ratio, Enclosure) or not series_applies(ratio, WIDEST):
         return None
     found = 2.0 * over * series(ratio, ANGLE)
     assert isinstance(found, Enclosure)

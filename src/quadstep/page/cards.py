@@ -139,7 +139,7 @@ LARGEST = 1e15
 def thumbnail(log: io.BufferedReader, lost: bool) -> str:
     """An SVG of a flight.csv. lost: whether it ended so, which is marked. Raises ValueError for a log without a path."""
     columns = [name.partition(b"[")[0] for name in log.readline(LONGEST_LINE).strip().split(b",")]
-    rows = sampled(log, [columns.index(name) for name in (b"x", b"y", b"z", b"x_d", b"y_d", b"z_d")], len(columns))
+    rows = sampled_rows(log, [columns.index(name) for name in (b"x", b"y", b"z", b"x_d", b"y_d", b"z_d")], len(columns))
     across, up = seen_from(rows[:, :3])
     flown, desired = rows[:, [across, up]], rows[:, [3 + across, 3 + up]]
     low = np.minimum(flown.min(axis=0), desired.min(axis=0))
@@ -173,7 +173,7 @@ def seen_from(flown: NDArray[np.float64]) -> tuple[int, int]:
     return (0, 1) if span[2] < FLAT * span[wider] else (wider, 2)
 
 
-def sampled(log: io.BufferedReader, wanted: list[int], width: int) -> NDArray[np.float64]:
+def sampled_rows(log: io.BufferedReader, wanted: list[int], width: int) -> NDArray[np.float64]:
     """(n, wanted): these of `width` columns in the first row, the last, and some between. Raises ValueError for no rows."""
     first, last = log.tell(), os.fstat(log.fileno()).st_size
     texts = [log.readline(LONGEST_LINE)]
@@ -212,10 +212,10 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         for one, name in zip(results, names, strict=True)
     )
     rows = [[words(key), *row(key, first.get(key), second.get(key))] for key in dict.fromkeys([*first, *second])][:MOST_ROWS]
-    others = apart(CONDITIONS, *contents)
+    others = differing_keys(CONDITIONS, *contents)
     closer = answer(names, first, second) + (f" They differ in {units.listed(others)}, too." if others else "")
     body = [
-        markup.summary(unlike(names, *contents) or closer, facts(names, first, second)),
+        markup.summary(why_incomparable(names, *contents) or closer, facts(names, first, second)),
         f'<div class="two">{shown}</div>',
     ]
     if all("flight.csv" in one.files for one in results):
@@ -238,7 +238,7 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     )
 
 
-def unlike(names: list[str], first: Metrics, second: Metrics) -> str:
+def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
     """Why the errors of two flights say nothing of which is better; empty where they may be compared."""
     if not all("outcome" in one for one in (first, second)):
         return ""
@@ -257,14 +257,14 @@ def unlike(names: list[str], first: Metrics, second: Metrics) -> str:
 
 def different(first: Metrics, second: Metrics) -> str:
     """What two flights do not share that makes them unlike: "paths", "vehicles", both, or nothing."""
-    return " and ".join(f"{part}s" for part in apart(("path", "vehicle"), first, second))
+    return " and ".join(f"{part}s" for part in differing_keys(("path", "vehicle"), first, second))
 
 
 CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
 """Keys of a mission that make it harder or easier to stay on a path."""
 
 
-def apart(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:
+def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:
     """Those of some keys of their missions in which two flights differ."""
     sides = [mission if isinstance(mission := one.get("mission"), dict) else {} for one in (first, second)]
     return [key for key in keys if sides[0].get(key) != sides[1].get(key)]
@@ -303,7 +303,7 @@ def value(one: float, unit: str) -> str:
     if unit == "-" and one.is_integer() and abs(one) < 1e9:
         return f"{one:.0f}"
     unit, factor = (units.of_angle if unit in units.ANGLES else units.handy)(unit, abs(one))
-    return units.number(factor * one, 4) + units.after(unit)
+    return units.number(factor * one, 4) + units.unit_suffix(unit)
 
 
 def words(key: str) -> str:

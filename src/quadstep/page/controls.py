@@ -61,7 +61,7 @@ def grouped(group: str, *controls: Control) -> list[Control]:
     return [one._replace(group=group) for one in controls]
 
 
-def each(values: Sequence[float] | Vector, labels: Sequence[str], prefix: str) -> list[Component]:
+def vector_components(values: Sequence[float] | Vector, labels: Sequence[str], prefix: str) -> list[Component]:
     """A component for each entry of the vector `prefix` of the parameters."""
     return [
         Component(label, float(value), (parameter(f"{prefix}.{place}"),))
@@ -76,7 +76,7 @@ def one(value: float, *effects: Effect) -> list[Component]:
 
 def slider(gain: Gain, value: Any, place: str) -> Control:
     """The slider of one gain, at this place of the parameters."""
-    components = each(value, gain.parts, place) if gain.parts else one(value, parameter(place))
+    components = vector_components(value, gain.parts, place) if gain.parts else one(value, parameter(place))
     values = [component.value for component in components]
     low, high, scale = gain.span(min(values), max(values))
     name = f"believed_{gain.key}" if gain.group == BELIEF else gain.key
@@ -115,7 +115,9 @@ def airframe_controls(mission: Mission, plan: FlightPlan) -> list[Control]:
         *grouped(
             "Vehicle",
             positive("mass", "true mass", "kg", one(airframe.mass, parameter("airframe.mass")), BELIEVES),
-            positive("inertia", "true inertia", "kg m^2", each(airframe.inertia, AXES, "airframe.inertia"), BELIEVES),
+            positive(
+                "inertia", "true inertia", "kg m^2", vector_components(airframe.inertia, AXES, "airframe.inertia"), BELIEVES
+            ),
         ),
         *grouped("Wind", *wind_controls(plan.parameters.wind)),
         *grouped("Events", *event_controls(plan.parameters.events)),
@@ -149,8 +151,8 @@ def wind_controls(wind: object) -> list[Control]:
     if not isinstance(wind, Wind):
         return number_sliders(wind, "wind")
     return [
-        control("wind", "mean wind", "m/s", each(wind.mean, AXES, "wind.mean"), (-10.0, 10.0)),
-        control("gust", "gust", "m/s", each(wind.gust, AXES, "wind.gust"), (-10.0, 10.0)),
+        control("wind", "mean wind", "m/s", vector_components(wind.mean, AXES, "wind.mean"), (-10.0, 10.0)),
+        control("gust", "gust", "m/s", vector_components(wind.gust, AXES, "wind.gust"), (-10.0, 10.0)),
     ]
 
 
@@ -179,7 +181,9 @@ def jerk_controls(path: MinimumJerkPath, ticks: Ticks) -> list[Control]:
     yaw = one(path.yaw_end, parameter("path.yaw_end"))
     return [
         control("t_f", "time t_f", "s", time, (2.0, 60.0), haste, "log", (0.5, max(longest, path.duration))),
-        control("target", "target", "m", each(path.end, AXES, "path.end"), (-reach, reach), "Where the path ends."),
+        control(
+            "target", "target", "m", vector_components(path.end, AXES, "path.end"), (-reach, reach), "Where the path ends."
+        ),
         control("yaw_end", "final yaw", "rad", yaw, (-math.pi, math.pi)),
     ]
 
@@ -231,7 +235,10 @@ def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[
     weight = mission.vehicle.mass * mission.vehicle.gravity
     times = one(disturbance.scale, parameter("disturbance.scale"))
     hint = "1 is the paper's, which has almost no effect in its own cases."
-    force, torque = each(disturbance.force, AXES, "disturbance.force"), each(disturbance.torque, ANGLES, "disturbance.torque")
+    force, torque = (
+        vector_components(disturbance.force, AXES, "disturbance.force"),
+        vector_components(disturbance.torque, ANGLES, "disturbance.torque"),
+    )
     return [
         control("disturbance", "disturbance (Eq. 67), times", "-", times, (0.0, 10.0), hint),
         control("wind", "wind, as a steady force", "N", force, (-0.5 * weight, 0.5 * weight)),

@@ -332,10 +332,10 @@ def server(folder: Path, port: int, access: Access = Access(), advise: Advise | 
         raise UserError(f"{folder}: is not a folder with results; `quadstep fly` and `quadstep reproduce` write to out/")
     given = {"root": folder.resolve(), "access": access, "taking": threading.Lock()}
     kind = type("FolderHandler", (Handler,), {**given, "advise": advise and staticmethod(advise)})
-    return bound(port, access.host, kind)
+    return bound_server(port, access.host, kind)
 
 
-def bound(port: int, host: str, handler: type[Handler]) -> Server:
+def bound_server(port: int, host: str, handler: type[Handler]) -> Server:
     """A server that listens. Raises UserError."""
     try:
         return Server((host, port), handler)

@@ -28,7 +28,7 @@ from quadstep.numbers.kinds import Number
 from quadstep.numbers.scan import C, Rows, Step, answer, matrices, same_shape, shaped
 from quadstep.numbers.structure import flatten, rebuild
 from quadstep.numbers.vectors import Matrix, Vector
-from quadstep.program.instructions import Instructions, Stored
+from quadstep.program.instructions import Instructions, LoadedFrom
 from quadstep.program.recorded import Operand, Recorded, RecordedNumber
 
 PLACE = ir.IntType(64)
@@ -228,7 +228,7 @@ def loaded(emitter: Instructions, memory: ir.Value, size: int) -> list[RecordedN
     lanes = []
     for place in range(size):
         value = emitter.builder.load(emitter.builder.gep(memory, [PLACE(place)]))
-        emitter.stored[id(value)] = Stored(memory, place)
+        emitter.stored[id(value)] = LoadedFrom(memory, place)
         lanes.append(RecordedNumber(emitter, value))
     return lanes
 
@@ -238,7 +238,7 @@ def matrix(emitter: Instructions, memory: ir.Value, count: int, columns: int) ->
     return Matrix(Vector(lanes[place * columns : (place + 1) * columns]) for place in range(count))
 
 
-def row(emitter: Instructions, source: Stored, place: ir.Value, columns: int) -> Vector:
+def row(emitter: Instructions, source: LoadedFrom, place: ir.Value, columns: int) -> Vector:
     builder = emitter.builder
     address = builder.gep(source.memory, [builder.add(builder.mul(place, PLACE(columns)), PLACE(source.place))])
     entries: list[RecordedNumber] = []
@@ -248,7 +248,7 @@ def row(emitter: Instructions, source: Stored, place: ir.Value, columns: int) ->
     return Vector(cast(list[Number], entries))
 
 
-def in_memory(emitter: Instructions, rows: Matrix) -> Stored:
+def in_memory(emitter: Instructions, rows: Matrix) -> LoadedFrom:
     """The memory that holds a matrix row by row: its origin, else a copy."""
     entries = flatten(rows)
     places = [emitter.stored.get(id(emitter.value(number))) for number in entries]
@@ -257,7 +257,7 @@ def in_memory(emitter: Instructions, rows: Matrix) -> Stored:
         return first
     memory = room(emitter, len(entries))
     store(emitter, entries, memory, PLACE(0))
-    return Stored(memory, 0)
+    return LoadedFrom(memory, 0)
 
 
 SYMBOL = "quadstep_call"

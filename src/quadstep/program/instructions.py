@@ -19,7 +19,7 @@ WHOLE = ir.IntType(32)
 """A word of bits, whatever the kind of the lanes' numbers."""
 
 
-class Stored(NamedTuple):
+class LoadedFrom(NamedTuple):
     """Where a number was loaded from. memory: its first address. scalar: whether one number there serves all lanes."""
 
     memory: ir.Value
@@ -27,7 +27,7 @@ class Stored(NamedTuple):
     scalar: bool = False
 
 
-class Within(Protocol):
+class CurrentSubroutine(Protocol):
     """The function being written, if not the whole: a `Subroutine`."""
 
     def local(self, value: ir.Value) -> ir.Value:
@@ -49,9 +49,9 @@ class Instructions(Recording):
         self.whole = ir.IntType(64 if self.precise else 32)
         self.wholes, self.words = self.many(self.whole), self.many(WHOLE)
         self.known: dict[tuple[str | int, ...], ir.Value] = {}
-        self.subroutine: Within | None = None
+        self.subroutine: CurrentSubroutine | None = None
         self.constants: dict[tuple[ir.Type, str], ir.Constant] = {}
-        self.stored: dict[int, Stored] = {}  # by identity of what was loaded
+        self.stored: dict[int, LoadedFrom] = {}  # by identity of what was loaded
 
     def many(self, element: ir.Type) -> ir.Type:
         """The type that holds one `element` per lane."""

@@ -186,7 +186,7 @@ class RowMatrix(Matrix):
 
     @property
     def T(self) -> Matrix:  # noqa: N802 (as of a matrix)
-        return Turned(self)
+        return TransposedRows(self)
 
     def __add__(self, other: Matrix) -> Matrix:
         if not isinstance(other, RowMatrix):
@@ -225,7 +225,7 @@ class RowMatrix(Matrix):
         return sqrt(cast(Number, self.record.sums(loop)[0]))
 
 
-class Turned(Matrix):
+class TransposedRows(Matrix):
     """The transpose of a matrix in memory."""
 
     __slots__ = ("of",)

@@ -172,11 +172,11 @@ def mark(figure: Figure) -> None:
     """Name axes, and what is drawn in them, in the SVG to come."""
     for place, axes in enumerate(figure.axes):
         axes.set_gid(f"axes{place}")
-        for number, one in enumerate(drawn(axes)):
+        for number, one in enumerate(drawn_artists(axes)):
             one.set_gid(f"drawn{place}.{number}")
 
 
-def told(svg: str, figure: Figure) -> str:
+def described_svg(svg: str, figure: Figure) -> str:
     """The SVG of a marked figure, just drawn, with what is known of its axes; its links open in the same window."""
     svg = svg.replace(' target="_blank"', "")
     known = [described(place, axes) for place, axes in enumerate(figure.axes) if readable(axes)]
@@ -186,7 +186,7 @@ def told(svg: str, figure: Figure) -> str:
     return svg.replace("<svg ", f'<svg data-axes="{content}" ', 1)
 
 
-def drawn(axes: Axes) -> list[Artist]:
+def drawn_artists(axes: Axes) -> list[Artist]:
     """All that is drawn in them but the grid."""
     parts = [*axes.lines, *axes.patches, *axes.collections, *axes.texts]
     return [one for one in parts if not str(one.get_gid()).startswith(GRID)]
@@ -248,7 +248,7 @@ def described(place: int, axes: Axes) -> dict[str, object]:
         "ours": not axes.images and not any(isinstance(one, QuadMesh) for one in axes.collections),
         "curves": [{"id": one.get_gid(), "name": name(one)} for one in curves(axes)],
         "bars": [bar(*one) for one in bars(axes)],
-        "drawn": [{"id": one.get_gid(), "along": along(one, axes)} for one in drawn(axes)],
+        "drawn": [{"id": one.get_gid(), "along": along(one, axes)} for one in drawn_artists(axes)],
     }
 
 

@@ -19,7 +19,7 @@ from matplotlib.font_manager import FontProperties, fontManager
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from quadstep.report.axes import mark, told, typeset_decades
+from quadstep.report.axes import described_svg, mark, typeset_decades
 from quadstep.report.markup import FOR_FIGURES, TEXT
 from quadstep.report.sheet import Sheet
 
@@ -93,7 +93,7 @@ def fit(figure: Figure) -> None:
             text.set_text(wrapped(text.get_text(), room, float(text.get_fontsize())) if text.get_text() else "")
 
 
-def beside(wide: float, names: Sequence[str], most: int) -> int:
+def legend_columns(wide: float, names: Sequence[str], most: int) -> int:
     """How many of a legend's names fit beside one another above the axes of a figure so wide [in]."""
     room = 72.0 * (wide - SIDES) / FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
     for count in range(min(most, len(names)), 1, -1):
@@ -205,7 +205,7 @@ def write(figure: Figure, path: Path, sheet: Sheet) -> None:
             mark(figure)
             canvas, text = FigureCanvasSVG(figure), io.StringIO()
             canvas.print_svg(text, metadata={"Date": None, "Creator": None})
-            file.write_text(told(text.getvalue(), figure), encoding="utf-8")
+            file.write_text(described_svg(text.getvalue(), figure), encoding="utf-8")
         else:
             from matplotlib.backends.backend_pdf import FigureCanvasPdf  # noqa: PLC0415 (a fourth of all that loads)
 

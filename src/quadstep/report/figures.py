@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from quadstep.report.axes import GRID, STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
-from quadstep.report.canvas import BAND, LINES, Typeset, beside, drawing, margins, new_figure, thin, write
+from quadstep.report.canvas import BAND, LINES, Typeset, drawing, legend_columns, margins, new_figure, thin, write
 from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, Panel, Track
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import ANGLES, handy, label, of_angle, prefixed, prose
@@ -61,7 +61,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         linear(axes, drawn)
     space = "\n" if len(panel.label) + len(unit) > LONGEST_LABEL else " "
     axes.set_ylabel(name if unit == "-" else f"{name}{space}[{unit}]", parse_math=True)
-    ncols = beside(axes.figure.bbox.width / axes.figure.dpi, list(map(label, lines)), NAMES)
+    ncols = legend_columns(axes.figure.bbox.width / axes.figure.dpi, list(map(label, lines)), NAMES)
     legend = axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols, handlelength=2.2, columnspacing=1.2
     )  # above the lines
@@ -72,7 +72,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
 def legend_rows(panel: Panel, width: float) -> int:
     """Of its legend in a figure of this width [in]."""
     names = list(map(label, panel.lines))
-    return -(-len(names) // beside(width, names, NAMES)) if names else 1
+    return -(-len(names) // legend_columns(width, names, NAMES)) if names else 1
 
 
 def grid_alone(axes: Axes) -> None:

@@ -15,7 +15,7 @@ from quadstep.metrics.quantities import position_axes, position_errors, rotor_co
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import COMMANDED, Panel, Track
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import after, listed, number, of_angle, percent, quantity
+from quadstep.report.units import listed, number, of_angle, percent, quantity, unit_suffix
 
 Numbers = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def of_others(panels: list[Panel], t: Numbers) -> str:
 def angle(value: float) -> str:
     """An angle [rad] in what people see it in."""
     unit, factor = of_angle("rad", value)
-    return number(factor * value) + after(unit)
+    return number(factor * value) + unit_suffix(unit)
 
 
 def at(t: Numbers, place: int) -> str:

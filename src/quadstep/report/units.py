@@ -29,7 +29,7 @@ MEASURE = re.compile(r"(?<=[\d\]∞⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=(?:%|[nµmkM
 POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def parts(match: re.Match[str], letters: bool) -> tuple[str, list[str], list[str]] | None:
+def name_parts(match: re.Match[str], letters: bool) -> tuple[str, list[str], list[str]] | None:
     """Letter, accents and subscripts of a name, None if it is a word. letters: whether one letter alone is a symbol."""
     name, digit, tail = match.groups()
     low = [one for one in (digit, *tail.split("_")) if one]
@@ -43,7 +43,7 @@ def label(text: str) -> str:
     """For Matplotlib's mathtext: every name, and every single letter, set as a symbol."""
 
     def symbol(match: re.Match[str]) -> str:
-        found = parts(match, letters=True)
+        found = name_parts(match, letters=True)
         if found is None or (match[0] in UNITS and text[: match.start()].rstrip()[-1:].isdigit()):
             return match[0]
         letter, accents, low = found
@@ -62,7 +62,7 @@ def rich(text: str) -> str:
     """For HTML, escaped: every Greek name, and every letter with a digit or parts, set as a symbol."""
 
     def symbol(match: re.Match[str]) -> str:
-        found = parts(match, letters=False)
+        found = name_parts(match, letters=False)
         if found is None:
             return match[0]
         letter, accents, low = found
@@ -77,7 +77,7 @@ def typed(text: str) -> str:
     """For a terminal: Greek letters, a subscript right after them; names in Latin letters stay as they are."""
 
     def symbol(match: re.Match[str]) -> str:
-        found = parts(match, letters=False)
+        found = name_parts(match, letters=False)
         if found is None or found[0] == match[1]:
             return match[0]
         letter, accents, low = found
@@ -187,10 +187,10 @@ def quantity(value: float, unit: str = "-", digits: int = DIGITS) -> str:
     ('4.77 mm', '12.3 kN', '0.500')
     """
     unit, factor = handy(unit, abs(value))
-    return number(factor * value, digits) + after(unit)
+    return number(factor * value, digits) + unit_suffix(unit)
 
 
-def after(unit: str) -> str:
+def unit_suffix(unit: str) -> str:
     """A unit as it follows its number: after a space that does not break, but for degrees."""
     return "" if unit == "-" else unit if unit.startswith("°") else f"\u00a0{unit}"
 
@@ -210,7 +210,7 @@ def interval(value: float, low: float, high: float, unit: str = "-", largest: fl
     >>> interval(0.01234, 0.0119, 0.0128, "m"), interval(0.524, 0.51, 0.54, "rad")
     ('12.3 [11.9, 12.8] mm', '30 [29, 31]°')
     """
-    text, below, above, unit = alike(value, low, high, unit, largest)
+    text, below, above, unit = interval_texts(value, low, high, unit, largest)
     if not (math.isnan(low) or math.isnan(high) or low == value == high):
         text = f"{text} [{below}, {above}]"
     return text + unit
@@ -222,7 +222,7 @@ def estimate(value: float, low: float, high: float, unit: str = "-") -> str:
     >>> estimate(0.01234, 0.0119, 0.0128, "m")
     '12.3 mm'
     """
-    text, _, _, unit = alike(value, low, high, unit)
+    text, _, _, unit = interval_texts(value, low, high, unit)
     return text + unit
 
 
@@ -238,7 +238,7 @@ def in_one_unit(estimates: Sequence[tuple[float, float, float] | None], unit: st
     return ["–" if one is None else interval(*one, unit, largest if abs(one[0]) >= least else 0.0) for one in estimates]
 
 
-def alike(value: float, low: float, high: float, unit: str, largest: float = 0.0) -> tuple[str, str, str, str]:
+def interval_texts(value: float, low: float, high: float, unit: str, largest: float = 0.0) -> tuple[str, str, str, str]:
     """A number and the ends of its interval with as many decimals, and the unit that follows them, if there is one. largest:
     of what has the same unit beside it.
     """
@@ -249,7 +249,7 @@ def alike(value: float, low: float, high: float, unit: str, largest: float = 0.0
     plain = 1e-3 <= largest < 1e6 and value
     places = max(0, digits - 1 - math.floor(math.log10(factor * abs(value)))) if plain and math.isfinite(value) else None
     text, below, above = (number(factor * one, digits, places) for one in (value, low, high))
-    return text, below, above, after(unit)
+    return text, below, above, unit_suffix(unit)
 
 
 def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:

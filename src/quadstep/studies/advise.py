@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.changes import NOISY, Advice, changes, lags, loud, with_advice, written
+from quadstep.identify.changes import NOISY, Advice, changed_parameters, changes, lags, loud, with_advice
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
 from quadstep.identify.measured import MeasuredLoop, degrees, hertz, measured, spelled
@@ -22,10 +22,10 @@ from quadstep.io import __version__, files
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import FORMATS, Format
 from quadstep.io.run_record import FIGURES
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Channel
-from quadstep.linear.tables import Open, draw_bode
+from quadstep.linear.tables import OpenLoop, draw_bode
 from quadstep.linear.transfer import harmonic, opened
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
 from quadstep.metrics.statistics import student_quantile
@@ -55,11 +55,11 @@ def advise(
     if now.phase is None:
         by_plant = measured(behind.loop) if behind and behind.explains and not now.open else now
         if by_plant.phase is None:
-            raise UserError(untold(path, flight, now))
+            raise UserError(why_no_phase_margin(path, flight, now))
         now = by_plant._replace(by_plant=True)
     identity = hashlib.sha256(files.read_bytes(path, files.LOG) + repr((columns, mission)).encode()).hexdigest()
     model, advice = modelled(mission, flight) if mission else None, changes(flight, now, behind)
-    new, loaded = written(flight, advice) if advice else {}, ""
+    new, loaded = changed_parameters(flight, advice) if advice else {}, ""
     with publishing(folder, f"advise-{identity}", overwrite) as out:
         if new and flight.loop:
             form: Format = FORMATS.load(flight.loop.form)
@@ -84,7 +84,7 @@ def advise_dropped(log: Path, name: str, root: Path) -> Path:
     return folder
 
 
-def untold(path: Path, flight: Excited, now: MeasuredLoop) -> str:
+def why_no_phase_margin(path: Path, flight: Excited, now: MeasuredLoop) -> str:
     """Why a log tells no phase margin."""
     omega = flight.measured.omega
     where = f"{path}: {flight.source[-1]}: between {omega[0]:.3g} and {omega[-1]:.3g} rad/s, which were excited, "
@@ -112,7 +112,7 @@ def modelled(path: Path, flight: Excited) -> ModelledLoop:
     """The loop that a mission models. Raises UserError where it has none, or no such command."""
     mission = read_mission(path)
     try:
-        found = studied(mission).analysis
+        found = analyse_rest(mission).analysis
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     names = [one.name for one in found.channels]
@@ -169,7 +169,7 @@ def evidence(
     )  # fmt: skip
 
 
-def loops(flight: Excited, model: ModelledLoop | None, advice: Advice | None) -> Open:
+def loops(flight: Excited, model: ModelledLoop | None, advice: Advice | None) -> OpenLoop:
     """The open loop as measured, with its interval, as it would be with what is advised, and as modelled."""
     found = flight.measured
     drawn = {"measured": found.opened}
@@ -179,7 +179,7 @@ def loops(flight: Excited, model: ModelledLoop | None, advice: Advice | None) ->
         drawn["modelled"] = model.loop
     half = np.array([student_quantile(0.975, float(freedom)) for freedom in found.freedom]) * found.opened_error
     channels = tuple(Channel(name, "") for name in drawn)
-    return Open(channels, found.omega, np.stack([*drawn.values()], axis=1), half / np.abs(found.opened))
+    return OpenLoop(channels, found.omega, np.stack([*drawn.values()], axis=1), half / np.abs(found.opened))
 
 
 def caption(now: MeasuredLoop, advice: Advice | None) -> str:
@@ -265,14 +265,17 @@ def following(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Sequ
         return [f"{first}: no change of its gains is advised." if now.sound else f"{first}. No change is advised."]
     if advice.factor != 1.0 and flight.loop and flight.loop.bypassed(flight.parameters):
         return [f"{first}. Its feed-forward bypasses the gains, so that no factor on them is advised."]
-    return [f"{first}. {brought(flight, advice)}"]
+    return [f"{first}. {expected_result(flight, advice)}"]
 
 
-def brought(flight: Excited, advice: Advice) -> str:
+def expected_result(flight: Excited, advice: Advice) -> str:
     """What is advised and what it would bring, in a sentence."""
     expected = advice.expected
     assert expected.phase
-    gains = ", ".join(name for name in written(flight, advice) if name not in advice.others) or "All gains of this command"
+    gains = (
+        ", ".join(name for name in changed_parameters(flight, advice) if name not in advice.others)
+        or "All gains of this command"
+    )
     changed = [flight.loop.changed(name, *both) for name, both in advice.others.items()] if flight.loop else []
     scaled = [f"{gains} times {advice.factor:.2f}"] if advice.factor != 1.0 else []
     phase = degrees(expected.phase.value)

@@ -14,7 +14,7 @@ from pathlib import Path
 from urllib.parse import parse_qs
 
 from quadstep.io import files
-from quadstep.page.serve import KINDS, POLICY, Answer, Handler, Server, bound
+from quadstep.page.serve import KINDS, POLICY, Answer, Handler, Server, bound_server
 from quadstep.page.sharing import Access
 from quadstep.report import units
 from quadstep.report.markup import page_text, paragraph, subheading, table
@@ -125,7 +125,7 @@ def board(room: Room, member: Member) -> str:
 def class_server(room: Room, port: int, access: Access) -> Server:
     """A server of a class. Raises UserError."""
     shared = {"room": room, "access": access, "open": Counter(), "counting": threading.Lock()}
-    return bound(port, access.host, type("RoomHandler", (ClassHandler,), shared))
+    return bound_server(port, access.host, type("RoomHandler", (ClassHandler,), shared))
 
 
 def serve_class(file: Path, root: Path, port: int, access: Access, ready: Callable[[dict[str, str]], None]) -> None:

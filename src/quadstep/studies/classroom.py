@@ -35,7 +35,7 @@ from quadstep.io.user_code import refuse
 from quadstep.metrics.requirements import Requirement, with_full_names
 from quadstep.metrics.verdict import graded, scalars
 from quadstep.mission.check import check
-from quadstep.mission.fields import Positive, Section, as_tuple, dotted, parts, plain, with_value
+from quadstep.mission.fields import Positive, Section, as_tuple, dotted, key_parts, plain, with_value
 from quadstep.mission.listings import commented, learning_numbers, net_lines, rounded, written
 from quadstep.mission.own_controller import PilotedSection
 from quadstep.mission.read import check_mission, read_mission
@@ -45,7 +45,7 @@ from quadstep.page.folder import manifest, names_files
 from quadstep.report.pool import end_with_parent, starting
 from quadstep.report.publish import MANIFEST, write_json, write_log
 from quadstep.studies.fly import metric_names
-from quadstep.studies.lessons import within
+from quadstep.studies.lessons import nested_values
 from quadstep.studies.tuning.gains import filled_in
 
 SUBMISSION = files.FileKind("a submission", 64_000)
@@ -267,7 +267,7 @@ def submitted(text: str, ground: Ground) -> Mission:
         if names_files({key.rpartition(".")[2]: value}):
             raise UserError(f"{cut(key, 60)}: names a file, which a class does not read")
     for key in ground.free:
-        kind, own = (within(table, [*parts(key), "type"]) for table in (given, ground.usual))
+        kind, own = (nested_values(table, [*key_parts(key), "type"]) for table in (given, ground.usual))
         if kind not in (None, own):  # of another type, nothing of the class's table is left
             content = with_value(content, key, {"type": kind}, ground.usual)
     for key, value in leaves.items():

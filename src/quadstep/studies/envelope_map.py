@@ -227,7 +227,7 @@ def draw_panel(axes: Axes, asked: Request, cells: Cells, place: int, norm: LogNo
         image[~good & (cause == number), :3] = float(LOOKS[name][0])
     if norm:
         image[good] = colormaps[COLOURS](norm(np.maximum(cells.rmse[place][good], LEAST)))
-    left, right, bottom, top = *ends(asked.x), *ends(asked.y)
+    left, right, bottom, top = *axis_ends(asked.x), *axis_ends(asked.y)
     axes.imshow(image, extent=(left, right, bottom, top), origin="lower", aspect="auto", interpolation="none")
     across, up = edges(asked.x), edges(asked.y)
     for number, name in enumerate(CAUSES):
@@ -248,7 +248,7 @@ def draw_panel(axes: Axes, asked: Request, cells: Cells, place: int, norm: LogNo
             axis.set_ticks(range(0, len(given.values), every), [as_typed(one) for one in given.values[::every]])
 
 
-def ends(axis: MapAxis) -> tuple[float, float]:
+def axis_ends(axis: MapAxis) -> tuple[float, float]:
     """Where an axis begins and ends: half a cell beyond its values. Listed values are 0, 1, 2, ..."""
     edge = edges(axis)
     return float(edge[0]), float(edge[-1])

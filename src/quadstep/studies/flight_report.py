@@ -30,7 +30,7 @@ def write_report(
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
     early, if known.
     """
-    drawn, counted = [Figure(name, caption) for name, caption in figures.items()], since(mission)
+    drawn, counted = [Figure(name, caption) for name, caption in figures.items()], errors_since(mission)
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
@@ -50,7 +50,7 @@ def write_report(
     path.write_text(found.html(path.parent), encoding="utf-8")
 
 
-def since(mission: "Mission") -> str:
+def errors_since(mission: "Mission") -> str:
     """From when errors count, to follow one, where that is not the start."""
     return f" from {mission.scored_from:g} s on (score_from)" if mission.scored_from else ""
 
@@ -61,7 +61,7 @@ def cut(mission: "Mission") -> str:
 
 
 def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -> str:
-    """How it went, in a sentence. counted: from when errors are, as `since` has it, and how much is flown, as `cut` has it."""
+    """How it went, in a sentence. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`."""
     if log.outcome is not Outcome.COMPLETED:
         said = f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
         return f"{said} {of_log(log)}" if len(log.rows) else said
@@ -77,7 +77,7 @@ def of_log(log: FlightLog) -> str:
 
 
 def facts(metrics: Metrics, counted: str = "") -> list[markup.Fact]:
-    """The numbers that say most, as far as the flight has them. counted: from when errors are, as `since` has it."""
+    """The numbers that say most, as far as the flight has them. counted: from when errors are, as `errors_since` has it."""
     found = []
     if "position" in metrics:
         largest = cast("float | None", metrics.get("largest_error[m]")) or max(

@@ -31,7 +31,7 @@ from quadstep.report.panels import chosen_jobs, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
-from quadstep.studies.flight_report import cut, error_rows, of_log, since, write_report
+from quadstep.studies.flight_report import cut, error_rows, errors_since, of_log, write_report
 
 REPORT = "report.html"
 
@@ -101,7 +101,7 @@ def fly_mission(
     if piloting is not None:
         mission = under(piloting, mission)
         plan = plan_mission(mission, path)
-    found = matching(mission, plan)
+    found = autopilot_matching(mission, plan)
     pilot = piloting or Piloting("")
     if found is not None:
         pilot.said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
@@ -132,7 +132,7 @@ def keep(found: Matching, folder: Path, said: Callable[[str], None]) -> None:
         said(f"warning: {error}")
 
 
-def matching(mission: Mission, plan: FlightPlan) -> Matching | None:
+def autopilot_matching(mission: Mission, plan: FlightPlan) -> Matching | None:
     """What the autopilot that flies a mission must be told of its vehicle; None where none flies it."""
     return mission.controller.matching(plan) if isinstance(mission.controller, PilotedSection) else None
 
@@ -155,14 +155,14 @@ def fly_planned(
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
     required = with_full_names(required, metric_names(mission, plan)) if required else []
     if sheet and sheet.signals:
-        sheet.check_signals(labels_of(mission.figures(unflown(plan, 1.0))))  # before it is flown
+        sheet.check_signals(labels_of(mission.figures(log_before_flight(plan, 1.0))))  # before it is flown
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = fly_logged(plan, engine, told)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, why, since(mission) + cut(mission))
+    summary = summarise(mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission))
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -227,11 +227,11 @@ def fly_logged(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
 
 def metric_names(mission: Mission, plan: FlightPlan) -> list[str]:
     """The metrics of a flight before it is flown: those of a log of zeros."""
-    metrics, _ = mission.plant_metrics(unflown(plan, 0.0))
+    metrics, _ = mission.plant_metrics(log_before_flight(plan, 0.0))
     return [*scalars(metrics), *(one.full_name for one in mission.own_metrics)]
 
 
-def unflown(plan: FlightPlan, value: float) -> FlightLog:
+def log_before_flight(plan: FlightPlan, value: float) -> FlightLog:
     """A log with the columns of a flight, before it is flown: its first and its last row, of one value."""
     columns, ticks = plan.loop.columns, plan.ticks
     rows = np.full((2, len(columns)), value)
@@ -269,7 +269,7 @@ def summarise(
     counted: str = "",
 ) -> FlightSummary:  # fmt: skip
     """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known.
-    counted: from when errors are, as `since` has it, and how much is flown, as `cut` has it.
+    counted: from when errors are, as `errors_since` has it, and how much is flown, as `cut` has it.
     """
     rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics)]
     facts = [

@@ -22,7 +22,7 @@ from quadstep.report.panels import flight_jobs
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
 from quadstep.report.units import rich
-from quadstep.studies.flight_report import cut, since
+from quadstep.studies.flight_report import cut, errors_since
 from quadstep.studies.fly import FlightSummary, summarise, write_results
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ class Flight(FlightLog):
 
     def _summary(self) -> FlightSummary:
         """The summary that the command line prints."""
-        counted = since(self.mission) + cut(self.mission) if self.mission else ""
+        counted = errors_since(self.mission) + cut(self.mission) if self.mission else ""
         return summarise(self.name, self, self.metrics(), self.warnings, [], counted=counted)
 
     def _jobs(self) -> list[FigureJob]:

@@ -17,7 +17,7 @@ from quadstep.metrics.registry import SOUND
 from quadstep.metrics.requirements import Requirement, judge, with_full_names
 from quadstep.metrics.verdict import Case, scalars
 from quadstep.mission.check import check
-from quadstep.mission.fields import Finite, Name, Section, as_tuple, dotted, parts, plain
+from quadstep.mission.fields import Finite, Name, Section, as_tuple, dotted, key_parts, plain
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.studies.interface import fly
@@ -82,7 +82,7 @@ def tasks(lesson: str, source: Path = OWN) -> list[LessonTask]:
 def checked(asked: list[LessonTask], mission: Mission) -> list[Checked]:
     """Tasks held against a mission, which flies once, if it is the mission of one of them. Raises UserError."""
     content = plain(mission.model_dump())
-    strange = [differing(one, mission, content) for one in asked]
+    strange = [differing_keys(one, mission, content) for one in asked]
     if all(strange):
         return [Checked(one, cases, True) for one, cases in zip(asked, strange, strict=True)]
     measured = flown(mission, any(one.grade for one in asked))
@@ -106,7 +106,7 @@ def flown(mission: Mission, rest: bool) -> MeasuredMission:
     return MeasuredMission(scalars(flight.metrics()), grade(mission) if rest else None, lost)
 
 
-def differing(task: LessonTask, mission: Mission, content: object) -> tuple[Case, ...]:
+def differing_keys(task: LessonTask, mission: Mission, content: object) -> tuple[Case, ...]:
     """Keys in which a mission is another than the task's."""
     found = []
     for key, wanted in task.same.items():
@@ -116,14 +116,14 @@ def differing(task: LessonTask, mission: Mission, content: object) -> tuple[Case
     if task.own and not mission.controller.own:
         law = shown(mission.controller.type)
         found.append(Case("controller.type", wrong("controller.type", "a law of your own, FILE.py:NAME", law)))
-    return tuple(found or meddled(task, mission))
+    return tuple(found or changed_keys(task, mission))
 
 
-def meddled(task: LessonTask, mission: Mission) -> list[Case]:
+def changed_keys(task: LessonTask, mission: Mission) -> list[Case]:
     """Keys that a task neither names nor leaves to the student, and that are not as they are by default."""
     if task.free is None:
         return []
-    named = [parts(key) for key in (*task.same, *task.free, *task.most, *HARMLESS)]
+    named = [key_parts(key) for key in (*task.same, *task.free, *task.most, *HARMLESS)]
     given, *full = (cast("dict[str, object]", plain(mission.model_dump(exclude_unset=unset))) for unset in (True, False))
     try:
         full.append(cast("dict[str, object]", plain(check_mission(only(given, named), "", mission.folder).model_dump())))
@@ -173,15 +173,15 @@ def wrong(what: str, wanted: str, found: str) -> str:
 
 def at(mission: Mission, content: object, key: str) -> object:
     """The value of a dotted key, also of a gain that the mission leaves out; None where there is none."""
-    first, *names = parts(key)
-    value = within(content, [first, *names])
+    first, *names = key_parts(key)
+    value = nested_values(content, [first, *names])
     if value is None and first == "controller" and names:
         with suppress(UserError):
             return plain(looked_up(mission, names, key))
     return value
 
 
-def within(content: object, names: list[str]) -> object:
+def nested_values(content: object, names: list[str]) -> object:
     """What tables and lists have under these names; None where they do not."""
     for part in names:
         if isinstance(content, dict):

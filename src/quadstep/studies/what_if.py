@@ -19,7 +19,7 @@ from quadstep.engines.fly import fingerprint, fly_all
 from quadstep.interfaces.closed_loop import Advance
 from quadstep.interfaces.controller import Controller, Measured
 from quadstep.io import code_cache
-from quadstep.io.errors import UserError, meant, number_in, shorten
+from quadstep.io.errors import UserError, did_you_mean, number_in, shorten
 from quadstep.io.parameter_files import FORMATS, read_parameters
 from quadstep.io.parts import code_digest
 from quadstep.linear.grade import whole_grade
@@ -36,7 +36,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.tuning.gains import with_numbers
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
 from quadstep.studies.tuning.objective import CandidateFlights
-from quadstep.studies.what_if_report import STEP, Asked, Side, evidence, picture
+from quadstep.studies.what_if_report import STEP, Question, Side, evidence, picture
 
 HEIGHT, BEGIN, DURATION = 3.0, 1.0, 8.0
 """Of the step: where it is flown [m], its time, and the flights' [s]."""
@@ -117,13 +117,13 @@ def suffixes(law: type[Controller]) -> tuple[str, ...]:
     return found
 
 
-def law_of(asked: Asked) -> type[Controller]:
+def law_of(asked: Question) -> type[Controller]:
     """The stock law whose parameters change. Raises UserError where there is none."""
     laws = laws_of(asked.file)
     known, named = [key for law in laws for key in law.by_key()], ", ".join(law.name for law in laws)
     for name in asked.changes:
         if name not in known:
-            raise UserError(f"{name} is not a parameter of {named}{meant(name, known)}")
+            raise UserError(f"{name} is not a parameter of {named}{did_you_mean(name, known)}")
     fitting = [law for law in laws if all(name in law.by_key() for name in asked.changes)]
     if not fitting:
         raise UserError(f"{units.listed(list(asked.changes))} are not parameters of the same law")
@@ -132,7 +132,7 @@ def law_of(asked: Asked) -> type[Controller]:
     return next((law for law in fitting if law.name == asked.file), fitting[0])
 
 
-def question(asked: Asked, law: type[Controller], folder: Path) -> Content:
+def question(asked: Question, law: type[Controller], folder: Path) -> Content:
     """The calm mission, before. folder: of the parameter file and the vehicle's. Raises UserError."""
     rest = [0.0, 0.0, HEIGHT]
     table: Content = {"type": law.name}
@@ -149,7 +149,7 @@ def question(asked: Asked, law: type[Controller], folder: Path) -> Content:
     }
 
 
-def in_gusts(content: Content, asked: Asked, before: Mapping[str, float]) -> Content:
+def in_gusts(content: Content, asked: Question, before: Mapping[str, float]) -> Content:
     """The mission in wind from every side, whose gains are those that change; before: what they are, by key."""
     rest, wind = [0.0, 0.0, HEIGHT], asked.wind
     ends = {key: sorted((one, asked.changes[key.removeprefix("controller.")])) for key, one in before.items()}
@@ -169,7 +169,7 @@ def in_gusts(content: Content, asked: Asked, before: Mapping[str, float]) -> Con
     }
 
 
-def both(
+def flights_before_and_after(
     ground: CandidateFlyer, before: Mapping[str, float], after: Mapping[str, float], count: int, progress: Advance
 ) -> list[CandidateFlights]:
     """The flights in gusts before and after. Those before are kept, and flown once for many changes: a flight depends on its
@@ -192,7 +192,7 @@ def both(
 
 
 def answer(
-    asked: Asked, out: Path, overwrite: bool = False, progress: Progress = SILENT, sheet: Sheet | None = None,
+    asked: Question, out: Path, overwrite: bool = False, progress: Progress = SILENT, sheet: Sheet | None = None,
     paged: bool = False,
 ) -> Evidence:  # fmt: skip
     """Answer a question, and write the folder `out`. paged: with a page. Raises UserError."""
@@ -212,7 +212,7 @@ def answer(
         drawn = pool.submit(picture(*steps).draw, draft, (sheet or Sheet()).shown())  # while all else is computed
         gusts = asked_of(here / asked.file, "", in_gusts(content, asked, before), here, apart=False)
         ground = CandidateFlyer(gusts, asked.seed)
-        flown = both(ground, before, after, asked.flights, Count(progress, 2 * asked.flights).add)
+        flown = flights_before_and_after(ground, before, after, asked.flights, Count(progress, 2 * asked.flights).add)
         sides = tuple(Side(step, whole_grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))
         found = evidence(asked, law, mission, before, (sides[0], sides[1]))
         drawn.result()

@@ -33,7 +33,7 @@ STEP = 0.5
 """Size of the step in calm air, ahead and to the left [m]."""
 
 
-class Asked(NamedTuple):
+class Question(NamedTuple):
     """A question. file: of parameters, or the law's name for its defaults. changes: by name. vehicle: a preset, or its file.
 
     wind: largest mean wind along each horizontal axis, and that which sets the turbulence [m/s]. within: further than this
@@ -91,7 +91,7 @@ def failing(sides: tuple[Side, Side], flights: int) -> tuple[Estimate, Estimate,
 
 
 def evidence(
-    asked: Asked, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
+    asked: Question, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
 ) -> Evidence:
     failed = failing(sides, asked.flights)
     measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
@@ -147,7 +147,7 @@ def evidence(
         ],
         figures=[Figure(PICTURE, caption(steps), label="Step")],
         sections=tables,
-        warnings=[*unseen(asked), *mission.controller.warnings(mission.modelled)],
+        warnings=[*hidden_effects(asked), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
         whose="the hovering loop with the change",
     )
@@ -167,7 +167,7 @@ def caption(steps: Sequence[dict[str, float]]) -> str:
     return f"A step of {STEP:g} m along x and y in calm air: {'; '.join(said)}."
 
 
-def unseen(asked: Asked) -> list[str]:
+def hidden_effects(asked: Question) -> list[str]:
     """What the flights do not show of a change, as a warning."""
     more = asked.unmodelled
     if not more:

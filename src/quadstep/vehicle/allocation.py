@@ -89,7 +89,7 @@ def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque:
 
     These are the commanded ones unless a rotor is at a limit; see the module. Every rotor must carry part of the thrust.
     """
-    alike, asked = even(geometry), (thrust, torque, allocation)
+    alike, asked = shares_evenly(geometry), (thrust, torque, allocation)
     return shortcut(asked, plain, partial(within_limits, alike)) if alike else within_limits(alike, asked)
 
 
@@ -158,7 +158,7 @@ def thrusts_of(allocation: Allocation, speeds: Vector) -> Vector:
     return Vector(allocation.thrust * speed * speed for speed in speeds)
 
 
-def even(geometry: Geometry) -> bool:
+def shares_evenly(geometry: Geometry) -> bool:
     """Whether a thrust without torque is shared evenly by all rotors, whatever their coefficients."""
     axes = [Vector(mount.axis) for mount in geometry.mounts]
     levers = total(cross(Vector(mount.position), axis) for mount, axis in zip(geometry.mounts, axes, strict=True))
@@ -167,7 +167,7 @@ def even(geometry: Geometry) -> bool:
     return max(upward) - min(upward) < 1e-9 and levers.norm() < 1e-9 and spins.norm() < 1e-9
 
 
-def fitting(part: Number, low: Number, high: Number) -> Number:
+def largest_fitting_share(part: Number, low: Number, high: Number) -> Number:
     """The largest share in [0, 1] of `part` that stays between `low` and `high`, which lie on either side of zero."""
     up = part > 0.0
     return share_within(absolute(part), where(up, high, -low), where(up, absolute(high), absolute(low)))
@@ -183,7 +183,7 @@ def share_within(asked: Number, room: Number, size: Number) -> Number:
 
 def fitting_all(parts: list[Number], bases: list[Number], low: Number, high: Number) -> Number:
     """The largest share of all `parts` with which every `base + share part` stays between `low` and `high`."""
-    return smallest(fitting(part, low - base, high - base) for part, base in zip(parts, bases, strict=True))
+    return smallest(largest_fitting_share(part, low - base, high - base) for part, base in zip(parts, bases, strict=True))
 
 
 def clamped(x: Number, low: Number, high: Number) -> Number:

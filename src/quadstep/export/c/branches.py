@@ -10,7 +10,15 @@ from collections.abc import Mapping, Sequence
 from heapq import heappop, heappush
 from typing import NamedTuple, cast
 
-from quadstep.export.c.structs import StoredStructures, as_given, as_struct, fields_of, found, placed, stored
+from quadstep.export.c.structs import (
+    StoredStructures,
+    as_given,
+    as_struct,
+    fields_of,
+    place_in_memory,
+    stored,
+    structure_in_memory,
+)
 from quadstep.numbers import Matrix, Structure, Vector, flatten
 from quadstep.numbers.operation import OPERATIONS
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
@@ -54,7 +62,7 @@ class ScanRecord(RowRecord):
         counter = self.index(TURN)
         begin = as_struct(carry, "carry")
         given = shaped(rows, iter([self.in_memory(one).row(counter) for one in matrices(rows)]))
-        after, made = step(cast(C, as_given(found(self, begin, f"{counter}."), carry)), given)
+        after, made = step(cast(C, as_given(structure_in_memory(self, begin, f"{counter}."), carry)), given)
         same_shape(after, len(flatten(begin)))
         lines = {f"made_{k}": line for k, line in enumerate(matrices(made))}
         memory = {**fields_of(begin), **{name: Matrix([line] * count) for name, line in lines.items()}}
@@ -66,10 +74,10 @@ class ScanRecord(RowRecord):
         node = self.place(SCAN, *sorted(taken.union(one.place for one in (*first.numbers, *first.arrays))), text=counter)
         self.scans[node] = Scan(counter, getattr(step, "__name__", "turn"), count, backwards, whole, first, turn)
         columns = [
-            RowMatrix.found(self, (count, len(line)), placed(self, f"{counter}.{name}", (node,)))
+            RowMatrix.found(self, (count, len(line)), place_in_memory(self, f"{counter}.{name}", (node,)))
             for name, line in lines.items()
         ]
-        last = as_given(found(self, begin, f"{counter}.", (node,)), carry)
+        last = as_given(structure_in_memory(self, begin, f"{counter}.", (node,)), carry)
         return cast(C, last), shaped(made, iter(columns))
 
 

@@ -203,7 +203,7 @@ class Library:
         return [*state.memory, *command]
 
 
-def remembering(function: Callable[[Array], list[float]]) -> Callable[[Array], list[float]]:
+def memoised(function: Callable[[Array], list[float]]) -> Callable[[Array], list[float]]:
     """The function, which returns the same answer when called again with the same input: lanes pad a block with one flight."""
     asked, answer = b"", [0.0]
 
@@ -226,7 +226,7 @@ def through_c(plan: Planned, precise: bool) -> Iterator[tuple[Compiled, Compiled
     law = exported(plan, precise, logged=True)
     with tempfile.TemporaryDirectory(prefix="quadstep-c-") as folder:
         library = Library(law, Path(folder))
-        handle = register(remembering(library.answer))
+        handle = register(memoised(library.answer))
         try:
             controller = plan.loop.controller
             memory = controller.start(law.subject.measured, law.subject.gains)

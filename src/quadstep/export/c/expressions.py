@@ -7,7 +7,7 @@ from collections import Counter
 from typing import NamedTuple
 
 from quadstep.export.c.branches import HALVES, Branches, ScanRecord
-from quadstep.export.c.structs import INDENT, bare, literal
+from quadstep.export.c.structs import INDENT, literal, unbracketed
 from quadstep.program.assignments import CONSTANT, INPUT
 from quadstep.program.operations import CONDITIONS, in_c
 from quadstep.program.rows import LEFT
@@ -100,7 +100,7 @@ class Expressions:
         word = node.operation.startswith("word ")
         texts = [self._bits(operand) if word else self.text(operand) for operand in node.operands]
         called = in_c(node.operation, texts).startswith("qs_")
-        return in_c(node.operation, list(map(bare, texts)) if called else texts)
+        return in_c(node.operation, list(map(unbracketed, texts)) if called else texts)
 
     def _bits(self, place: int) -> str:
         """An operand of an operation on words: a constant is one too."""
@@ -153,8 +153,8 @@ class Statements(Expressions):
         sides = [[line for one in side if one not in self.with_last for line in self._number(one)] for side in own]
         if len(choices) == 1 and not any(sides):
             return [self._local(place)]
-        text, origin = bare(self.text(self.nodes[place].operands[0])), self._origin(choices[0])
-        values = [[bare(self.text(self.nodes[one].operands[number])) for one in choices] for number in (1, 2)]
+        text, origin = unbracketed(self.text(self.nodes[place].operands[0])), self._origin(choices[0])
+        values = [[unbracketed(self.text(self.nodes[one].operands[number])) for one in choices] for number in (1, 2)]
         names = [self.name(one) for one in choices]
         self.names |= dict(zip(choices, names, strict=True))
         blocks = [
@@ -170,14 +170,14 @@ class Statements(Expressions):
         return self.naming.origins.get(place, "")
 
     def _local(self, place: int) -> CStatement:
-        text = bare(self.expression(place))
+        text = unbracketed(self.expression(place))
         name = self.name(place)
         self.names[place] = name
         return CStatement([f"const {self.kind(place)} {name} = {text};"], self.taken_reads(), self._origin(place))
 
     def _sine_cosine(self, *pair: int) -> CStatement:
         (angle,) = self.nodes[pair[0]].operands
-        text = bare(self.text(angle))
+        text = unbracketed(self.text(angle))
         name = self.name(-1, "turn")
         self.halves |= {place: f"{name}.{HALVES[self.nodes[place].operation]}" for place in pair}
         return CStatement(

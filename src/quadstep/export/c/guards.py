@@ -67,7 +67,7 @@ def guards(exported: Exported) -> list[str]:
         )
 
     call = "params, {memory}measured, reference, ((real)clock->tick) * clock->step, clock->period".replace("{memory}", memory)
-    made, finite_command = saturated(exported), all_finite(exported, commanded_quantities(exported))
+    made, finite_command = saturation_status(exported), all_finite(exported, commanded_quantities(exported))
     texts = {
         "reset": "    const {name}_command nothing = {0};\n    state->held = nothing;\n    state->ready = 0u;\n".replace(
             "{name}", name
@@ -78,7 +78,7 @@ def guards(exported: Exported) -> list[str]:
             f"        start_step(params, {memory}measured);\n        state->ready = 1u;\n    }}\n"
             f"    else\n    {{\n        status = {upper}_NOT_FINITE;\n    }}\n    return status;\n"
         ),
-        "enter": entering(exported, memory),
+        "enter": enter_body(exported, memory),
         **{
             loop: (
                 f"    uint32_t status = {upper}_OK;\n{refuse(loop)}"
@@ -98,7 +98,7 @@ def guards(exported: Exported) -> list[str]:
     return [f"{lines[what]}\n{{\n{texts[what]}}}" for what in lines]
 
 
-def entering(exported: Exported, memory: str) -> str:
+def enter_body(exported: Exported, memory: str) -> str:
     """The body of enter(): of the law's own, or that of start(); the present command is held."""
     name, upper, own = exported.name, exported.name.upper(), "enter" in exported.code.functions
     step = f"enter_step(params, {memory}measured, reference)" if own else f"start_step(params, {memory}measured)"
@@ -116,7 +116,7 @@ def entering(exported: Exported, memory: str) -> str:
     )
 
 
-def checked(exported: Exported, what: str) -> list[Run]:
+def checked_numbers(exported: Exported, what: str) -> list[Run]:
     """The numbers that a function takes from its inputs."""
     told = (("measured", measured_part(exported.subject.measured)), ("reference", exported.subject.reference))
     return [run for pointer, value in told for run in runs(pointer, value, fields_read(exported, [what], pointer, value))]
@@ -154,13 +154,13 @@ def runs(pointer: str, structure: Structure, taken: list[str]) -> list[Run]:
 
 def few(exported: Exported) -> bool:
     """Whether the numbers to test are few enough to be summed inline."""
-    whole = [checked(exported, what) for what in ("start", *loops(exported), "law")]
+    whole = [checked_numbers(exported, what) for what in ("start", *loops(exported), "law")]
     return sum(len(run.names) for run in (*(run for found in whole for run in found), *commanded_quantities(exported))) <= FEW
 
 
 def told_finite(exported: Exported, what: str) -> str:
     """The test that a function's inputs are finite; empty if it takes none."""
-    return all_finite(exported, checked(exported, what) if few(exported) else joined(exported, what))
+    return all_finite(exported, checked_numbers(exported, what) if few(exported) else joined(exported, what))
 
 
 def all_finite(exported: Exported, found: list[Run]) -> str:
@@ -179,7 +179,7 @@ def commanded_quantities(exported: Exported) -> list[Run]:
     return runs("command", command, [name for name in fields_of(command) if name in ASKED or name not in COMMAND_WORDS])
 
 
-def saturated(exported: Exported) -> str:
+def saturation_status(exported: Exported) -> str:
     """The status of made()."""
     upper = exported.name.upper()
     wanted, given = fields_of(exported.code.command), fields_of(exported.code.made)

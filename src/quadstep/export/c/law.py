@@ -7,7 +7,7 @@ from math import isnan, prod
 from typing import NamedTuple, cast
 
 from quadstep.export.c.comments import NamedRecord
-from quadstep.export.c.structs import StructOutput, as_array, as_given, as_struct, fields_of, found, stored
+from quadstep.export.c.structs import StructOutput, as_array, as_given, as_struct, fields_of, stored, structure_in_memory
 from quadstep.export.c.writing import CWriter
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.plant import Plant, Reference
@@ -146,13 +146,15 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
 
     def told(record: NamedRecord) -> tuple[Structure, Structure, Reference]:
         return (
-            found(record, gains, "params->gains"),
-            replaced(subject.measured, **fields_of(found(record, measured_part(subject.measured), "measured->"))),
-            cast(Reference, found(record, subject.reference, "reference->")),
+            structure_in_memory(record, gains, "params->gains"),
+            replaced(
+                subject.measured, **fields_of(structure_in_memory(record, measured_part(subject.measured), "measured->"))
+            ),
+            cast(Reference, structure_in_memory(record, subject.reference, "reference->")),
         )
 
     def remembered(record: NamedRecord) -> Structure:
-        return as_given(found(record, memory, "memory->"), begun)
+        return as_given(structure_in_memory(record, memory, "memory->"), begun)
 
     def start(record: NamedRecord) -> list[tuple[str, Structure]]:
         own, measured, _ = told(record)
@@ -175,8 +177,10 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         return [("command->", only(command, wanted)), ("memory->", as_struct(after, "memory"))]
 
     def made(record: NamedRecord) -> list[tuple[str, Structure]]:
-        vehicle = found(record, parameters, "params->vehicle")
-        return [("made->", as_struct(subject.plant.actuate(vehicle, found(record, example, "command->")), "values"))]
+        vehicle = structure_in_memory(record, parameters, "params->vehicle")
+        return [
+            ("made->", as_struct(subject.plant.actuate(vehicle, structure_in_memory(record, example, "command->")), "values"))
+        ]
 
     parameters = replaced(subject.parameters, gains=())
     example, rest = like(subject)

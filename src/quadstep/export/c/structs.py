@@ -46,7 +46,7 @@ def in_single(value: float) -> np.float32:
     return single
 
 
-def bare(text: str) -> str:
+def unbracketed(text: str) -> str:
     """An expression without its outer brackets."""
     if not text.startswith("("):
         return text
@@ -117,7 +117,7 @@ def as_given(value: Structure, like: Structure) -> Structure:
     return value if hasattr(like, "_fields") or not value else cast("tuple[Structure, ...]", value)[0]
 
 
-def unlike(value: Structure) -> bool:
+def has_mixed_shapes(value: Structure) -> bool:
     """Whether a tuple has parts of different shapes, each of which then becomes a separate member."""
     if not isinstance(value, tuple) or hasattr(value, "_fields"):
         return False
@@ -130,7 +130,7 @@ def parts_of(value: Structure) -> Mapping[str, Structure]:
     for name, field in fields_of(value).items():
         parts |= (
             {f"{name}_{i}": one for i, one in enumerate(cast("tuple[Structure, ...]", field))}
-            if unlike(field)
+            if has_mixed_shapes(field)
             else {name: field}
         )
     return parts
@@ -147,14 +147,14 @@ def members(value: Structure, comment: Callable[[str], str], path: str = "", dep
         if structs:
             inner = members(structs[0], comment, f"{place}.", depth + 1)
             size = "" if hasattr(field, "_fields") else f"[{len(structs)}]"
-            lines += [f"{indent}struct", f"{indent}{{", *inner, f"{indent}}} {name}{size};{remarked(comment(place))}"]
+            lines += [f"{indent}struct", f"{indent}{{", *inner, f"{indent}}} {name}{size};{end_comment(comment(place))}"]
             continue
         sizes = "".join(f"[{size}]" for size in array.sizes) if array else ""
-        lines.append(f"{indent}real {name}{sizes};{remarked(comment(place))}")
+        lines.append(f"{indent}real {name}{sizes};{end_comment(comment(place))}")
     return lines
 
 
-def remarked(text: str) -> str:
+def end_comment(text: str) -> str:
     """A comment at the end of a line; nothing for no text."""
     return f" /* {text} */" if text else ""
 
@@ -171,13 +171,13 @@ def initialiser(value: Structure, precise: bool, path: str = "", depth: int = 1)
             texts = ["\n".join(initialiser(one, precise, f"{path}{name}.", depth + 1)) for one in structs]
             lines += [f"{indent}.{name} =", indent + brackets[0], f"\n{indent}}},{{\n".join(texts), f"{indent}{brackets[1]},"]
         elif array is None:
-            lines.append(f"{indent}.{name} = {said(f'{path}{name}', Array((), (field,)), precise)},")
+            lines.append(f"{indent}.{name} = {array_literal(f'{path}{name}', Array((), (field,)), precise)},")
         else:
-            lines.append(f"{indent}.{name} = {said(f'{path}{name}', array, precise)},")
+            lines.append(f"{indent}.{name} = {array_literal(f'{path}{name}', array, precise)},")
     return lines
 
 
-def said(path: str, array: Array, precise: bool) -> str:
+def array_literal(path: str, array: Array, precise: bool) -> str:
     """A number, or an array's in braces. Raises UserError naming it where one does not fit."""
     try:
         return braced(array, precise) if array.sizes else number(array.entries[0], precise)
@@ -194,10 +194,10 @@ def braced(array: Array, precise: bool) -> str:
 
 
 def number(value: object, precise: bool) -> str:
-    return bare(literal(float(cast(float, value)), precise))
+    return unbracketed(literal(float(cast(float, value)), precise))
 
 
-def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...] = ()) -> Structure:
+def structure_in_memory(record: RowRecord, value: Structure, text: str, after: tuple[int, ...] = ()) -> Structure:
     """The structure as a law finds it in memory under this name (`memory->`): long arrays stay in memory.
 
     after: places of the numbers that produce it there; none if it exists beforehand.
@@ -205,24 +205,24 @@ def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...]
     if isinstance(value, Table):
         return record.table(text, value.size)
     if isinstance(value, Matrix | Vector) and is_long(value):
-        array = placed(record, text, after)
+        array = place_in_memory(record, text, after)
         if isinstance(value, Vector):
             return RowVector.found(record, len(value), array)
         return RowMatrix.found(record, (len(value), len(value.rows[0])), array)
     if isinstance(value, Vector | Matrix):
         entries = value.entries if isinstance(value, Vector) else value.rows
-        made = [found(record, entry, f"{text}[{i}]", after) for i, entry in enumerate(entries)]
+        made = [structure_in_memory(record, entry, f"{text}[{i}]", after) for i, entry in enumerate(entries)]
         return type(value)(cast(Any, made))  # numbers or vectors
     if isinstance(value, tuple):
-        return inner(value, lambda one, at: found(record, one, at, after), text)
-    return RecordedNumber(record, placed(record, text, after))
+        return inner(value, lambda one, at: structure_in_memory(record, one, at, after), text)
+    return RecordedNumber(record, place_in_memory(record, text, after))
 
 
 def is_long(value: Matrix | Vector) -> bool:
     return len(value) >= FEWEST_ROWS * (1 if isinstance(value, Matrix) else 2)
 
 
-def placed(record: RowRecord, text: str, after: tuple[int, ...]) -> int:
+def place_in_memory(record: RowRecord, text: str, after: tuple[int, ...]) -> int:
     """The place of the number in memory under this name."""
     return record.place(LEFT, *after, text=text) if after else record.found(INPUT, text=text)
 
@@ -232,7 +232,7 @@ def inner(value: tuple[Structure, ...], made: Callable[[Structure, str], Structu
     if hasattr(value, "_fields"):
         start = text if text[-1] in ">." else f"{text}."
         return value._make(made(field, start + name) for name, field in fields_of(value).items())  # type: ignore[attr-defined]
-    at = "_{}" if unlike(value) else "[{}]"
+    at = "_{}" if has_mixed_shapes(value) else "[{}]"
     return tuple(made(one, text + at.format(i)) for i, one in enumerate(value))
 
 
@@ -274,7 +274,7 @@ def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Store
     targets = {target for target, _ in waiting}
     settled = [(target, read_first(record, array, targets - {target})) for target, array in waiting]
     kept = [(target, array) for target, array in settled if array.array is None or record.nodes[array.array].text != target]
-    return StoredStructures(numbers, [StructOutput(target, looped(record, array)) for target, array in kept])
+    return StoredStructures(numbers, [StructOutput(target, row_loop(record, array)) for target, array in kept])
 
 
 def read_first(record: RowRecord, array: RowMatrix | RowVector, others: set[str]) -> RowMatrix | RowVector:
@@ -283,7 +283,7 @@ def read_first(record: RowRecord, array: RowMatrix | RowVector, others: set[str]
         return array
     if array.array is None and not others:
         return array
-    place = looped(record, array)
+    place = row_loop(record, array)
     if isinstance(array, RowVector):
         return RowVector.found(record, len(array), place)
     return RowMatrix.found(record, array.shape, place)
@@ -295,7 +295,7 @@ def same(value: Matrix) -> bool:
     return all(isinstance(one, float | int) and one == entries[0] for one in entries)
 
 
-def looped(record: RowRecord, value: RowMatrix | RowVector) -> int:
+def row_loop(record: RowRecord, value: RowMatrix | RowVector) -> int:
     """A loop that makes the rows of an array."""
     index = record.index()
     row = value.row(index) if isinstance(value, RowMatrix) else [value.entry(index)]

@@ -10,7 +10,7 @@ from collections import Counter
 
 from quadstep.export.c.branches import FILLED, SCAN, branches, pairs
 from quadstep.export.c.expressions import INDICES, CStatement, Statements, braced, commented
-from quadstep.export.c.structs import StoredStructures, StructOutput, bare, has_numbers, literal, members
+from quadstep.export.c.structs import StoredStructures, StructOutput, has_numbers, literal, members, unbracketed
 from quadstep.program.assignments import INPUT
 from quadstep.program.rows import LEFT, LoopBody
 
@@ -119,7 +119,7 @@ class CWriter(Statements):
         name = self.names[place] = self.name(place, "rows")
         columns = int(node.text.rpartition("[")[2][:-1])
         entries = [
-            f"{name}[{at // columns}][{at % columns}] = {bare(self.text(one))};" for at, one in enumerate(node.operands)
+            f"{name}[{at // columns}][{at % columns}] = {unbracketed(self.text(one))};" for at, one in enumerate(node.operands)
         ]
         return [CStatement([f"real {name}{node.text};", *entries], self.taken_reads(), self._origin(place))]
 
@@ -136,7 +136,7 @@ class CWriter(Statements):
         scan, last = self.record.scans[place], self.record.scans[place].turns - 1
         index = self.indices[scan.counter] = INDICES[self.depth]
         around, self.all_reads = self.all_reads, set()
-        begin = [f"{self.scoped(target)} = {bare(self.text(one))};" for target, one in scan.begin.numbers]
+        begin = [f"{self.scoped(target)} = {unbracketed(self.text(one))};" for target, one in scan.begin.numbers]
         names, given, uses = dict(self.names), set(self.given), self.uses
         self.depth += 1
         turn = self._with_stores(self._block(scan.turn, scan.counter), scan.turn.numbers)
@@ -244,12 +244,12 @@ class CWriter(Statements):
                 continue
             if self.nodes[place].operation == "item" and uses[place] == 1:
                 continue
-            text = bare(self.expression(place))
+            text = unbracketed(self.expression(place))
             self.names[place] = self.name(place)
             lines.append(f"const {self.kind(place)} {self.names[place]} = {text};")
         for column, place in enumerate(body.stored):
             at = f"[{self.indices[body.counter]}]" + (f"[{column}]" if wide else "")
-            lines.append(f"{target}{at} = {bare(self.text(place))};")
+            lines.append(f"{target}{at} = {unbracketed(self.text(place))};")
         for name, terms in zip(sums, body.added, strict=True):
             lines += [f"{name} = {name} + {self.text(place)};" for place in terms]
         return lines
@@ -270,7 +270,7 @@ class CWriter(Statements):
             if any(touched(one, read) for one in targets):  # another target's former value: it goes before that is stored
                 waiting.setdefault(-1, []).append(f"const real {self.name(-1, 'before')} = {source};")
                 source = waiting[-1][-1].split()[2]
-            waiting.setdefault(last, []).append(f"{target} = {bare(source)};")
+            waiting.setdefault(last, []).append(f"{target} = {unbracketed(source)};")
         first = waiting.pop(-1, [])
         first.sort(key=lambda text: not text.startswith("const"))
         return first + commented(

@@ -99,7 +99,7 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> LogRows:
     time = np.arange(np.ceil(told[0] / period) * period, told[-1], period)  # the same rows of a log and of a part of it
     if len(time) < FEWEST_ROWS:
         raise UserError(f"{path}: {len(time)} rows of {period:g} s with motor commands; a log needs at least {FEWEST_ROWS}")
-    logged = np.stack([held(columns[name], time) for name in mapping.motors.columns], axis=1)
+    logged = np.stack([latest_samples(columns[name], time) for name in mapping.motors.columns], axis=1)
     channels = {}
     for name, channel in mapping.columns.items():
         needed = (*channel.columns, *channel.where)
@@ -110,7 +110,7 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> LogRows:
         taken = np.broadcast_to(taken, stamps.shape)
         if taken.sum() > 1:
             samples = np.stack([columns[one].value[taken] for one in channel.columns], axis=1)
-            channels[name] = between(stamps[taken], converted(mapping, name, samples), time)
+            channels[name] = interpolated(stamps[taken], converted(mapping, name, samples), time)
     return LogRows(time - time[0], period, logged, channels)
 
 
@@ -123,14 +123,14 @@ def stale(stamps: Floats, time: Floats) -> Flags:
     return far
 
 
-def held(series: Series, time: Floats) -> Floats:
+def latest_samples(series: Series, time: Floats) -> Floats:
     """The latest sample at each time, NaN where it is stale."""
     place = np.searchsorted(series.time, time, side="right") - 1
     values = np.where(place >= 0, series.value[np.maximum(place, 0)], np.nan)
     return np.where(stale(series.time, time), np.nan, values)
 
 
-def between(stamps: Floats, values: Floats, time: Floats) -> Floats:
+def interpolated(stamps: Floats, values: Floats, time: Floats) -> Floats:
     """Values by linear interpolation, (n, width), NaN where samples are stale; quaternions without jumps of sign."""
     if values.shape[1] == 4:
         turns = np.sum(values[1:] * values[:-1], axis=1) < 0.0

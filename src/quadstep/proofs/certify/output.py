@@ -31,7 +31,7 @@ def margins(c: FlightCertificate) -> str:
     )
 
 
-def after(c: FlightCertificate) -> str:
+def behaviour_after_entry(c: FlightCertificate) -> str:
     """What |r| did once it had come inside b_r."""
     if c.entered is None:
         return "|r| never entered b_r"
@@ -86,7 +86,7 @@ def verdict(c: FlightCertificate) -> str:
     count = int(c.outside.sum())
     if what == "sign consistent":
         falls = f"L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}"
-        return f"sign consistent on this flight: {margins(c)}; {falls}; {after(c)}"
+        return f"sign consistent on this flight: {margins(c)}; {falls}; {behaviour_after_entry(c)}"
     rising = 100.0 * float(np.mean(c.lyapunov.rate[c.outside] >= 0.0))
     return f"conditions hold ({margins(c)}), but L_dot >= 0 on {rising:.3g} % of the {count} samples outside b_r = {c.b_r:.4g}"
 

@@ -137,7 +137,7 @@ def table(content: object, least: float, small: float = SMALL) -> Array:
     return found
 
 
-def unlike(path: Path, error: Exception) -> UserError:
+def malformed(path: Path, error: Exception) -> UserError:
     """What is said of a file that is not as a certificate should be."""
     missing = " is missing" if isinstance(error, KeyError) else ""
     return UserError(f"{path}: not {WHAT}: {error}{missing}")
@@ -157,7 +157,7 @@ def read_certificate(path: Path) -> Certificate:
         position, size = table(content["position[m]"], 0.0), int(content["samples_per_block"])
         mission = str(content["mission"])
     except (KeyError, TypeError, ValueError, OverflowError, UserError, zlib.error, binascii.Error) as error:
-        raise unlike(path, error) from None
+        raise malformed(path, error) from None
     blocks = -(-(len(flown) - 1) // size) if 0 < size <= MOST_SAMPLES else 0
     shapes = spread.shape == (len(states), len(states)) and boxes.shape == (blocks, len(states)) and position.ndim == 1
     if not shapes or blocks < 1:
@@ -240,7 +240,7 @@ def read_set(path: Path) -> SetCertificate:
             folder=str(content.get("folder", "")),
         )
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError, UserError) as error:
-        raise unlike(path, error) from None
+        raise malformed(path, error) from None
     count, moving = len(states), len(found.live)
     paired = [place for one in found.pairs for place in (one, one + 1)]
     shapes = found.rest.shape == (count,) and found.spread.shape == (moving, moving) and found.radii.shape == (moving,)

@@ -53,7 +53,7 @@ class CheckedImage(NamedTuple):
     left: Array
 
 
-def begun(loop: CheckedLoop, found: SetCertificate) -> list[Operand]:
+def start_states(loop: CheckedLoop, found: SetCertificate) -> list[Operand]:
     """All states of the loop at the start: the mission's, or as at rest, off them by as much as is unknown."""
     if found.own:
         return [loop.begun[place] for place in loop.places]
@@ -101,7 +101,9 @@ def box(found: SetCertificate, width: Array, second: int, directions: int) -> li
     return numbers
 
 
-def mapped(loop: CheckedLoop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int) -> CheckedImage:
+def mapped_image(
+    loop: CheckedLoop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int
+) -> CheckedImage:
     """The image one sample later. Raises UndefinedError, UserError."""
     p = pushed(loop.plan.parameters, found.unknown, directions - UNKNOWNS, directions, 1)
     after = loop.after(numbers, ticks, p)
@@ -181,10 +183,12 @@ def failing(loop: CheckedLoop, found: SetCertificate) -> str:
     radii = np.asarray(discs.radii, dtype=np.float64)
     try:
         numbers = box(found, found.spread * radii, count, directions)
-        kept = discs.reached(mapped(loop, found, numbers, later, directions), count, second=True)
+        kept = discs.reached(mapped_image(loop, found, numbers, later, directions), count, second=True)
         moving = {*found.live, *found.twins, found.unit}
-        numbers = [with_room(one, STARTS + UNKNOWNS) if i in moving else one for i, one in enumerate(begun(loop, found))]
-        first = discs.reached(mapped(loop, found, numbers, np.array([0.0]), STARTS + UNKNOWNS), STARTS, second=False)
+        numbers = [
+            with_room(one, STARTS + UNKNOWNS) if i in moving else one for i, one in enumerate(start_states(loop, found))
+        ]
+        first = discs.reached(mapped_image(loop, found, numbers, np.array([0.0]), STARTS + UNKNOWNS), STARTS, second=False)
     except UndefinedError as error:
         return f"nothing bounds a sample over the set: {error}"
     astray = discs.off @ discs.radii

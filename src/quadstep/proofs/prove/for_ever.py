@@ -7,8 +7,8 @@ from pathlib import Path
 
 from quadstep.proofs.prove.certificate_file import SetCertificate, seen_from, write_set
 from quadstep.proofs.prove.check_set import check_set
-from quadstep.proofs.prove.hold import Hold, Left, described, each
-from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, down, millimetres, off, under, up
+from quadstep.proofs.prove.hold import Departure, Hold, described, number_extents
+from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, millimetres, off, rounded_down, under, up
 from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.unknown import Unknown
@@ -44,16 +44,16 @@ def held_for_ever(
     return ProofVerdict(name, VerdictKind.PROVED if enough else VerdictKind.OPEN, rows, says, out, COLUMNS)
 
 
-def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> ProofVerdict:
+def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Departure) -> ProofVerdict:
     """Hover that flights leave from a start close to it."""
-    axes, begins, box = loop.loop.plant.axes, each(loop, found.begun), each(loop, found.reach)
+    axes, begins, box = loop.loop.plant.axes, number_extents(loop, found.begun), number_extents(loop, found.reach)
     rows = [
-        [axis, "disproved", above(float(one)), below(float(far)) if far else "0 mm"]
+        [axis, "disproved", millimetres_up(float(one)), millimetres_down(float(far)) if far else "0 mm"]
         for axis, one, far in zip(axes, found.begun, found.reach, strict=False)
     ]
     for quantity, (far, unit) in box.items():
         begun = listed(begins[quantity][0], up, NOTHING)
-        said = [f"{one} {unit}".replace(" °", "°") for one in (begun, listed(far, down, 0.0))]
+        said = [f"{one} {unit}".replace(" °", "°") for one in (begun, listed(far, rounded_down, 0.0))]
         rows.append([quantity, "disproved", *said])
     others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
     says = (
@@ -72,17 +72,20 @@ def listed(values: Sequence[float], rounded: Callable[[float, int], float], leas
 
 
 def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> list[list[str]]:
-    return [[axis, said, below(start), f"{millimetres(float(one))} mm"] for axis, one in zip(axes, position, strict=True)]
+    return [
+        [axis, said, millimetres_down(start), f"{millimetres(float(one))} mm"]
+        for axis, one in zip(axes, position, strict=True)
+    ]
 
 
-def above(metres: float) -> str:
+def millimetres_up(metres: float) -> str:
     """In millimetres, rounded up."""
     return f"{millimetres(metres)} mm" if metres >= NOTHING else f"below {1e3 * NOTHING:g} mm"
 
 
-def below(metres: float) -> str:
+def millimetres_down(metres: float) -> str:
     """In millimetres, rounded down."""
-    return f"{down(1e3 * metres, 3):.3g} mm"
+    return f"{rounded_down(1e3 * metres, 3):.3g} mm"
 
 
 def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float) -> str:
@@ -92,9 +95,9 @@ def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, 
     point = ", ".join(f"{one:.6g}" for one in begun)
     else_ = "else as the mission's" if own else "else, with the law's memory, as at rest (the mission's start is too far off)"
     return (
-        f"every flight{others} whose start is within {below(start)} of ({point}) m on each axis{moved}, {else_}, is in this "
-        f"set about the loop's rest at all samples from {period:g} s on, for ever: {LONGEST:g} s, beyond which no clock is "
-        "followed."
+        f"every flight{others} whose start is within {millimetres_down(start)} of ({point}) m on each axis{moved}, "
+        f"{else_}, is in this set about the loop's rest at all samples from {period:g} s on, for ever: {LONGEST:g} s, beyond "
+        "which no clock is followed."
     )
 
 

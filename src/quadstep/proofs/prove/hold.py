@@ -149,7 +149,7 @@ class Hold(NamedTuple):
     reach: Array
 
 
-class Left(NamedTuple):
+class Departure(NamedTuple):
     """Hover that is unstable. begun: how far a flight is off the rest at any sample but its first, reach: the box about the
     rest that it leaves, of each state of the loop. seconds: in which it does [s].
     """
@@ -159,7 +159,7 @@ class Left(NamedTuple):
     seconds: float
 
 
-def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | Left | str:
+def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | Departure | str:
     """The largest set that is found, or the proof that flights leave, or the reason why there is neither."""
     try:
         at = rest(loop)
@@ -174,7 +174,7 @@ def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] =
     fastest = int(np.argmax(sizes > (1.0 - ROUNDING) * sizes.max()))  # the first of equal ones
     if sizes[fastest] >= 1.0:
         rate = float(np.log(sizes[fastest])) / loop.period
-        return left(Set(loop, at, chosen, unknown), fastest) or (
+        return prove_departure(Set(loop, at, chosen, unknown), fastest) or (
             f"the loop does not return to its rest: a mode grows at {rate:.3g} 1/s"
         )
     why = ""
@@ -190,13 +190,13 @@ def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] =
     return why
 
 
-def left(arithmetic: Set, mode: int) -> Left | None:
+def prove_departure(arithmetic: Set, mode: int) -> Departure | None:
     """The proof that flights leave along this mode, if there is one."""
     found, at = escape(arithmetic, mode), arithmetic.at
     if found is None:
         return None
     seconds = found.samples * arithmetic.loop.period
-    return Left(everywhere(at, np.abs(found.begun)), everywhere(at, found.box), seconds)
+    return Departure(everywhere(at, np.abs(found.begun)), everywhere(at, found.box), seconds)
 
 
 def everywhere(at: RestingLoop, live: Array) -> Array:
@@ -236,7 +236,7 @@ def grouped(loop: Sampled, reach: Array) -> dict[str, list[float]]:
     return groups
 
 
-def each(loop: Sampled, reach: Array) -> dict[str, tuple[list[float], str]]:
+def number_extents(loop: Sampled, reach: Array) -> dict[str, tuple[list[float], str]]:
     """The same number by number: quantity, its numbers, their unit. An attitude as a quaternion counts with twice its vector
     part, the turns about the axes to first order.
     """

@@ -22,7 +22,7 @@ from quadstep.numbers import flatten
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import Operand, UndefinedError
 from quadstep.proofs.prove.linear_maps import ComplexArray, Eigenbasis, products
-from quadstep.proofs.prove.rest import RestingLoop, after, always
+from quadstep.proofs.prove.rest import RestingLoop, always, next_numbers
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.unknown import (
     CONSTANTS,
@@ -138,7 +138,7 @@ class Set:
 
     def run(self, numbers: Sequence[Leaf], tick: Operand, p: Numbers, directions: int) -> tuple[Array, Array, Array]:
         """One sample of the moving states: centre less the rest, parts, remainder. Raises UndefinedError."""
-        found = image(after(self.loop, self.at, numbers, tick, p), directions, 1)
+        found = image(next_numbers(self.loop, self.at, numbers, tick, p), directions, 1)
         if not all(np.all(np.isfinite(one)) for one in found):
             raise UndefinedError("a number grew beyond all bounds")
         gap = found.centre[:, 0] - self.at.state[self.place]

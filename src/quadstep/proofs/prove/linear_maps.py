@@ -27,9 +27,9 @@ from quadstep.proofs.prove.unknown import (
     Image,
     Unknown,
     image,
-    lost,
     powers,
     seeded,
+    sum_rounding,
     with_unknown,
 )
 
@@ -76,12 +76,12 @@ def straightened(found: Image, after: Array, coordinates: Coordinates, box: Arra
     step = (parts[:, :count, middle] / box) @ coordinates.into
     kept = np.concatenate([(step @ coordinates.spread) * box, parts[:, count:, middle]], axis=1)
     rest = found.rest + np.abs(found.centre - after) * UP + np.abs(parts - kept[:, :, None]).sum(axis=1) * UP
-    rounded = lost(count + 2) * (np.abs(step) @ np.abs(coordinates.spread) @ box)
+    rounded = sum_rounding(count + 2) * (np.abs(step) @ np.abs(coordinates.spread) @ box)
     pushes, constants = kept[:, count : count + PUSHES], kept[:, count + PUSHES :]
     return Block(first, first + samples, step, pushes, constants, (rest.max(axis=1) + rounded) * UP)
 
 
-def ways(one: Block) -> BoundedMatrix:
+def block_powers(one: Block) -> BoundedMatrix:
     """The powers of a block's map, from its start to every later sample: 0 to its number of samples."""
     return powers(BoundedMatrix(one.step, np.zeros_like(one.step)), one.past - one.first)
 
@@ -89,13 +89,13 @@ def ways(one: Block) -> BoundedMatrix:
 def after_each(maps: BoundedMatrix, sources: Array) -> BoundedMatrix:
     """Each of the stacked maps times the sources."""
     size = np.abs(sources)
-    off = (lost(sources.shape[0] + 2) * (np.abs(maps.middle) @ size) + maps.off @ size) * UP
+    off = (sum_rounding(sources.shape[0] + 2) * (np.abs(maps.middle) @ size) + maps.off @ size) * UP
     return BoundedMatrix(maps.middle @ sources, off)
 
 
 def through(rows: Array, maps: BoundedMatrix) -> Array:
     """Bounds on |rows| of each of the stacked maps."""
-    rounded = lost(rows.shape[1] + 2) * (np.abs(rows) @ np.abs(maps.middle)) + np.abs(rows) @ maps.off
+    rounded = sum_rounding(rows.shape[1] + 2) * (np.abs(rows) @ np.abs(maps.middle)) + np.abs(rows) @ maps.off
     result: Array = (np.abs(rows @ maps.middle) + rounded) * UP
     return result
 
@@ -224,7 +224,7 @@ def modes(slopes: Array) -> Eigenbasis:
                 if abs(found[i] - found[left[0]]) < EQUAL * abs(1.0 - found[i]) and alike(found[i], found[left[0]])
             ]
             left = [i for i in left if i not in same]
-            for value, vector in zip(found[same], apart(vectors[:, same], rows[same]).T, strict=True):
+            for value, vector in zip(found[same], separated_basis(vectors[:, same], rows[same]).T, strict=True):
                 spread[group, column], values[column] = vector.real, value
                 if value.imag:
                     pairs.append(column)
@@ -246,7 +246,7 @@ def coupled(slopes: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     return [np.flatnonzero(row) for i, row in enumerate(reach) if not row[:i].any()]
 
 
-def apart(vectors: ComplexArray, rows: ComplexArray) -> ComplexArray:
+def separated_basis(vectors: ComplexArray, rows: ComplexArray) -> ComplexArray:
     """Another basis of the span of these eigenvectors, each with zeros where the others are largest.
 
     Along x and y a vehicle has the same modes; any mixture of two is one too, and a box of mixtures is larger than need be.

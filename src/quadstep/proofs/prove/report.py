@@ -65,7 +65,7 @@ def millimetres(metres: float) -> str:
     return f"{up(1e3 * metres, 4):.4g}" if metres > 0.0 else "0"
 
 
-def down(x: float, digits: int = 6) -> float:
+def rounded_down(x: float, digits: int = 6) -> float:
     """Rounded down to this many digits."""
     if x == 0.0:
         return 0.0
@@ -75,7 +75,7 @@ def down(x: float, digits: int = 6) -> float:
 
 def up(x: float, digits: int = 6) -> float:
     """Rounded up to this many digits."""
-    return -down(-x, digits)
+    return -rounded_down(-x, digits)
 
 
 def off(unknown: Unknown) -> list[str]:

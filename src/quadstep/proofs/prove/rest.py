@@ -57,7 +57,9 @@ class RestingLoop(NamedTuple):
         return found
 
 
-def after(loop: Sampled, at: RestingLoop, numbers: Sequence[Enclosure | float], tick: Operand, p: Numbers) -> list[Operand]:
+def next_numbers(
+    loop: Sampled, at: RestingLoop, numbers: Sequence[Enclosure | float], tick: Operand, p: Numbers
+) -> list[Operand]:
     """The moving numbers one sample after all `numbers`. Raises UndefinedError if others do not behave as they should."""
     with np.errstate(all="ignore"):
         found = loop.step(numbers, tick, p)
@@ -83,14 +85,14 @@ def always(loop: Sampled) -> Enclosure:
     return ball(np.array([middle]), middle - loop.span)
 
 
-def holds(loop: Sampled) -> bool:
+def path_rests(loop: Sampled) -> bool:
     """Whether the path is at rest at all ticks after the first sample."""
     wanted = loop.loop.path.reference(cast(Number, always(loop) * loop.ticks.step), loop.parameters.path)
-    still = not any(map(moving, (*wanted.velocity, *wanted.acceleration, wanted.yaw_rate)))
+    still = not any(map(may_move, (*wanted.velocity, *wanted.acceleration, wanted.yaw_rate)))
     return still and all(not isinstance(one, Enclosure) or not one.tight.any() for one in (*wanted.position, wanted.yaw))
 
 
-def moving(x: object) -> bool:
+def may_move(x: object) -> bool:
     """Whether a number may differ from zero."""
     return bool(x.size.any()) if isinstance(x, Enclosure) else x != 0.0
 
@@ -105,7 +107,7 @@ def rest(loop: Sampled) -> RestingLoop:
         found = image(numbers, count, 1)
         slopes, left = found.parts[:, :, 0] / SMALL, found.centre[:, 0] - state
         constant = (found.rest[:, 0] == 0.0) & np.all(np.abs(slopes - unit) < SAME, axis=1) & (left == 0.0)
-        twins = alike(numbers)
+        twins = equal_places(numbers)
         live = np.array([i for i in np.flatnonzero(~constant) if i not in twins])
         for place, other in twins.items():
             slopes[:, other] += slopes[:, place]
@@ -177,7 +179,7 @@ def reduced(loop: Sampled, at: RestingLoop) -> RestingLoop:
     return at._replace(state=state, live=tuple(place for place in at.live if place != unit), unit=unit, slopes=slopes)
 
 
-def alike(numbers: Sequence[object]) -> dict[int, int]:
+def equal_places(numbers: Sequence[object]) -> dict[int, int]:
     """Places of numbers that are always equal to an earlier one, and its place."""
     first: dict[int, int] = {}
     found = {}

@@ -23,11 +23,11 @@ from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.certificate_file import Certificate, is_set, seen_from, write_certificate
 from quadstep.proofs.prove.checker import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_hover
-from quadstep.proofs.prove.hold import Left, invariant_set
+from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
-from quadstep.proofs.prove.report import ProofVerdict, TubeRecord, VerdictKind, down, millimetres, under, up
-from quadstep.proofs.prove.rest import holds
+from quadstep.proofs.prove.report import ProofVerdict, TubeRecord, VerdictKind, millimetres, rounded_down, under, up
+from quadstep.proofs.prove.rest import path_rests
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
@@ -75,10 +75,10 @@ def prove_mission(
     if at and found:
         return unstable(mission.name, plan, at, found)
     why = ""
-    if holds(loop):
+    if path_rests(loop):
         with bar("proving", "sets") as progress:
             kept = invariant_set(loop, unknown, progress.to)
-        if isinstance(kept, Left):
+        if isinstance(kept, Departure):
             return left_hover(mission.name, loop, unknown, kept)
         if not isinstance(kept, str):
             return held_for_ever(mission.name, path, text, loop, unknown, kept, out)
@@ -93,7 +93,7 @@ def prove_mission(
         shown = counted(progress.to)
         result = tube(loop, flown, unknown, chosen, axes, shown)
     apart = flown[:, :axes] - path_samples(loop, len(flown))
-    off, traced = np.abs(apart), followed(loop, apart, result, chosen)
+    off, traced = np.abs(apart), closed_tube(loop, apart, result, chosen)
     if isinstance(result, OpenTube):
         return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(traced=traced)
     position = result.position.max(axis=0) * 1.001
@@ -118,7 +118,7 @@ def prove_mission(
     )
 
 
-def followed(loop: Sampled, error: Array, result: Tube | OpenTube, chosen: Coordinates) -> TubeRecord:
+def closed_tube(loop: Sampled, error: Array, result: Tube | OpenTube, chosen: Coordinates) -> TubeRecord:
     """A tube as far as it is closed. error: flown less desired position, (samples + 1, axes) [m]."""
     count, blocks = len(result.position), len(result.boxes)
     time: Array = np.arange(count, dtype=np.float64) * loop.period
@@ -207,8 +207,8 @@ def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Proo
     says = [
         f"disproved: hover at the path's end ({place}) m is an exact equilibrium of the sampled loop, and it is unstable: "
         f"{found.unstable} of the {found.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in "
-        f"exact arithmetic. The fastest error grows at {down(found.slowest):g} to {up(found.fastest):g} 1/s, doubling every "
-        f"{math.log(2.0) / found.slowest:.3g} s: there are starts arbitrarily near to it that are driven away from it.",
+        f"exact arithmetic. The fastest error grows at {rounded_down(found.slowest):g} to {up(found.fastest):g} 1/s, doubling "
+        f"every {math.log(2.0) / found.slowest:.3g} s: there are starts arbitrarily near to it that are driven away from it.",
         *consequence(plan),
         flight_says(log),
     ]

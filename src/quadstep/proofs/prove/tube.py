@@ -15,9 +15,9 @@ import numpy as np
 
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.linear_maps import Block, Coordinates, after_each, block, through, ways
+from quadstep.proofs.prove.linear_maps import Block, Coordinates, after_each, block, block_powers, through
 from quadstep.proofs.prove.sampled import Array, Sampled
-from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, BoundedMatrix, Unknown, image, lost, summed
+from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, BoundedMatrix, Unknown, image, sum_rounding, summed
 
 SAMPLES = 25
 """Most samples of a block."""
@@ -81,13 +81,13 @@ class Past:
         found[same] = self.size[np.flatnonzero(same)]
         other = rows[~same]
         made = np.abs(other @ self.columns[:, : self.used]) @ self.weights[: self.used]
-        found[~same] = (made + lost(len(self.columns) + 2) * (np.abs(other) @ self.size)) * summed(self.used)
+        found[~same] = (made + sum_rounding(len(self.columns) + 2) * (np.abs(other) @ self.size)) * summed(self.used)
         return found
 
     def bound(self, rows: Array, also: Array | None = None) -> Array:
         """Bounds on |rows e|. also: the constants' part, (rows, constants)."""
         constants = rows @ self.constants + (0.0 if also is None else also)
-        rounded = lost(2 * len(self.columns)) * (np.abs(rows) @ np.abs(self.constants).sum(axis=1))
+        rounded = sum_rounding(2 * len(self.columns)) * (np.abs(rows) @ np.abs(self.constants).sum(axis=1))
         result: Array = (self.moving(rows) + np.abs(constants).sum(axis=1) + rounded) * UP
         return result
 
@@ -100,15 +100,17 @@ class Past:
         """Move to the end of a block, where it has added this box and the rounding here."""
         last = BoundedMatrix(on.middle[-1], on.off[-1])
         size = self.size + np.abs(self.constants).sum(axis=1) * UP
-        rounded = (lost(len(size) + 2) * np.abs(last.middle) + last.off) @ size
+        rounded = (sum_rounding(len(size) + 2) * np.abs(last.middle) + last.off) @ size
         np.matmul(last.middle, self.columns[:, : self.used], out=self.other[:, : self.used])
         self.columns, self.other = self.other, self.columns
         begun = BoundedMatrix(on.middle[:-1], on.off[:-1])
         pushes, constants = after_each(begun, one.pushes), after_each(begun, one.constants)
         self.constants = last.middle @ self.constants + constants.middle.sum(axis=0)
         added = np.abs(constants.middle).sum(axis=(0, 2))
-        rounded += pushes.off.sum(axis=(0, 2)) + constants.off.sum(axis=(0, 2)) + lost(one.past - one.first + 4) * added
-        rounded += lost(4) * np.abs(self.constants).sum(axis=1)
+        rounded += (
+            pushes.off.sum(axis=(0, 2)) + constants.off.sum(axis=(0, 2)) + sum_rounding(one.past - one.first + 4) * added
+        )
+        rounded += sum_rounding(4) * np.abs(self.constants).sum(axis=1)
         self.add(pushes.middle.transpose(1, 0, 2).reshape(len(size), -1), np.ones(PUSHES * (one.past - one.first)))
         self.add(np.eye(len(size)), (box + rounded) * UP)
         self.size = self.magnitude()
@@ -133,11 +135,11 @@ def grown(one: Block, on: BoundedMatrix, coordinates: Coordinates, past: Past, r
     begun = BoundedMatrix(on.middle[:-1], on.off[:-1])
     pushes, constants = after_each(begun, one.pushes), after_each(begun, one.constants)
     summed = np.concatenate([np.zeros((1, *one.constants.shape)), np.cumsum(constants.middle, axis=0)])
-    rounded = constants.off.sum(axis=2) + lost(len(begun.middle) + 4) * np.abs(constants.middle).sum(axis=2)
+    rounded = constants.off.sum(axis=2) + sum_rounding(len(begun.middle) + 4) * np.abs(constants.middle).sum(axis=2)
     added = through(t, pushes).sum(axis=2) + through(t, begun) @ one.rest + rounded @ np.abs(t).T
     local = np.concatenate([np.zeros((1, count)), np.cumsum(added, axis=0)])
     size = past.size + np.abs(past.constants).sum(axis=1)
-    local += (lost(count + 2) * (np.abs(t) @ np.abs(on.middle)) + np.abs(t) @ on.off) @ size
+    local += (sum_rounding(count + 2) * (np.abs(t) @ np.abs(on.middle)) + np.abs(t) @ on.off) @ size
 
     rows, parts = t @ on.middle, t @ summed
     found = recent.bound(rows.reshape(-1, count), parts.reshape(-1, CONSTANTS)).reshape(local.shape) + local
@@ -185,7 +187,7 @@ def tube(
                 one = block(loop, flown, unknown, coordinates, box, first, last)
             except UndefinedError as error:
                 return OpenTube(first, str(error), boxes[:place], position[: first + 1])
-            on = ways(one)
+            on = block_powers(one)
             found = grown(one, on, coordinates, past, recent, begun, axes)
             if np.all(found.inside * SLACK <= box):
                 break

@@ -23,14 +23,14 @@ from quadstep.vehicle.multirotor import Multirotor
 from quadstep.vehicle.paper import Disturbance
 
 
-def lost(count: int) -> float:
+def sum_rounding(count: int) -> float:
     """Bound on a sum's rounding for `count` products, relative to their sizes, in any order (Higham 2002, section 3.5)."""
     return count * HALF_UNIT / (1.0 - count * HALF_UNIT) * UP
 
 
 def summed(count: int) -> float:
     """More than a sum of so many products of positive numbers loses by rounding, relative to itself."""
-    return UP * (1.0 + lost(count + 2))
+    return UP * (1.0 + sum_rounding(count + 2))
 
 
 class BoundedMatrix(NamedTuple):
@@ -41,7 +41,7 @@ class BoundedMatrix(NamedTuple):
 
     def times(self, other: BoundedMatrix) -> BoundedMatrix:
         size = np.abs(self.middle)
-        rounded = lost(self.middle.shape[-1] + 2) * (size @ np.abs(other.middle))
+        rounded = sum_rounding(self.middle.shape[-1] + 2) * (size @ np.abs(other.middle))
         off = (rounded + size @ other.off + self.off @ (np.abs(other.middle) + other.off)) * UP
         return BoundedMatrix(self.middle @ other.middle, off)
 

@@ -32,8 +32,8 @@ from quadstep.proofs.verify.rigid_body import (
     RATES,
     THETA,
     body_rates,
-    known,
     rate_map,
+    sample_point,
     yaw_innermost,
     zyx,
 )
@@ -97,7 +97,7 @@ def direction() -> Checks:
     own = t.T * sympy.diag(*INERTIA) * t
     flown = array(effective_inertia(ATTITUDE, INERTIA, Kinematics.STANDARD))
     equal = dict(zip(INERTIA, [INERTIA[0]] * 3, strict=True))
-    point = known(inertia=UNEQUAL, **PLACE)
+    point = sample_point(inertia=UNEQUAL, **PLACE)
     ours, other, j_flown, j_own = (
         [float(value) for value in values(list(things), point)]
         for things in (shipped, zyx() * up, flown[0, :2], own[0, :2])
@@ -209,7 +209,7 @@ def meaning_of_tau() -> Checks:
     omega_dot, sigma = t * turning + along_rates(t) * array(RATES), sympy.diag(*INERTIA)
     level = t.subs({THETA: 0, PHI: 0})
     by_rotors = dict(zip(torque, (1, 2, 3), strict=True))
-    numbers = [float(v) for v in values(list(generalised), known(**PLACE) | by_rotors)]
+    numbers = [float(v) for v in values(list(generalised), sample_point(**PLACE) | by_rotors)]
     return Checks([
         same("power of the four rotors is tau_body . omega", (on_body.T * omega)[0], power),
         same("tau_body . omega = (T^T tau_body) . eta_dot", (array(torque).T * omega)[0], (generalised.T * array(RATES))[0]),

@@ -30,9 +30,9 @@ from quadstep.proofs.verify.rigid_body import (
     INERTIA,
     RATES,
     euler_torque,
-    known,
     lagrange,
     rate_map,
+    sample_point,
     zyx,
 )
 from quadstep.vehicle.paper import (
@@ -169,7 +169,7 @@ def newton_euler(kinematics: Kinematics) -> Expression:
 
 def number_at(expression: Expression, inertia: tuple[float, ...], torque: tuple[float, ...] = ()) -> float:
     """The value at the attitude and rates of the counterexamples."""
-    point = known(inertia=inertia, **PLACE)
+    point = sample_point(inertia=inertia, **PLACE)
     return number(expression, point | dict(zip(TORQUE, map(sympy.Integer, torque), strict=False)))
 
 
@@ -247,7 +247,7 @@ def equation_66() -> Checks:
 
     rates = array(RATES)
     true, printed = lagrange().kinetic, (rates.T * form(ATTITUDE[0]) * rates)[0] / 2
-    point = known(inertia=UNEQUAL, **PLACE)
+    point = sample_point(inertia=UNEQUAL, **PLACE)
     by_print, by_body = (float(value) for value in values([printed, true], point))
     return Checks([
         same("J of the shipped standard T_eta is Eq. 66 with roll", inertia_matrix(), form(ATTITUDE[2])),

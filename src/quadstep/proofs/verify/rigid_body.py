@@ -77,7 +77,7 @@ def euler_torque() -> Expression:
     return t.T * (sigma * omega_dot + omega.cross(sigma * omega))
 
 
-def known(**vectors: tuple[float, ...]) -> dict[Expression, Expression]:
+def sample_point(**vectors: tuple[float, ...]) -> dict[Expression, Expression]:
     """A point for the symbols of this file: attitude, rates, inertia."""
     names = {"attitude": ATTITUDE, "rates": RATES, "inertia": INERTIA}
     return {

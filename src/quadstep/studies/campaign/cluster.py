@@ -18,7 +18,7 @@ from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 import pyarrow as pa
 from numpy.typing import ArrayLike
 
-from quadstep.engines.sweep import Sweep, Swept
+from quadstep.engines.sweep import Sweep, SweepResults
 from quadstep.interfaces.closed_loop import Advance
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
@@ -52,7 +52,7 @@ FLYERS: dict[object, Flyer] = {}
 class OneThread(Sweep):
     """A sweep on one core: the cluster has a task for each."""
 
-    def fly(self, values: ArrayLike, threads: int | None = 1, progress: Advance | None = None) -> Swept:
+    def fly(self, values: ArrayLike, threads: int | None = 1, progress: Advance | None = None) -> SweepResults:
         """Fly a flight for each row of values."""
         return super().fly(values, threads, progress)
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from quadstep.engines.cuda import Device
 from quadstep.engines.fly import announce
 from quadstep.engines.gpu_sweep import GpuSweep
-from quadstep.engines.sweep import Sweep, Swept, joined
+from quadstep.engines.sweep import Sweep, SweepResults, joined
 from quadstep.engines.sweep_trace import Generate
 from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.mission.distributions import Choice, Grid, Sobol
@@ -69,7 +69,7 @@ Fly: TypeAlias = Callable[[Sequence[S], Advance], Iterator[tuple[S, pa.Table]]]
 class Sweeper(Protocol):
     """What flies a batch: `Sweep` or a class with its methods."""
 
-    def fly(self, values: NDArray[np.float64], *, progress: Advance | None = None) -> Swept:
+    def fly(self, values: NDArray[np.float64], *, progress: Advance | None = None) -> SweepResults:
         """Fly a flight for each row of values."""
         ...
 
@@ -103,7 +103,7 @@ class Flyer:
             metrics[batch.members] = swept.metrics
         return table(self.campaign, flights, drawn, outcome, ended, metrics)
 
-    def swept(self, batch: PlannedBatch, progress: Advance | None) -> Swept:
+    def swept(self, batch: PlannedBatch, progress: Advance | None) -> SweepResults:
         """The flights of a batch. Raises what an opaque controller raised."""
         sweep, loop = self.sweep(batch), batch.loop.loop
         if not loop.controller.one_at_a_time:

@@ -38,7 +38,7 @@ def answer(summary: CampaignSummary) -> str:
 def facts(summary: CampaignSummary) -> list[markup.Fact]:
     good, low, high = summary.success
     if not summary.drawn:
-        return [markup.Fact("succeed", units.percent(good)), *alone(summary)]
+        return [markup.Fact("succeed", units.percent(good)), *medians_only(summary)]
     found = [markup.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
@@ -56,7 +56,7 @@ def succeeded(summary: CampaignSummary) -> str:
     return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded{summary.meaning}"
 
 
-def alone(summary: CampaignSummary) -> list[markup.Fact]:
+def medians_only(summary: CampaignSummary) -> list[markup.Fact]:
     """The metrics where nothing is statistical, by their medians."""
     named = [(units.metric(one.metric), one.quantiles[QUANTILES[0]].value) for one in summary.spreads]
     what = "" if summary.copies else "median "
@@ -145,7 +145,9 @@ def distributions(summary: CampaignSummary) -> TableSection:
     """The quantiles as a table; the medians where nothing is statistical."""
     title = "Distance from the path", "distributions"
     if not summary.drawn:
-        return TableSection(*title, ("of completed flights", "value"), [(one.what, one.value) for one in alone(summary)])
+        return TableSection(
+            *title, ("of completed flights", "value"), [(one.what, one.value) for one in medians_only(summary)]
+        )
     rows = [
         (
             words,

@@ -19,11 +19,11 @@ from quadstep.io.places import digest, place
 from quadstep.metrics.registry import LARGEST, RMSE
 from quadstep.mission.check import check
 from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key
-from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple, parts
+from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple, key_parts
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import CAMPAIGN, check_mission, named_after, refuse_others
 from quadstep.mission.schema import Mission
-from quadstep.report.units import after, listed, metric
+from quadstep.report.units import listed, metric, unit_suffix
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 
 
@@ -122,7 +122,7 @@ class CampaignFile(Section):
     def _known(self) -> "CampaignFile":
         keys = self.keys
         try:
-            _ = [parts(key) for key in keys]
+            _ = [key_parts(key) for key in keys]
         except UserError as error:
             raise ValueError(f"vary: {error}") from None
         if self.combinations > MOST_FLIGHTS:
@@ -183,7 +183,7 @@ class Campaign(NamedTuple):
     def limits(self, how: str = "") -> list[str]:
         """The limits of a flight in words. how: it stands to them, after a blank, as " at most"."""
         named = [(*metric(self.thresholds[name]), limit) for name, limit in self.file.failure.items()]
-        return [f"{words}{how} {limit:g}{after(unit)}" for words, unit, limit in named]
+        return [f"{words}{how} {limit:g}{unit_suffix(unit)}" for words, unit, limit in named]
 
     @property
     def failing(self) -> str:

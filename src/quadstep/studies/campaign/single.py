@@ -15,7 +15,7 @@ from quadstep.engines.fly import FlightPlan, fly_all
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.io.run_record import REPORT
-from quadstep.linear.analysis import Analysis, studied
+from quadstep.linear.analysis import Analysis, analyse_rest
 from quadstep.linear.several import Several, collected
 from quadstep.linear.several import write as write_loops
 from quadstep.page.build import build_page, flown_mission
@@ -57,7 +57,7 @@ def of_draws(campaign: Campaign, count: int) -> Iterator[tuple[int, Analysis | s
     """The first draws by the numbers of their flights, and the loop of each, or why there is none."""
     for flight in range(count):
         try:
-            found: Analysis | str = studied(replay(campaign, flight).mission).analysis
+            found: Analysis | str = analyse_rest(replay(campaign, flight).mission).analysis
         except UserError as error:
             found = str(error)
         yield flight, found

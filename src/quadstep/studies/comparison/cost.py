@@ -12,7 +12,7 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Cycle, Loop, Numbers, Sensed
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, prepare
-from quadstep.export.arm import missing
+from quadstep.export.arm import missing_programs
 from quadstep.export.run import measured_alone
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
 from quadstep.interfaces.controller import Measured
@@ -111,7 +111,7 @@ class LawAlone(Loop):
 
 def edition() -> str:
     """How it is measured: a cost measured in another way, or without tools that are there now, is not the one that is kept."""
-    return f"a law with its reference given, sines with cosines, counted on {BOARD} without {missing()}"
+    return f"a law with its reference given, sines with cosines, counted on {BOARD} without {missing_programs()}"
 
 
 def cost(plan: FlightPlan) -> Cost:
@@ -129,7 +129,7 @@ def cost(plan: FlightPlan) -> Cost:
 
 def counted(plan: FlightPlan) -> tuple[int | None, str, bool]:
     """Instructions of a flight's law, or why there are none, and whether a tool failed."""
-    if lacking := missing():
+    if lacking := missing_programs():
         return None, f"{' and '.join(lacking)} not found", False
     try:
         with measured_alone(plan, BOARD) as law:

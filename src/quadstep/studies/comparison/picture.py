@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import beside, drawing, write
+from quadstep.report.canvas import drawing, legend_columns, write
 from quadstep.report.sheet import Sheet
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, below, share_lost, title, unit_of
@@ -59,7 +59,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
         axes.grid(visible=False, axis="y")
         scaled(axes)
         axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the {found.high}")
-        figure.legend(loc="outside upper left", ncols=beside(figure.get_figwidth(), list(names), 4))
+        figure.legend(loc="outside upper left", ncols=legend_columns(figure.get_figwidth(), list(names), 4))
         write(figure, path, sheet)
 
 

@@ -20,7 +20,7 @@ from quadstep.engines.scored import LARGEST
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.grade import graded, of_analysis, refused
 from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.metrics.statistics import Estimate, ordered_quantile, share
@@ -251,7 +251,7 @@ def linear_of(cell: StudyCell) -> Linear:
     mission = without_estimator(flown)
     left_out = mission is not flown
     try:
-        found = studied(mission).analysis
+        found = analyse_rest(mission).analysis
     except UserError as error:
         grade = refused(error)
         return Linear(grade.word, grade.why.removeprefix(f"{cell.campaign.source}: "), [], {}, left_out)

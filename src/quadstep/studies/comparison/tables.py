@@ -180,14 +180,14 @@ def margin_rows(found: Comparison) -> list[list[str]]:
         entry = found.raised[name]
         points = []
         for estimate in (one.half, one.few):
-            value, low, high = (beyond(part, entry.low, entry.high) for part in estimate)
+            value, low, high = (range_text(part, entry.low, entry.high) for part in estimate)
             shown = value if low == value == high else f"{value} [{low}, {high}]"
             points.append(f"{shown}{f' {entry.unit}' if entry.unit else ''}")
         rows.append([name, vehicle, controller, *points, percent(one.checked) if one.checked else NOTHING])
     return rows
 
 
-def beyond(value: float, low: float, high: float) -> str:
+def range_text(value: float, low: float, high: float) -> str:
     """A value within a range, or that it is beyond it; a dash for one that too few flights leave unknown."""
     if math.isnan(value):
         return NOTHING

@@ -88,8 +88,8 @@ def figure_jobs(logs: Mapping[str, FlightLog]) -> list[FigureJob]:
         job(8, case_2.column("t"), attitude_panels(case_2, ROLL_AND_PITCH)),
         job(9, case_2.column("t"), input_panels(case_2)),
         job(10, new.column("t"), comparison_positions(new, old)),
-        job(11, new.column("t"), [both(a, "rad", new, old) for a in ("phi", "theta", "psi")], 1),
-        job(12, new.column("t"), [both(name, unit, new, old) for name, unit in inputs]),
+        job(11, new.column("t"), [both_controllers(a, "rad", new, old) for a in ("phi", "theta", "psi")], 1),
+        job(12, new.column("t"), [both_controllers(name, unit, new, old) for name, unit in inputs]),
     ]
 
 
@@ -107,7 +107,7 @@ def trajectories() -> tuple[NDArray[np.float64], list[Panel]]:
     return t, panels
 
 
-def both(name: str, unit: str, new: FlightLog, old: FlightLog) -> Panel:
+def both_controllers(name: str, unit: str, new: FlightLog, old: FlightLog) -> Panel:
     """A column of both controllers, with the paper's subscripts: n this paper's, o that of [11]."""
     return Panel(name, unit, {f"{name}_n (adaptive)": new.column(name), f"{name}_o (nested [11])": old.column(name)})
 
@@ -117,7 +117,7 @@ def comparison_positions(new: FlightLog, old: FlightLog) -> list[Panel]:
     errors_new, errors_old = position_errors(new), position_errors(old)
     tracks, misses = [], []
     for i, a in enumerate(("x", "y", "z")):
-        panel = both(a, "m", new, old)
+        panel = both_controllers(a, "m", new, old)
         tracks.append(Panel(panel.label, panel.unit, {**panel.lines, f"{a}_d": new.column(f"{a}_d")}))
         misses.append(Panel(f"{a}_d - {a}", "m", {f"{a}_d - {a}_n": errors_new[:, i], f"{a}_d - {a}_o": errors_old[:, i]}))
     return tracks + misses

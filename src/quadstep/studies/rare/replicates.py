@@ -137,7 +137,7 @@ def fly_piece(flights: PointFlyer, piece: Piece, progress: Advance) -> FinishedP
     random = Random(file.seed, EVENTS * piece.place, len(file.keys))
     found: list[Replicate] = METHODS[name](flights.evaluate(events, counted), len(events), random, file.rare.flights)
     failures = joined([one.failures for one in found])
-    flown_again = again(flights, failures, counted) if flights.noisy and len(failures.noise) else None
+    flown_again = failing_again(flights, failures, counted) if flights.noisy and len(failures.noise) else None
     return FinishedPiece(
         kind=piece.kind.value,
         method=name,
@@ -179,7 +179,7 @@ def nearest(flights: PointFlyer, failures: Points) -> Nearest:
     )
 
 
-def again(flights: PointFlyer, failures: Points, progress: Advance) -> Repeated:
+def failing_again(flights: PointFlyer, failures: Points, progress: Advance) -> Repeated:
     """How many of some failures fail again with different noise."""
     count = len(failures.noise)
     some = failures.at(np.unique(np.linspace(0, count - 1, min(count, AGAIN)).astype(np.int64)))

@@ -20,7 +20,7 @@ from quadstep.interfaces.learning import DeclaredNet
 from quadstep.interfaces.plant import Model
 from quadstep.io.errors import UserError
 from quadstep.mission.derived import ControllerSection
-from quadstep.mission.fields import parts, replaced, with_value
+from quadstep.mission.fields import key_parts, replaced, with_value
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range, TuneSection
 from quadstep.numbers import Vector
@@ -87,7 +87,7 @@ def gain(key: str, wanted: Range | None, mission: Mission) -> TunedGain:
     A key of several numbers is one gain: its range is that of the first of them, and the others keep their proportion to it.
     """
     said = f"tune.gains: {key}"
-    first, *rest = parts(key)
+    first, *rest = key_parts(key)
     if first != "controller" or not rest:
         raise UserError(f"{said}: only numbers of the controller can be tuned; allowed: {', '.join(tunable(mission))}")
     value = looked_up(mission, rest, said)
@@ -190,9 +190,9 @@ def with_numbers(content: dict[str, object], mission: Mission, values: dict[str,
     for key, number in values.items():
         listed, _, place = key.rpartition(".")
         entries: object = (
-            list(cast(tuple[object, ...], looked_up(mission, parts(listed)[1:], listed))) if place.isdigit() else None
+            list(cast(tuple[object, ...], looked_up(mission, key_parts(listed)[1:], listed))) if place.isdigit() else None
         )
-        for name in reversed(parts(listed)):  # where the file has no list, the present one is written out
+        for name in reversed(key_parts(listed)):  # where the file has no list, the present one is written out
             entries = {name: entries}
         changed = with_value(changed, key, number, entries)
     return changed
@@ -267,19 +267,19 @@ class Conditions:
         near, far = 0.0, 1.0  # shares of the way from the anchor: they hold at near, not at far
         for _ in range(HALVINGS):
             middle = 0.5 * (near + far)
-            near, far = (middle, far) if self.hold(between(anchor, point, middle)) else (near, middle)
-        return between(anchor, point, near)
+            near, far = (middle, far) if self.hold(interpolated(anchor, point, middle)) else (near, middle)
+        return interpolated(anchor, point, near)
 
 
 def with_gains(controller: ControllerSection, values: Mapping[str, object]) -> ControllerSection:
     """A checked controller with other numbers, by keys of the mission."""
     changed: dict[str, object] = {}
     for key, value in values.items():
-        _, name, *rest = parts(key)
+        _, name, *rest = key_parts(key)
         changed[name] = replaced(changed.get(name, getattr(controller, name)), rest, value)
     return controller.model_copy(update=changed)
 
 
-def between(first: Point, second: Point, share: float) -> list[float]:
+def interpolated(first: Point, second: Point, share: float) -> list[float]:
     """Some way from the first to the second; the first itself at 0."""
     return [a if share == 0.0 else a + share * (b - a) for a, b in zip(first, second, strict=True)]

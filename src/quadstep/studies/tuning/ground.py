@@ -110,7 +110,7 @@ def read_request(path: Path) -> TuningRequest:
     if "constraints" in asked.section.model_fields_set:
         return asked
     now = check_mission(with_numbers(content, asked.mission, asked.present), str(path), path.parent)
-    return asked._replace(section=asked.section.model_copy(update={"constraints": kept(now)}))
+    return asked._replace(section=asked.section.model_copy(update={"constraints": kept_margins(now)}))
 
 
 def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, apart: bool = True) -> TuningRequest:
@@ -144,7 +144,7 @@ def sound(mission: Mission) -> dict[str, Constraint]:
     return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
 
 
-def kept(mission: Mission) -> dict[str, Constraint]:
+def kept_margins(mission: Mission) -> dict[str, Constraint]:
     """The margins that better gains leave where nothing else is asked for: those of a sound loop, or the present ones where
     these are smaller; none of a loop that is unstable or cannot be linearised.
     """

@@ -180,7 +180,7 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     costs = [judge.costs(flown) for flown in (present, tuned)]
     kind = judge.section.aggregate
     first, second = (aggregated(kind, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
-    objective = Row(OBJECTIVE, first, second, risen(kind, costs[0][both], costs[1][both]))
+    objective = Row(OBJECTIVE, first, second, increase(kind, costs[0][both], costs[1][both]))
     reported = rows(judge.reported, present, tuned)
     where = " on flights they were not tuned on" if count > 1 else " on the one flight that they were tuned on"
     verdict = judged(success, objective, count == 1) if changed else UNCHANGED
@@ -204,13 +204,13 @@ def judged(success: Estimate, objective: Row, alone: bool) -> str:
     """The verdict at 95 % confidence; more successful flights come before a smaller objective, which decides nothing against
     the flights that succeed. alone: whether there is one flight with each set of gains, as all are alike.
     """
-    sign, change = certain(success, alone), objective.difference
+    sign, change = certain_sign(success, alone), objective.difference
     if sign == 0 and change is not None and objective.present is not None:
-        sign = -certain(change, alone) if abs(change.value) > NEGLIGIBLE * abs(objective.present.value) else 0
+        sign = -certain_sign(change, alone) if abs(change.value) > NEGLIGIBLE * abs(objective.present.value) else 0
     return {1: BETTER, 0: SAME, -1: WORSE}[sign if sign * success.value >= 0.0 else 0]
 
 
-def certain(difference: Estimate, alone: bool) -> int:
+def certain_sign(difference: Estimate, alone: bool) -> int:
     """Its sign, 0 if the interval holds zero or there is none. Of a flight alone it is certain, as all are alike."""
     low, high = (difference.value,) * 2 if alone else difference[1:]
     return int(low > 0.0) - int(high < 0.0)
@@ -225,7 +225,7 @@ def aggregated(kind: str, values: Floats) -> Estimate | None:
     return quantile(values, 0.95) if kind == "p95" else Estimate(float(values.max()), math.nan, math.nan)
 
 
-def risen(kind: str, before: Floats, after: Floats) -> Estimate | None:
+def increase(kind: str, before: Floats, after: Floats) -> Estimate | None:
     """What an aggregate of the same flights is above that before. None without flights."""
     if len(after) == 0:
         return None

@@ -12,13 +12,13 @@ from quadstep.metrics.verdict import Case
 from quadstep.mission.fields import label
 from quadstep.report import markup, units
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import LINES, beside, drawing, margins, new_figure, write
+from quadstep.report.canvas import LINES, drawing, legend_columns, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import prose
 from quadstep.studies.tuning.ground import TuningRequest
-from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain
+from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain_sign
 from quadstep.studies.tuning.search import Candidate, SearchResult
 
 HEADER = ("", "present", "tuned", "tuned - present")
@@ -96,7 +96,7 @@ def answer(compared: Compared) -> str:
     present, tuned = compared.success
     errors = compared.rows[:2] if compared.better else []  # whatever the objective
     risen = "".join(rise(one, compared.flights == 1) for one in errors)
-    if certain(compared.success_difference, compared.flights == 1):  # which decides
+    if certain_sign(compared.success_difference, compared.flights == 1):  # which decides
         moved = "rises" if tuned.value > present.value else "falls"
         return (
             f"{compared.verdict} Success {moved} from {units.percent(present.value)} to {units.percent(tuned.value)}.{risen}"
@@ -115,7 +115,7 @@ def answer(compared: Compared) -> str:
 
 def rise(one: Row, alone: bool) -> str:
     """That a metric certainly rises, in a sentence after a blank; nothing where that is not shown, or negligible."""
-    if not (one.present and one.tuned and one.difference) or certain(one.difference, alone) <= 0:
+    if not (one.present and one.tuned and one.difference) or certain_sign(one.difference, alone) <= 0:
         return ""
     if one.difference.value <= NEGLIGIBLE * one.present.value:
         return ""
@@ -168,7 +168,7 @@ def draw_search(path: Path, asked: TuningRequest, found: SearchResult, sheet: Sh
         for axes, most in ((top, 3), (bottom, 4)):
             marks, names = axes.get_legend_handles_labels()
             if marks:
-                ncols = beside(figure.get_figwidth(), names, most)
+                ncols = legend_columns(figure.get_figwidth(), names, most)
                 axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
         bottom.set_xlabel("flights")
         figure.align_ylabels()

@@ -20,7 +20,7 @@ from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.tuning.gains import Conditions, distance
 from quadstep.studies.tuning.ground import CandidateFlyer, TuningRequest
 from quadstep.studies.tuning.objective import CandidateFlights, Judge, Judged, joined
-from quadstep.studies.tuning.trial import FINALISTS, MarginGuess, Tried, few, flights_of, looked_at
+from quadstep.studies.tuning.trial import FINALISTS, MarginGuess, Tried, flights_of, looked_at, trial_flights
 
 BLOCK = 16
 """Flights that a generation is a multiple of, so that the vector registers of any machine are full."""
@@ -205,13 +205,13 @@ class Search:
 
     def fly(self, values: Sequence[dict[str, float]]) -> list[list[CandidateFlights]]:
         """The first flights of candidates, in each situation."""
-        return self.counted(values, [(0, few(one.asked.seeds)) for one in self.grounds])
+        return self.counted(values, [(0, trial_flights(one.asked.seeds)) for one in self.grounds])
 
     def fly_on(
         self, first: Sequence[list[CandidateFlights]], values: Sequence[dict[str, float]]
     ) -> list[list[CandidateFlights]]:
         """All flights of candidates whose first ones have been flown."""
-        more = self.counted(values, [(few(one.asked.seeds), one.asked.seeds) for one in self.grounds])
+        more = self.counted(values, [(trial_flights(one.asked.seeds), one.asked.seeds) for one in self.grounds])
         return [[joined(*parts) for parts in zip(*both, strict=True)] for both in zip(first, more, strict=True)]
 
     def counted(self, values: Sequence[dict[str, float]], spans: Sequence[tuple[int, int]]) -> list[list[CandidateFlights]]:

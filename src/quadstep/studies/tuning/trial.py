@@ -34,7 +34,7 @@ RIDGE = 1e-3
 """Squared distance in the unit box: a guess is as flat as if as much had been seen there that does not change."""
 
 
-def few(seeds: int) -> int:
+def trial_flights(seeds: int) -> int:
     """Flights that a candidate is tried on, of all that one may fly."""
     return min(seeds, max(FEWEST, seeds // SHARE))
 
@@ -53,7 +53,7 @@ class TrialFlights(NamedTuple):
 def flights_of(seeds: Iterable[int]) -> TrialFlights:
     """Of a candidate that flies so many in each of several situations."""
     many = list(seeds)
-    return TrialFlights(sum(map(few, many)), sum(many))
+    return TrialFlights(sum(map(trial_flights, many)), sum(many))
 
 
 class Tried(NamedTuple):
