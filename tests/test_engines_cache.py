@@ -5,6 +5,7 @@ import gc
 import os
 import subprocess
 import tempfile
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ import pytest
 from llvmlite import binding as llvm
 
 from quadstep.engines import kernel
-from quadstep.engines.kernel import MOST, Kernel, Kernels, fly_lanes, host, object_code
+from quadstep.engines.kernel import MOST, Kernel, Kernels, Trace, fly_lanes, host, object_code
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io import code_cache
+from quadstep.io.code_identity import told
 from tests.flights import NESTED, nested_gains, parameters, state
 from tests.needs import SUPERUSER, needs
 
@@ -47,11 +49,51 @@ def entries(folder):
     return sorted(path for path in folder.iterdir() if path.is_file())
 
 
+A_NAME = 32 + 64
+"""Bytes of an entry that holds the name of another."""
+
+
+def compiled(folder):
+    """The entries that hold code."""
+    return [path for path in entries(folder) if path.stat().st_size > A_NAME]
+
+
 def test_code_is_kept_and_used_again(folder, fly, monkeypatch):
     first = fly()
-    assert len(entries(folder)) == 1
+    assert len(compiled(folder)) == 1
     monkeypatch.setattr(code_cache, "write", lambda *_: pytest.fail("compiled again"))
     np.testing.assert_array_equal(fly(), first)
+
+
+def test_known_code_is_found_without_writing_its_module_unless_that_is_gone(folder, fly, monkeypatch):
+    first, traced = fly(), []
+    monkeypatch.setattr(kernel, "Trace", lambda *given: traced.append(given) or Trace(*given))
+    np.testing.assert_array_equal(fly(), first)
+    assert traced == []
+    compiled(folder)[0].unlink()
+    np.testing.assert_array_equal(fly(), first)
+    assert len(traced) == 1
+
+
+def test_a_module_is_written_where_the_package_changed_and_its_code_is_found_if_it_says_the_same(folder, fly, monkeypatch):
+    first, traced = fly(), []
+    monkeypatch.setattr(kernel, "source_digest", lambda: "of another version")
+    monkeypatch.setattr(kernel, "Trace", lambda *given: traced.append(given) or Trace(*given))
+    np.testing.assert_array_equal(fly(), first)
+    assert (len(traced), len(compiled(folder))) == (1, 1)
+
+
+def test_what_decides_the_code_of_a_loop_of_the_users_own_is_not_told():
+    @dataclass(frozen=True)
+    class Mine(type(NESTED.controller)):
+        pass
+
+    assert told(NESTED)
+    assert not told(replace(NESTED, controller=Mine()))
+    assert not told((NESTED, lambda t: t))
+    assert not told(np.zeros(2000))  # abridged
+    names = {kernel.structure(NESTED, *rest) for rest in ((), (4,), (8,), ((4,),))}
+    assert len(names) == 4
 
 
 @pytest.mark.parametrize(
@@ -60,7 +102,7 @@ def test_code_is_kept_and_used_again(folder, fly, monkeypatch):
         lambda content: b"",
         lambda content: content[:20],
         lambda content: content[:-100],
-        lambda content: content[:500] + bytes([content[500] ^ 1]) + content[501:],
+        lambda content: content[:50] + bytes([content[50] ^ 1]) + content[51:],
         lambda content: b"\0" * len(content),
         lambda content: content + b"more",
     ],
@@ -68,12 +110,13 @@ def test_code_is_kept_and_used_again(folder, fly, monkeypatch):
 )
 def test_a_damaged_entry_is_compiled_again_and_replaced(folder, fly, damage):
     first = fly()
-    (entry,) = entries(folder)
-    sound = entry.read_bytes()
-    entry.write_bytes(damage(sound))
-    np.testing.assert_array_equal(fly(), first)
-    assert entries(folder) == [entry]
-    assert code_cache.read(entry.name) is not None
+    kept = entries(folder)
+    for entry in kept:
+        sound = entry.read_bytes()
+        entry.write_bytes(damage(sound))
+        np.testing.assert_array_equal(fly(), first)
+        assert entries(folder) == kept
+        assert code_cache.read(entry.name) is not None
 
 
 def test_a_folder_that_cannot_be_made_is_no_error(tmp_path, fly, monkeypatch):
@@ -175,14 +218,13 @@ def test_without_a_home_nothing_is_kept_and_nothing_said(fly, monkeypatch, caplo
 )
 def test_a_folder_that_others_may_write_is_not_used(folder, fly, caplog, above, mode, who):
     first = fly()
-    (entry,) = entries(folder)
-    kept = entry.read_bytes()
+    kept = [path.read_bytes() for path in entries(folder)]
     opened = folder.parent if above else folder
     opened.chmod(mode)
-    assert code_cache.read(entry.name) is None
+    assert [code_cache.read(path.name) for path in entries(folder)] == [None] * len(kept)
     code_cache.write("a" * 64, b"code")
     np.testing.assert_array_equal(fly(), first)
-    assert [path.read_bytes() for path in entries(folder)] == [kept]
+    assert [path.read_bytes() for path in entries(folder)] == kept
     (line,) = caplog.messages
     assert f"{opened} may be written by {who}, who could plant code" in line
     assert f"`chmod go-w {opened}` or set QUADSTEP_CACHE" in line

@@ -254,7 +254,7 @@ def loop():
 
 def run(text, handle, count=3):
     """What the loop ends with."""
-    kernel = compile_module(text, True)
+    kernel = compile_module(lambda: text, True)
     fly = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64)(kernel.engine.get_function_address("fly"))
     memory = np.array([float(handle)])
     fly(memory.ctypes.data, count)

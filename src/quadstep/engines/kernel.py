@@ -23,8 +23,11 @@ from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.interfaces.closed_loop import Advance, ClosedLoop, Ticks
 from quadstep.interfaces.log import FlightLog, finished
 from quadstep.io import code_cache
+from quadstep.io.code_identity import told
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.numbers import Number, Table, flatten, in_matrix, rebuild
+from quadstep.io.parts import source_digest
+from quadstep.numbers import Number, Table, flatten, in_matrix, leaf_names, rebuild
+from quadstep.program.emitter import SYMBOL
 from quadstep.program.recorded import RecordedNumber
 
 COUNTERS = ("first", "past", "final", "log")
@@ -141,15 +144,15 @@ def host_width(double: bool) -> int:
     return host().doubles * (1 if double else 2)
 
 
-def compile_module(text: str, double: bool) -> Kernel:
-    """Machine code of an LLVM module that defines `fly`, as `Trace` writes it."""
-    engine = machine_code(text)
+def compile_module(written: Callable[[], str], double: bool, known: str = "") -> Kernel:
+    """Machine code of an LLVM module that defines `fly`, as `Trace` writes it. known: as in `machine_code`."""
+    engine = machine_code(written, known)
     return Kernel(engine, function(engine, "fly", len(COUNTERS), double, 1 + len(BUFFERS)))
 
 
-def compile_sweep(text: str, double: bool) -> Kernel:
-    """Machine code of an LLVM module that defines `sweep`, as `SweepTrace` writes it."""
-    engine = machine_code(text)
+def compile_sweep(written: Callable[[], str], double: bool, known: str = "") -> Kernel:
+    """Machine code of an LLVM module that defines `sweep`, as `SweepTrace` writes it. known: as in `machine_code`."""
+    engine = machine_code(written, known)
     counters, buffers = len(sweep_trace.COUNTERS), 1 + len(sweep_trace.BUFFERS)
     return Kernel(engine, function(engine, "sweep", counters, double, buffers))
 
@@ -172,16 +175,35 @@ def optimised() -> bool:
     return chosen == "1"
 
 
-def machine_code(text: str) -> llvm.ExecutionEngine:
-    """An LLVM module compiled and in memory; taken from the cache if it was compiled before. Raises UserError."""
+def structure(loop: ClosedLoop, *rest: object) -> str:
+    """What decides the text of a loop's module, with the package's code; nothing where only the text itself tells. rest: what
+    decides it besides, as text tells it.
+    """
+    return f"{source_digest()} {said} {rest}" if (said := told(loop)) else ""
+
+
+def machine_code(written: Callable[[], str], known: str) -> llvm.ExecutionEngine:
+    """An LLVM module compiled and in memory; taken from the cache if it was compiled before. Raises UserError.
+
+    written: writes it. known: what decides its text (`structure`), by which code is found without writing it, as that takes
+    longer than all else; "" to look for the text.
+    """
     cpu, features, _ = host()
     level = 3 if optimised() else 0
     target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=level, jit=True)
-    name = code_cache.key(text, cpu, features, llvmlite.__version__, target.triple, SCHEDULER, DIRECTION, str(level))
-    code = code_cache.read(name)
+    compiler = cpu, features, llvmlite.__version__, target.triple, SCHEDULER, DIRECTION, str(level)
+    place = code_cache.key("place", known, *compiler) if known else ""
+    name = (code_cache.read(place) or b"").decode() if place else ""
+    code = code_cache.read(name) if name else None
     if code is None:
-        code = object_code(text, target, level)
-        code_cache.write(name, code)
+        text = written()
+        name = code_cache.key(text, *compiler)
+        code = code_cache.read(name)
+        if code is None:
+            code = object_code(text, target, level)
+            code_cache.write(name, code)
+        if place and SYMBOL not in text:  # writing it lets such code find Python
+            code_cache.write(place, name.encode())
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
@@ -311,6 +333,7 @@ def prepare(
     key = (loop, sizes, shared, double, width)
 
     def made() -> Kernel:
-        return compile_module(str(Trace(loop, parameters, start, list(shared), double, width).module), double)
+        known = structure(loop, "flight", leaf_names((parameters, start)), sizes, shared, double, width)
+        return compile_module(lambda: str(Trace(loop, parameters, start, list(shared), double, width).module), double, known)
 
     return KERNELS.get_or_make(key, made)

@@ -23,7 +23,7 @@ import numpy as np
 from llvmlite import binding as llvm
 from numpy.typing import ArrayLike, NDArray
 
-from quadstep.engines.kernel import Kernel, Kernels, compile_sweep, host_width, object_code
+from quadstep.engines.kernel import Kernel, Kernels, compile_sweep, host_width, object_code, structure
 from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import Score, Scored, metrics
 from quadstep.engines.sweep_trace import OUTCOME, SweepTrace
@@ -183,10 +183,14 @@ def prepare(
     key = (loop, sizes, varying, double, width)
 
     def made() -> Kernel:
-        trace = SweepTrace(loop, start, parameters, varying, double, width)
-        if SYMBOL in trace.module.globals:  # Python must not be called for a diverged flight
-            trace = SweepTrace(loop, start, parameters, varying, double, width, frozen=True)
-        return compile_sweep(str(trace.module), double)
+        def written() -> str:
+            trace = SweepTrace(loop, start, parameters, varying, double, width)
+            if SYMBOL in trace.module.globals:  # Python must not be called for a diverged flight
+                trace = SweepTrace(loop, start, parameters, varying, double, width, frozen=True)
+            return str(trace.module)
+
+        known = structure(loop, "sweep", leaf_names((start, parameters)), sizes, sorted(varying), double, width)
+        return compile_sweep(written, double, known)
 
     return KERNELS.get_or_make(key, made)
 

@@ -28,6 +28,12 @@ def own_code(part: object) -> frozenset[str]:
     return frozenset(own.union(*map(own_code, inner)))
 
 
+def told(part: object) -> str:
+    """What a part of a flight is where text tells it whole; nothing of users' code, and of what text leaves something out."""
+    said = repr(part)
+    return "" if own_code(part) or " at 0x" in said or "..." in said else said
+
+
 def code_of_module(name: str) -> str:
     """A digest of the user's code that a module belongs to; nothing for one of this package or of Python."""
     top = name.partition(".")[0]
