@@ -7,15 +7,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from quadstep.identify.changes import HIDDEN, WORTH, changes, tuned
+from quadstep.identify.changes import HIDDEN, WORTH, changed_parameters, changes, tuned
 from quadstep.identify.excited import excited
 from quadstep.identify.measured import measured
 from quadstep.identify.plant import plant
+from quadstep.identify.rate_loops import ARDUPILOT, PX4
 from quadstep.identify.symptoms import noise
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
 from quadstep.report.sheet import sheet
-from quadstep.studies.advise import advise
+from quadstep.studies.advise import advise, expected_result
 from tests.challenge import setpoints, symptoms
 from tests.made_logs import rate_loop
 from tests.rate_flights import PERIOD, Axis, Ring, flown, stepped
@@ -136,6 +137,42 @@ def test_a_sound_loop_gets_the_gains_that_it_bears_from_the_plant_that_explains_
         flight._replace(measured=flight.measured.only(0, 60)),  # nor are gains raised beyond what was excited
     ):
         assert changes(other, measured(other.measured), plant(other)) is None
+
+
+@pytest.mark.parametrize("loop", [PX4[0], ARDUPILOT[0]], ids=["px4", "ardupilot"])
+def test_a_loop_whose_integrator_is_too_quick_gets_less_of_it_and_flown_as_written_is_sound(loop):
+    """No factor on the gains, nor a slower attitude loop, is enough."""
+    own = {"effect": 102.0, "lag": 0.028, "delay": 2, "cut": 39.0, "slope": 24.0, "p": 0.338, "i": 3.25, "d": 0.0038}
+    own |= {"attitude": 7.3, "period": 0.0025, "target": math.inf, "error": math.inf, "after": float(loop.form == "ardupilot")}
+    one = Axis(**{name: np.array([own[name]]) for name in Axis._fields})
+    angle = stepped(np.random.default_rng(3), 60.0, period=0.0025)
+    signals = [column[:, 0] for column in flown(one, angle[:, None] * one.attitude, 5e-4, 0.1, every=1)]
+    told = setpoints.parameters(loop, Axis(*(field[0] for field in one)))
+    flight = setpoints.read(loop, 0.0025 * np.arange(len(angle)), signals, told)
+    advice = changes(flight, measured(flight.measured), plant(flight))
+    new = {name: then for name, (_, then) in changed_parameters(flight, advice).items()}
+    assert new[f"{loop.stem}I"] < told[f"{loop.stem}I"]
+    sentence = expected_result(flight, advice)
+    assert f"{loop.stem}I from {told[f'{loop.stem}I']:.4g} to {new[f'{loop.stem}I']:.4g} and" in sentence
+    p, i, d = (new.get("MC_ROLLRATE_K", 1.0) * new.get(f"{loop.stem}{end}", told[f"{loop.stem}{end}"]) for end in "PID")
+    after = one._replace(p=one.p * 0 + p, i=one.i * 0 + i, d=one.d * 0 + d, attitude=one.attitude * 0 + new[loop.attitude])
+    before, now = (setpoints.least(each.opened(setpoints.OMEGA)[0])[2] for each in (one, after))
+    assert before < 0.7
+    assert now > 1.0
+    assert now == pytest.approx(setpoints.least(setpoints.changed(one, advice, loop).opened(setpoints.OMEGA)[0])[2])
+
+
+def test_advice_stays_in_the_range_that_an_autopilot_documents(tmp_path):
+    """MC_ROLLRATE_K goes from 0.01 to 5; one that flew beyond goes no further out."""
+    for k, most in ((4.0, 5.0), (6.0, 6.0)):
+        told = {name: value / (2.0 * k) for name, value in parameters(SOUND).items() if name.startswith("MC_ROLLRATE_")}
+        change = {**told, "MC_ROLLRATE_K": k}
+        found = advise(logged(tmp_path, SOUND, change), None, None, tmp_path / "out", True, sheet("svg", None, "screen"))
+        new = found.record["changes"].get("MC_ROLLRATE_K", k)
+        assert k <= new <= most
+        assert ("MC_ROLLRATE_K is then at the end of the range that PX4 v1.15 documents, 0.01 to 5" in found.more[0]) == (
+            k == 4.0
+        )
 
 
 def test_gains_do_not_rise_until_a_resonance_beyond_what_was_excited_rings(tmp_path, monkeypatch):

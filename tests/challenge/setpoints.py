@@ -1,6 +1,6 @@
 """Random vehicles whose sticks snap, without an excitation: what `advise` measures and advises, against the flown loop.
 
-`python -m tests.challenge.setpoints [COUNT] [ardupilot] [loud] [rings]` flies so many vehicles and counts.
+`python -m tests.challenge.setpoints [COUNT [SEED]] [ardupilot] [loud] [rings]` flies so many vehicles and counts.
 """
 
 import itertools
@@ -100,13 +100,13 @@ def read(
 def changed(axes: Axis, advice: Advice, loop: RateLoop) -> Axis:
     """All with the change that is advised for one."""
     endings = {"GYRO_CUTOFF": "cut", "GYRO_FILTER": "cut", "DGYRO_CUTOFF": "slope", "FLTD": "slope", "FLTE": "error"}
-    endings["FLTT"] = "target"
-    found = axes.scaled(advice.factor)
+    endings |= {"FLTT": "target", "I": "i"}
+    found = axes
     for name, (_, value) in advice.others.items():
         ending = name.removeprefix(loop.stem).removeprefix("IMU_").removeprefix("INS_")
         field = "attitude" if name == loop.attitude else endings[ending]
         found = found._replace(**{field: np.full_like(axes.cut, value)})
-    return found
+    return found.scaled(advice.factor)
 
 
 def resonances(random: np.random.Generator, axes: Axis) -> Ring:
@@ -207,7 +207,9 @@ SEARCHES = [
 
 def main() -> None:
     """Counts of so many vehicles."""
-    wanted, random = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(20261126)
+    numbers = [int(one) for one in sys.argv[1:] if one.isdigit()]
+    wanted, seed = numbers + [1000, 20261126][len(numbers) :]
+    random = np.random.default_rng(seed)
     loop, every = ARDUPILOT[0] if "ardupilot" in sys.argv else PX4[0], list[Flown]()
     while len(every) < wanted:
         every += vehicles(random, min(TOGETHER, wanted), loop, LOUD if "loud" in sys.argv else USUAL, "rings" in sys.argv)

@@ -46,9 +46,9 @@ class RollParameters(NamedTuple):
     d_ff: Number = parameter("ATC_RAT_RLL_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
     most: Number = parameter("ATC_RAT_RLL_IMAX", 0.5, "-", "limit of the integral", tunable=False)
     most_pd: Number = parameter("ATC_RAT_RLL_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_RLL_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", tunable=False)
-    error_cut: Number = parameter("ATC_RAT_RLL_FLTE", 0.0, "Hz", "cut-off of the error; 0: none", tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_RLL_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", tunable=False)
+    target_cut: Number = parameter("ATC_RAT_RLL_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", high=100.0, tunable=False)
+    error_cut: Number = parameter("ATC_RAT_RLL_FLTE", 0.0, "Hz", "cut-off of the error; 0: none", high=100.0, tunable=False)
+    slope_cut: Number = parameter("ATC_RAT_RLL_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", high=100.0, tunable=False)
 
 
 class PitchParameters(NamedTuple):
@@ -61,9 +61,9 @@ class PitchParameters(NamedTuple):
     d_ff: Number = parameter("ATC_RAT_PIT_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
     most: Number = parameter("ATC_RAT_PIT_IMAX", 0.5, "-", "limit of the integral", tunable=False)
     most_pd: Number = parameter("ATC_RAT_PIT_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_PIT_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", tunable=False)
-    error_cut: Number = parameter("ATC_RAT_PIT_FLTE", 0.0, "Hz", "cut-off of the error; 0: none", tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_PIT_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", tunable=False)
+    target_cut: Number = parameter("ATC_RAT_PIT_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", high=100.0, tunable=False)
+    error_cut: Number = parameter("ATC_RAT_PIT_FLTE", 0.0, "Hz", "cut-off of the error; 0: none", high=100.0, tunable=False)
+    slope_cut: Number = parameter("ATC_RAT_PIT_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", high=100.0, tunable=False)
 
 
 class YawParameters(NamedTuple):
@@ -76,9 +76,9 @@ class YawParameters(NamedTuple):
     d_ff: Number = parameter("ATC_RAT_YAW_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
     most: Number = parameter("ATC_RAT_YAW_IMAX", 0.5, "-", "limit of the integral", tunable=False)
     most_pd: Number = parameter("ATC_RAT_YAW_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_YAW_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", tunable=False)
-    error_cut: Number = parameter("ATC_RAT_YAW_FLTE", 2.5, "Hz", "cut-off of the error; 0: none", tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_YAW_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", tunable=False)
+    target_cut: Number = parameter("ATC_RAT_YAW_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", high=50.0, tunable=False)
+    error_cut: Number = parameter("ATC_RAT_YAW_FLTE", 2.5, "Hz", "cut-off of the error; 0: none", high=20.0, tunable=False)
+    slope_cut: Number = parameter("ATC_RAT_YAW_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", high=50.0, tunable=False)
 
 
 class ArduPilotAttitudeParameters(NamedTuple):
@@ -150,7 +150,7 @@ class MotorParameters(NamedTuple):
     hover: Number = parameter("MOT_THST_HOVER", 0.35, "-", "throttle of a hover", zero=False, tunable=False)
     learn: Number = switch("MOT_HOVER_LEARN", 2.0, "above 0: the hover throttle is learnt", most=2)
     headroom: Number = parameter("MOT_YAW_HEADROOM", 200.0, "0.001", "headroom reserved for yaw", tunable=False)
-    gyro_cut: Number = parameter("INS_GYRO_FILTER", 20.0, "Hz", "cut-off of the gyro; 0: none", tunable=False)
+    gyro_cut: Number = parameter("INS_GYRO_FILTER", 20.0, "Hz", "cut-off of the gyro; 0: none", high=256.0, tunable=False)
     acc_cut: Number = parameter("INS_ACCEL_FILTER", 20.0, "Hz", "cut-off of the accelerometer; 0: none", tunable=False)
 
 

@@ -75,11 +75,11 @@ class FilterParameters(NamedTuple):
     """Of the gyro."""
 
     cut: Number = parameter("IMU_GYRO_CUTOFF", 40.0, "Hz", "cut-off of the rates; 0: none", high=1000.0, tunable=False)
-    derivative: Number = parameter("IMU_DGYRO_CUTOFF", 30.0, "Hz", "cut-off of their slopes; 0: none", tunable=False)
-    centre0: Number = parameter("IMU_GYRO_NF0_FRQ", 0.0, "Hz", "centre of the first notch; 0: none", tunable=False)
-    band0: Number = parameter("IMU_GYRO_NF0_BW", 20.0, "Hz", "its band", tunable=False)
-    centre1: Number = parameter("IMU_GYRO_NF1_FRQ", 0.0, "Hz", "centre of the second notch; 0: none", tunable=False)
-    band1: Number = parameter("IMU_GYRO_NF1_BW", 20.0, "Hz", "its band", tunable=False)
+    derivative: Number = parameter("IMU_DGYRO_CUTOFF", 30.0, "Hz", "cut-off of slopes; 0: none", high=1000.0, tunable=False)
+    centre0: Number = parameter("IMU_GYRO_NF0_FRQ", 0.0, "Hz", "centre of first notch; 0: none", high=1000.0, tunable=False)
+    band0: Number = parameter("IMU_GYRO_NF0_BW", 20.0, "Hz", "its band", high=100.0, tunable=False)
+    centre1: Number = parameter("IMU_GYRO_NF1_FRQ", 0.0, "Hz", "centre of second notch; 0: none", high=1000.0, tunable=False)
+    band1: Number = parameter("IMU_GYRO_NF1_BW", 20.0, "Hz", "its band", high=100.0, tunable=False)
 
 
 class Px4AttitudeParameters(NamedTuple):

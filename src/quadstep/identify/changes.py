@@ -19,8 +19,9 @@ from quadstep.identify.rate_loops import Filter, RateLoop
 from quadstep.identify.response import Complex, Response, gain_margins
 from quadstep.io.errors import UserError
 
-FACTORS = np.geomspace(16.0, 0.25, 169)
-"""Factors on the gains that are tried, the largest first."""
+FINE = 2.0 ** (1.0 / 28.0)
+FACTORS = FINE ** np.arange(112.0, -57.0, -1.0)
+"""Factors on the gains that are tried, the largest first, and from one to the next."""
 
 WORTH = 1.1
 """Least factor by which the gains of a sound loop are raised."""
@@ -52,8 +53,8 @@ MOST = 3
 
 class Advice(NamedTuple):
     """A factor on the gains of a command, other parameters, now and then, by name (of filters [Hz] and of the attitude loop
-    [1/s]), and what the response says of the loop with them. louder: factor on the noise of the command, at most where a
-    cut-off rises.
+    [1/s]; the I gain before the factor), and what the response says of the loop with them. louder: factor on the noise of the
+    command, at most where a cut-off rises.
     """
 
     factor: float
@@ -62,15 +63,15 @@ class Advice(NamedTuple):
     louder: float = 1.0
 
 
-def advised(found: Response, whole: Iterable[float] = (), most: float = 1.0) -> Advice | None:
-    """The largest factor up to `most` with which the loop would be sound at the lower ends of its intervals; None where none
-    is known to make it so. The loop is stable as flown, and with other gains up to where its phase crosses -180 degrees.
-    whole: gains that are rounded to whole numbers, which leaves the loop sound too.
+def advised(found: Response, whole: Iterable[float] = (), most: float = 1.0, least: float = 0.0) -> Advice | None:
+    """The largest factor from `least` to `most` with which the loop would be sound at the lower ends of its intervals; None
+    where none is known to make it so. The loop is stable as flown, and with other gains up to where its phase crosses -180
+    degrees. whole: gains that are rounded to whole numbers, which leaves the loop sound too.
     """
     turns = [one.value for one in gain_margins(found)]
     floor = max((one.high for one in turns if one.low < 1.0), default=0.0)
     ceiling = min((max(one.low, 1.0) for one in turns if one.value > 1.0), default=math.inf)
-    tried = FACTORS[(floor < FACTORS) & (min(ceiling, most) >= FACTORS)]
+    tried = FACTORS[(floor < FACTORS) & (least <= FACTORS) & (min(ceiling, most) >= FACTORS)]
     expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
     sound = (one for one in expected if one[1].sound)
     return next(
@@ -94,15 +95,16 @@ def changes(flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None) 
         return advised(flight.measured) if now.fragile else None
     if (advice := tuned(flight, flight.loop, now, behind, [{}])) and told(flight, advice):
         return advice
-    if now.fragile and (advice := advised(flight.measured, gains.values())):
+    if now.fragile and (advice := advised(flight.measured, gains.values(), least=factor_limits(flight, flight.loop)[0])):
         return advice
     tried = raised(flight, flight.loop) if now.fragile else lowered(flight, flight.loop) if now.sound else ()
     if advice := next((one for one in tried if told(flight, one)), None):
         return advice
-    around = flight.parameters.get(flight.loop.attitude, 0.0) if flight.levelled else 0.0
-    slower = stepped(flight, flight.loop.attitude, 1.0 / STEP) if around > 0.0 else []
-    advice = tuned(flight, flight.loop, now, behind, slower)
-    return advice if advice and told(flight, advice) else None
+    slower = {flight.loop.attitude: 1.0 / STEP} if flight.levelled else {}
+    for steps in (slower, {**slower, flight.loop.integral: STEP**-2}):
+        if (advice := tuned(flight, flight.loop, now, behind, stepped(flight, steps))) and told(flight, advice):
+            return advice
+    return None
 
 
 def tuned(
@@ -117,8 +119,9 @@ def tuned(
     poor = now.fragile or by_plant.fragile or not (now.sound or by_plant.sound)
     for other, response in ways(flight, loop, tried, behind.loop):
         end = float(np.interp(flight.measured.omega[-1], response.omega, np.abs(response.opened)))
-        most = max(min(UNHEARD / end, NOISY / loud(flight), HIDDEN / behind.hidden), 1.0)
-        if advice := advised(response, (), most):
+        least, largest = factor_limits(flight, loop, other)
+        most = max(min(UNHEARD / end, NOISY / loud(flight), HIDDEN / behind.hidden, largest), 1.0)
+        if advice := advised(response, (), most, least):
             expected = advice.expected._replace(by_plant=True)
             worth = poor or (advice.factor >= WORTH and not other)
             return Advice(advice.factor, expected, parameter_changes(flight, other), advice.factor) if worth else None
@@ -127,15 +130,14 @@ def tuned(
 
 def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too."""
-    kept = [
-        list(ways(flight, loop, stepped(flight, one.name, STEP), flight.measured)) for one in known_low_passes(flight, loop)
-    ]
+    higher = (stepped(flight, {one.name: STEP}) for one in known_low_passes(flight, loop))
+    kept, least = [list(ways(flight, loop, tried, flight.measured)) for tried in higher], factor_limits(flight, loop)[0]
     for place in range(STEPS):
         for found in kept:
             if place < len(found):
                 other, response = found[place]
                 then = measured(response)
-                advice = Advice(1.0, then) if then.sound else advised(response) if then.fragile else None
+                advice = Advice(1.0, then) if then.sound else advised(response, least=least) if then.fragile else None
                 louder = growth(flight, loop, other)
                 if advice and louder * loud(flight) <= NOISY:
                     yield advice._replace(others=parameter_changes(flight, other), louder=louder)
@@ -148,7 +150,7 @@ def lowered(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     if loud(flight) <= NOISY:
         return
     stopped = quietest(flight, loop, notches(flight, loop))
-    lower = (stepped(flight, one.name, 1.0 / STEP) for one in known_low_passes(flight, loop))
+    lower = (stepped(flight, {one.name: 1.0 / STEP}) for one in known_low_passes(flight, loop))
     cut = [one for tried in lower for one in quietest(flight, loop, tried)]
     yield from (one for one in stopped if one.louder * loud(flight) <= NOISY)
     yield from sorted([*stopped, *cut], key=lambda one: one.louder)
@@ -173,7 +175,9 @@ def notches(flight: Excited, loop: RateLoop) -> list[dict[str, float]]:
         return []
     widths = [float(f"{peak.width * STEP**place:.3g}") for place in range(STEPS + 1)]
     on = {f"{stem}{ending}": value for ending, value in names.on.items()}
-    return [{**on, f"{stem}{names.centre}": float(f"{peak.middle:.3g}"), f"{stem}{names.band}": one} for one in widths]
+    rows = [{f"{stem}{names.centre}": float(f"{peak.middle:.3g}"), f"{stem}{names.band}": one} for one in widths]
+    ends = {name: loop.documented(name) for name in rows[0]}
+    return [{**on, **row} for row in rows if all(ends[name][0] <= one <= ends[name][1] for name, one in row.items())]
 
 
 def why_no_notch(flight: Excited, peak: Peak, now: MeasuredLoop, advice: Advice | None) -> str:
@@ -199,26 +203,49 @@ def known_low_passes(flight: Excited, loop: RateLoop) -> list[Filter]:
     return [one for one in loop.filters if flight.parameters.get(one.name, 0.0) > 0.0]
 
 
-def stepped(flight: Excited, name: str, step: float) -> list[dict[str, float]]:
-    """Values of a parameter further and further away."""
-    return [{name: float(f"{flight.parameters[name] * step**place:.3g}")} for place in range(1, STEPS + 1)]
+def stepped(flight: Excited, steps: Mapping[str, float]) -> list[dict[str, float]]:
+    """Values of parameters further and further away, by a factor each, up to where a documented range ends; none of 0."""
+    assert flight.loop
+    now = {name: flight.parameters[name] for name in steps if flight.parameters.get(name, 0.0) > 0.0}
+    ends = {name: parameter_limits(flight.loop, name, value) for name, value in now.items()}
+    rows = [
+        {name: float(np.clip(float(f"{value * steps[name] ** place:.3g}"), *ends[name])) for name, value in now.items()}
+        for place in range(1, STEPS + 1)
+    ]
+    return [row for row in rows if row != now]
+
+
+def parameter_limits(loop: RateLoop, name: str, now: float) -> tuple[float, float]:
+    """Where a parameter may go: within its documented range, or not further out of it than it is."""
+    low, high = loop.documented(name)
+    return min(low, now), max(high, now)
+
+
+def factor_limits(flight: Excited, loop: RateLoop, other: Mapping[str, float] = MappingProxyType({})) -> tuple[float, float]:
+    """The least and the largest factor on the gains with which all stay where they may go."""
+    gains = {name: one for name, one in (loop.gains({**flight.parameters, **other}) or {}).items() if one > 0.0}
+    ends = [[end / one for end in parameter_limits(loop, name, flight.parameters[name])] for name, one in gains.items()]
+    return max((low for low, _ in ends), default=0.0), min((high for _, high in ends), default=math.inf)
 
 
 def changed_parameters(flight: Excited, advice: Advice) -> dict[str, tuple[float, float]]:
     """All parameters to change, now and then; without gains that the log does not name, or a feed-forward bypasses."""
     loop, gains = flight.loop, dict[str, float]()
     if loop and advice.factor != 1.0 and not loop.bypassed(flight.parameters):
-        gains = {name: value for name, value in (loop.gains(flight.parameters) or {}).items() if value}
+        other = {name: value for name, (_, value) in advice.others.items()}
+        gains = {name: value for name, value in (loop.gains({**flight.parameters, **other}) or {}).items() if value}
     then = {name: advice.factor * value for name, value in gains.items()}
     rounded = loop is not None and loop.whole_gains
-    return {**advice.others, **{name: (gains[name], float(round(one)) if rounded else one) for name, one in then.items()}}
+    scaled = {name: (flight.parameters[name], float(round(one)) if rounded else one) for name, one in then.items()}
+    return {**advice.others, **scaled}
 
 
 def parameter_changes(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Parameters as they were in the log, and as they would be."""
     names = flight.loop.notches if flight.loop else None
     hidden = {f"{stem}{ending}": value for stem in names.stems for ending, value in names.usual.items()} if names else {}
-    return {name: ({**hidden, **flight.parameters}[name], value) for name, value in other.items()}
+    before = {**hidden, **flight.parameters}
+    return {name: (before[name], value) for name, value in other.items() if flight.parameters.get(name) != value}
 
 
 def ways(
@@ -277,7 +304,7 @@ def told(flight: Excited, advice: Advice) -> bool:
         scaled and (flight.loop.gains(flight.parameters) is None or flight.loop.bypassed(flight.parameters))
     ):
         return False
-    own = {flight.loop.attitude, *(one.name for one in flight.loop.filters if not one.shared)}
+    own = {flight.loop.attitude, flight.loop.integral, *(one.name for one in flight.loop.filters if not one.shared)}
     return not {*advice.others} - own or (len(flight.others) == 2 and all(tolerates(one, advice) for one in flight.others))
 
 

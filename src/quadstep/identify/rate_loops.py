@@ -14,7 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.control.registry import controller
 from quadstep.identify.response import Complex
+from quadstep.interfaces.controller import Controller, Measured
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import I_SCALE, P_SCALE, PER_MOTOR, YAW_I
 
@@ -166,6 +168,13 @@ NOTCHES = {
 }  # fmt: skip
 
 
+NOTCH_RANGES = {"FREQ": (10.0, 495.0), "BW": (5.0, 250.0)}
+"""Documented of ArduPilot's harmonic notches [Hz], which its law here has not."""
+
+LAWS = {"px4": "px4-cascade", "ardupilot": "ardupilot-cascade", "betaflight": "betaflight-rates"}
+"""With the parameters of autopilots, by the form of their files."""
+
+
 class RateLoop(NamedTuple):
     """One axis. setpoint, rate, command: columns; unit: of the first two [rad/s]. form: of a file of its parameters, as in
     `io/parameter_files.py`. stem: what the names of its gains begin with. scaled: endings of those that together scale all of
@@ -232,6 +241,19 @@ class RateLoop(NamedTuple):
         return back * self.notched(parameters, s) / self.unfiltered(parameters, s) + forward * around / s
 
     @property
+    def law(self) -> type[Controller]:
+        """The law with its parameters, their documented ranges and the release."""
+        found = controller(Measured, LAWS[self.form])
+        assert found
+        return found
+
+    def documented(self, name: str) -> tuple[float, float]:
+        """The range that the autopilot documents for a parameter."""
+        found = self.law.by_key().get(name)
+        low, high = (found[1].low, found[1].high) if found else NOTCH_RANGES.get(name.rpartition("_")[2], (None, None))
+        return low or 0.0, math.inf if high is None else high
+
+    @property
     def notches(self) -> Notches | None:
         """The fixed notches of its gyro; None where `controller` does not count them."""
         return NOTCHES.get(self.form)
@@ -247,13 +269,19 @@ class RateLoop(NamedTuple):
         return found
 
     def changed(self, name: str, before: float, after: float) -> str:
-        """That a parameter of a filter, or of the attitude loop, changes, in words."""
+        """That a parameter changes, in words."""
         return f"{name} from {before:.4g} to {self.valued(name, after)}"
 
     def valued(self, name: str, value: float) -> str:
         """Its value, in words."""
-        unit = " 1/s" if name == self.attitude else "" if self.notches and self.notches.switches(name) else " Hz"
+        bare = name == self.integral or (self.notches and self.notches.switches(name))
+        unit = " 1/s" if name == self.attitude else "" if bare else " Hz"
         return f"{value:.4g}{unit}"
+
+    @property
+    def integral(self) -> str:
+        """Its I gain, where a plant tells what that does."""
+        return f"{self.stem}I" if self.stem else ""
 
     @property
     def whole_gains(self) -> bool:

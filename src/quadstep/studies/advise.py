@@ -2,14 +2,14 @@
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.changes import NOISY, Advice, changed_parameters, changes, lags, loud, with_advice
+from quadstep.identify.changes import FINE, NOISY, Advice, changed_parameters, changes, lags, loud, with_advice
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
 from quadstep.identify.measured import MeasuredLoop, degrees, hertz, measured, spelled
@@ -132,7 +132,7 @@ def evidence(
     answer, seen = sentence(flight, now), symptoms(flight, now, advice)
     more = [*following(flight, now, advice), *([behind.said] if behind else []), *also(flight, now)]
     more += [one.said for one in seen if one.shows]
-    rows = margin_rows(now, behind, model, advice, flight.loop)
+    rows = margin_rows(now, behind, model, advice, flight.loop, new)
     lines = [(one.name, one.measured, one.threshold) for one in seen]
     cuts = [
         (name, f"{flight.parameters[name]:.4g}", f"{math.degrees(lag):.1f}")
@@ -212,8 +212,9 @@ COST = (
 
 
 def margin_rows(
-    now: MeasuredLoop, behind: IdentifiedPlant | None, model: ModelledLoop | None, advice: Advice | None, loop: RateLoop | None
-) -> list[tuple[str, ...]]:
+    now: MeasuredLoop, behind: IdentifiedPlant | None, model: ModelledLoop | None, advice: Advice | None,
+    loop: RateLoop | None, new: dict[str, tuple[float, float]],
+) -> list[tuple[str, ...]]:  # fmt: skip
     """Measured, by the plant, modelled, and expected with the changes."""
     rows: list[tuple[str, ...]] = [] if now.by_plant else [("measured", *now.cells)]
     by_plant = measured(behind.loop) if behind and behind.explains else None
@@ -223,7 +224,7 @@ def margin_rows(
         gains = [f"{gain:.1f}" if math.isfinite(gain) else "none" for gain in (one.up, one.down)]
         rows.append((f"model: {model.name}", f"{one.phase_at:.3g}", f"{math.degrees(one.phase):.1f}", *gains))
     if advice:
-        changed = [f"{name} {loop.valued(name, after)}" for name, (_, after) in advice.others.items()] if loop else []
+        changed = [f"{name} {loop.valued(name, new[name][1])}" for name in advice.others] if loop else []
         changed += [f"gains x {advice.factor:.2f}"] if advice.factor != 1.0 or not changed else []
         rows.append((f"expected, {', '.join(changed)}", *advice.expected.cells))
     return rows
@@ -260,7 +261,7 @@ def following(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Sequ
         first += "excite slower: its crossover was not excited" if now.by_plant else untold or "excite for longer"
     if advice is None:
         if now.fragile:
-            none = "No common factor on its gains, or cut-off of a low-pass, is known to give it that: none is advised"
+            none = "No gains or cut-offs within their documented ranges are known to give it that: no change is advised"
             return [f"{first}. {none}{f'; {untold}' * bool(wider)}."]
         return [f"{first}: no change of its gains is advised." if now.sound else f"{first}. No change is advised."]
     if advice.factor != 1.0 and flight.loop and flight.loop.bypassed(flight.parameters):
@@ -272,11 +273,9 @@ def expected_result(flight: Excited, advice: Advice) -> str:
     """What is advised and what it would bring, in a sentence."""
     expected = advice.expected
     assert expected.phase
-    gains = (
-        ", ".join(name for name in changed_parameters(flight, advice) if name not in advice.others)
-        or "All gains of this command"
-    )
-    changed = [flight.loop.changed(name, *both) for name, both in advice.others.items()] if flight.loop else []
+    new, loop = changed_parameters(flight, advice), flight.loop
+    gains = ", ".join(name for name in new if name not in advice.others) or "All gains of this command"
+    changed = [loop.changed(name, *new[name]) for name in advice.others] if loop else []
     scaled = [f"{gains} times {advice.factor:.2f}"] if advice.factor != 1.0 else []
     phase = degrees(expected.phase.value)
     by = "plant" if expected.by_plant else "measured response"
@@ -287,7 +286,17 @@ def expected_result(flight: Excited, advice: Advice) -> str:
         most = "at most " if advice.others and advice.louder > 1.0 and not expected.by_plant else ""
         said += f", with {most}{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise"
         said += " in the command"
+    said += "".join(f". {one}" for one in range_ends(flight, new))
     return f"{said}. Fly it and advise again." if expected.by_plant else f"{said}."
+
+
+def range_ends(flight: Excited, new: dict[str, tuple[float, float]]) -> Iterator[str]:
+    """Which new parameters reach the end of their documented ranges, to within a step of what is tried."""
+    if loop := flight.loop:
+        for name, (_, then) in new.items():
+            low, high = loop.documented(name)
+            if then * FINE > high or then < low * FINE:
+                yield f"{name} is then at the end of the range that {loop.law.source} documents, {low:g} to {high:g}"
 
 
 def also(flight: Excited, now: MeasuredLoop) -> Sequence[str]:
