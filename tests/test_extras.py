@@ -15,8 +15,8 @@ from tests.patience import PATIENCE
 DECLARED = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]["optional-dependencies"]
 
 
-COMMANDS = ("studies.campaign", "studies.comparison", "studies.envelope", "studies.rare", "studies.tuning",
-            "studies.study", "studies.what_if", "proofs.verify")  # fmt: skip
+COMMANDS = ("studies.campaign", "studies.comparison", "studies.envelope", "studies.rare", "studies.tuning", "studies.study",
+            "proofs.verify")  # fmt: skip
 """Packages that need an extra."""
 
 READERS = {"quadstep.identify.logs.blackbox", "quadstep.identify.logs.mcap_file", "quadstep.numbers.symbols"}

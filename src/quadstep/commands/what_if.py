@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from quadstep.commands.options import Delivery, FigureOptions, OverwriteOption, QuickFigureOptions, check_range, check_seed
-from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
 from quadstep.report.bars import bar
 from quadstep.report.pool import start_server
@@ -100,13 +99,12 @@ def what_if(
     check_range("--flights", flights, 2, MOST)
     check_seed(seed)
     start_server()
-    with needed_by("`quadstep what-if`"):
-        from quadstep.studies.what_if import answer, changes_of, unmodelled
-        from quadstep.studies.what_if_report import Question
+    from quadstep.studies.what_if import answer, changes_of, unmodelled
+    from quadstep.studies.what_if_report import Question
 
-        changed, rest = changes_of(changes, parameters), unmodelled(changes, parameters)
-        asked = Question(parameters, changed, vehicle, wind, flights, seed, within, rest)
-        folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", drawing.sheet()
-        with bar("flying", "flights", 2 * flights) as shown:
-            evidence = answer(asked, folder, overwrite, shown, drawn_on, page)
+    changed, rest = changes_of(changes, parameters), unmodelled(changes, parameters)
+    asked = Question(parameters, changed, vehicle, wind, flights, seed, within, rest)
+    folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", drawing.sheet()
+    with bar("flying", "flights", 2 * flights) as shown:
+        evidence = answer(asked, folder, overwrite, shown, drawn_on, page)
     delivery.finish(evidence, "what-if", folder)

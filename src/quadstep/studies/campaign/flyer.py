@@ -7,11 +7,13 @@ once more, with the processor's numbers in place of arrays.
 import logging
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from importlib import import_module
 from importlib.abc import MetaPathFinder
-from typing import Protocol, TypeAlias, TypeVar
+from types import ModuleType
+from typing import TYPE_CHECKING, Protocol, TypeAlias, TypeVar
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.engines.cuda import Device
@@ -26,6 +28,9 @@ from quadstep.numbers.noise import flight_key, key
 from quadstep.studies.campaign.draws import DrawnColumn, continuous, draw, shares
 from quadstep.studies.campaign.planner import TYPICAL, PlannedBatch, Planner, planner
 from quadstep.studies.campaign.schema import Campaign
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 MOST_SWEEPS = 256
 """Number of sweeps kept ready."""
@@ -46,9 +51,14 @@ class WithoutPandas(MetaPathFinder):
             raise ModuleNotFoundError(name, name=name)
 
 
-sys.meta_path.insert(0, hidden := WithoutPandas())
-pa.array([0])
-sys.meta_path.remove(hidden)
+@cache
+def load_arrow() -> ModuleType:
+    """pyarrow, loaded with the first table of flights, which `what-if` and `tune` do without: it takes a while."""
+    arrow = import_module("pyarrow")
+    sys.meta_path.insert(0, hidden := WithoutPandas())
+    arrow.array([0])
+    sys.meta_path.remove(hidden)
+    return arrow
 
 
 class FlightRange(Protocol):
@@ -62,7 +72,7 @@ class FlightRange(Protocol):
 
 
 S = TypeVar("S", bound=FlightRange)
-Fly: TypeAlias = Callable[[Sequence[S], Advance], Iterator[tuple[S, pa.Table]]]
+Fly: TypeAlias = Callable[[Sequence[S], Advance], Iterator[tuple[S, "pa.Table"]]]
 """Flies spans of a campaign, in any order, and yields each with its table as it finishes."""
 
 
@@ -82,18 +92,18 @@ class Flyer:
         self.planner = planner(campaign)
         self.sweeps: dict[object, Sweeper] = {}
 
-    def fly(self, first: int, past: int, progress: Advance | None = None) -> pa.Table:
+    def fly(self, first: int, past: int, progress: Advance | None = None) -> "pa.Table":
         """The flights from `first` up to `past`. Raises UserError for values that cannot be flown."""
         flights = np.arange(first, past)
         return self.fly_drawn(flights, draw(self.campaign.file, flights), progress)
 
-    def fly_spans(self, spans: Sequence[S], progress: Advance) -> Iterator[tuple[S, pa.Table]]:
+    def fly_spans(self, spans: Sequence[S], progress: Advance) -> Iterator[tuple[S, "pa.Table"]]:
         """One after the other. Raises UserError for values that cannot be flown."""
         return ((span, self.fly(span.first, span.past, progress)) for span in spans)
 
     def fly_drawn(
         self, flights: NDArray[np.int64], drawn: dict[str, DrawnColumn], progress: Advance | None = None
-    ) -> pa.Table:
+    ) -> "pa.Table":
         """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
@@ -160,9 +170,9 @@ def on_lanes(campaign: Campaign) -> Fly[FlightRange]:
 def table(
     campaign: Campaign, flights: NDArray[np.int64], drawn: dict[str, DrawnColumn], outcome: NDArray[np.int8],
     ended: NDArray[np.float64], metrics: NDArray[np.float64],
-) -> pa.Table:  # fmt: skip
+) -> "pa.Table":  # fmt: skip
     """One row per flight; missing values are null, never NaN."""
-    number = np.float64 if campaign.double else np.float32
+    pa, number = load_arrow(), np.float64 if campaign.double else np.float32
     lost = outcome != Outcome.COMPLETED
     columns: dict[str, object] = {FLIGHT: pa.array(flights)}
     columns |= {name: drawn_column(column) for name, column in drawn.items()}
@@ -175,7 +185,7 @@ def table(
     return judged(pa.table(columns), campaign)
 
 
-def judged(table: pa.Table, campaign: Campaign) -> pa.Table:
+def judged(table: "pa.Table", campaign: Campaign) -> "pa.Table":
     """The flights with a last column that says which succeed: those completed, every metric known and not above its
     limit.
     """
@@ -185,11 +195,12 @@ def judged(table: pa.Table, campaign: Campaign) -> pa.Table:
     for name, most in campaign.file.failure.items():
         success &= table[campaign.thresholds[name]].to_numpy() <= most
     rest = table.drop_columns([SUCCESS]) if SUCCESS in table.column_names else table
-    return rest.append_column(SUCCESS, pa.array(success))
+    return rest.append_column(SUCCESS, load_arrow().array(success))
 
 
-def drawn_column(drawn: DrawnColumn) -> pa.Array:
+def drawn_column(drawn: DrawnColumn) -> "pa.Array":
     """A column of drawn values: numbers, booleans or text."""
+    pa = load_arrow()
     if drawn.options is None:
         return pa.array(drawn.values)
     return pa.array(drawn.shown_options()).take(pa.array(drawn.values.astype(np.int64)))
@@ -247,7 +258,7 @@ class DeviceFlyer(Flyer):
             batch.loop, batch.ticks, batch.start, batch.parameters, batch.places, campaign.double, generate=law
         )
 
-    def fly(self, first: int, past: int, progress: Advance | None = None) -> pa.Table:
+    def fly(self, first: int, past: int, progress: Advance | None = None) -> "pa.Table":
         """The flights from `first` up to `past`. The drawn values are written as they are drawn here, in f64.
 
         Raises UserError for values that cannot be flown.

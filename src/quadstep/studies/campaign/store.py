@@ -14,9 +14,11 @@ from quadstep.io.errors import UserError
 from quadstep.io.results_folder import Folder
 from quadstep.io.run_record import RunRecord
 from quadstep.io.run_record import opened as open_record
-from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, SUCCESS, TIME, judged
+from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, SUCCESS, TIME, judged, load_arrow
 from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, CampaignManifest, cannot_continue, machine, new_manifest
 from quadstep.studies.campaign.schema import Campaign
+
+load_arrow()  # before anything makes an array
 
 
 class Chunk(NamedTuple):
