@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 from urllib.parse import quote
 
@@ -21,7 +22,9 @@ from hypothesis import strategies as st
 
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
+from quadstep.metrics.registry import REPORTED
 from quadstep.page import build
+from quadstep.page.cards import words
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
@@ -473,6 +476,14 @@ def test_an_address_that_is_none_is_answered(port, line, capfd):
 
 
 # Two results beside each other
+
+
+def test_no_word_of_a_number_is_written_twice():
+    assert words("largest_weight_norm.norm_W1") == "largest weight norm W1"
+    assert words("position.x.rmse[m]") == "position x RMSE"
+    log_metrics = [name for one in REPORTED for name in one.full_names({"x": "m", "norm_W1": "-", "rotors": "N"})]
+    for said in map(words, log_metrics):
+        assert not any(first == second for first, second in pairwise(said.split())), said
 
 
 def test_two_flights_are_compared_number_by_number_and_flown_in_one_page(port, root):

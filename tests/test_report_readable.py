@@ -82,7 +82,7 @@ def test_hovering_reads_values_and_a_drag_shows_a_part(report, browsers):
 
 def edges_of(page, name):
     """Left and right of what is drawn under a name, in pixels of the screen."""
-    box = markup.locator(f"g[id$='{name}'] path").first.bounding_box()
+    box = page.locator(f"g[id$='{name}'] path").first.bounding_box()
     return box["x"], box["x"] + box["width"]
 
 

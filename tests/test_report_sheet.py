@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from itertools import pairwise
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -14,10 +15,10 @@ from quadstep.io.errors import UserError
 from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.run import figure_of
 from quadstep.report.axes import peaked, powers, threshold
-from quadstep.report.canvas import thin
+from quadstep.report.canvas import STYLE, thin
 from quadstep.report.drawing import FigureJob
-from quadstep.report.figures import draw, prefixed
-from quadstep.report.panel import LOG, SIGNED_LOG, Panel
+from quadstep.report.figures import draw, picture, prefixed
+from quadstep.report.panel import LOG, SIGNED_LOG, Panel, Track
 from quadstep.report.sheet import Sheet, sheet
 from quadstep.studies.paper.cases import case_1
 from tests.commands import quadstep
@@ -234,3 +235,21 @@ def test_every_panel_of_a_certificate_shows_its_whole_flight():
             box = axes.get_window_extent()
             inside = np.mean((heights >= box.y0) & (heights <= box.y1))
             assert inside > 0.9 or line.get_label() == "integrals", (panel.label, line.get_label(), inside)
+
+
+def test_on_a4_the_text_of_figures_has_7_points():
+    track = Track(T, np.column_stack([T, T, T]), np.column_stack([T, T, T]))
+    panels = job().panels
+    widths = [picture(T, panels, columns).get_figwidth() for columns in (1, 2, 3)] + [
+        picture(T, [], track=track).get_figwidth()
+    ]
+    column = (210.0 - 2.0 * 15.0) / 25.4 - 14.0 / 72.0  # inside its frame; page and frame as in report.css
+    assert min(float(STYLE["legend.fontsize"]) * min(1.0, column / width) for width in widths) >= 7.0
+
+
+def test_a_legend_of_two_rows_does_not_cover_the_panel_above():
+    names = dict.fromkeys(("a long name", "another long name", "one more of them", "the last long name"), np.sin(T))
+    figure = picture(T, [Panel("z", "m", names)] * 6, 2)
+    column = [axes for axes in figure.axes if axes.get_position().x0 < 0.5]
+    for above, below in pairwise(sorted(column, key=lambda axes: -axes.get_position().y0)):
+        assert below.get_legend().get_window_extent().y1 <= above.get_window_extent().y0

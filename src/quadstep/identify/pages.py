@@ -30,7 +30,7 @@ from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Section
 from quadstep.report.panel import SETPOINT, Panel
 from quadstep.report.publish import publishing
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.units import handy, quantity
 
 ERRORS = f"{FIGURES}/errors"
@@ -192,7 +192,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
     """Amplitude spectral densities of the measured rates and of the residuals. place: of the flight among the others."""
     name = f"{FIGURES}/spectra{place}"
     with drawing(SVG):
-        sheet = new_figure(SVG, 9.0, 2.8)
+        sheet = new_figure(SVG, COLUMN, 2.8)
         sheet.subplots_adjust(0.08, 0.18, 0.99, 0.8, 0.08)
         first: Axes | None = None
         for axis, turn in enumerate(AXES):

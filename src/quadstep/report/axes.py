@@ -42,6 +42,9 @@ STEADY, ROOM = 1e-3, 0.02
 STEPS = [1, 2, 2.5, 5, 10]
 """Between ticks, times a power of ten."""
 
+CLEAR = {"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 0.8}
+"""Behind text that stands on what is drawn."""
+
 
 def plain() -> FuncFormatter:
     return FuncFormatter(lambda value, _: f"{value:.10g}".replace("-", "−"))
@@ -127,8 +130,8 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     axis.set_major_formatter(powers())
     axis.set_minor_locator(NullLocator())
     axes.text(
-        1.0, 1.03, f"linear within ±{power(edge)}", transform=axes.transAxes, ha="right", va="bottom",
-        fontsize=rcParams["legend.fontsize"], color="0.35",
+        1.0, 0.02, f"linear within ±{power(edge)}", transform=axes.transAxes, ha="right", va="bottom",
+        fontsize=rcParams["legend.fontsize"], color="0.35", bbox=CLEAR,
     )  # fmt: skip
 
 

@@ -11,9 +11,9 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from quadstep.report.axes import GRID, STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
-from quadstep.report.canvas import BAND, LINES, Typeset, drawing, legend_columns, margins, new_figure, thin, write
+from quadstep.report.canvas import BAND, LINES, SIDES, Typeset, drawing, legend_columns, margins, new_figure, thin, write
 from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, Panel, Track
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.units import ANGLES, handy, label, of_angle, prefixed, prose
 
 Numbers = NDArray[np.float64]
@@ -24,8 +24,10 @@ LONGEST_LABEL = 26
 NAMES = 4
 """Most names of a legend beside one another."""
 
-LEFT, RIGHT, BETWEEN, LABEL = 0.85, 0.15, 1.0, 0.62
-"""Room [in] left and right of the panels, between them, and from an axis to the middle of its label."""
+LEFT, RIGHT, BETWEEN, LABEL, SPARE = 0.85, 0.15, 1.0, 0.62, 0.45
+"""Room [in] left and right of the panels, between them, from an axis to the middle of its label, and for a legend that is
+wider than its panel.
+"""
 
 
 def steady(lines: dict[str, Numbers]) -> float | None:
@@ -61,7 +63,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         linear(axes, drawn)
     space = "\n" if len(panel.label) + len(unit) > LONGEST_LABEL else " "
     axes.set_ylabel(name if unit == "-" else f"{name}{space}[{unit}]", parse_math=True)
-    ncols = legend_columns(axes.figure.bbox.width / axes.figure.dpi, list(map(label, lines)), NAMES)
+    ncols = legend_columns(axes.bbox.width / axes.figure.dpi + SPARE + SIDES, list(map(label, lines)), NAMES)
     legend = axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols, handlelength=2.2, columnspacing=1.2
     )  # above the lines
@@ -123,17 +125,19 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     """Panels over a shared time axis, filled column by column, with margins in inches."""
     columns = sheet.side_by_side(columns)
     rows = -(-len(panels) // columns)
-    width = sheet.inches(3.2 + 3.6 * columns)
-    more = 0.15 * max(legend_rows(panel, width) - 1 for panel in panels[::rows])
-    height = 0.63 + (1.6 if sheet.width is None else 1.25) * rows + more
-    figure = Typeset(figsize=(width, height), dpi=sheet.dpi)
+    width = sheet.inches(min(3.2 + 3.6 * columns, COLUMN))
     tight = sheet.width is not None
     left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns
+    legends = [0.15 * (legend_rows(panel, across + SPARE + SIDES) - 1) for panel in panels]
+    more, gap = max(legends[::rows]), max([one for place, one in enumerate(legends) if place % rows], default=0.0)
+    inner = (1.25 if tight or columns > 1 else 1.6) * rows - 0.17
+    height = inner + 0.8 + more + gap * (rows - 1)
+    apart = 0.32 if not tight else 0.42
+    apart += gap * (rows + apart * (rows - 1)) / inner  # of the height of a panel
+    figure = Typeset(figsize=(width, height), dpi=sheet.dpi)
     top = 0.32 + more
-    figure.subplots_adjust(
-        left / width, 0.48 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, 0.32 if not tight else 0.42
-    )
+    figure.subplots_adjust(left / width, 0.48 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, apart)
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     for axes, panel in zip(grid.T.flat, panels, strict=False):
         draw(axes, t, panel, log_time)
@@ -167,9 +171,9 @@ DECADES = 20.0
 
 def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     narrow = sheet.side_by_side(3, 2.2) < 3
-    figure = new_figure(sheet, 9.6, 2.9, 3.8 if narrow else 2.6)
+    figure = new_figure(sheet, COLUMN, 2.6, 3.8 if narrow else 2.6)
     errors, top, side = track_axes(figure, narrow)
-    margins(figure, sheet, 0.075, 0.16, 0.985, 0.9, 0.33)
+    margins(figure, sheet, 0.085, 0.18, 0.985, 0.89, 0.36)
     seen = track.distance > 0.0
     unit, factor = handy("m", float(track.distance.max()))
     if seen.any() and track.distance.max() > DECADES * np.quantile(track.distance[seen], 0.05):

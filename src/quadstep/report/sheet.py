@@ -15,6 +15,9 @@ SCREEN, PAPER = "screen", "paper"
 NARROWEST, WIDEST = 40.0, 1000.0
 """Widths [mm] at which labels still have room."""
 
+COLUMN = 8.0
+"""Width of a report's column [in]: what is no wider has text of 7 pt and more when the report is printed on A4."""
+
 OURS = frozenset((
     "backend", "backend_fallback", "interactive", "toolbar", "docstring.hardcopy", "figure.hooks", "figure.autolayout",
     "figure.constrained_layout.use", "text.usetex", "text.parse_math",
@@ -55,7 +58,7 @@ class Sheet(NamedTuple):
 
     def side_by_side(self, most: int, least: float = 2.7) -> int:
         """How many panels of at least `least` [in] stand beside each other, of `most` that would like to."""
-        return most if self.width is None else max(1, min(most, int(self.inches(0.0) / least)))
+        return max(1, min(most, int(self.inches(COLUMN) / least)))
 
     @property
     def dpi(self) -> float:

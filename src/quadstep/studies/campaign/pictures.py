@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
-from quadstep.report.axes import STEPS, plain, powers
+from quadstep.report.axes import CLEAR, STEPS, plain, powers
 from quadstep.report.canvas import drawing, margins, new_figure, wrapped, write
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
 
 Numbers = NDArray[np.float64]
@@ -43,8 +43,8 @@ def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: in
     """Above, a histogram of each metric; below, the share of all flights that are worse, including those that ended early."""
     with drawing(sheet):
         columns = sheet.side_by_side(len(metrics), 2.2)
-        rows, width = -(-len(metrics) // columns), 0.4 + 4.3 * len(metrics)
-        figure = new_figure(sheet, width, 5.6, 4.0 * rows)
+        rows, width = -(-len(metrics) // columns), min(0.4 + 4.3 * columns, COLUMN)
+        figure = new_figure(sheet, width, 5.6 * rows, 4.0 * rows)
         grid = figure.subplots(2 * rows, columns, squeeze=False)
         margins(figure, sheet, 0.75 / width, 0.09, 0.985, 0.95, 0.24, 0.1)
         pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
@@ -107,7 +107,7 @@ def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -
 
 def label_right_of(axes: Axes, text: str, place: tuple[float, float], within: object, **looks: str) -> None:
     """Write text a little to the right of a place, in these coordinates."""
-    axes.annotate(text, place, (4.0, 0.0), within, "offset points", **looks)  # type: ignore[arg-type]
+    axes.annotate(text, place, (4.0, 0.0), within, "offset points", bbox=CLEAR, **looks)  # type: ignore[arg-type]
 
 
 def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
@@ -117,16 +117,17 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
     with drawing(sheet):
         count = 2 if timed else 1
         columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
-        figure = new_figure(sheet, 9.0, height, 0.8 * height * count / columns)
+        width = COLUMN if timed else 5.4
+        figure = new_figure(sheet, width, height, 0.8 * height * count / columns)
         axes = figure.subplots(count // columns, columns, squeeze=False).ravel()
-        margins(figure, sheet, 0.19, 0.55 / height, 0.97 if timed else 0.6, 0.94, 0.5)
+        margins(figure, sheet, 1.6 / width, 0.55 / height, 0.97, 0.94, 0.5)
         counts = list(outcomes.values())
         axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], color=FILL, edgecolor=LINE, height=0.6)
-        narrow = sheet.inches(9.0) < NARROW
+        narrow = sheet.inches(COLUMN) < NARROW
         for row, count in enumerate(counts):
             said = f"{count}" if narrow else f"{count} ({100.0 * count / flights:.3g} %)"
             label_right_of(axes[0], said, (100.0 * count / flights, row), "data", va="center")
-        names = [wrapped(name, 0.3 * sheet.inches(9.0), rcParams["font.size"]) for name in outcomes]
+        names = [wrapped(name, 0.3 * sheet.inches(COLUMN), rcParams["font.size"]) for name in outcomes]
         axes[0].set_yticks(range(len(counts)), names)
         axes[0].set_ylim(len(counts) - 0.5, -0.5)
         axes[0].set_xlim(0.0, 150.0)
@@ -155,7 +156,7 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
     explained = list(dict.fromkeys(name for found in ranking.values() for name in found))
     with drawing(sheet):
         height = 0.9 + 0.24 * len(ranking) * (len(explained) + 0.5)
-        figure = new_figure(sheet, 8.4, height)
+        figure = new_figure(sheet, COLUMN, height)
         axes = figure.subplots()
         widest = max(len(key) for key in ranking)
         margins(figure, sheet, min(0.45, 0.03 + 0.0095 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
@@ -220,7 +221,7 @@ def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCR
         crowded = len(found.labels) > 5 or any(len(label) > 10 for label in found.labels)
         height = 4.2 if crowded else 2.9
         columns = sheet.side_by_side(2, 3.0)
-        figure = new_figure(sheet, 9.0, height, 0.8 * height * 2 / columns)
+        figure = new_figure(sheet, COLUMN, height, 0.8 * height * 2 / columns)
         axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
         margins(figure, sheet, 0.075, (1.8 if crowded else 0.55) / height, 0.985, 1.0 - 0.3 / height, 0.2)
         success, errors = axes

@@ -22,6 +22,7 @@ from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
 from quadstep.page.model import Link
 from quadstep.report import units
+from quadstep.report.axes import CLEAR
 from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence
 from quadstep.report.progress import Progress
@@ -163,6 +164,7 @@ def draw_points(
                     textcoords="offset points",
                     fontsize=rcParams["legend.fontsize"],
                     url=link,
+                    bbox=CLEAR,
                 )
         axes.legend(loc="upper left")
         write(figure, path, sheet)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, legend_columns, write
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, below, share_lost, title, unit_of
 
@@ -43,7 +43,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
     unit = unit_of(found.metrics[found.metric])
     with drawing(sheet):
         height = 1.1 + group * len(situations) + 0.2 * math.ceil(len(names) / 4)
-        figure = Figure(figsize=(sheet.inches(9.0), height), layout="constrained")
+        figure = Figure(figsize=(sheet.inches(COLUMN), height), layout="constrained")
         axes = figure.add_subplot()
         for row, situation in enumerate(situations):
             for one in found.of(situation):

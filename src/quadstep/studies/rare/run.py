@@ -17,7 +17,7 @@ from quadstep.report.axes import powers
 from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.progress import Count
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.units import listed, metric
 from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest
@@ -132,9 +132,9 @@ def nearest(summary: RareSummary) -> TableSection:
     title, found = "The most likely failure found", summary.nearest
     if found is None:
         return TableSection(title, "nearest", text="No failure was found.")
-    away, where = found.deviations_by_key, f"{found.deviations:.3g} standard deviations from the median"
+    away, where = found.deviations_by_key, f"{found.deviations:.2f} standard deviations from the median"
     ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
-    rows = [(name, text_of(value), f"{away[name]:+.2f}") for name, value in ordered]
+    rows = [(name, text_of(value), f"{round(away[name], 2) + 0.0:+.2f}") for name, value in ordered]
     header, text = ("key", "value", "deviations from the median"), f"{where} of the distributions."
     return TableSection(title, "nearest", header, rows, text, shown=f"{title}, {where}")
 
@@ -150,9 +150,10 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
     names = list(dict.fromkeys(event.failure for one in pieces for event in one.events))
     with drawing(sheet):
         columns = sheet.side_by_side(len(names), 2.4)
-        figure = new_figure(sheet, 0.6 + 4.2 * len(names), 3.9, 3.0 * -(-len(names) // columns))
-        figure.subplots(-(-len(names) // columns), columns, squeeze=False, sharey=True)
-        margins(figure, sheet, 0.75 / (0.6 + 4.2 * len(names)), 0.13, 0.97, 0.91, 0.12, 0.3)
+        rows, width = -(-len(names) // columns), min(0.6 + 4.2 * columns, COLUMN)
+        figure = new_figure(sheet, width, 3.0 * rows, 3.0 * rows)
+        figure.subplots(rows, columns, squeeze=False, sharey=True)
+        margins(figure, sheet, 0.75 / width, 0.17 / rows, 0.97, 1.0 - 0.1 / rows, 0.12, 0.3)
         for place, axes in enumerate(figure.axes):
             if place >= len(names):
                 axes.set_axis_off()
@@ -190,6 +191,9 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
         axes.xaxis.set_major_locator(AsinhLocator(LINEAR, numticks=5))
         axes.xaxis.set_minor_locator(NullLocator())
         axes.xaxis.set_major_formatter(powers())
+    flown = [event for one in pieces for event in one.events if event.failure == name]
+    if all(threshold is None for event in flown for threshold, _ in event.levels):
+        axes.set_xticks([])
     axes.margins(x=0.15)
     axes.set_xlim(*axes.get_xlim())
     right = float(axes.transData.inverted().transform(axes.transAxes.transform((0.985, 0.5)))[0])
