@@ -264,6 +264,28 @@ def test_an_interrupted_study_that_other_code_continues_says_so_in_one_line(tmp_
     assert not (out / RUNNING).exists()
 
 
+def test_a_law_of_the_users_that_changed_between_two_runs_is_said_to_be_flown_again(tmp_path, monkeypatch, caplog):
+    own, out = tmp_path / "law.py", tmp_path / "out"
+    own.write_text("def controller(t, measured, reference):\n    return 26.0, (0.0, 0.0, 0.0)\n", encoding="utf-8")
+    file = written(tmp_path, SMALLEST + '[controllers.own]\ncontroller = "law.py:controller"\nfrozen = "mine"\n')
+
+    def said():
+        caplog.clear()
+        result = quadstep("compare", file, "--out", out)
+        return result.code, [one for one in caplog.messages if "has changed" in one]
+
+    assert said() == (0, [])
+    assert said() == (0, [])
+    own.write_text(own.read_text(encoding="utf-8").replace("26.0", "25.9"), encoding="utf-8")
+    line = f"{out}: law.py has changed since these results were computed; what depends on it is computed again"
+    with monkeypatch.context() as patch:
+        patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
+        assert said() == (130, [f"quadstep: note: {line}"])
+    assert said() == (0, [])
+    assert said() == (0, [])
+    assert not (out / RUNNING).exists()
+
+
 def interrupted(*_):
     """Ctrl-C."""
     raise KeyboardInterrupt

@@ -286,7 +286,7 @@ def test_an_entry_point_is_no_file_beside_the_mission(tmp_path):
 @pytest.mark.usefixtures("entry_point")
 def test_an_entry_point_is_part_of_an_identity(tmp_path):
     assert len(digests({"controller": {"type": "hovering"}}, tmp_path)) == 1
-    assert digests({"controller": {"type": "pid"}}, tmp_path) == []
+    assert digests({"controller": {"type": "pid"}}, tmp_path) == {}
 
 
 LATE = """

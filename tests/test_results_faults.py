@@ -17,7 +17,8 @@ import pytest
 
 from quadstep.io import results_folder as folder_module
 from quadstep.io.errors import UserError
-from quadstep.io.parts import parts_in
+from quadstep.io.parts import GO_ON, parts_in
+from quadstep.io.results_folder import RUNNING
 from quadstep.report.publish import publishing
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.store import opened as open_campaign
@@ -161,7 +162,7 @@ def report(out):
 
 def comparison(out):
     """A run that keeps parts, and publishes them."""
-    with parts_in(out) as parts, publishing(out, "new", overwrite=True) as draft:
+    with parts_in(out) as parts, publishing(out, "new", overwrite=True, code="mine") as draft:
         if parts.read("gains", "a") is None:
             journal = Journal(JournalPlace(out, ".writing-kept/journals/a.jsonl"))
             for number in range(2):
@@ -224,6 +225,21 @@ def test_a_folder_that_is_deleted_meanwhile_is_said_to_be_and_no_advice_goes_on_
     with pytest.raises(UserError) as raised:
         writer(out)
     assert str(raised.value) == f"{out}: was deleted, or replaced, while results were written into it; none are kept"
+
+
+def test_a_comparison_on_a_full_disk_says_that_what_is_finished_is_kept_and_how_to_go_on(tmp_path):
+    said = set()
+    for place in range(1, 1000):
+        out = tmp_path / f"out{place}"
+        with faults("fails", place) as layer, suppress(OSError):
+            try:
+                comparison(out)
+            except UserError as error:
+                if list(out.glob(f"{RUNNING}/gains/a-*")) and "cannot be read" not in str(error):
+                    said.add(str(error).replace(str(out), "out"))
+        if layer.count < place:
+            break
+    assert said == {f"out: cannot be written: {os.strerror(errno.EIO)}; {GO_ON}"}
 
 
 def test_a_campaign_whose_judging_was_cut_short_is_judged_as_whoever_resumes_it_says(tmp_path):

@@ -149,10 +149,14 @@ def read_sealed(path: Path, what: str = "a manifest written by quadstep", links:
     return content
 
 
-FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, JOURNALS = "flights", "gains", "margins", "linear", "costs", "journals"
-"""Folders of results, and of what a search has flown so far."""
+FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, NAMED, JOURNALS = "flights", "gains", "margins", "linear", "costs", "named", "journals"
+"""Folders of results, of what is known of the user's files that decide them, and of what a search has flown so far."""
 
-ENDINGS = {FLIGHTS: "parquet", GAINS: "json", MARGINS: "json", LINEAR: "json", COSTS: "json"}
+ENDINGS = {FLIGHTS: "parquet"} | dict.fromkeys((GAINS, MARGINS, LINEAR, COSTS, NAMED), "json")
+
+
+GO_ON = "finished parts are kept; run the same command to continue"
+"""What is so when the disk takes no more."""
 
 
 class Parts:
@@ -160,6 +164,20 @@ class Parts:
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
+        self.named: list[tuple[str, str]] = []
+
+    def note(self, named: Mapping[str, str]) -> None:
+        """Keep digests of the user's files, by name, and say which files have changed since parts were computed here."""
+        for name, digest in named.items():
+            part, content = (NAMED, key(name)), json.dumps({"file": name, "digest": digest}).encode()
+            if self.read(*part) not in (None, content):
+                log.warning(
+                    "quadstep: note: %s: %s has changed since these results were computed; what depends on it is computed again",
+                    self.folder.path,
+                    name,
+                )
+            self.add(*part, content)
+            self.named.append(part)
 
     def find(self, kind: str, key: str) -> str | None:
         """The name of a part in the folder; None where it is still to be computed."""
@@ -190,11 +208,11 @@ class Parts:
                 if other.startswith(f"{key}-") and other != Path(name).name:
                     self.folder.remove(f"{RUNNING}/{kind}/{other}")
         except OSError as error:
-            raise self.folder.unwritable(error, "finished results are kept") from None
+            raise self.folder.unwritable(error, GO_ON) from None
 
     def publish(self, out: Path, wanted: Iterable[tuple[str, str]]) -> None:
         """Put these parts, by kind and key, into the folder of a finished run; equal entrants share theirs."""
-        for kind, key in dict.fromkeys(wanted):
+        for kind, key in dict.fromkeys([*wanted, *self.named]):
             content = self.read(kind, key)
             assert content is not None
             (out / kind).mkdir(exist_ok=True)

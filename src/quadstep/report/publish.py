@@ -11,7 +11,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError, signals_ignored
 from quadstep.io.files import JSON, PAGE, WRITING, WRITTEN
-from quadstep.io.parts import OTHER_CODE
+from quadstep.io.parts import GO_ON, OTHER_CODE
 from quadstep.io.results_folder import Folder, names_in, opened
 
 MANIFEST = "metrics.json"
@@ -47,7 +47,7 @@ def publishing(path: Path, identity: str, overwrite: bool, name: str = MANIFEST,
                 replace(folder, draft, names, previous, name, said)
                 WRITTEN.append(str(path))
     except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}{f'; {GO_ON}' if code else ''}") from None
 
 
 def replace(folder: Folder, draft: Folder, names: list[str], previous: list[str], last: str, said: Mapping[str, str]) -> None:

@@ -247,25 +247,26 @@ class Campaign(NamedTuple):
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def digests(content: object, folder: Path, depth: int = 0) -> list[str]:
-    """A digest of each file that a string in parsed TOML names, and of those that these name or import in turn."""
-    found, installed = [], all_installed()
+def digests(content: object, folder: Path, depth: int = 0) -> dict[str, str]:
+    """A digest of each file that a string in parsed TOML names, by name, and of those that these name or import in turn."""
+    found, installed = {}, all_installed()
     for name in sorted(set(strings(content))):
         named = place(name)
         for own in [named] if named else installed.get(name, []):
             with contextlib.suppress(UserError):  # not a file of the user's, or flying will report it
-                found.append(digest(own, folder))
+                found[own.where] = digest(own, folder)
         if named or name in installed:
             continue
         path = folder / name
         try:
             with files.opened(path, files.ANY) as file:
-                found.append(hashlib.file_digest(file, "sha256").hexdigest())
+                found[name] = hashlib.file_digest(file, "sha256").hexdigest()
         except (OSError, UserError):  # no file, or not readable: flying will report it
             continue
         if path.suffix == ".toml" and depth < DEEPEST:
             with contextlib.suppress(UserError):
-                found += digests(read_toml(path), path.parent, depth + 1)
+                inner = digests(read_toml(path), path.parent, depth + 1)
+                found |= {str(Path(name).parent / one): content for one, content in inner.items()}
     return found
 
 

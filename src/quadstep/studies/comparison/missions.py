@@ -11,7 +11,7 @@ from quadstep.mission.check import check
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.report.publish import publishing
-from quadstep.studies.campaign.schema import CampaignFile, campaign_of
+from quadstep.studies.campaign.schema import CampaignFile, campaign_of, digests
 from quadstep.studies.comparison.cells import Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem
 from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, concluded, fly, reported
@@ -44,6 +44,9 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             raise UserError(f"{pair} fly different paths, so their errors do not say which is better; give both one path")
     identity = digest_of([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
     with publishing(folder, identity, run.how.overwrite, code=code_digest()) as out:
+        for one in found_cells:
+            named, folder = digests(one.campaign.content, one.campaign.folder), places[one.controller].parent
+            run.kept.note({str(folder / name): digest for name, digest in named.items()})
         flights, flown = fly(run, found_cells, seeds)
         about = Comparison(
             name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",

@@ -19,6 +19,7 @@ from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted, listed
+from quadstep.studies.campaign.schema import digests
 from quadstep.studies.comparison import cost, robustness
 from quadstep.studies.comparison.cells import ComparisonStudy, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem, entrants, ranks, result, with_gains, write_gains
@@ -145,6 +146,7 @@ def compare_study(study: ComparisonStudy, folder: Path, how: How) -> FinishedCom
     """
     identity = digest_of(study.file.model_dump(exclude={"name"}), study.text)
     with parts_in(folder) as kept, publishing(folder, identity, how.overwrite, code=code_digest()) as out:
+        kept.note(digests(study.file.model_dump(), study.folder))
         run = ComparisonRun(kept, how)
         asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is Engine.LANES)
         for problem in problems:
