@@ -277,7 +277,7 @@ def test_a_law_of_the_users_that_changed_between_two_runs_is_said_to_be_flown_ag
     assert said() == (0, [])
     assert said() == (0, [])
     own.write_text(own.read_text(encoding="utf-8").replace("26.0", "25.9"), encoding="utf-8")
-    line = f"{out}: law.py has changed since these results were computed; what depends on it is computed again"
+    line = f"{out}: law.py has changed since these results; what depends on it is computed again"
     with monkeypatch.context() as patch:
         patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
         assert said() == (130, [f"quadstep: note: {line}"])

@@ -172,7 +172,7 @@ class Parts:
             part, content = (NAMED, key(name)), json.dumps({"file": name, "digest": digest}).encode()
             if self.read(*part) not in (None, content):
                 log.warning(
-                    "quadstep: note: %s: %s has changed since these results were computed; what depends on it is computed again",
+                    "quadstep: note: %s: %s has changed since these results; what depends on it is computed again",
                     self.folder.path,
                     name,
                 )
