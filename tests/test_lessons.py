@@ -176,7 +176,7 @@ def test_check_says_what_is_not_met_and_gives_a_hint(tmp_path):
     assert run.code == 4
     assert "4.4 not solved" in run.out
     assert "NOT MET: path.duration should be at most 4.3, but is 5" in run.out
-    assert "Hint: Between 4.2 and 4.3 s." in run.out
+    assert "Hint: Try durations between 4.2 and 4.3 s." in run.out
 
 
 def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_path):
