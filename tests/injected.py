@@ -32,10 +32,10 @@ class Injected(Loop):
         return self.strength * p.airframe.inertia[self.channel] * fade * sin(phase)
 
     def law(self, cycle, p, clock):
-        reference = self.wanted(clock.time, p)
-        given = self.told(cycle, p), reference, p.gains, clock.time, clock.period
+        reference = self.reference(clock.time, p)
+        given = self.measurement(cycle, p), reference, p.gains, clock.time, clock.period
         asked, memory = self.controller.law(cycle.memory, *given)
-        command = self.plant.asked(p, asked)
+        command = self.plant.logged_command(p, asked)
         code = self.plant.outcome(p, cycle.state, command, reference)
         by = [0.0, 0.0, 0.0, 0.0]
         by[self.channel + 1] = self.chirp(clock.time, p)

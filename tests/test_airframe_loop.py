@@ -448,7 +448,7 @@ def test_a_row_holds_what_its_column_names_say():
     holds("q_w q_x q_y q_z p q r", [0.8, 0.36, -0.48, 0.0, 7, 8, 9])
     holds("yaw pitch roll", yaw_pitch_roll(state.attitude))
     holds("x_d y_d z_d heading_d", [*reference.position, reference.yaw])
-    holds("x_m y_m z_m", one.loop.told(cycle, one.parameters).position)
+    holds("x_m y_m z_m", one.loop.measurement(cycle, one.parameters).position)
     holds("yaw_d pitch_d roll_d u tau_x tau_y tau_z", [0.4, 0.5, 0.6, 11, 0.1, 0.2, 0.3])
     holds("u_a tau_x_a tau_y_a tau_z_a", [12, 0.7, 0.8, 0.9])
     holds("f1 f2 f3 f4", 1.9e-5 * np.array([300.0, 400.0, 500.0, 600.0]) ** 2)

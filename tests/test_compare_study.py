@@ -156,7 +156,7 @@ def test_gains_of_three_searches_keep_the_margins_of_a_sound_loop():
     assert all(one["margins"] or one["unconstrained"] for one in found)
     for law in ("PID", "geometric", "nested saturations"):
         best = next(one for one in found if one["controller"] == f"{law} on {VEHICLE}")
-        table = study.tuned(VEHICLE, study.knowing(VEHICLE, entries[law].controller), best["values"])
+        table = study.with_gains(VEHICLE, study.knowing(VEHICLE, entries[law].controller), best["values"])
         asked = training.task(study, VEHICLE, law, entries[law], table)
         margins = training.stability(asked).margins({})
         assert margins == pytest.approx(best["margins"])

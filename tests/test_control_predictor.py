@@ -150,7 +150,7 @@ def test_a_controller_is_told_what_it_asks_for_and_no_more():
     told = Measured(zero, zero, level, zero, 20.0, zero, vector(0.0, 0.0, 9.81), age=0.02)
     memory = wrapped.start(told, built.parameters.gains)
     assert len(memory.past) == 3
-    wrapped.law(memory, told, built.loop.wanted(0.0, built.parameters), built.parameters.gains, 0.1, PERIOD)
+    wrapped.law(memory, told, built.loop.reference(0.0, built.parameters), built.parameters.gains, 0.1, PERIOD)
     assert len(asked[0].specific_force) == 0
     assert np.isnan(asked[0].age)
     assert wrapped.also_measures == ("specific_force", "age")
@@ -170,7 +170,7 @@ def test_another_controller_in_its_place_has_the_predictor_too():
     other = built.with_controller(controllers(Measured)["pid"](), ())
     assert isinstance(other.loop.controller, Predicting)
     assert type(other.loop.controller.flown) is controllers(Measured)["pid"]
-    assert other.loop.controller.alone is other.loop.controller.flown
+    assert other.loop.controller.unwrapped is other.loop.controller.flown
 
 
 def test_a_function_of_the_users_flies_with_it(tmp_path, monkeypatch):

@@ -84,7 +84,7 @@ def test_candidates_are_given_their_own_margins(mission):
     ground = CandidateFlyer(read_request(mission), 1)
     (place,) = ground.asked.start
     values = ground.asked.numbers([place - 0.3])
-    written = Mission.model_validate({**ground.asked.tuned(values), "tune": None})
+    written = Mission.model_validate({**ground.asked.with_gains(values), "tune": None})
     names = ["phase_margin_roll"]
     assert ground.margins(values, names) == margin_metrics(written, names) == ground.stability.margins(values)
     assert ground.margins(values, names) != ground.margins(ground.asked.present, names)

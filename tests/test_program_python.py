@@ -142,5 +142,5 @@ def test_golden_vectors_are_those_of_the_law_number_by_number(monkeypatch, name,
     texts = []
     for way in (compiled, one_by_one):
         monkeypatch.setattr("quadstep.export.c.golden.compiled", way)
-        texts.append(golden_header(law, golden(law, lambda t: plan.loop.wanted(t, plan.parameters))))
+        texts.append(golden_header(law, golden(law, lambda t: plan.loop.reference(t, plan.parameters))))
     assert texts[0] == texts[1]

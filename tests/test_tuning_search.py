@@ -29,15 +29,9 @@ controller.K_r1 = {{ low = 0.5, high = 50.0 }}
 """
 
 
-SMALL = """
-[vehicle]
-preset = "crazyflie"
-[path]
-type = "step"
-end = [0.2, 0.0, 0.3]
-time = 0.1
-duration = 1.2
-[controller]
+SMALL = (
+    WINDY.partition("[controller]")[0].replace("research-2.6kg", "crazyflie")
+    + """[controller]
 type = "pid"
 [wind]
 mean = [2.0, 0.0, 0.0]
@@ -48,6 +42,7 @@ controller.velocity = {{}}
 controller.attitude = {{}}
 controller.rate = {{}}
 """
+)
 
 
 def best_of_grid(there, per_axis):

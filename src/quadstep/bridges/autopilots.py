@@ -214,7 +214,7 @@ class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
         first = sample_of([float(one) for one in sensor_readings(0.0, measured)])
         CONNECTIONS[int(gains.handle)].begin(first, self.rotors, float(gains.lift))
 
-    def landed(self, gains: PilotedGains) -> None:
+    def after_flight(self, gains: PilotedGains) -> None:
         """Hang up; raises what the connection raised."""
         CONNECTIONS[int(gains.handle)].end()
         raise_pending(int(gains.handle))

@@ -134,8 +134,7 @@ def multirotor(quad_params: dict[str, object], integrator: dict[str, object] | N
     """
     with needed_by("flying on RotorPy's vehicle"):
         module = import_module("rotorpy.vehicles.multirotor")
-    made: RotorPyVehicle = module.Multirotor(quad_params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
-    return made
+    return module.Multirotor(quad_params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
 
 
 def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, object] | None = None) -> FlightLog:

@@ -159,17 +159,14 @@ def tune(
 
 def show(done: "Tuned", folder: Path) -> None:
     """Print what is to be read first, the gains, the comparison and its verdict."""
-    from quadstep.studies.tuning.report import HEADER, measured_rows
+    from quadstep.studies.tuning.report import HEADER, gain_rows, measured_rows
 
     found, compared = done.found, done.compared
     *first, verdict = done.evidence.sentences
     for sentence in first:
         say(sentence)
-    gains = [
-        (one.key, *(listed([values[leaf.key] for leaf in one.leaves]) for values in (found.present.values, done.values)))
-        for one in done.asked.gains
-    ]
-    show_table(done.asked.mission.name, ("gain", "present", "tuned"), gains)
+    gains = gain_rows(done.asked, found)
+    show_table(done.asked.mission.name, ("gain", "present", "tuned"), [one[:3] for one in gains])
     many = compared.flights > 1
     said = f"{compared.flights} unseen flights each, 95 % intervals" if many else "one flight each: all flights are identical"
     show_table(said[0].upper() + said[1:], HEADER, measured_rows(compared))
@@ -188,11 +185,6 @@ def show(done: "Tuned", folder: Path) -> None:
     for name in done.elsewhere:
         say(f"tuned.toml names {name}, which is not in the mission's folder: copy both there.")
     say_whole(f"Results: {folder}; fly it: {command('fly', folder / 'tuned.toml')}")
-
-
-def listed(values: list[float]) -> str:
-    """Some numbers, or just one where all are equal."""
-    return ", ".join(f"{value:.6g}" for value in (values if len(set(values)) > 1 else values[:1]))
 
 
 def number(value: float) -> str:

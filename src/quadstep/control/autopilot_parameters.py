@@ -158,8 +158,7 @@ def setting(
     name: str, default: float, unit: str, meaning: str, low: float, high: float, zero: bool = True, tunable: bool = False
 ) -> Number:
     """Declares a setting, which the command line takes from `low` to `high` only."""
-    declared: Number = parameter(name, default, unit, meaning, low=low, high=high, zero=zero, tunable=tunable, only="range")
-    return declared
+    return parameter(name, default, unit, meaning, low=low, high=high, zero=zero, tunable=tunable, only="range")
 
 
 def hertz(name: str, default: float, meaning: str, most: float = 1000.0) -> Number:
@@ -171,8 +170,7 @@ def choice(name: str, default: str, meaning: str) -> Number:
     """Declares one of `CHOICES`."""
     every = CHOICES[name]
     said = ", ".join(f"{place} {one}" for place, one in enumerate(every))
-    declared: Number = switch(name, float(every.index(default)), f"{meaning}: {said}", len(every) - 1)
-    return declared
+    return switch(name, float(every.index(default)), f"{meaning}: {said}", len(every) - 1)
 
 
 def scale(name: str, default: float, meaning: str, most: float = 250.0, tunable: bool = True) -> Number:

@@ -125,7 +125,7 @@ def new_opaque_law(function: Controller, name: str, told: type) -> type[Law]:
         def prepare(self, gains: NoGains, model: Model) -> OpaqueGains:
             return OpaqueGains(float(handle()))
 
-        def landed(self, gains: OpaqueGains) -> None:
+        def after_flight(self, gains: OpaqueGains) -> None:
             raise_pending(int(gains.handle))
 
     Own.name = Own.label = Own.__name__ = name

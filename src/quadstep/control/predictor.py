@@ -113,7 +113,7 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
         return cls.Flown.loops()
 
     @property
-    def alone(self) -> Controller:
+    def unwrapped(self) -> Controller:
         return self.flown
 
     def instead(self, other: Controller) -> Controller:
@@ -158,8 +158,8 @@ class Predicting(Controller[PredictingMemory, Measured, object, object]):
     def before_flight(self, measured: Measured, gains: object) -> None:
         self.flown.before_flight(self.stripped(measured), gains)
 
-    def landed(self, gains: object) -> None:
-        self.flown.landed(gains)
+    def after_flight(self, gains: object) -> None:
+        self.flown.after_flight(gains)
 
     def conditions(self, gains: object, model: Model) -> Sequence[Condition]:
         return self.flown.conditions(gains, model)

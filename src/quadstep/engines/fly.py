@@ -58,14 +58,14 @@ def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress
         announce(plan.loop, plan.parameters, plan.start)
     logs = flown(progress)
     for plan in controlled:
-        plan.loop.controller.landed(plan.parameters.gains)
+        plan.loop.controller.after_flight(plan.parameters.gains)
     return logs
 
 
 def announce(loop: Loop, parameters: Numbers, start: tuple[object, ...]) -> None:
     """Notify a controller that flies one flight at a time of its next one. Raises UserError if it cannot fly."""
     if loop.controller.one_at_a_time:
-        loop.controller.before_flight(loop.told(loop.start(start, parameters), parameters), parameters.gains)
+        loop.controller.before_flight(loop.measurement(loop.start(start, parameters), parameters), parameters.gains)
 
 
 Flown: TypeAlias = Callable[[Advance | None], list[FlightLog]]
@@ -117,7 +117,7 @@ def reason(plan: FlightPlan, log: FlightLog) -> str:
     if not all(map(math.isfinite, flatten(log.final.state))):
         return text
     every = dict(zip((task.name for task in loop.tasks), plan.ticks.every, strict=True))["law"]
-    given = loop.told(log.final, numbers), loop.wanted(log.ended, numbers), numbers.gains, log.ended
+    given = loop.measurement(log.final, numbers), loop.reference(log.ended, numbers), numbers.gains, log.ended
     command, _ = always(loop.controller.law)(log.final.memory, *given, every * plan.ticks.step)
     for leaf, name in zip(flatten(command), leaf_names(command), strict=True):
         if not (math.isfinite(leaf) or name.startswith("desired_attitude")):  # only logged, and NaN of a law without one

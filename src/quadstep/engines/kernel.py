@@ -161,8 +161,7 @@ def function(engine: llvm.ExecutionEngine, name: str, counters: int, double: boo
     """A compiled function of some counters, a number and some addresses; it runs without the interpreter's lock."""
     number = ctypes.c_double if double else ctypes.c_float
     kinds: Sequence[Any] = [ctypes.c_int64] * counters + [number] + [ctypes.c_void_p] * buffers
-    compiled: Callable[..., None] = ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address(name))
-    return compiled
+    return ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address(name))
 
 
 def optimised() -> bool:
@@ -212,8 +211,7 @@ def machine_code(written: Callable[[], str], known: str) -> llvm.ExecutionEngine
 
 def object_code(text: str, target: llvm.TargetMachine, level: int = 3) -> bytes:
     """An LLVM module as an object file of this kind of machine, optimised without a change to any result; at level 0 not."""
-    code: bytes = target.emit_object(verified(text, target, level))
-    return code
+    return target.emit_object(verified(text, target, level))
 
 
 def verified(text: str, target: llvm.TargetMachine, level: int = 3) -> llvm.ModuleRef:

@@ -138,7 +138,7 @@ class Loop:
         assert self.sensing
         felt = STILL
         if self.sensing.feels:
-            felt = self.plant.felt(p, cycle.state, self.rate(cycle, p, clock.time, cycle.state))
+            felt = self.plant.specific_force(p, cycle.state, self.rate(cycle, p, clock.time, cycle.state))
         truth = self.plant.truth(cycle.state)
         sensed = self.sensing.sense(cast(SuiteMemory, cycle.sensed), truth, felt, *sensors_of(p), clock.tick, clock.period)
         return cycle._replace(sensed=sensed), 0.0
@@ -151,17 +151,17 @@ class Loop:
             sensed=self.sensing.fix(cast(SuiteMemory, cycle.sensed), truth, *sensors_of(p), clock.tick, clock.period)
         ), 0.0
 
-    def told(self, cycle: Cycle, p: Numbers) -> Structure:
+    def measurement(self, cycle: Cycle, p: Numbers) -> Structure:
         return self.measured(cycle.state, cycle.sensed, cycle.waiting[-1] if self.late else cycle.held, p)
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
         """The same, before there is a cycle."""
-        told = self.plant.told(
+        found = self.plant.measurement(
             self.sensing.measured(cast(SuiteMemory, sensed)) if self.sensing else self.plant.truth(state), held
         )
         also = self.controller.also_measures
         if not also:
-            return told
+            return found
         more: dict[str, Structure] = self.sensing.more(cast(SuiteMemory, sensed)) if self.sensing else {}
         if "rotor_speeds" in also:
             more["rotor_speeds"] = self.plant.rotor_speeds(state)
@@ -169,9 +169,9 @@ class Loop:
             more["full_speed"] = self.plant.full_speed(state, p)
         if "noise" in also:
             more["noise"] = cast(Sensed, p).key
-        return replaced(told, **{name: more[name] for name in also})
+        return replaced(found, **{name: more[name] for name in also})
 
-    def wanted(self, time: Number, p: Numbers) -> Reference:
+    def reference(self, time: Number, p: Numbers) -> Reference:
         """The reference at time t [s], as the controller needs it."""
         reference = self.path.reference(time, p.path)
         return reference._replace(ahead=self.ahead(time, p)) if self.controller.preview else reference
@@ -189,14 +189,16 @@ class Loop:
 
     def slower(self, name: str, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of one of the controller's slower loops, such as `guide`."""
-        given = self.told(cycle, p), self.wanted(clock.time, p), p.gains, clock.time, clock.period
+        given = self.measurement(cycle, p), self.reference(clock.time, p), p.gains, clock.time, clock.period
         return cycle._replace(memory=self.controller.slower(name, cycle.memory, *given)), 0.0
 
     def law(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """The controller's law, the actuators' response to it, and whether the flight continues."""
-        reference = self.wanted(clock.time, p)
-        asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
-        command = self.plant.asked(p, asked)
+        reference = self.reference(clock.time, p)
+        asked, memory = self.controller.law(
+            cycle.memory, self.measurement(cycle, p), reference, p.gains, clock.time, clock.period
+        )
+        command = self.plant.logged_command(p, asked)
         code = self.plant.outcome(p, cycle.state, command, reference)
         waiting, held = passed(cycle.waiting, self.plant.actuate(p, asked))
         return cycle._replace(memory=memory, command=command, held=held, waiting=waiting), code
@@ -208,8 +210,7 @@ class Loop:
     def rate(self, cycle: Cycle, p: Numbers, time: Number, state: Structure) -> tuple[Structure, ...]:
         """Rate of every state, the actuators' commands held."""
         wind = self.wind(cycle, p, time, state)
-        changing: tuple[Structure, ...] = self.plant.rate(p, state, cycle.held, wind, time)
-        return changing
+        return self.plant.rate(p, state, cycle.held, wind, time)
 
     def advance(self, cycle: Cycle, p: Numbers, clock: Clock) -> Cycle:
         """The cycle one integrator step later, with wind and events taken at the middle of the step."""
@@ -219,12 +220,12 @@ class Loop:
             return self.rate(cycle, p, middle, state)
 
         state = runge_kutta_4(repeated(rate) if self.plant.compact else rate, cycle.state, clock.period)
-        return cycle._replace(state=self.plant.settled(state))
+        return cycle._replace(state=self.plant.projected(state))
 
     def row(self, cycle: Cycle, p: Numbers, time: Number) -> list[Number]:
         """One row of the log: the state now, the commands held."""
         reference, wind = self.path.reference(time, p.path), self.wind(cycle, p, time, cycle.state)
-        return self.plant.row(p, cycle.state, self.told(cycle, p), cycle.command, cycle.held, reference, wind, time)
+        return self.plant.row(p, cycle.state, self.measurement(cycle, p), cycle.command, cycle.held, reference, wind, time)
 
     # Inputs of the score
 

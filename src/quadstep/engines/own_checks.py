@@ -47,7 +47,7 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     cycle = loop.start(start, parameters)
     check_numbers(cycle.memory, "start: the memory")
     periods = {task.name: every * ticks.step for task, every in zip(loop.tasks, ticks.every, strict=True)}
-    given, memory = (loop.told(cycle, parameters), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
+    given, memory = (loop.measurement(cycle, parameters), loop.reference(0.0, parameters), gains, 0.0), cycle.memory
     check_memory(always(law.enter)(*given[:3]), cycle.memory, "enter")
     for name in law.loops():
         memory = first_sample(name, always(partial(law.slower, name)), memory, *given, periods[name])
@@ -77,7 +77,7 @@ def check_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -
     check_same(always(loop.rate)(cycle, parameters, 0.0, cycle.state), cycle.state, "rate: the rates")
     for method, given, key, wanted in (
         ("row", always(loop.row)(cycle, parameters, 0.0), "columns", plant.columns),
-        ("error", always(plant.error)(cycle.state, loop.wanted(0.0, parameters)), "axes", plant.axes),
+        ("error", always(plant.error)(cycle.state, loop.reference(0.0, parameters)), "axes", plant.axes),
         ("inputs", always(plant.inputs)(cycle.held), "efforts", plant.efforts),
     ):
         entries = tuple(given) if isinstance(given, list | Vector) else ()
@@ -145,12 +145,12 @@ def check_command(loop: Loop, cycle: Cycle, parameters: object, command: object)
         told, rotors = len(command[0]), len(cast("Spun", cycle.held).speeds)
         if told != rotors:
             raise UserError(f"{what}: should have an entry for each of the {rotors} rotors, not {told}")
-    check_same(loop.plant.asked(parameters, command), cycle.command, what)
+    check_same(loop.plant.logged_command(parameters, command), cycle.command, what)
 
 
 def check_finite(loop: Loop, cycle: Cycle, parameters: Numbers, command: object) -> None:
     """Refuses a law whose flight ends with its first command. Raises NotFiniteError."""
-    asked, reference = loop.plant.asked(parameters, command), loop.wanted(0.0, parameters)
+    asked, reference = loop.plant.logged_command(parameters, command), loop.reference(0.0, parameters)
     if always(loop.plant.outcome)(parameters, cycle.state, asked, reference) != Outcome.NOT_FINITE:
         return
     for leaf, name in zip(flatten(command), leaf_names(command), strict=True):

@@ -207,8 +207,7 @@ class Ticking(ABC):
         return self.builder.bitcast(self.builder.gep(self.argument[buffer], [offset]), self.emitter.vector.as_pointer())
 
     def _living(self) -> RecordedCondition:
-        living: RecordedCondition = RecordedNumber(self.emitter, self.builder.load(self.code)) == 0.0
-        return living
+        return RecordedNumber(self.emitter, self.builder.load(self.code)) == 0.0
 
     def _times_step(self, count: ir.Value) -> ir.Value:
         return self.builder.fmul(self.builder.sitofp(count, self.emitter.element), self.step)

@@ -36,7 +36,7 @@ TEMPLATES = Path(__file__).parent / "templates"
 def c99_files(exported: Exported, plan: FlightPlan) -> dict[str, str]:
     """Name and text of every file but the data sheet. Raises UserError for a number that does not fit f32."""
     name = exported.name
-    vectors = golden(exported, lambda t: plan.loop.wanted(t, plan.parameters))
+    vectors = golden(exported, lambda t: plan.loop.reference(t, plan.parameters))
     words = {
         "LABEL": title(exported),
         "LAW": name,

@@ -62,8 +62,7 @@ def matrices(attitude: Floats) -> Floats:
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    found: Floats = np.array(rows).transpose(2, 0, 1)
-    return found
+    return np.array(rows).transpose(2, 0, 1)
 
 
 def lagged(wanted: Floats, period: float, lag: float) -> Floats:
@@ -84,8 +83,7 @@ def followed(flight: FlightRecord, delay: float, lag: float) -> Floats:
 
 def between(column: Floats) -> Floats:
     """Values half-way between each row and the next."""
-    found: Floats = 0.5 * (column[:-1] + column[1:])
-    return found
+    return 0.5 * (column[:-1] + column[1:])
 
 
 def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: float) -> HalfSeconds | None:

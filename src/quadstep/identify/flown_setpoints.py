@@ -221,5 +221,4 @@ def thrust_ratios(flight: FlightRecord, vehicle: AirframeSection) -> Floats:
     speeds = rotor_speeds(block.commands, block.volts, p.curve, flight.speeds)
     lift = (p.airframe.rotor.thrust * speeds**2).sum(axis=2) / p.airframe.mass
     made = (lift[..., None] * block.axes[..., 2]).mean(axis=1)
-    found: Floats = (made * block.gain).sum(axis=1) / (block.gain**2).sum(axis=1)
-    return found
+    return (made * block.gain).sum(axis=1) / (block.gain**2).sum(axis=1)

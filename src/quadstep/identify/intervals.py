@@ -95,8 +95,7 @@ def part_of_row(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int
     whole = np.asarray(flight, dtype=np.float64)
     if len(np.unique(flight)) >= FLIGHTS:
         return whole
-    inside: Floats = whole * 1e6 + row // max(1, round(STRETCH / period))
-    return inside
+    return whole * 1e6 + row // max(1, round(STRETCH / period))
 
 
 def shifts_of_averages(
@@ -124,8 +123,7 @@ def shifts_of_averages(
 def jackknife(shifts: Floats) -> Floats:
     """Standard errors from the shifts of estimates without each part, shape (parts, numbers)."""
     count = len(shifts)
-    found: Floats = np.sqrt((count - 1) / count * ((shifts - shifts.mean(axis=0)) ** 2).sum(axis=0))
-    return found
+    return np.sqrt((count - 1) / count * ((shifts - shifts.mean(axis=0)) ** 2).sum(axis=0))
 
 
 def freedom(shifts: Floats) -> Floats:

@@ -80,8 +80,7 @@ class Forced(NamedTuple):
     @property
     def wind(self) -> Floats:
         """Along world x and y in each flight, shape (flights, 2) [m/s]."""
-        found: Floats = (self.pressing / max(float(self.drag[0]), 1e-12)).clip(-MOST_WIND, MOST_WIND)
-        return found
+        return (self.pressing / max(float(self.drag[0]), 1e-12)).clip(-MOST_WIND, MOST_WIND)
 
     def moved(self, step: dict[str, float], levels: Floats, pressing: Floats) -> "Forced":
         a, b = self.exponent + step.get("exponent", 0.0), self.voltage_exponent + step.get("voltage_exponent", 0.0)
@@ -223,8 +222,7 @@ def blows(block: HalfSeconds, flight: NDArray[np.int64], calm: Balance, windy: B
 
 def whirl(block: HalfSeconds, flight: NDArray[np.int64], at: Forced) -> Floats:
     """The mean sum of the rotors' speeds in each half second at full voltage (n,) [rad/s]."""
-    found: Floats = np.exp(at.levels[flight]) * (block.commands**at.exponent).sum(axis=2).mean(axis=1)
-    return found
+    return np.exp(at.levels[flight]) * (block.commands**at.exponent).sum(axis=2).mean(axis=1)
 
 
 def leaned(block: HalfSeconds) -> float:
@@ -280,8 +278,7 @@ def unfitted(block: HalfSeconds, p: PredictorParameters, air: Floats) -> Floats:
     drag, speed = p.airframe.drag, np.linalg.norm(block.velocity, axis=-1, keepdims=True)
     body = -speed * block.velocity * np.array([float(one) for one in drag.parasitic])
     body[..., 2] += float(drag.translational_lift) * (air[..., 0] ** 2 + air[..., 1] ** 2).sum(axis=2)
-    found: Floats = np.einsum("nsij,nsj->nsi", block.axes, body).mean(axis=1) / float(p.airframe.mass)
-    return found
+    return np.einsum("nsij,nsj->nsi", block.axes, body).mean(axis=1) / float(p.airframe.mass)
 
 
 def in_and_across_plane(axes: Floats, flow: Floats) -> tuple[Floats, Floats]:

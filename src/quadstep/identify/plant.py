@@ -139,16 +139,14 @@ def turned(values: Floats, omega: Floats) -> Complex:
     """The rate that a command makes, at frequencies [rad/s] (n,)."""
     effect, lag, delay, damping = values
     s = 1j * omega
-    found: Complex = effect * np.exp(-delay * s) / ((s + damping) * (1.0 + lag * s))
-    return found
+    return effect * np.exp(-delay * s) / ((s + damping) * (1.0 + lag * s))
 
 
 def slopes(values: Floats, omega: Floats) -> Complex:
     """Of its logarithm along the values (n, 4)."""
     effect, lag, _, damping = values
     s = 1j * omega
-    found: Complex = np.stack([1.0 / effect + 0.0 * s, -s / (1.0 + lag * s), -s, -1.0 / (s + damping)], axis=1)
-    return found
+    return np.stack([1.0 / effect + 0.0 * s, -s / (1.0 + lag * s), -s, -1.0 / (s + damping)], axis=1)
 
 
 def fitted(found: Response, control: Complex, weight: Floats) -> tuple[Floats, Floats, float]:

@@ -135,8 +135,7 @@ Told = Callable[[int, float], None]
 
 def lengths(residuals: Floats) -> Floats:
     """Smoothed distances sqrt(|r|^2 + core^2), shape (..., n)."""
-    found: Floats = np.sqrt((residuals * residuals).sum(axis=-1) + CORE * CORE)
-    return found
+    return np.sqrt((residuals * residuals).sum(axis=-1) + CORE * CORE)
 
 
 def cost(residuals: Floats, weights: ErrorWeights) -> float:

@@ -323,8 +323,7 @@ class RateLoop(NamedTuple):
         """What undoes the low-pass of the gyro (Butterworth's, of second order) at s = j omega [rad/s]: angles have none."""
         px4 = self.form == "px4"
         cut = 2.0 * math.pi * parameters.get("IMU_GYRO_CUTOFF" if px4 else "INS_GYRO_FILTER", 40.0 if px4 else 20.0)
-        found: Complex = 1.0 + math.sqrt(2.0) * s / cut + (s / cut) ** 2 if cut > 0.0 else 1.0 + 0.0 * s
-        return found
+        return 1.0 + math.sqrt(2.0) * s / cut + (s / cut) ** 2 if cut > 0.0 else 1.0 + 0.0 * s
 
 
 NAMES = ("ROLL", "RLL"), ("PITCH", "PIT"), ("YAW", "YAW")

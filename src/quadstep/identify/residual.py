@@ -124,8 +124,7 @@ def trained(flights: Sequence[FlightRecord], vehicle: AirframeSection, p: Predic
         for name in names:
             outputs, offsets = solved(flight != name, strength)
             rest[flight == name] = wanted[flight == name] - hidden[flight == name] @ outputs.T - offsets
-        share: Floats = np.mean(rest**2, axis=0) / np.mean(wanted**2, axis=0)
-        return share
+        return np.mean(rest**2, axis=0) / np.mean(wanted**2, axis=0)
 
     tried = [left(strength) for strength in STRENGTHS] if len(names) > 1 else [np.full(6, np.nan)] * len(STRENGTHS)
     best = int(np.argmin([one.mean() for one in tried])) if len(names) > 1 else len(STRENGTHS) - 1

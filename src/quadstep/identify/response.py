@@ -75,16 +75,14 @@ class Response(NamedTuple):
 
     @property
     def opened(self) -> Complex:
-        found: Complex = 1.0 / self.sensitivity - 1.0
-        return found
+        return 1.0 / self.sensitivity - 1.0
 
     @property
     def opened_error(self) -> Floats:
         """The standard deviation of its real and of its imaginary part: |dL| = |dS| / |S|^2."""
-        found: Floats = self.error / np.abs(self.sensitivity) ** 2
-        return found
+        return self.error / np.abs(self.sensitivity) ** 2
 
-    def heard(self, least: float, told: Flags) -> "Response":
+    def coherent(self, least: float, told: Flags) -> "Response":
         """The widest stretch that is told and whose coherence is above `least`. Where its upper end no longer answers the loop
         (S near 1), it ends there: what is coherent beyond is noise that the excitation holds too.
         """
@@ -122,8 +120,7 @@ def amplitudes(spectrum: Complex) -> Floats:
     power = np.concatenate([[0.0], np.cumsum(np.abs(spectrum) ** 2)])
     line = np.arange(len(spectrum))
     low, high = (np.clip(np.round(line * factor).astype(int), 0, len(line) - 1) for factor in (0.95, 1.05))
-    found: Floats = np.sqrt((power[high + 1] - power[low]) / (high + 1 - low))
-    return found
+    return np.sqrt((power[high + 1] - power[low]) / (high + 1 - low))
 
 
 def band(spectrum: Complex) -> tuple[int, int]:
@@ -143,8 +140,7 @@ def typical(values: Floats) -> Floats:
     if not len(values):
         return values
     padded = np.pad(values, BESIDE, "edge")
-    found: Floats = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * BESIDE + 1), axis=1)
-    return found
+    return np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * BESIDE + 1), axis=1)
 
 
 def response(
@@ -162,7 +158,7 @@ def response(
     rows = [local(d, u, int(line)) for line in lines]
     sensitivity, error, freedom, coherence = (np.array(column) for column in zip(*rows, strict=True))
     found = Response(2.0 * math.pi * lines / (count * period), sensitivity, error, freedom, coherence)
-    return found if lines_told is None else found.heard(least, lines_told[lines])
+    return found if lines_told is None else found.coherent(least, lines_told[lines])
 
 
 def halves(lines: Floats) -> Floats:

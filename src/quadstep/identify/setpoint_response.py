@@ -164,8 +164,7 @@ def spectral(signal: Floats) -> Complex:
     """The spectrum of a signal without its mean and trend, from the first line on."""
     line = np.linspace(-1.0, 1.0, len(signal))
     level = signal - signal.mean()
-    found: Complex = np.fft.rfft(level - line * float(level @ line) / float(line @ line))[1:]
-    return found
+    return np.fft.rfft(level - line * float(level @ line) / float(line @ line))[1:]
 
 
 def latest(series: Series | None, time: Floats, otherwise: float) -> Floats:

@@ -84,8 +84,7 @@ def voltage_of(flight: FlightRecord) -> Floats:
     if not known.any():
         return np.ones(flight.rows)
     latest = np.maximum.accumulate(np.where(known, np.arange(flight.rows), np.flatnonzero(known)[0]))
-    result: Floats = volts[latest]
-    return result
+    return volts[latest]
 
 
 def usable(flight: FlightRecord, horizons: Sequence[int], stride: int = 1) -> NDArray[np.int64]:

@@ -146,8 +146,7 @@ ABOUT_YAW = ("rotor.torque_coefficient", "rotor.inertia")
 def stretched(vehicle: AirframeSection, found: Identified) -> float:
     """The factor from the given to the fitted inertias about x and y."""
     leaves = leaves_of(found.numbers)
-    factor: float = (leaves["airframe.inertia.0"] + leaves["airframe.inertia.1"]) / (vehicle.inertia[0] + vehicle.inertia[1])
-    return factor
+    return (leaves["airframe.inertia.0"] + leaves["airframe.inertia.1"]) / (vehicle.inertia[0] + vehicle.inertia[1])
 
 
 def in_proportion(vehicle: AirframeSection, found: Identified) -> Identified:

@@ -191,7 +191,7 @@ class Controller(Generic[M, Y, G, U]):
         return gains
 
     @property
-    def alone(self) -> "Controller":
+    def unwrapped(self) -> "Controller":
         """Its law alone, without wrappers."""
         return self
 
@@ -202,7 +202,7 @@ class Controller(Generic[M, Y, G, U]):
     def before_flight(self, measured: Y, gains: G) -> None:
         """Called before each flight of a controller with `one_at_a_time`. measured: at its start. Raises UserError."""
 
-    def landed(self, gains: G) -> None:
+    def after_flight(self, gains: G) -> None:
         """Called after its flights; raises the error of a Python function that failed to return a command."""
 
     def why_lost(self, gains: G) -> str:

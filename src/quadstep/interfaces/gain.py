@@ -198,8 +198,7 @@ def parameter(
 
 def switch(name: str, default: float, meaning: str, most: int = 1) -> float:
     """Declares a parameter that chooses: a whole number, from 0 to `most`."""
-    found: float = parameter(name, default, "-", meaning, low=0.0, high=float(most), tunable=False, only="whole")
-    return found
+    return parameter(name, default, "-", meaning, low=0.0, high=float(most), tunable=False, only="whole")
 
 
 def believed(what: str) -> Any:

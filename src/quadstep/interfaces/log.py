@@ -63,8 +63,7 @@ class FlightLog(NamedTuple):
 
     def column(self, name: str) -> NDArray[np.float64]:
         """One column by name. Raises KeyError with the available columns."""
-        column: NDArray[np.float64] = self.table(name)[:, 0]
-        return column
+        return self.table(name)[:, 0]
 
     def table(self, *names: str) -> NDArray[np.float64]:
         """Several columns by name, shape (samples, len(names)). Raises KeyError with the available columns."""
@@ -72,8 +71,7 @@ class FlightLog(NamedTuple):
         for name in names:
             if name not in self.columns:
                 raise KeyError(f"the log has no column {name!r}; it has {', '.join(known)}")
-        table: NDArray[np.float64] = self.rows[:, [known.index(name) for name in names]]
-        return table
+        return self.rows[:, [known.index(name) for name in names]]
 
 
 def finished(

@@ -207,11 +207,11 @@ class Plant(Protocol[P_contra, X, C_contra, U, H, K, Y]):
         """The motion that perfect sensors would measure."""
         ...
 
-    def felt(self, p: P_contra, state: X, rate: X) -> Vector:
+    def specific_force(self, p: P_contra, state: X, rate: X) -> Vector:
         """What an accelerometer measures [m/s^2], body axes. rate: of the state. Used only with an estimator."""
         ...
 
-    def told(self, known: K, held: H) -> Y:
+    def measurement(self, known: K, held: H) -> Y:
         """What the controller measures: the motion, and the actuators' inputs."""
         ...
 
@@ -223,7 +223,7 @@ class Plant(Protocol[P_contra, X, C_contra, U, H, K, Y]):
         """Of a rotor at full output [rad/s]; used only by a law that measures it."""
         ...
 
-    def asked(self, p: P_contra, command: C_contra) -> U:
+    def logged_command(self, p: P_contra, command: C_contra) -> U:
         """A law's command as it is logged: without limits, and in one form, whatever forms the plant accepts."""
         ...
 
@@ -235,7 +235,7 @@ class Plant(Protocol[P_contra, X, C_contra, U, H, K, Y]):
         """Rate of every state. wind [m/s]: world axes."""
         ...
 
-    def settled(self, state: X) -> X:
+    def projected(self, state: X) -> X:
         """The state after a step, projected back onto its manifold."""
         ...
 
@@ -258,7 +258,7 @@ class Plant(Protocol[P_contra, X, C_contra, U, H, K, Y]):
         """Norms of the weights that a law has learned, as its command reports them."""
         ...
 
-    def drawn(self, p: P_contra) -> Drawn:
+    def drawing(self, p: P_contra) -> Drawn:
         """How the vehicle is drawn."""
         ...
 

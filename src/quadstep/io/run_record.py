@@ -56,7 +56,7 @@ class RunRecord:
         return f"{self.finished} of {self.count} {self.ITEMS}"
 
     @property
-    def kept(self) -> str:
+    def resume_hint(self) -> str:
         """What an interrupted run leaves, and how to go on."""
         return f"{self.progress} are kept in {self.folder}; continue with --resume"
 
@@ -121,7 +121,7 @@ def opened(
     if resume and not path.exists():
         raise nothing_there(kind, path)
     record: R | None = None
-    with alone_in(path) as inside, interruptible(lambda: record.kept if record else ""):
+    with alone_in(path) as inside, interruptible(lambda: record.resume_hint if record else ""):
         try:
             record, resumed = prepared(kind, inside, mine, changed, resume, overwrite)
             try:

@@ -149,7 +149,7 @@ def at_rest(plan: FlightPlan) -> Rest:
 def aside(rest: Rest) -> float:
     """How far from where it should be a loop rests [m]."""
     loops, plant = rest.loops, rest.loops.loop.plant
-    off = plant.error(rest.flown.cycle.state, loops.loop.wanted(rest.first * loops.h, loops.p))
+    off = plant.error(rest.flown.cycle.state, loops.loop.reference(rest.first * loops.h, loops.p))
     return float(np.linalg.norm(np.array(list(off), dtype=np.float64)))
 
 
@@ -276,7 +276,7 @@ def residual(period: Period) -> Array:
 
 def outcome(loops: Loops, flown: LoopState, first: int) -> None:
     """Raises NoRestError if a flight would end here."""
-    reference = loops.loop.wanted(first * loops.h, loops.p)
+    reference = loops.loop.reference(first * loops.h, loops.p)
     code = loops.loop.plant.outcome(loops.p, flown.cycle.state, flown.cycle.command, reference)
     if code:
         raise NoRestError(f"the equilibrium cannot be flown: it ends with {code}")

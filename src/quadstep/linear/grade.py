@@ -278,8 +278,7 @@ def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[
     if found is None:
         found = json.dumps(made()).encode()
         code_cache.write(name, found)
-    loaded: object = json.loads(found)
-    return loaded
+    return json.loads(found)
 
 
 def folder_digest() -> str:

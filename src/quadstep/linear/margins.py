@@ -34,8 +34,7 @@ def delay_contribution(one: Opened, z: complex, delay: float) -> Complex:
 def earlier(hold: Array, z: complex, ticks: int) -> Complex:
     """The command held so many ticks ago."""
     periods, place = np.divmod(np.arange(len(hold)) - ticks, len(hold))
-    result: Complex = hold[place] * (z ** periods.astype(float))[:, None]
-    return result
+    return hold[place] * (z ** periods.astype(float))[:, None]
 
 
 def excess(one: Opened, omega: float, delay: float) -> complex:
@@ -160,8 +159,7 @@ def continuous_loci(grid: Complex) -> Complex:
     places[0] = np.arange(count)
     for i, step in enumerate(onward):
         places[i + 1] = step[places[i]]
-    branches: Complex = np.take_along_axis(grid, places, axis=1)
-    return branches
+    return np.take_along_axis(grid, places, axis=1)
 
 
 def crossings(
@@ -199,8 +197,7 @@ def nearest(one: Opened, at: Array, guesses: Complex) -> Complex:
     if len(one.due) > FEW:
         return np.array([loci_near(one, at[i : i + 1], complex(guess))[0, 0] for i, guess in enumerate(guesses)])
     found = loci(one, at)[:, 0]
-    closest: Complex = found[np.arange(len(at)), np.abs(found - guesses[:, None]).argmin(axis=1)]
-    return closest
+    return found[np.arange(len(at)), np.abs(found - guesses[:, None]).argmin(axis=1)]
 
 
 def minimum(one: Opened, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:

@@ -133,15 +133,13 @@ class Modes:
         depend on units (Perez-Arriaga, Verghese and Schweppe, "Selective modal analysis", 1982); each column has the sum 1.
         """
         sizes = np.abs(self.vectors * np.linalg.pinv(self.vectors, rcond=1e-15).T)
-        shares: Array = sizes / np.maximum(sizes.sum(axis=0), np.finfo(float).tiny)
-        return shares
+        return sizes / np.maximum(sizes.sum(axis=0), np.finfo(float).tiny)
 
     @cached_property
     def staying(self) -> Array:
         """Directions in which a deviation stays as it is, (directions, states), of length 1 in balanced coordinates."""
         _, sizes, ways = np.linalg.svd(self.balanced - np.eye(len(self.balanced)))
-        staying: Array = ways[sizes <= self.error]
-        return staying
+        return ways[sizes <= self.error]
 
     @cached_property
     def still(self) -> NDArray[np.bool_]:
@@ -152,8 +150,7 @@ class Modes:
         count = len(self.staying)
         if not count:
             return np.zeros(len(away), dtype=bool)
-        near: NDArray[np.bool_] = away <= max(float(np.sort(away)[count - 1]), float(np.sqrt(self.error)))
-        return near
+        return away <= max(float(np.sort(away)[count - 1]), float(np.sqrt(self.error)))
 
     @cached_property
     def not_held(self) -> tuple[str, ...]:

@@ -41,8 +41,7 @@ def map_difference(exact: Array, other: Array) -> Array:
     """How far maps are apart in balanced coordinates, relative to the largest slope if that is above 1."""
     units = scales(exact)
     ratio = units / units[:, None]
-    found: Array = np.abs((other - exact) * ratio) / max(1.0, float(np.abs(exact * ratio).max()))
-    return found
+    return np.abs((other - exact) * ratio) / max(1.0, float(np.abs(exact * ratio).max()))
 
 
 def differences(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp], size: float) -> Array:
@@ -55,8 +54,7 @@ def differences(loops: Loops, flown: LoopState, first: int, places: NDArray[np.i
     columns[places, count + np.arange(count)] -= steps
     after = states(loops.fly(with_states(flown, list(columns)), first, first + loops.count))
     ends = np.array([np.broadcast_to(after[place], 2 * count) for place in places])
-    found: Array = (ends[:, :count] - ends[:, count:]) / (2.0 * steps)
-    return found
+    return (ends[:, :count] - ends[:, count:]) / (2.0 * steps)
 
 
 def nearby(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp]) -> list[Reduced]:
@@ -76,8 +74,7 @@ def nearby(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp])
 
 def clock_states(left: Array, length: float) -> NDArray[np.bool_]:
     """Which states keep time: by their changes over so long [s]."""
-    found: NDArray[np.bool_] = np.abs(left - length) < SAME
-    return found
+    return np.abs(left - length) < SAME
 
 
 ALONE = 1e-6
@@ -115,8 +112,7 @@ def stops(a: Array, gone: Array, begun: Array, ends: Array) -> NDArray[np.bool_]
     change = ends - begun
     expected = change[:, :1] + (a[..., None] - 1.0) * (begun - begun[:, :1])
     wrong = np.abs(change - expected) > GOES_ON * np.abs(expected) + SAME * (1.0 + np.abs(begun))
-    found: NDArray[np.bool_] = np.logical_and(gone.any(axis=1), wrong.any(axis=(1, 2)))
-    return found
+    return np.logical_and(gone.any(axis=1), wrong.any(axis=(1, 2)))
 
 
 def changed(loops: Loops, flown: LoopState, first: int, ticks: list[int]) -> tuple[int, LoopState] | None:

@@ -161,7 +161,12 @@ class Loops:
             clock = self.clock(k, every)
             if due and task.name == "law":
                 command, memory = self.loop.controller.law(
-                    cycle.memory, self.loop.told(cycle, p), self.loop.wanted(clock.time, p), p.gains, clock.time, clock.period
+                    cycle.memory,
+                    self.loop.measurement(cycle, p),
+                    self.loop.reference(clock.time, p),
+                    p.gains,
+                    clock.time,
+                    clock.period,
                 )
                 now = Vector(commanded(self.loop, p, command))
                 line, asked = passed(line or filled(now, self.loop.late), now)

@@ -49,7 +49,7 @@ def channels(loop: Loop, command: Structure) -> tuple[Channel, ...]:
 def commanded(loop: Loop, p: object, command: Structure) -> list[Number]:
     """The size of each channel; for a command to the rotors, the thrust and torques that it should produce."""
     if isinstance(loop.plant, Multirotor):
-        command = loop.plant.asked(cast(AirframeParameters, p), cast("Command | RotorThrusts | RotorSpeeds", command))
+        command = loop.plant.logged_command(cast(AirframeParameters, p), cast("Command | RotorThrusts | RotorSpeeds", command))
     if isinstance(command, Command):
         return [command.thrust, *command.torque]
     return flatten(command)
@@ -112,7 +112,7 @@ def pose(loop: Loop, p: Numbers, flown: LoopState, time: float) -> Pose:
     """The pose of the vehicle at this time [s]."""
     values = states(flown)
     plant, state = loop.plant, with_states(flown, Seeds(len(values), 1.0).seeded(values, 0)).cycle.state
-    outputs: list[Number] = [-one for one in plant.error(state, loop.wanted(time, p))]
+    outputs: list[Number] = [-one for one in plant.error(state, loop.reference(time, p))]
     names = tuple(plant.axes)
     if isinstance(plant, Multirotor | Lagrange):
         outputs.append(heading(plant, state))

@@ -118,8 +118,7 @@ class Opened:
 def hold(due: Sequence[int], ticks: int) -> Array:
     """How the ticks follow from the samples, shape (ticks, samples): each is held until the next."""
     latest = np.searchsorted(due, np.arange(ticks), side="right") - 1
-    held: Array = (latest[:, None] == np.arange(len(due))).astype(np.float64)
-    return held
+    return (latest[:, None] == np.arange(len(due))).astype(np.float64)
 
 
 def opened(loop: Reduced) -> Opened:
@@ -170,8 +169,7 @@ def modal(a: Array) -> Modal | None:
 
 
 def complex_(values: Array | Complex) -> Complex:
-    made: Complex = values.astype(np.complex128)
-    return made
+    return values.astype(np.complex128)
 
 
 def series(a: Array, rest: Array, z: complex) -> Complex:
@@ -199,8 +197,7 @@ def frequencies(loop: Reduced) -> Array:
         [np.geomspace(LOWEST, highest, points), np.linspace(0.0, highest, points // 4)[1:], near.ravel()]
     )
     every = np.sort(every[(every >= LOWEST) & (every <= highest)])
-    kept: Array = every[np.append(np.diff(every) > alike * every[1:], True)]
-    return kept
+    return every[np.append(np.diff(every) > alike * every[1:], True)]
 
 
 def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> Complex:

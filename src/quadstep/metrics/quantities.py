@@ -52,14 +52,12 @@ def position_axes(log: FlightLog) -> tuple[str, ...]:
 def position_errors(log: FlightLog) -> Numbers:
     """e1 = xi_d - xi at each sample, shape (samples, axes) [m]."""
     axes = position_axes(log)
-    errors: Numbers = log.table(*(f"{axis}_d" for axis in axes)) - log.table(*axes)
-    return errors
+    return log.table(*(f"{axis}_d" for axis in axes)) - log.table(*axes)
 
 
 def attitude_errors(log: FlightLog) -> Numbers:
     """(psi_d, theta_d, phi_d) - (psi, theta, phi) at each sample, shape (samples, 3) [rad]; theta_d, phi_d unfiltered."""
-    errors: Numbers = log.table("psi_d", "theta_d", "phi_d") - log.table(*ANGLES)
-    return errors
+    return log.table("psi_d", "theta_d", "phi_d") - log.table(*ANGLES)
 
 
 def rotor_columns(columns: Mapping[str, str]) -> tuple[str, ...]:
@@ -76,8 +74,7 @@ def angles_of(cosines: Numbers) -> Numbers:
     """The angles [rad] of these cosines; round-off beyond 1 counts as 1."""
     cosines = np.clip(cosines, -1.0, 1.0)
     sines = np.sqrt((1.0 - cosines) * (1.0 + cosines))
-    angles: Numbers = ARRAYS.atan2(sines, cosines)
-    return angles
+    return ARRAYS.atan2(sines, cosines)
 
 
 def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:

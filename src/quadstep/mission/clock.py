@@ -48,8 +48,7 @@ class ClockSection(Section):
     def period_of(self, loop: str) -> float:
         """From sample to sample of a controller's `law`, or of one of its loops [s]."""
         key = PERIODS.get(loop, "")
-        found: float = getattr(self, key) if key in type(self).model_fields else self.loop_periods[loop]
-        return found
+        return getattr(self, key) if key in type(self).model_fields else self.loop_periods[loop]
 
     def clock(self, length: float, periods: Sequence[float]) -> Ticks:
         """The clock of a flight along a path of `length` [s], its tasks due every so many seconds.

@@ -96,8 +96,7 @@ def read_table(
 def unwrapped(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Angles [rad] without jumps of more than half a turn, as whole turns are added."""
     turns = -np.cumsum(np.rint(np.diff(angles, prepend=angles[0]) / (2.0 * math.pi)))
-    result: NDArray[np.float64] = angles + (2.0 * math.pi) * turns
-    return result
+    return angles + (2.0 * math.pi) * turns
 
 
 def number(path: Path, line: int, row: list[str], place: int, header: list[str]) -> float:

@@ -158,8 +158,7 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
         **air,
     )
     made.measures = plant.measures
-    found: type[Mission] = made
-    return found
+    return made
 
 
 def is_plant(name: str, folder: Path) -> bool:

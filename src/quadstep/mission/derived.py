@@ -130,8 +130,7 @@ class ControllerSection(Section):
     @property
     def table(self) -> NetsSection | None:
         """What is said of the nets; None of a controller that has none."""
-        found: NetsSection | None = getattr(self, "nets", None)
-        return found
+        return getattr(self, "nets", None)
 
     def gains(self, model: Model, folder: Path | None = None) -> Undecided:
         """The gains as declared, what is left out following from the vehicle.
@@ -264,8 +263,7 @@ def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]
     base: type[ControllerSection] = SectionWithFile if law.parameter_file else ControllerSection
     made: Any = create_model(name, __base__=base, __module__=__name__, __doc__=law.__doc__, **fields)
     made.controller, made.own = law, bool(kind)
-    found: type[ControllerSection] = made
-    return found
+    return made
 
 
 def fields_in_order(law: type[Controller]) -> Mapping[str, object]:

@@ -194,8 +194,7 @@ def own_metric(kind: str, folder: Path) -> Metric:
         raise UserError(f"{kind}: its `name` is {name}, which already has another meaning in results")
     if not (isinstance(unit, str) and unit.isprintable() and UNIT.fullmatch(unit)):
         raise UserError(f"{kind}: its `unit` should be a few printable characters without brackets, not {unit!r:.60}")
-    found: Metric = the_only(thing)
-    return found
+    return the_only(thing)
 
 
 def check_names(named: Sequence[Metric], scores: Container[str], with_rotors: bool) -> None:

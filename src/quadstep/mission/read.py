@@ -60,8 +60,7 @@ class MissionKind(NamedTuple):
 
     def load(self) -> "type[Mission]":
         module, name = self.place.split(".")
-        loaded: type[Mission] = getattr(import_module(f"quadstep.mission.{module}"), name)
-        return loaded
+        return getattr(import_module(f"quadstep.mission.{module}"), name)
 
 
 PAPER = MissionKind(
@@ -79,8 +78,7 @@ KINDS = REAL, PAPER
 def kind_of(vehicle: object, folder: Path = Path()) -> "type[Mission]":
     """The kind of mission that flies the vehicle of this table. folder: of the mission. Raises UserError."""
     if isinstance(vehicle, Mapping) and isinstance(vehicle.get("type"), str):
-        declared: type[Mission] = import_module("quadstep.mission.declared").declared_kind(vehicle["type"], folder)
-        return declared
+        return import_module("quadstep.mission.declared").declared_kind(vehicle["type"], folder)
     if isinstance(vehicle, str):
         raise UserError(f"vehicle: should be a table, not {shorten(vehicle)}")
     return (REAL if is_airframe(vehicle) else PAPER).load()

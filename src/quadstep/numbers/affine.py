@@ -245,8 +245,7 @@ class Enclosure:
 
 def below(x: Plain) -> Array:
     """A number that the same operation of floats, and of real numbers, is never below."""
-    found: Array = x - (ROUNDING * np.abs(x) + TINY * (np.asarray(x) != 0.0))
-    return found
+    return x - (ROUNDING * np.abs(x) + TINY * (np.asarray(x) != 0.0))
 
 
 def underflow(a: Enclosure, b: Enclosure | None = None) -> Array:

@@ -68,8 +68,7 @@ def sin(x: Number) -> Number:
     >>> sin(0.5)
     0.479425538604203
     """
-    result: Number = functions_of(x).sin(x)
-    return result
+    return functions_of(x).sin(x)
 
 
 def cos(x: Number) -> Number:
@@ -79,24 +78,21 @@ def cos(x: Number) -> Number:
     >>> cos(0.0)
     1.0
     """
-    result: Number = functions_of(x).cos(x)
-    return result
+    return functions_of(x).cos(x)
 
 
 def sin_steps(kind: Kind, x: float) -> float:
     """NaN beyond MOST_ANGLE."""
     sine, cosine, quarter = turn(kind, x)
     value = kind.where(kind.bit(quarter, 0), cosine, sine)
-    result: float = kind.where(kind.bit(quarter, 1), -value, value)
-    return result
+    return kind.where(kind.bit(quarter, 1), -value, value)
 
 
 def cos_steps(kind: Kind, x: float) -> float:
     """NaN beyond MOST_ANGLE."""
     sine, cosine, quarter = turn(kind, x)
     value = kind.where(kind.bit(quarter, 0), sine, cosine)
-    result: float = kind.where(kind.bit(quarter + 1.0, 1), -value, value)
-    return result
+    return kind.where(kind.bit(quarter + 1.0, 1), -value, value)
 
 
 def turn(kind: Kind, x: float) -> tuple[float, float, float]:
@@ -143,8 +139,7 @@ def exp(x: Number) -> Number:
     >>> exp(0.0), exp(-800.0)
     (1.0, 0.0)
     """
-    result: Number = functions_of(x).exp(x)
-    return result
+    return functions_of(x).exp(x)
 
 
 def exp_steps(kind: Kind, x: float) -> float:
@@ -155,8 +150,7 @@ def exp_steps(kind: Kind, x: float) -> float:
     count = octave - SHIFTER[double]
     high, low = OCTAVE[double]
     r = x - count * high - count * low
-    result: float = (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL[double]))) * kind.power(octave)
-    return result
+    return (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL[double]))) * kind.power(octave)
 
 
 def exp_enclosed(x: Enclosure) -> Enclosure:
@@ -182,8 +176,7 @@ def sigmoid(x: Number) -> Number:
     >>> sigmoid(0.0)
     0.5
     """
-    result: Number = functions_of(x).sigmoid(x)
-    return result
+    return functions_of(x).sigmoid(x)
 
 
 def sigmoid_steps(kind: Kind, x: float) -> float:
@@ -192,15 +185,13 @@ def sigmoid_steps(kind: Kind, x: float) -> float:
     octaves = limited(kind, x * -float(1 / LN2), *EXPONENTS[double])
     nearest = octaves + SHIFTER[double]
     r = octaves - (nearest - SHIFTER[double])
-    result: float = 1.0 / (1.0 + (1.0 + r * polynomial(r, POWER_OF_TWO[double])) * kind.power(nearest))
-    return result
+    return 1.0 / (1.0 + (1.0 + r * polynomial(r, POWER_OF_TWO[double])) * kind.power(nearest))
 
 
 def limited(kind: Kind, x: float, least: float, most: float) -> float:
     """x between these limits; NaN stays."""
     x = kind.where(x < least, least, x)
-    result: float = kind.where(x > most, most, x)
-    return result
+    return kind.where(x > most, most, x)
 
 
 def sigmoid_enclosed(x: Enclosure) -> Enclosure:
@@ -226,8 +217,7 @@ def log(x: Number) -> Number:
     >>> log(1.0), log(-1.0)
     (0.0, nan)
     """
-    result: Number = functions_of(x).log(x)
-    return result
+    return functions_of(x).log(x)
 
 
 def log_steps(kind: Kind, x: float) -> float:
@@ -244,8 +234,7 @@ def log_steps(kind: Kind, x: float) -> float:
     tail = count * low + s * (half + z * polynomial(z, LOGARITHM[double]))
     value = count * high + (f - (half - tail))  # s (f^2/2 + ...) - f^2/2 + f is log(1 + f)
     extreme = kind.where(x == 0.0, -math.inf, kind.where(x > 0.0, x, math.nan))
-    result: float = kind.where((x > 0.0) & (x < math.inf), value, extreme)
-    return result
+    return kind.where((x > 0.0) & (x < math.inf), value, extreme)
 
 
 def log_enclosed(x: Enclosure) -> Enclosure:
@@ -282,8 +271,7 @@ def atan2(y: Number, x: Number) -> Number:
     >>> atan2(1.0, 0.0), atan2(0.0, 0.0)
     (1.5707963267948966, 0.0)
     """
-    result: Number = functions_of(y, x).atan2(y, x)
-    return result
+    return functions_of(y, x).atan2(y, x)
 
 
 def atan2_steps(kind: Kind, y: float, x: float) -> float:
@@ -299,8 +287,7 @@ def atan2_steps(kind: Kind, y: float, x: float) -> float:
     angle = kind.where(eighth, angle + math.pi / 4.0, angle)
     angle = kind.where(steep, math.pi / 2.0 - angle, angle)
     angle = kind.where(x < 0.0, math.pi - angle, angle)
-    result: float = kind.where(y < 0.0, -angle, angle)
-    return result
+    return kind.where(y < 0.0, -angle, angle)
 
 
 def atan2_enclosed(y: Operand, x: Operand) -> Enclosure:

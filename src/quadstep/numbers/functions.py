@@ -26,8 +26,7 @@ def sqrt(x: Number) -> Number:
     >>> sqrt(9.0), sqrt(-1.0)
     (3.0, nan)
     """
-    result: Number = functions_of(x).sqrt(x)
-    return result
+    return functions_of(x).sqrt(x)
 
 
 def where(condition: Condition, yes: Number, no: Number) -> Number:
@@ -44,20 +43,17 @@ def where(condition: Condition, yes: Number, no: Number) -> Number:
         return yes if condition else no
     if type(condition) is int:  # Python's ~True is -2 and ~False -1: the lowest bit is right, and stays so under & and |
         condition = bool(condition & 1)
-    result: Number = functions_of(condition, yes, no).where(condition, yes, no)
-    return result
+    return functions_of(condition, yes, no).where(condition, yes, no)
 
 
 def word(x: Number) -> Word:
     """The bits of a whole number in [0, 2^31)."""
-    result: Word = functions_of(x).word(x)
-    return result
+    return functions_of(x).word(x)
 
 
 def number(bits: Word) -> Number:
     """The whole number in [0, 2^31) that has these bits."""
-    result: Number = functions_of(bits).number(bits)
-    return result
+    return functions_of(bits).number(bits)
 
 
 def minimum(a: Number, b: Number) -> Number:
@@ -121,8 +117,7 @@ def power(x: Number, exponent: Number) -> Number:
     """
     own = getattr(functions_of(x, exponent), "signed_power", None)
     if own is not None:
-        result: Number = own(x, exponent)
-        return result
+        return own(x, exponent)
     size = absolute(x)
     raised = exp(exponent * log(where(size > 0.0, size, 1.0)))
     return where(x > 0.0, raised, where(x < 0.0, -raised, x))
@@ -137,8 +132,7 @@ def sinc(x: Number) -> Number:
     """
     own = getattr(functions_of(x), "sinc", None)
     if own is not None:
-        result: Number = own(x)
-        return result
+        return own(x)
     small = absolute(x) < 1e-4
     return where(small, 1.0 - x * x / 6.0, sin(x) / where(small, 1.0, x))
 
@@ -146,8 +140,7 @@ def sinc(x: Number) -> Number:
 def length(square: Number, entries: Sequence[Number]) -> Number:
     """The root of the sum of squares of `entries`, given that sum; a kind of number may know better."""
     own = getattr(functions_of(square), "length", None)
-    result: Number = own(square, entries) if own is not None else sqrt(square)
-    return result
+    return own(square, entries) if own is not None else sqrt(square)
 
 
 def entry(index: Number, size: int) -> Number:

@@ -64,14 +64,12 @@ EXPONENT = (1 << 11) - 1
 
 def bits_of(x: float) -> int:
     """The 64 bits of a float, as a whole number with sign."""
-    bits: int = WHOLE.unpack(DOUBLE.pack(x))[0]
-    return bits
+    return WHOLE.unpack(DOUBLE.pack(x))[0]
 
 
 def float_of(bits: int) -> float:
     """The float of these bits, below 2^63."""
-    x: float = DOUBLE.unpack(WHOLE.pack(bits))[0]
-    return x
+    return DOUBLE.unpack(WHOLE.pack(bits))[0]
 
 
 class Floats(Elementary):
@@ -120,8 +118,7 @@ class Arrays(Elementary):
         return True
 
     def bit(self, x: Array, place: int) -> NDArray[np.bool_]:
-        is_set: NDArray[np.bool_] = x.view(np.int64) >> place & 1 == 1
-        return is_set
+        return x.view(np.int64) >> place & 1 == 1
 
     def power(self, m: Array) -> Array:
         return ((m.view(np.int64) + EXPONENT_BIAS & EXPONENT) << MANTISSA_BITS).view(np.float64)
@@ -151,8 +148,7 @@ def functions_of(*values: object) -> Kind:
         if isinstance(value, np.ndarray | np.generic):
             return ARRAYS
         if hasattr(value, "functions"):
-            found: Kind = value.functions
-            return found
+            return value.functions
         return foreign_functions(value)
     return FLOATS
 

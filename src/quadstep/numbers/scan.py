@@ -97,8 +97,7 @@ def scan(
     if not count or times not in (None, count):
         raise ValueError("a scan needs one number of turns, 1 or more")
     traced = getattr(functions_of(*flatten((carry, rows))), "scan", None)
-    result: tuple[C, Rows[Matrix]] = (traced or turn_by_turn)(cast("Step[C]", step), carry, rows, count, backwards)
-    return result
+    return (traced or turn_by_turn)(cast("Step[C]", step), carry, rows, count, backwards)
 
 
 def turn_by_turn(step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
@@ -148,8 +147,7 @@ def repeated(law: Callable[[S], R]) -> Callable[[S], R]:
 
     def run(structure: S) -> R:
         call = getattr(functions_of(*flatten(structure)), "call", None)
-        result: R = law(structure) if call is None else call(memory, law, structure)
-        return result
+        return law(structure) if call is None else call(memory, law, structure)
 
     return run
 
@@ -164,8 +162,7 @@ def shortcut(structure: S, quick: Callable[[S], tuple[Condition, R]], law: Calla
     0.5
     """
     own = getattr(functions_of(*flatten(structure)), "shortcut", None)
-    result: R = law(structure) if own is None else own(quick, law, structure)
-    return result
+    return law(structure) if own is None else own(quick, law, structure)
 
 
 Function: TypeAlias = Callable[[NDArray[np.float64]], object]
@@ -241,5 +238,4 @@ def call(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]
     own = getattr(functions, "opaque", None)
     if own is None:
         raise TypeError("an opaque function takes floats, arrays and lanes; it has no equations")
-    result: list[Number] = own(handle, inputs, outputs)
-    return result
+    return own(handle, inputs, outputs)

@@ -120,8 +120,7 @@ def replaced(structure: S, **fields: object) -> S:
     >>> replaced(Key(vector(1.0)), words=vector(2.0))
     Key(words=Vector([2.0]))
     """
-    made: S = getattr(structure, "_replace")(**fields)  # noqa: B009 (it has no other type)
-    return made
+    return getattr(structure, "_replace")(**fields)  # noqa: B009 (it has no other type)
 
 
 def leaf_names(structure: object, prefix: str = "") -> list[str]:

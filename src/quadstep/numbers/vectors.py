@@ -219,8 +219,7 @@ def solve_symmetric(m: Matrix, b: Vector) -> Vector:
     """
     own = getattr(functions_of(*m.rows[0], *m.rows[1], *m.rows[2], *b), "solve_symmetric", None)
     if own is not None:
-        result: Vector = own(m, b)
-        return result
+        return own(m, b)
     m11, m12, m13 = m.rows[0]
     _, m22, m23 = m.rows[1]
     m33 = m[2, 2]

@@ -56,7 +56,7 @@ def net_row(loop: ClosedLoop, cycle: object, p: object, time: Number) -> list[Nu
     else:
         return []
     on = where(time >= gains.learning_start, 1.0, 0.0)
-    outer = position_loop(gains, memory, cast(State, loop.told(flown, numbers)), loop.wanted(time, numbers), on)
+    outer = position_loop(gains, memory, cast(State, loop.measurement(flown, numbers)), loop.reference(time, numbers), on)
     force, _ = loop.plant.disturbed(parameters, state, time)
     weights = [entry for row in memory.weights_1 for entry in row]
     return [*outer.mu_1, *weights, *(on * output(memory.weights_1, outer.mu_1)), *(-force)]

@@ -20,7 +20,7 @@ def scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
         found, weight, arrows = Drawn(attitude=attitude(log.columns)), 1.0, forces(())
     else:
         body = plan.loop.plant.body(plan.parameters)
-        found, weight = plan.loop.plant.drawn(plan.parameters), float(body.mass * body.gravity)
+        found, weight = plan.loop.plant.drawing(plan.parameters), float(body.mass * body.gravity)
         arrows = forces(plan.parameters)
     rotors = tuple(RotorView(one.position, one.spin, column_or_none(log.columns, one.column), None) for one in found.rotors)
     if not rotors:

@@ -246,8 +246,7 @@ class Handler(BaseHTTPRequestHandler):
     @property
     def port(self) -> int:
         """The port that is listened on."""
-        found: int = self.connection.getsockname()[1]
-        return found
+        return self.connection.getsockname()[1]
 
     def misdirected(self) -> Answer | None:
         """The answer to a page of another host that calls itself by ours (DNS rebinding)."""

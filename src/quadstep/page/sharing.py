@@ -79,5 +79,4 @@ def qr_drawing(link: str) -> str:
         import segno  # noqa: PLC0415 (optional)
     except ModuleNotFoundError:
         return ""
-    drawing: str = segno.make(link, micro=False, error="m").svg_inline(scale=4, border=3, dark="#000", light="#fff")
-    return drawing
+    return segno.make(link, micro=False, error="m").svg_inline(scale=4, border=3, dark="#000", light="#fff")

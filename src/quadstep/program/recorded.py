@@ -244,8 +244,7 @@ class RecordedFunctions(Kind):
         return function
 
     def precise(self, x: RecordedNumber) -> bool:
-        is_precise: bool = x.record.precise
-        return is_precise
+        return x.record.precise
 
     def bit(self, x: RecordedNumber, place: int) -> RecordedCondition:
         return RecordedCondition(x.record, x.record.write("bit", x, 1 << place))
@@ -282,8 +281,7 @@ class RecordedFunctions(Kind):
 
 
 def record_of(numbers: Sequence[object]) -> Recording:
-    record: Recording = next(one.record for one in numbers if isinstance(one, Recorded))
-    return record
+    return next(one.record for one in numbers if isinstance(one, Recorded))
 
 
 Recorded.functions = RECORDED = RecordedFunctions()

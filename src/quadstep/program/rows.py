@@ -91,7 +91,7 @@ class RowVector(Vector):
         self.record, self.count, self.entry, self.array = record, count, entry, array
 
     @classmethod
-    def found(cls, record: RowRecord, count: int, array: int) -> RowVector:
+    def in_memory(cls, record: RowRecord, count: int, array: int) -> RowVector:
         """One that is stored in memory."""
         return cls(record, count, lambda row: cast(Number, record.item(array, row)), array)
 
@@ -148,7 +148,7 @@ class RowVector(Vector):
     def map(self, function: Callable[[Number], Number]) -> Vector:
         index = self.record.index()
         stored = self.record.at(function(self.entry(index)))
-        return RowVector.found(self.record, self.count, self.record.loop(LoopBody(self.count, index, (stored,))))
+        return RowVector.in_memory(self.record, self.count, self.record.loop(LoopBody(self.count, index, (stored,))))
 
     def outer(self, other: Vector) -> Matrix:
         if isinstance(other, RowVector):
@@ -170,7 +170,7 @@ class RowMatrix(Matrix):
         self.record, self.shape, self.row, self.array = record, shape, row, array
 
     @classmethod
-    def found(cls, record: RowRecord, shape: tuple[int, int], array: int) -> RowMatrix:
+    def in_memory(cls, record: RowRecord, shape: tuple[int, int], array: int) -> RowMatrix:
         """One that is stored in memory."""
         return cls(record, shape, lambda row: Vector(cast(Number, record.item(array, row, i)) for i in range(shape[1])), array)
 
@@ -210,7 +210,7 @@ class RowMatrix(Matrix):
     def map_rows(self, function: Callable[[Vector], Number]) -> Vector:
         index = self.record.index()
         stored = self.record.at(function(self.row(index)))
-        return RowVector.found(self.record, self.shape[0], self.record.loop(LoopBody(self.shape[0], index, (stored,))))
+        return RowVector.in_memory(self.record, self.shape[0], self.record.loop(LoopBody(self.shape[0], index, (stored,))))
 
     def norm(self) -> Number:
         """As for a matrix; deferred operations are computed in the same loop, and kept."""
@@ -220,7 +220,7 @@ class RowMatrix(Matrix):
         squares = tuple(self.record.at(entry * entry) for entry in row)
         loop = self.record.loop(LoopBody(self.shape[0], index, stored, (squares,)))
         if stored:
-            kept = RowMatrix.found(self.record, self.shape, loop)
+            kept = RowMatrix.in_memory(self.record, self.shape, loop)
             self.row, self.array = kept.row, kept.array
         return sqrt(cast(Number, self.record.sums(loop)[0]))
 

@@ -30,20 +30,17 @@ def as_stack(matrix: Matrix, count: int) -> Array:
 
 def dot(a: Array, b: Array) -> Array:
     """Inner product of each sample's vectors, shape (n,)."""
-    product: Array = np.einsum("...i,...i->...", a, b)
-    return product
+    return np.einsum("...i,...i->...", a, b)
 
 
 def apply(matrices: Array, vectors: Array) -> Array:
     """Each sample's matrix times its vector, shape (n, k)."""
-    product: Array = np.einsum("nij,nj->ni", matrices, vectors)
-    return product
+    return np.einsum("nij,nj->ni", matrices, vectors)
 
 
 def lengths(rows: Array) -> Array:
     """Euclidean length of each sample's vector, or Frobenius norm of its matrix, shape (n,)."""
-    result: Array = np.sqrt(np.square(rows).reshape(len(rows), -1).sum(axis=1))
-    return result
+    return np.sqrt(np.square(rows).reshape(len(rows), -1).sum(axis=1))
 
 
 Plain = NDArray[np.float64]
@@ -71,15 +68,13 @@ def size(entries: Plain) -> Plain:
 def limited(entries: Plain, bound: Plain) -> Plain:
     """The vectors scaled down to a length of at most the bound, (count, 1)."""
     shorter = np.minimum(1.0, bound / size(entries))
-    short: Plain = entries * shorter.reshape(len(entries), *[1] * (entries.ndim - 1))
-    return short
+    return entries * shorter.reshape(len(entries), *[1] * (entries.ndim - 1))
 
 
 def neurons(input_weights: Matrix, inputs: Plain) -> Plain:
     """mu of a net: sigmoids of weighted inputs and a bias."""
     weights = blocks(input_weights)
-    mu: Plain = 1.0 / (1.0 + np.exp(-(np.einsum("bni,bi->bn", weights[:, :, :-1], inputs) + weights[:, :, -1])))
-    return mu
+    return 1.0 / (1.0 + np.exp(-(np.einsum("bni,bi->bn", weights[:, :, :-1], inputs) + weights[:, :, -1])))
 
 
 def learnt(weights: Plain, mu: Plain, r: Plain, length: Plain, rate: Plain, kappa: Plain, period: Plain) -> Plain:
@@ -100,8 +95,7 @@ def body_rates(eta: Plain | Complex) -> Complex:
 def inertia(eta: Plain | Complex, sigma: Plain) -> Complex:
     """J of Eq. 4."""
     t = body_rates(eta)
-    j: Complex = np.einsum("bki,bk,bkj->bij", t, sigma, t)
-    return j
+    return np.einsum("bki,bk,bkj->bij", t, sigma, t)
 
 
 def christoffel(eta: Plain, rates: Plain, sigma: Plain) -> Plain:
@@ -109,5 +103,4 @@ def christoffel(eta: Plain, rates: Plain, sigma: Plain) -> Plain:
     slopes = np.stack([inertia(eta + 1j * STEP * axis, sigma).imag / STEP for axis in np.eye(3)], axis=1)
     first = np.einsum("bkij,bk->bij", slopes, rates)
     second = np.einsum("bjik,bk->bij", slopes, rates)
-    c: Plain = 0.5 * (first + second - second.swapaxes(1, 2))
-    return c
+    return 0.5 * (first + second - second.swapaxes(1, 2))

@@ -158,9 +158,9 @@ class Room:
         self.waiting: queue.Queue[tuple[Member, str]] = queue.Queue()
         self.lock = threading.Lock()
         for name in self.section.students:
-            self.members[hmac.digest(key, name.encode(), "sha256").hex()[:32]] = self.found(Member(name, root / name))
+            self.members[hmac.digest(key, name.encode(), "sha256").hex()[:32]] = self.restored(Member(name, root / name))
 
-    def found(self, member: Member) -> Member:
+    def restored(self, member: Member) -> Member:
         """A student with the flights that an earlier run kept."""
         for number in numbered(member.folder):
             content = manifest(member.folder / f"{number}")

@@ -60,8 +60,7 @@ class Cells(NamedTuple):
 
     @property
     def successes(self) -> NDArray[np.int64]:
-        count: NDArray[np.int64] = self.flights - self.causes.sum(axis=-1)
-        return count
+        return self.flights - self.causes.sum(axis=-1)
 
     @property
     def cause(self) -> NDArray[np.int64]:
@@ -109,8 +108,7 @@ def cells_of(asked: Request, flown: Flown) -> Cells:
 
 def numbers(column: pa.ChunkedArray) -> NDArray[np.float64]:
     """A column, NaN where it is null."""
-    values: NDArray[np.float64] = column.to_numpy().astype(np.float64)
-    return values
+    return column.to_numpy().astype(np.float64)
 
 
 def middle(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -113,8 +113,7 @@ def laws_of(file: str) -> list[type[Controller]]:
 
 def suffixes(law: type[Controller]) -> tuple[str, ...]:
     """Of the files in which its autopilot's parameters are kept."""
-    found: tuple[str, ...] = FORMATS.load(law.parameter_file).suffixes
-    return found
+    return FORMATS.load(law.parameter_file).suffixes
 
 
 def law_of(asked: Question) -> type[Controller]:

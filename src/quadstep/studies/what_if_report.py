@@ -71,8 +71,7 @@ def picture(before: FlightLog, after: FlightLog) -> FigureJob:
 def tilt(log: FlightLog) -> Floats:
     """From the vertical [deg]."""
     level = np.cos(log.column("pitch")) * np.cos(log.column("roll"))
-    tilted: Floats = np.degrees(np.arccos(np.clip(level, -1.0, 1.0)))
-    return tilted
+    return np.degrees(np.arccos(np.clip(level, -1.0, 1.0)))
 
 
 def response(log: FlightLog) -> dict[str, float]:

@@ -104,7 +104,7 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
     ) -> list[Number]:  # fmt: skip
         """One row of the log, in the order of `columns`."""
 
-    def drawn(self, p: PlantParameters[N, L]) -> Drawn:
+    def drawing(self, p: PlantParameters[N, L]) -> Drawn:
         """How the page draws it: a small quadrotor, unless it says otherwise."""
         return Drawn()
 
@@ -115,11 +115,11 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
     def truth(self, state: X) -> X:
         return state
 
-    def felt(self, p: PlantParameters[N, L], state: X, rate: X) -> Vector:
+    def specific_force(self, p: PlantParameters[N, L], state: X, rate: X) -> Vector:
         """Never asked: there is no estimator."""
         raise NotImplementedError
 
-    def told(self, known: X, held: H) -> X:
+    def measurement(self, known: X, held: H) -> X:
         return known
 
     def rotor_speeds(self, state: X) -> Vector:
@@ -130,10 +130,10 @@ class DeclaredPlant(ABC, Generic[N, L, X, U, H]):
         """Never asked."""
         raise NotImplementedError
 
-    def asked(self, p: PlantParameters[N, L], command: U) -> U:
+    def logged_command(self, p: PlantParameters[N, L], command: U) -> U:
         return command
 
-    def settled(self, state: X) -> X:
+    def projected(self, state: X) -> X:
         return state
 
     def weight_norms(self, command: U) -> Vector:

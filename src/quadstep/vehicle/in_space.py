@@ -168,7 +168,7 @@ class InSpace(Generic[P, X, C]):
         """Never asked, unless the rotors have a battery."""
         raise NotImplementedError
 
-    def asked(self, p: P, command: C) -> Command:
+    def logged_command(self, p: P, command: C) -> Command:
         return cast(Command, command)
 
     def inputs(self, held: Acting) -> Vector:

@@ -61,11 +61,11 @@ class Lagrange(InSpace[Parameters, State, Command]):
     def truth(self, state: State) -> State:
         return state
 
-    def felt(self, p: Parameters, state: State, rate: State) -> Vector:
+    def specific_force(self, p: Parameters, state: State, rate: State) -> Vector:
         """Never asked: this plant has no estimator."""
         raise NotImplementedError
 
-    def told(self, known: State, held: AttainedCommand) -> State:
+    def measurement(self, known: State, held: AttainedCommand) -> State:
         return known
 
     def actuate(self, p: Parameters, command: Command) -> AttainedCommand:
@@ -91,7 +91,7 @@ class Lagrange(InSpace[Parameters, State, Command]):
             raise TypeError("`disturb` should return a force and a torque, each a Vector of 3")
         return found
 
-    def settled(self, state: State) -> State:
+    def projected(self, state: State) -> State:
         return state
 
     def outcome(self, p: Parameters, state: State, command: Command, reference: Reference) -> Number:
@@ -105,7 +105,7 @@ class Lagrange(InSpace[Parameters, State, Command]):
         everything = everything + absolute(command.thrust) + command.torque.norm()
         return where(finite(everything), code, float(Outcome.NOT_FINITE))
 
-    def drawn(self, p: Parameters) -> Drawn:
+    def drawing(self, p: Parameters) -> Drawn:
         """Rotor 1 at -y, 2 at -x, 3 at +y, 4 at +x (docs/conventions.md)."""
         arm = float(p.vehicle.rotors.arm)
         places = ((0.0, -arm, 0.0), (-arm, 0.0, 0.0), (0.0, arm, 0.0), (arm, 0.0, 0.0))

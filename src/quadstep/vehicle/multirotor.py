@@ -97,11 +97,11 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
     def truth(self, state: AirframeState) -> Motion:
         return state.motion
 
-    def felt(self, p: AirframeParameters, state: AirframeState, rate: AirframeState) -> Vector:
+    def specific_force(self, p: AirframeParameters, state: AirframeState, rate: AirframeState) -> Vector:
         """The specific force [m/s^2]."""
         return specific_force(p.airframe, state, rate)
 
-    def told(self, known: Motion, held: Spun) -> Measured:
+    def measurement(self, known: Motion, held: Spun) -> Measured:
         """The measured motion, and what the rotors were asked for, after their limits."""
         return Measured(*known, held.thrust, held.torque)
 
@@ -113,7 +113,7 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         fastest = p.airframe.rotor.fastest
         return fastest * voltage(p.airframe, state) / p.airframe.battery.full if self.effects.battery else fastest
 
-    def asked(self, p: AirframeParameters, command: Command | RotorThrusts | RotorSpeeds) -> Command:
+    def logged_command(self, p: AirframeParameters, command: Command | RotorThrusts | RotorSpeeds) -> Command:
         if isinstance(command, Command):
             return command
         thrusts = command.thrusts if isinstance(command, RotorThrusts) else thrusts_of(p.allocation, command.speeds)
@@ -140,7 +140,7 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         efficiency = efficiencies(p.events, len(self.geometry.mounts), time)
         return derivative(self.geometry, p.airframe, mass, efficiency, state, held.speeds, wind, self.effects)
 
-    def settled(self, state: AirframeState) -> AirframeState:
+    def projected(self, state: AirframeState) -> AirframeState:
         """A unit quaternion."""
         return renormalised(state)
 
@@ -154,7 +154,7 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         everything = everything + absolute(command.thrust) + command.torque.norm()
         return where(finite(everything), code, float(Outcome.NOT_FINITE))
 
-    def drawn(self, p: AirframeParameters) -> Drawn:
+    def drawing(self, p: AirframeParameters) -> Drawn:
         mounts, ground = self.geometry.mounts, float(p.airframe.ground)
         rotors = tuple(
             Rotor((mount.position[0], mount.position[1], mount.position[2]), 1 if mount.spin > 0 else -1, f"f{i + 1}")

@@ -121,7 +121,7 @@ class Planar(DeclaredPlant):
             command.wanted_pitch, made.thrust, made.torque, *held,
         ]  # fmt: skip
 
-    def drawn(self, p: PlantParameters) -> Drawn:
+    def drawing(self, p: PlantParameters) -> Drawn:
         arm = float(p.vehicle.arm)
         rotors = (Rotor((arm, 0.0, 0.0), 1, "f1"), Rotor((-arm, 0.0, 0.0), -1, "f2"))
         return Drawn(rotors, "thrust", ("psi", "theta", "phi"))

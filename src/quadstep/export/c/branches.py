@@ -56,7 +56,7 @@ class ScanRecord(RowRecord):
             return rows
         shape = len(rows), len(rows.rows[0])
         places = [self.at(entry) for entry in flatten(rows)]
-        return RowMatrix.found(self, shape, self.place(FILLED, *places, text=f"[{shape[0]}][{shape[1]}]"))
+        return RowMatrix.in_memory(self, shape, self.place(FILLED, *places, text=f"[{shape[0]}][{shape[1]}]"))
 
     def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
         counter = self.index(TURN)
@@ -74,7 +74,7 @@ class ScanRecord(RowRecord):
         node = self.place(SCAN, *sorted(taken.union(one.place for one in (*first.numbers, *first.arrays))), text=counter)
         self.scans[node] = Scan(counter, getattr(step, "__name__", "turn"), count, backwards, whole, first, turn)
         columns = [
-            RowMatrix.found(self, (count, len(line)), place_in_memory(self, f"{counter}.{name}", (node,)))
+            RowMatrix.in_memory(self, (count, len(line)), place_in_memory(self, f"{counter}.{name}", (node,)))
             for name, line in lines.items()
         ]
         last = as_given(structure_in_memory(self, begin, f"{counter}.", (node,)), carry)

@@ -63,8 +63,8 @@ def subject_of(plan: Planned) -> Subject:
     """The law of a flight with its gains, and its vehicle's response to commands. Raises UserError for an opaque law."""
     loop, parameters = plan.loop, plan.parameters
     refuse_opaque(loop.controller)
-    measured = loop.told(loop.start(plan.start, parameters), parameters)
-    return Subject(loop.controller, parameters.gains, loop.plant, parameters, measured, loop.wanted(0.0, parameters))
+    measured = loop.measurement(loop.start(plan.start, parameters), parameters)
+    return Subject(loop.controller, parameters.gains, loop.plant, parameters, measured, loop.reference(0.0, parameters))
 
 
 def clock_of(plan: Planned) -> Clocked:

@@ -107,7 +107,7 @@ class Expressions:
         node = self.nodes[place]
         return f"{int(float(node.text)) & 0xFFFFFFFF}u" if node.operation == CONSTANT else self.text(place)
 
-    def kept(self, place: int) -> bool:
+    def has_local(self, place: int) -> bool:
         """Whether a number has a local of its own."""
         return self.uses[place] > 1 or place in self.naming.names or self.nodes[place].operation == "item"
 
@@ -145,7 +145,7 @@ class Statements(Expressions):
         lines = [self._sine_cosine(place, self.pairs[place])] if place in self.pairs else []
         if place in self.branches:
             return lines + self._branched(place)
-        return [*lines, self._local(place)] if wanted or self.kept(place) or self.long(place) else lines
+        return [*lines, self._local(place)] if wanted or self.has_local(place) or self.long(place) else lines
 
     def _branched(self, place: int) -> list[CStatement]:
         """Choices by one condition, with what only one of its branches needs."""

@@ -207,8 +207,8 @@ def structure_in_memory(record: RowRecord, value: Structure, text: str, after: t
     if isinstance(value, Matrix | Vector) and is_long(value):
         array = place_in_memory(record, text, after)
         if isinstance(value, Vector):
-            return RowVector.found(record, len(value), array)
-        return RowMatrix.found(record, (len(value), len(value.rows[0])), array)
+            return RowVector.in_memory(record, len(value), array)
+        return RowMatrix.in_memory(record, (len(value), len(value.rows[0])), array)
     if isinstance(value, Vector | Matrix):
         entries = value.entries if isinstance(value, Vector) else value.rows
         made = [structure_in_memory(record, entry, f"{text}[{i}]", after) for i, entry in enumerate(entries)]
@@ -285,8 +285,8 @@ def read_first(record: RowRecord, array: RowMatrix | RowVector, others: set[str]
         return array
     place = row_loop(record, array)
     if isinstance(array, RowVector):
-        return RowVector.found(record, len(array), place)
-    return RowMatrix.found(record, array.shape, place)
+        return RowVector.in_memory(record, len(array), place)
+    return RowMatrix.in_memory(record, array.shape, place)
 
 
 def same(value: Matrix) -> bool:

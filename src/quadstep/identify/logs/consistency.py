@@ -149,8 +149,7 @@ def beside(speed: Floats, values: Floats, where: Flags) -> Floats:
     """Values without what goes with the speed along the same axis: drag, against which a vehicle leans in wind."""
     moving = speed - speed[where].mean(axis=0)
     slope = (moving[where] * values[where]).sum(axis=0) / np.maximum((moving[where] ** 2).sum(axis=0), 1e-12)
-    result: Floats = values - slope * moving
-    return result
+    return values - slope * moving
 
 
 def felt(flight: FlightRecord, sure: Flags) -> list[Finding]:
@@ -280,8 +279,7 @@ def filled(values: Floats) -> Floats:
     if good.all() or not good.any():
         return np.nan_to_num(values)
     latest = np.maximum.accumulate(np.where(good, np.arange(len(values)), np.flatnonzero(good)[0]))
-    result: Floats = values[latest]
-    return result
+    return values[latest]
 
 
 def finite(sure: Flags, *channels: Floats) -> Flags:

@@ -90,15 +90,13 @@ class FlightRecord:
     def measured(self) -> Flags:
         """(n,): whether the whole state was measured: position, velocity, attitude and rates."""
         parts = [np.isfinite(self.channel(name)).all(axis=1) for name in ("position", "velocity", "attitude", "rates")]
-        whole: Flags = np.logical_and.reduce(parts)
-        return whole
+        return np.logical_and.reduce(parts)
 
     @property
     def turning(self) -> Flags:
         """(n,): whether every rotor turns as in flight."""
         full = self.motors.max() if self.speeds else 1.0
-        fast: Flags = self.motors.min(axis=1) > TURNING * full
-        return fast
+        return self.motors.min(axis=1) > TURNING * full
 
     @property
     def flying(self) -> Flags:
@@ -138,8 +136,7 @@ class FlightRecord:
         """(n,): how many rows lie between each row and the last gap before it."""
         index = np.arange(self.rows)
         breaks = np.where(~self.follows, index, 0)
-        result: NDArray[np.int64] = index - np.maximum.accumulate(breaks)
-        return result
+        return index - np.maximum.accumulate(breaks)
 
 
 MOST_SHARED = 1.0
@@ -190,8 +187,7 @@ def smooth(x: Floats, period: float, span: float = 0.08) -> Floats:
     count = max(1, round(span / period)) | 1
     box = np.ones(count) / count
     columns = [np.convolve(np.convolve(np.pad(one, count - 1, "edge"), box, "valid"), box, "valid") for one in x.T]
-    result: Floats = np.stack(columns, axis=1)
-    return result
+    return np.stack(columns, axis=1)
 
 
 def spectrum(x: Floats, period: float, count: int = 256) -> tuple[Floats, Floats]:

@@ -119,8 +119,7 @@ def stale(stamps: Floats, time: Floats) -> Flags:
     oldest = max(STALE, 3.0 * float(np.median(np.diff(stamps))))
     before = np.clip(np.searchsorted(stamps, time, side="right") - 1, 0, len(stamps) - 1)
     after = np.clip(before + 1, 0, len(stamps) - 1)
-    far: Flags = (np.abs(time - stamps[before]) > oldest) | (np.abs(stamps[after] - time) > oldest)
-    return far
+    return (np.abs(time - stamps[before]) > oldest) | (np.abs(stamps[after] - time) > oldest)
 
 
 def latest_samples(series: Series, time: Floats) -> Floats:
@@ -269,5 +268,4 @@ def turned(attitude: Floats, body: Floats) -> Floats:
     """Body vectors in world axes, (n, 3)."""
     w, v = attitude[:, :1], attitude[:, 1:]
     t = 2.0 * np.cross(v, body)
-    result: Floats = body + w * t + np.cross(v, t)
-    return result
+    return body + w * t + np.cross(v, t)

@@ -70,7 +70,7 @@ def insight_row(loop: ClosedLoop, cycle: object, p: object, time: Number) -> lis
     assert isinstance(loop.controller, Backstepping)
     flown, parameters = cast(Cycle, cycle), cast(Parameters, p)
     state, memory = cast(State, flown.state), cast(BacksteppingMemory, flown.memory)
-    gains, vehicle, wanted = cast(BacksteppingGains, parameters.gains), parameters.vehicle, loop.wanted(time, parameters)
+    gains, vehicle, wanted = cast(BacksteppingGains, parameters.gains), parameters.vehicle, loop.reference(time, parameters)
     on = where(time >= gains.learning_start, 1.0, 0.0)
     asked = cast(Command, flown.command)
     tilt = Vector([*asked.desired_attitude][1:])

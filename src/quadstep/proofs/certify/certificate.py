@@ -232,8 +232,7 @@ class FlightCertificate(NamedTuple):
     @property
     def outside(self) -> Mask:
         """Which samples have |r| > b_r; none without b_r."""
-        result: Mask = self.r > (np.inf if self.b_r is None else self.b_r)
-        return result
+        return self.r > (np.inf if self.b_r is None else self.b_r)
 
     @property
     def coupling_ratio(self) -> Array:

@@ -129,8 +129,7 @@ def recall(plan: FlightPlan, log: FlightLog) -> History:
 
 def reference_at(plan: FlightPlan, t: Array) -> Reference:
     """The path at many times, as a reference of arrays."""
-    reference: Reference = plan.loop.path.reference(cast(Number, t), plan.parameters.path)
-    return reference
+    return plan.loop.path.reference(cast(Number, t), plan.parameters.path)
 
 
 def yaw_accelerations(plan: FlightPlan, t: Array) -> Array:
@@ -168,8 +167,7 @@ def learning(net: Net, weights: Array, mu: Array, error: Array, size: Array, on:
         Vector([error[:, None, :]]),  # type: ignore[list-item]
         size[:, None, None],  # type: ignore[arg-type]
     )
-    rates: Array = on[:, None, None] * np.asarray(grown[0, 0])
-    return rates
+    return on[:, None, None] * np.asarray(grown[0, 0])
 
 
 def learn_along(net: Net, first: Matrix, mu: Array, error: Array, size: Array, steps: Array) -> Array:
@@ -219,8 +217,7 @@ class IdealWeights(NamedTuple):
 
     def missing(self, net: int, h: History) -> Array:
         """W_tilde = W - W_hat at each sample, (n, N, 3)."""
-        result: Array = self.fits[net - 1].weights - (h.weights_1 if net == 1 else h.weights_2)
-        return result
+        return self.fits[net - 1].weights - (h.weights_1 if net == 1 else h.weights_2)
 
 
 def weight_bound(fits: tuple[Fit, Fit]) -> float:

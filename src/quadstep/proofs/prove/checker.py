@@ -63,8 +63,7 @@ class BackwardRows(NamedTuple):
 
     def within(self, sums: Array) -> Array:
         """Bounds of what is not constant, for |e| <= sums."""
-        result: Array = (np.abs(self.rows) @ sums + self.pushed + self.rest) * UP
-        return result
+        return (np.abs(self.rows) @ sums + self.pushed + self.rest) * UP
 
     def at(self, places: list[int]) -> BackwardRows:
         return BackwardRows(*(part[places] for part in self))

@@ -125,8 +125,7 @@ def settled(at: Set, seen: Array) -> Array:
     astray = at.astray.sum(axis=1) * UP
     if not astray.max() < ASTRAY:
         return np.full_like(seen, np.inf)
-    result: Array = (seen + 2.0 * astray * seen.max()) * UP
-    return result
+    return (seen + 2.0 * astray * seen.max()) * UP
 
 
 UNITS = {"velocity": (1.0, "m/s"), "rates": (np.degrees(1.0), "°/s"), "speeds": (1.0, "rad/s")}

@@ -57,8 +57,7 @@ class Growth(NamedTuple):
     @property
     def whole(self) -> Array:
         terms = self.lines.sum(axis=1) + self.curves.sum(axis=(1, 2)) + self.pushes + self.rest
-        result: Array = terms * summed(self.curves[0].size)
-        return result
+        return terms * summed(self.curves[0].size)
 
 
 class InvariantSet(NamedTuple):

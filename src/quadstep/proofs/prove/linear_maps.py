@@ -96,8 +96,7 @@ def after_each(maps: BoundedMatrix, sources: Array) -> BoundedMatrix:
 def through(rows: Array, maps: BoundedMatrix) -> Array:
     """Bounds on |rows| of each of the stacked maps."""
     rounded = sum_rounding(rows.shape[1] + 2) * (np.abs(rows) @ np.abs(maps.middle)) + np.abs(rows) @ maps.off
-    result: Array = (np.abs(rows @ maps.middle) + rounded) * UP
-    return result
+    return (np.abs(rows @ maps.middle) + rounded) * UP
 
 
 def coordinates(loop: Sampled, flown: Array, unknown: Unknown) -> Coordinates:
@@ -259,5 +258,4 @@ def separated_basis(vectors: ComplexArray, rows: ComplexArray) -> ComplexArray:
     for _ in range(count):
         chosen.append(int(np.argmax(np.abs(shares.diagonal()) * first)))
         shares = shares - np.outer(shares[:, chosen[-1]], shares[chosen[-1]]) / shares[chosen[-1], chosen[-1]]
-    result: ComplexArray = vectors @ np.linalg.inv(vectors[chosen])
-    return result
+    return vectors @ np.linalg.inv(vectors[chosen])

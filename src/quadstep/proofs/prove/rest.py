@@ -135,8 +135,7 @@ def rest(loop: Sampled) -> RestingLoop:
 
 def idle(slopes: Array) -> NDArray[np.bool_]:
     """The numbers that keep any value they are given, to first order."""
-    found: NDArray[np.bool_] = np.all(np.abs(slopes - np.eye(len(slopes))) < SAME, axis=1)
-    return found
+    return np.all(np.abs(slopes - np.eye(len(slopes))) < SAME, axis=1)
 
 
 def refuse_idle(names: list[str], slopes: Array) -> None:

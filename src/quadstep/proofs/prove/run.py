@@ -218,7 +218,7 @@ def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Proo
 def consequence(plan: FlightPlan) -> list[str]:
     """What this means for Theorem 5.1, if its printed conditions hold."""
     gains = plan.parameters.gains
-    if not isinstance(plan.loop.controller.alone, Backstepping) or not isinstance(gains, BacksteppingGains):
+    if not isinstance(plan.loop.controller.unwrapped, Backstepping) or not isinstance(gains, BacksteppingGains):
         return []
     outer = min(gains.gain_1 - gains.mass * gains.slope_1)
     inner = min(gains.gain_2 - largest_inertia(plan.parameters.vehicle.inertia) * gains.slope_2)
@@ -246,6 +246,6 @@ def flown_rows(plan: FlightPlan, log: FlightLog) -> list[list[str]]:
     """A row for each axis: how far the flight was off its path, to the state that ended it, which the log is without."""
     axes = plan.loop.plant.axes
     logged = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes))
-    last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.wanted(log.ended, plan.parameters))))
+    last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.reference(log.ended, plan.parameters))))
     off = np.abs([*logged, *([last] if np.isfinite(last).all() else [])]).max(axis=0)
     return [[axis, "disproved", "-", f"{quantity(float(one), 'm')} flown"] for axis, one in zip(axes, off, strict=True)]

@@ -212,7 +212,7 @@ def refuse_unprovable(plan: FlightPlan) -> None:
     loop = plan.loop
     if not isinstance(loop, Loop):
         raise UserError("nothing can be proved about this kind of flight")
-    law = loop.controller.alone
+    law = loop.controller.unwrapped
     if isinstance(law, Opaque):
         raise UserError(f"controller: {law.name} is {law.nature}, which has no equations: nothing can be proved about it")
     if loop.sensing is not None and loop.sensing.noisy:

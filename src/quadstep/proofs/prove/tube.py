@@ -88,13 +88,11 @@ class Past:
         """Bounds on |rows e|. also: the constants' part, (rows, constants)."""
         constants = rows @ self.constants + (0.0 if also is None else also)
         rounded = sum_rounding(2 * len(self.columns)) * (np.abs(rows) @ np.abs(self.constants).sum(axis=1))
-        result: Array = (self.moving(rows) + np.abs(constants).sum(axis=1) + rounded) * UP
-        return result
+        return (self.moving(rows) + np.abs(constants).sum(axis=1) + rounded) * UP
 
     def magnitude(self) -> Array:
         """Bounds on |e|, without the constants."""
-        result: Array = np.abs(self.columns[:, : self.used]) @ self.weights[: self.used] * summed(self.used)
-        return result
+        return np.abs(self.columns[:, : self.used]) @ self.weights[: self.used] * summed(self.used)
 
     def move(self, one: Block, on: BoundedMatrix, box: Array) -> None:
         """Move to the end of a block, where it has added this box and the rounding here."""

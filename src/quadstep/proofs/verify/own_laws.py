@@ -209,30 +209,26 @@ def rotations(quaternion: Vector) -> Plain:
     """I + 2 w S + 2 S^2, S the cross product with the quaternion's axis: body to world."""
     w, *axis = quaternion
     s = np.stack([np.cross(rows(Vector(axis)), unit) for unit in np.eye(3)], axis=2)
-    r: Plain = np.eye(3) + 2.0 * np.asarray(w)[:, None, None] * s + 2.0 * s @ s
-    return r
+    return np.eye(3) + 2.0 * np.asarray(w)[:, None, None] * s + 2.0 * s @ s
 
 
 def logarithm(r: Plain) -> Plain:
     """Axis times angle of a rotation."""
     sine = 0.5 * np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=1)
     angle = np.arctan2(size(sine)[:, 0], 0.5 * (np.trace(r, axis1=1, axis2=2) - 1.0))
-    turn: Plain = sine * (angle / size(sine)[:, 0])[:, None]
-    return turn
+    return sine * (angle / size(sine)[:, 0])[:, None]
 
 
 def exponential(turn: Plain) -> Plain:
     """The rotation whose axis times angle is `turn`."""
     angle, axis = size(turn)[:, :, None], turn / size(turn)
     s = np.stack([np.cross(axis, unit) for unit in np.eye(3)], axis=2)
-    r: Plain = np.eye(3) + np.sin(angle) * s + (1.0 - np.cos(angle)) * s @ s
-    return r
+    return np.eye(3) + np.sin(angle) * s + (1.0 - np.cos(angle)) * s @ s
 
 
 def learning_factor(missing: Plain, asked: Plain) -> Plain:
     """Factor on learning: zero where a tenth of the commanded thrust or torque is missing."""
-    share: Plain = np.clip(1.0 - 10.0 * missing / np.maximum(asked, 1e-6), 0.0, None)
-    return share
+    return np.clip(1.0 - 10.0 * missing / np.maximum(asked, 1e-6), 0.0, None)
 
 
 def followed(m: RotationBatch, hedge: Plain) -> tuple[Plain, Plain, Plain]:

@@ -201,8 +201,7 @@ def finished_tasks(ray: ModuleType, flying: list[object]) -> list[object]:
                 f"--engine ray: no core has been free on the cluster for {PATIENCE:g} s; start nodes with CPUs, then "
                 "repeat the command, a campaign with --resume"
             )
-    ready: list[object] = ray.wait(flying, num_returns=len(flying), timeout=0)[0]
-    return ready
+    return ray.wait(flying, num_returns=len(flying), timeout=0)[0]
 
 
 def fetched(ray: ModuleType, reference: object, what: str) -> Any:

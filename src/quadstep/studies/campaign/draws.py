@@ -51,8 +51,7 @@ class DrawnColumn(NamedTuple):
         if self.options is None:
             return self.values
         shown = self.shown_options()
-        result: Values = np.array(shown, dtype=object if isinstance(shown[0], str) else None)[self.values]
-        return result
+        return np.array(shown, dtype=object if isinstance(shown[0], str) else None)[self.values]
 
     def shown_options(self) -> list[object]:
         """The options as numbers, booleans or text (JSON for anything else)."""
@@ -175,8 +174,7 @@ def groups(columns: list[NDArray[np.generic]], count: int) -> Iterator[tuple[tup
 
 def numbers(drawn: DrawnColumn) -> NDArray[np.float64]:
     values = drawn.values if drawn.options is None else np.array(drawn.options, dtype=float)[drawn.values]
-    result: NDArray[np.float64] = np.asarray(values, dtype=float)
-    return result
+    return np.asarray(values, dtype=float)
 
 
 def option(drawn: DrawnColumn, place: int) -> object:

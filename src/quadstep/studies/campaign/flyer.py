@@ -118,14 +118,14 @@ class Flyer:
         sweep, loop = self.sweep(batch), batch.loop.loop
         if not loop.controller.one_at_a_time:
             found = sweep.fly(batch.rows, progress=progress)
-            loop.controller.landed(batch.parameters.gains)
+            loop.controller.after_flight(batch.parameters.gains)
             return found
         flights = []
         for row in batch.rows:
             start, parameters = batch.flight(row)
             announce(loop, parameters, start)
             flights.append(sweep.fly(row[None], progress=progress))
-            loop.controller.landed(parameters.gains)
+            loop.controller.after_flight(parameters.gains)
         return joined(flights)
 
     def rehearse(self) -> None:

@@ -291,8 +291,7 @@ def middles(found: Bins, places: Sequence[int]) -> Numbers:
     """The middle of some ranges as it appears on the axis."""
     assert found.edges is not None
     left, right = found.edges[list(places)], found.edges[[place + 1 for place in places]]
-    middle: Numbers = np.sqrt(left * right) if found.log else 0.5 * (left + right)
-    return middle
+    return np.sqrt(left * right) if found.log else 0.5 * (left + right)
 
 
 def logarithmic(axes: Axes, which: str = "x") -> None:

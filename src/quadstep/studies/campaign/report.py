@@ -138,8 +138,7 @@ def distribution_section(of: Reported, flown: pa.Table, through: NDArray[np.bool
 
 def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
     column = flown[OUTCOME].combine_chunks()
-    chosen: NDArray[np.bool_] = np.asarray(column.indices) == column.dictionary.to_pylist().index(name)
-    return chosen
+    return np.asarray(column.indices) == column.dictionary.to_pylist().index(name)
 
 
 def limits_of(campaign: Campaign) -> dict[str, float]:

@@ -29,7 +29,7 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
 def answer(summary: CampaignSummary) -> str:
-    if not summary.drawn:
+    if not summary.statistical:
         return f"{succeeded(summary)}. {summary.why_not}"
     first = f"{summary.decision} " if summary.decision else ""
     return f"{first}{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
@@ -37,7 +37,7 @@ def answer(summary: CampaignSummary) -> str:
 
 def facts(summary: CampaignSummary) -> list[markup.Fact]:
     good, low, high = summary.success
-    if not summary.drawn:
+    if not summary.statistical:
         return [markup.Fact("succeed", units.percent(good)), *medians_only(summary)]
     found = [markup.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
     for spread in summary.spreads:
@@ -110,9 +110,9 @@ def outcomes(summary: CampaignSummary) -> TableSection:
     """Every outcome with its exact interval; without it where nothing is statistical."""
     header, counts = ("outcome", "flights", "share of all [%]"), ended(summary)
     rows: list[tuple[markup.Cell, ...]] = [(name, str(count)) for name, count in counts.items() if count]
-    if summary.drawn:
+    if summary.statistical:
         rows = [(name, str(count), spanned(share_of(summary, count))) for name, count in counts.items()]
-    return TableSection("How the flights ended", "outcomes", header if summary.drawn else header[:2], rows)
+    return TableSection("How the flights ended", "outcomes", header if summary.statistical else header[:2], rows)
 
 
 def share_of(summary: CampaignSummary, count: int) -> Estimate:
@@ -123,14 +123,16 @@ def share_of(summary: CampaignSummary, count: int) -> Estimate:
 def for_a_paper(summary: CampaignSummary, name: str) -> str:
     """Outcomes and quantiles as a LaTeX table; without intervals where nothing is statistical."""
     shares = {what: share_of(summary, count) for what, count in ended(summary).items()}
-    ends = [(what, "", units.percent(*one) if summary.drawn else str(ended(summary)[what])) for what, one in shares.items()]
+    ends = [
+        (what, "", units.percent(*one) if summary.statistical else str(ended(summary)[what])) for what, one in shares.items()
+    ]
     rows = [
-        (words, f"{100.0 * q:g} %", units.interval(*one, unit) if summary.drawn else units.quantity(one.value, unit))
+        (words, f"{100.0 * q:g} %", units.interval(*one, unit) if summary.statistical else units.quantity(one.value, unit))
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
     ]
-    comment = f"{name}: {units.counted(summary.flights, 'flight')}{', 95 % intervals' if summary.drawn else ''}"
-    return booktabs(("", "share below", "value" if summary.drawn else "flights"), [ends, rows], [comment])
+    comment = f"{name}: {units.counted(summary.flights, 'flight')}{', 95 % intervals' if summary.statistical else ''}"
+    return booktabs(("", "share below", "value" if summary.statistical else "flights"), [ends, rows], [comment])
 
 
 def spanned(one: Estimate) -> markup.Span:
@@ -144,7 +146,7 @@ def percent(one: Estimate) -> str:
 def distributions(summary: CampaignSummary) -> TableSection:
     """The quantiles as a table; the medians where nothing is statistical."""
     title = "Distance from the path", "distributions"
-    if not summary.drawn:
+    if not summary.statistical:
         return TableSection(
             *title, ("of completed flights", "value"), [(one.what, one.value) for one in medians_only(summary)]
         )

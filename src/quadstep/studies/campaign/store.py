@@ -49,8 +49,7 @@ class Store(RunRecord):
 
     @property
     def flights(self) -> int:
-        count: int = self.manifest["flights"]
-        return count
+        return self.manifest["flights"]
 
     @property
     def chunks(self) -> list[Chunk]:
@@ -210,5 +209,4 @@ def parquet(table: pa.Table) -> bytes:
     """A table as the content of a Parquet file, the same bytes for the same table."""
     sink = pa.BufferOutputStream()
     pq.write_table(table, sink, compression="zstd", version="2.6")
-    content: bytes = sink.getvalue().to_pybytes()
-    return content
+    return sink.getvalue().to_pybytes()

@@ -80,7 +80,7 @@ class CampaignSummary(NamedTuple):
     tail: float = TAIL
 
     @property
-    def drawn(self) -> bool:
+    def statistical(self) -> bool:
         """Whether the flights say something of others, so that numbers have intervals."""
         return not (self.copies or self.points or self.uneven)
 
@@ -156,9 +156,9 @@ def within(low: float, high: float) -> str:
 
 def sentences(summary: CampaignSummary) -> list[str]:
     value, low, high = summary.success
-    interval = f"; the 95 % interval is {within(low, high)}" if summary.drawn else ""
+    interval = f"; the 95 % interval is {within(low, high)}" if summary.statistical else ""
     lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{summary.meaning}{interval}."]
-    if not summary.drawn:
+    if not summary.statistical:
         lines.append(summary.why_not)
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
     if lost:
@@ -169,7 +169,7 @@ def sentences(summary: CampaignSummary) -> list[str]:
         median = spread.quantiles[QUANTILES[0]]
         if summary.copies or spread.flights == 1:
             parts = [units.quantity(median.value, unit)]
-        elif not summary.drawn:
+        elif not summary.statistical:
             parts = [f"{100 * q:g} % below {units.quantity(e.value, unit)}" for q, e in spread.quantiles.items()]
         elif not median.bounded:
             parts = [f"{parts[0]} ({FEW})"]

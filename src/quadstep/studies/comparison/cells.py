@@ -149,7 +149,7 @@ class ComparisonStudy(NamedTuple):
             else found
         )
 
-    def tuned(self, vehicle: str, controller: Content, values: Mapping[str, float]) -> Content:
+    def with_gains(self, vehicle: str, controller: Content, values: Mapping[str, float]) -> Content:
         """A controller's table with these gains, by key of the mission."""
         mission = self.nominal(vehicle, controller)
         return cast(Content, with_numbers({"controller": controller}, mission, dict(values))["controller"])

@@ -66,10 +66,10 @@ class LawAlone(Loop):
         return self.sampled
 
     def start(self, start: tuple[Structure, ...], p: Numbers) -> Cycle:
-        return super().start(start, p)._replace(air=self.wanted(0.0, p))
+        return super().start(start, p)._replace(air=self.reference(0.0, p))
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
-        told = self.plant.told(self.plant.truth(state), held)
+        told = self.plant.measurement(self.plant.truth(state), held)
         if not self.controller.also_measures:
             return told
         speeds = self.plant.rotor_speeds(state)
@@ -87,7 +87,7 @@ class LawAlone(Loop):
         if self.idle:
             return cycle, 0.0
         asked, memory = self.controller.law(cycle.memory, *self.given(cycle, p, clock))
-        return cycle._replace(memory=memory, command=self.plant.asked(p, asked)), 0.0
+        return cycle._replace(memory=memory, command=self.plant.logged_command(p, asked)), 0.0
 
     def slower(self, name: str, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of a slower loop."""
@@ -97,7 +97,7 @@ class LawAlone(Loop):
 
     def given(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Structure, Reference, Structure, Number, Number]:
         """What every sample of the controller is given besides its memory."""
-        return self.told(cycle, p), cast(Reference, cycle.air), p.gains, clock.time, clock.period
+        return self.measurement(cycle, p), cast(Reference, cycle.air), p.gains, clock.time, clock.period
 
     def advance(self, cycle: Cycle, p: Numbers, clock: Clock) -> Cycle:
         """Everything a little further, by what the law asked for too, so that none of it is left out."""
@@ -116,7 +116,7 @@ def edition() -> str:
 
 def cost(plan: FlightPlan) -> Cost:
     """Measure a flight's controller, without a predictor."""
-    plan = plan._replace(loop=replace(plan.loop, controller=plan.loop.controller.alone))
+    plan = plan._replace(loop=replace(plan.loop, controller=plan.loop.controller.unwrapped))
     loop, parameters = plan.loop, plan.parameters
     memory = loop.start(plan.start, parameters).memory
     sizes = [sum(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(one)) for one in (memory, parameters.gains)]

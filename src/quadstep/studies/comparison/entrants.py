@@ -141,7 +141,7 @@ def with_gains(study: ComparisonStudy, asked: EntrantSearch, kept: Parts) -> Ent
 def tuned(study: ComparisonStudy, entrant: Entrant, found: list[training.Trained]) -> Entrant:
     """An entrant with the best gains of some searches, and others with those of each other search."""
     first, *others = (
-        entrant._replace(table=study.tuned(entrant.vehicle, entrant.table, one.values), trained=one)
+        entrant._replace(table=study.with_gains(entrant.vehicle, entrant.table, one.values), trained=one)
         for one in sorted(found, key=lambda one: one.order)
     )
     return first._replace(others=tuple(others))

@@ -155,8 +155,7 @@ def work(jobs: Sequence[Job[object]], engine: Engine, look: Look) -> Iterator[tu
     """Jobs as they are done, in any order. look: called while others go on. Raises UserError where there is no cluster."""
     if not jobs:
         return iter(())
-    done: Iterator[tuple[Job[object], Worked]] = loaded(JOBS, engine)(jobs, look)
-    return done
+    return loaded(JOBS, engine)(jobs, look)
 
 
 def alone(jobs: Sequence[Job[object]]) -> Iterator[tuple[Job[object], Worked]]:

@@ -37,7 +37,7 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
         try:
             found_cells.append(cell_of(name, path, seeds))
         except UserError as error:
-            run.met(Problem(("", name), str(error)))
+            run.report_problem(Problem(("", name), str(error)))
     for one in found_cells[1:]:
         if one.campaign.defaults.get("path") != found_cells[0].campaign.defaults.get("path"):
             pair = " and ".join(str(places[cell.controller]) for cell in (found_cells[0], one))

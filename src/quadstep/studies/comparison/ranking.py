@@ -130,16 +130,16 @@ class Pair(NamedTuple):
     @property
     def winner(self) -> str | None:
         """Who certainly tracks better; None where that is undecided."""
-        if self.p >= ALPHA or self.effect == 0.0:
-            return None
-        return self.first if self.effect < 0.0 else self.second
+        return self.smaller(self.effect, self.p)
 
     @property
     def keeper(self) -> str | None:
         """Who certainly loses fewer flights; None where that is undecided."""
-        if self.p_lost >= ALPHA or self.lost == 0.0:
-            return None
-        return self.first if self.lost < 0.0 else self.second
+        return self.smaller(self.lost, self.p_lost)
+
+    def smaller(self, difference: float, p: float) -> str | None:
+        decided = p < ALPHA and difference != 0.0
+        return None if not decided else self.first if difference < 0.0 else self.second
 
 
 class Ranked(NamedTuple):

@@ -64,7 +64,7 @@ class ComparisonRun:
         self.problems: list[Problem] = []
         self.priced: set[tuple[str, str]] = set()
 
-    def met(self, problem: Problem) -> None:
+    def report_problem(self, problem: Problem) -> None:
         """Something cannot go on. Raises UserError unless others shall."""
         if not self.how.keep_going:
             raise UserError(problem.line)
@@ -113,7 +113,7 @@ class ComparisonRun:
         if worked.wrong and self.out(*job.controller):
             return  # of which enough has been said
         if worked.wrong:
-            self.met(Problem(job.controller, f"{job.label}: {worked.wrong}"))
+            self.report_problem(Problem(job.controller, f"{job.label}: {worked.wrong}"))
         else:
             self.kept.add(job.kind, job.key, worked.content)
 
@@ -150,7 +150,7 @@ def compare_study(study: ComparisonStudy, folder: Path, how: How) -> FinishedCom
         run = ComparisonRun(kept, how)
         asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is Engine.LANES)
         for problem in problems:
-            run.met(problem)
+            run.report_problem(problem)
         if not asked:
             raise UserError(f"no controller is left to compare: {[*left_out, *(one.line for one in problems)][0]}")
         metrics = check_all(study, run, [one.entrant for one in asked])
@@ -212,7 +212,7 @@ def cells(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entran
                 try:
                     found += [study.cell(situation, one.name, each.table, i) for i, each in enumerate((one, *one.others))]
                 except UserError as error:
-                    run.met(Problem((one.vehicle, one.name), str(error)))
+                    run.report_problem(Problem((one.vehicle, one.name), str(error)))
     return found
 
 
@@ -235,7 +235,7 @@ def fly(
     for situation, many in list(flown.items()):
         if all(one.lost.all() for one in many.values()):
             where = situation.label or "the missions"
-            run.met(Problem(None, f"{where}: no controller completes any of {counted(seeds, 'flight')}"))
+            run.report_problem(Problem(None, f"{where}: no controller completes any of {counted(seeds, 'flight')}"))
     return there, flown
 
 
@@ -269,7 +269,7 @@ def check_all(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[En
             try:
                 study.check_cell(cell)
             except UserError as error:
-                run.met(Problem((cell.situation.vehicle, cell.controller), str(error)))
+                run.report_problem(Problem((cell.situation.vehicle, cell.controller), str(error)))
     raises(study, run, everybody)
     left = [cell for cell in wanted if not run.out(cell.situation.vehicle, cell.controller)]
     return reported(study.source, study.reported(), left or wanted)
@@ -283,7 +283,7 @@ def raises(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entra
                 try:
                     jobs.append(raising(robustness.raised(study, one.vehicle, name, one.name, one.table)))
                 except UserError as error:
-                    run.met(Problem((one.vehicle, one.name), str(error)))
+                    run.report_problem(Problem((one.vehicle, one.name), str(error)))
     return jobs
 
 

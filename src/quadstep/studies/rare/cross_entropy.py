@@ -103,8 +103,7 @@ class Proposal:
     def log_density(self, latent: Floats) -> Floats:
         """Logarithm of the density, up to the constant that standard normal numbers share."""
         steered = math.log(1.0 - DEFENSIVE) + self.wide.log_density(latent)
-        density: Floats = np.logaddexp(math.log(DEFENSIVE) + log_standard(latent), steered)
-        return density
+        return np.logaddexp(math.log(DEFENSIVE) + log_standard(latent), steered)
 
 
 class SampledFlights:
@@ -130,8 +129,7 @@ class SampledFlights:
     @property
     def weights(self) -> Floats:
         """Campaign's density over that of the sample, divided by their number: their sum over an event is its probability."""
-        weights: Floats = np.exp(log_standard(self.latent) - self.log_total) / self.size
-        return weights
+        return np.exp(log_standard(self.latent) - self.log_total) / self.size
 
     def probability(self, event: int) -> float:
         """Of failure of this kind. Slightly low: the fits have seen these flights."""

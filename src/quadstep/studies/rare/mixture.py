@@ -112,8 +112,7 @@ class Mixture(NamedTuple):
 
     def log_density(self, latent: Floats) -> Floats:
         """Logarithm of its density, up to that constant."""
-        density: Floats = np.logaddexp.reduce(self.log_parts(latent), axis=0)
-        return density
+        return np.logaddexp.reduce(self.log_parts(latent), axis=0)
 
     def stepped(self, step: float) -> "Mixture":
         """Its distribution after a step of a Markov chain that keeps standard normal numbers standard normal:
@@ -126,8 +125,7 @@ class Mixture(NamedTuple):
 
 def log_standard(latent: Floats) -> Floats:
     """Logarithm of the density of standard normal numbers, up to that constant."""
-    density: Floats = -0.5 * (latent * latent).sum(axis=1)
-    return density
+    return -0.5 * (latent * latent).sum(axis=1)
 
 
 def standard(dimensions: int) -> Mixture:

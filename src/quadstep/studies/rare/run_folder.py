@@ -110,8 +110,7 @@ class RareRecord(RunRecord):
 
     @property
     def count(self) -> int:
-        count: int = self.manifest["wanted"]
-        return count
+        return self.manifest["wanted"]
 
     def add(self, piece: FinishedPiece) -> None:
         """Keep one more. Raises UserError if it cannot be written."""

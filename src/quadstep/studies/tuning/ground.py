@@ -96,7 +96,7 @@ class TuningRequest(NamedTuple):
         }
         return check(CampaignFile, {**shared, "vary": dict(vary), **settings}, f"{self.path}: tune")
 
-    def tuned(self, values: dict[str, float]) -> dict[str, object]:
+    def with_gains(self, values: dict[str, float]) -> dict[str, object]:
         """The user's mission with these gains."""
         changed = {key: value for key, value in values.items() if value != self.present[key]}
         return with_numbers(self.content, self.mission, changed) if changed else self.content

@@ -39,8 +39,7 @@ class CandidateFlights(NamedTuple):
 
     def metric(self, name: str) -> Floats:
         """By its name without unit."""
-        column: Floats = self.metrics[:, list(self.names).index(name)]
-        return column
+        return self.metrics[:, list(self.names).index(name)]
 
     def with_values(self, values: Mapping[str, float]) -> "CandidateFlights":
         """With what is the same for all flights, by its name without unit."""

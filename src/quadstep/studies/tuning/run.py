@@ -64,7 +64,7 @@ def tune(
         found = Search([ground], budget - 2 * wanted.unseen, seed, progress).run()
         compared = on_unseen(ground, found, progress)
         ground.flyer.say_slow()
-        content = wanted.tuned(found.best.values)
+        content = wanted.with_gains(found.best.values)
         mission = check_mission(content, TUNED, path.parent)
         grade = grading(mission)
         first = caution(grading(wanted.mission), grade)

@@ -259,5 +259,4 @@ def started(begin: list[float], count: int, seed: list[int]) -> Evolution:
         "bounds": [0.0, 1.0], "popsize": count, "seed": math.nan, "verbose": -9,
         "randn": lambda *shape: random.standard_normal(shape), **ALIKE,
     }  # fmt: skip
-    made: Evolution = cma.CMAEvolutionStrategy(inside, SIGMA, options)
-    return made
+    return cma.CMAEvolutionStrategy(inside, SIGMA, options)

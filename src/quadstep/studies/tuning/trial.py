@@ -141,8 +141,7 @@ class MarginGuess:
         rows, asked = (np.hstack([np.ones((len(one), 1)), one]) for one in (known, asked))
         flat = RIDGE * np.diag([0.0, *[1.0] * (rows.shape[1] - 1)])
         slopes = np.linalg.solve((rows.T * weights) @ rows + flat, (rows.T * weights) @ np.array(self.slacks))
-        found: list[float] = np.maximum(0.0, -DOUBT - asked @ slopes).sum(axis=1).tolist()
-        return found
+        return np.maximum(0.0, -DOUBT - asked @ slopes).sum(axis=1).tolist()
 
 
 def looked_at(
