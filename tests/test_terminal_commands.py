@@ -100,7 +100,7 @@ SAID = {
     "reproduce": "Section 6 of the paper, claim by claim",
     "export": "geometric tracking on SE(3) in C99, f32",
     "linear": "The slowest poles",
-    "what-if": "Least margins at rest",
+    "what-if": "In gusts, at rest, and in a step in calm air",
     "prove": "proved: every flight whose start is within",
     "replay": "what, samples ahead",
     "vehicle fit": "Wrote sheet",

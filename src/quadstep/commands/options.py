@@ -224,6 +224,9 @@ class Delivery(Options):
 
 def show(evidence: "Evidence", folder: Path | None) -> None:
     """Say what a study has found, and where it is, if it is kept."""
+    if evidence.opening:
+        say(evidence.opening)
+        say("")
     for table in evidence.shown:
         rows = [[cell if isinstance(cell, str) else cell[0] for cell in row] for row in table.rows[: table.most]]
         show_table(table.shown, table.header, rows)

@@ -62,10 +62,10 @@ class Evidence(NamedTuple):
     """What a study has found.
 
     name: of what was studied; kind: of study, in a word. answer: to its question, in a sentence; sentences: the same for the
-    terminal. record: everything measured, as JSON can hold it. figures: at the top; sections: below them. paper: a table of
-    LaTeX. cases: the points on which it is judged. more: paragraphs below the answer. warnings: what speaks against it.
-    grade: "grade" and "why" of the loop at rest, if known; whose: which loop that is. commands: lines for the terminal with
-    something to copy.
+    terminal, or `opening`, which says the grade too, above the tables. record: everything measured, as JSON can hold it.
+    figures: at the top; sections: below them. paper: a table of LaTeX. cases: the points on which it is judged. more:
+    paragraphs below the answer. warnings: what speaks against it. grade: "grade" and "why" of the loop at rest, if known;
+    whose: which loop that is. commands: lines for the terminal with something to copy.
     """
 
     name: str
@@ -83,6 +83,7 @@ class Evidence(NamedTuple):
     grade: Mapping[str, str] = {}
     whose: str = WRITTEN
     commands: Sequence[str] = ()
+    opening: str = ""
 
     @property
     def graded(self) -> list[str]:
@@ -92,7 +93,7 @@ class Evidence(NamedTuple):
     @property
     def lines(self) -> list[str]:
         warned = [f"Warning: {one}" for one in self.warnings]
-        return [*self.sentences, *self.graded, *warned]
+        return [*self.sentences, *([] if self.opening else self.graded), *warned]
 
     @property
     def shown(self) -> list[TableSection]:

@@ -198,11 +198,13 @@ def answer(
     law, here = law_of(asked), Path.cwd()
     content = question(asked, law, here)
     mission = check_mission(content, asked.file, here)
-    before = {f"controller.{name}": float(str(attrgetter(name)(mission.controller))) for name in asked.changes}
-    after = {key: asked.changes[key.removeprefix("controller.")] for key in before}
-    for key, value in before.items():
-        if after[key] == value:
-            raise UserError(f"{key.removeprefix('controller.')} is already {value:g}")
+    now = {name: float(str(attrgetter(name)(mission.controller))) for name in asked.changes}
+    same = tuple(f"{name} is already {value:g}" for name, value in now.items() if asked.changes[name] == value)
+    if len(same) == len(now):
+        raise UserError(briefly(same))
+    asked = asked._replace(changes={name: one for name, one in asked.changes.items() if one != now[name]}, same=same)
+    before = {f"controller.{name}": now[name] for name in asked.changes}
+    after = {f"controller.{name}": value for name, value in asked.changes.items()}
     missions = (mission, check_mission(with_numbers(content, mission, after), asked.file, here))
     saved = {} if asked.file == law.name else read_parameters(here / asked.file, law.parameter_file).values
     identity = hashlib.sha256(json.dumps([asked, dict(saved), mission.model_dump(mode="json")]).encode()).hexdigest()[:16]

@@ -1,6 +1,8 @@
 """The question of `quadstep what-if`, and its answer in words, tables and a figure."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +13,8 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import Gain
 from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
-from quadstep.linear.grade import Grade
-from quadstep.metrics.registry import EFFORTS
+from quadstep.linear.grade import UNSTABLE, Grade
+from quadstep.metrics.registry import EFFORTS, SOUND
 from quadstep.metrics.statistics import Estimate, finite, share, share_difference
 from quadstep.mission.data_files import briefly
 from quadstep.mission.schema import Mission
@@ -37,7 +39,7 @@ class Question(NamedTuple):
     """A question. file: of parameters, or the law's name for its defaults. changes: by name. vehicle: a preset, or its file.
 
     wind: largest mean wind along each horizontal axis, and that which sets the turbulence [m/s]. within: further than this
-    from its place, a flight has failed [m]. unmodelled: what else changes, and no law uses.
+    from its place, a flight has failed [m]. unmodelled: what else changes, and no law uses. same: what does not, in words.
     """
 
     file: str
@@ -48,6 +50,7 @@ class Question(NamedTuple):
     seed: int = 1
     within: float = 1.0
     unmodelled: tuple[str, ...] = ()
+    same: tuple[str, ...] = ()
 
 
 class Side(NamedTuple):
@@ -96,33 +99,33 @@ def evidence(
     measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
     steps = [response(one.step) for one in sides]
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in asked.changes.items()]
-    words = units.listed([f"{name} = {value:g} ({old:g} before)" for name, _, old, value in changed])
+    seen = contrasts(sides, failed, measured, steps)
     air = f"in wind of up to {asked.wind:g} m/s from every side, with turbulence" if asked.wind else "in still air"
     gusts = f"{units.counted(asked.flights, 'flight')} {air}"
-    lost, hover = (
-        f"are lost or drift by more than {asked.within:g} m",
-        "Hovering in calm air, where alone it is graded, the loop",
-    )
+    lost = f"{units.percent(*failed[1])} are lost or drift by more than {asked.within:g} m"
     answer = (
-        f"With {words} {units.percent(*failed[1])} of {gusts}, {lost}; "
-        f"before, {units.percent(*failed[0])}. {compared(failed[2])} {''.join(map(tracking, measured))}{hover} "
-        f"is {sides[1].grade.word}; before, {sides[0].grade.word}."
+        f"With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen)}. Of {gusts}, {lost}, "
+        f"{units.percent(*failed[0])} before{compared(failed[2])}."
     )
     if idle(sides):
         answer = (
-            f"With {words} nothing that was flown differs by a bit from before, neither {gusts}, nor a step of {STEP:g} m: "
-            f"they do not show what it does. {units.percent(*failed[1])} {lost}. {hover} is {sides[1].grade.word}."
+            f"With {changed_words(changed)} nothing that was flown differs by a bit from before, neither {gusts}, nor a step "
+            f"of {STEP:g} m: they do not show what it does. There {grade_words(sides)}, and {lost}."
         )
     tables = [
+        TableSection(
+            "Before and after", "both", ("", *SIDES, "difference"), [one[:4] for one in seen],
+            "All without intervals but those of differences, which are paired, over flights completed with both.",
+            shown="In gusts, at rest, and in a step in calm air",
+        ),
         TableSection("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
         TableSection(
             "In gusts", "gusts", HEADER,
             [failed_row(failed), *(metric_row(one) for one in measured)],
             f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
-            shown="In gusts, 95 % intervals",
         ),
-        TableSection("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST, shown="Least margins at rest"),
-        TableSection("A step in calm air", "steps", HEADER, step_rows(*steps), shown=f"A step of {STEP:g} m in calm air"),
+        TableSection("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST),
+        TableSection("A step in calm air", "steps", HEADER, step_rows(*steps)),
     ]  # fmt: skip
     record: dict[str, object] = {
         "name": mission.name, "version": __version__, "asked": {**asked._asdict(), "changes": dict(asked.changes)},
@@ -138,7 +141,8 @@ def evidence(
         name=mission.name,
         kind="What if",
         answer=answer,
-        sentences=[answer],
+        sentences=[],
+        opening=answer,
         record=record,
         facts=[
             markup.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 %: {units.percent(*one)}")
@@ -170,36 +174,123 @@ def hidden_effects(asked: Question) -> list[str]:
     """What the flights do not show of a change, as a warning."""
     more = asked.unmodelled
     if not more:
-        return []
+        return list(asked.same)
     changed = "changes, too, and is" if len(more) == 1 else "change, too, and are"
-    return [f"{briefly(more)} {changed} not modelled: the flights do not show what comes of it"]
+    return [f"{briefly(more)} {changed} not modelled: the flights do not show what comes of it", *asked.same]
 
 
 def compared(difference: Estimate) -> str:
-    """Whether more or fewer flights fail, if that is shown."""
-    low, high = 100.0 * difference.low, 100.0 * difference.high
+    """Whether more or fewer flights fail, in a clause."""
+    low, high = difference.low, difference.high
     if low > 0.0 or high < 0.0:
-        return f"{'More' if low > 0.0 else 'Fewer'} fail: {100.0 * difference.value:+.3g} points [{low:+.3g}, {high:+.3g}]."
-    return f"A difference is not shown: {100.0 * difference.value:+.3g} points [{low:+.3g}, {high:+.3g}]."
+        return f": {'more' if low > 0.0 else 'fewer'}, by {points(difference)}"
+    return f"; a difference is not shown, {points(difference)}"
 
 
-LARGE = 0.1
-"""Share of itself by which an effort changes so that the first sentences say it."""
-
-
-def tracking(one: Row) -> str:
-    """Whether flights that end well with both stray further or less, or take much more or less effort, if that is shown; a
-    sentence and a blank.
-
-    Means before and after are of different flights where some are lost with one of them, and may say the contrary.
+class Contrast(NamedTuple):
+    """Something measured before and after, and by how much it differs, in words. share: by which part of itself it grew, 0
+    where that is not shown. good: whether more of it is better. brief: after, for a sentence.
     """
-    (words, unit), change, before = units.metric(one.name), one.difference, one.present.value if one.present else 0.0
-    error, much = words == "position RMSE", change is not None and abs(change.value) >= LARGE * abs(before)
-    if change is None or not (change.low > 0.0 or change.high < 0.0) or not (error or (much and words != "largest error")):
-        return ""
-    share = "" if error or not before else f" ({units.percent(abs(change.value) / before)})"
-    way, by = "rises" if change.low > 0.0 else "falls", units.quantity(abs(change.value), unit)
-    return f"The {words} of flights completed with both {way} by {by}{share}. "
+
+    name: str
+    before: str
+    after: str
+    difference: str
+    share: float
+    good: bool
+    brief: str
+
+    @property
+    def gain(self) -> float:
+        """The share by which it is better; below 0 worse."""
+        return self.share if self.good else -self.share
+
+
+NOTED, MOST_NAMED = 0.01, 3
+"""The least share by which something is better or worse that the first sentence names, and how many it names of either."""
+
+
+def contrasts(
+    sides: tuple[Side, Side], failed: Sequence[Estimate], measured: Sequence[Row], steps: Sequence[dict[str, float]]
+) -> list[Contrast]:
+    """All that is measured, but what is 0 throughout: flights in gusts, margins at rest, and the step in calm air."""
+    before, after = (units.percent(one.value) for one in failed[:2])
+    grown = part(failed[2].value, failed[0].value) if certain(failed[2]) else 0.0
+    found = [Contrast("fail in gusts", before, after, points(failed[2]), grown, False, f"{after} ({before} before)")]
+    found += map(in_flight, measured)
+    for old, new in zip(*(one.grade.measures for one in sides), strict=False):
+        found.append(at_once(f"{old.what} margin", old.value, new.value, new.text, True))
+    settles = UNSTABLE not in (one.grade.word for one in sides)  # else how it rises is where the flight was cut
+    for (name, value), later in zip(steps[0].items(), steps[1].values(), strict=True) if settles else ():
+        words, unit = units.metric(name)
+        found.append(at_once(words.strip(), value, later, partial(in_unit, unit), False))
+    return [one for one in found if (one.before, one.after, one.share) != ("0", "0", 0.0)]
+
+
+def in_unit(unit: str, value: float) -> str:
+    """A number with a unit that takes no prefix."""
+    return f"{units.number(value)} {unit}"
+
+
+def at_once(name: str, before: float, after: float, text: Callable[[float], str], good: bool) -> Contrast:
+    """Something that has no interval. text: sets it with its unit."""
+    change = after - before
+    grown = part(change, before) if math.isfinite(change) else 0.0
+    texts = [text(one).replace("-", "−") for one in (before, after, change)]
+    return Contrast(name, texts[0], texts[1], texts[2], grown, good, f"{texts[1]} ({texts[0]} before)")
+
+
+def in_flight(one: Row) -> Contrast:
+    """A metric of flights, of which less is better. How much more or less is of flights completed with both: means before and
+    after are of different flights where some are lost with one of them, and may say the contrary.
+    """
+    words, unit = units.metric(one.name)
+    texts = ["–" if each is None else units.estimate(*each, unit) for each in one[1:3]]
+    change, before = one.difference, one.present.value if one.present else 0.0
+    share = part(change.value, before) if change and certain(change) else 0.0
+    by = units.percent(abs(share)) if math.isfinite(share) else units.quantity(abs(change.value), unit) if change else ""
+    difference = units.in_one_unit([change], unit)[0]
+    return Contrast(words, texts[0], texts[1], difference, share, False, f"{by} {'more' if share > 0.0 else 'less'}")
+
+
+def part(change: float, whole: float) -> float:
+    """A change as a part of the whole; infinite where there was nothing."""
+    return change / abs(whole) if whole else math.copysign(math.inf, change) if change else 0.0
+
+
+def certain(difference: Estimate) -> bool:
+    """Whether its interval excludes zero."""
+    return difference.low > 0.0 or difference.high < 0.0
+
+
+def better_or_worse(seen: Sequence[Contrast]) -> str:
+    """What is better and what is worse, the largest changes first, in clauses."""
+    ordered = sorted(seen, key=lambda one: -abs(one.gain))
+    clauses = []
+    for word, sign in (("better", 1.0), ("worse", -1.0)):
+        names = [f"{one.name} {one.brief}" for one in ordered if sign * one.gain >= NOTED]
+        if names:
+            clauses.append(f"; {word}: {units.listed(shortened(names))}")
+    return "".join(clauses) or "; nothing that is shown is better or worse by 1 %"
+
+
+def shortened(names: Sequence[str]) -> list[str]:
+    """The first of these, and how many others there are."""
+    rest = len(names) - MOST_NAMED
+    return [*names] if rest < 1 else [*names[:MOST_NAMED], f"{rest} more"]
+
+
+def changed_words(changed: Sequence[tuple[str, Gain, float, float]]) -> str:
+    """The change, as a sentence begins with it."""
+    return units.listed(shortened([f"{name} = {value:g} ({old:g} before)" for name, _, old, value in changed]))
+
+
+def grade_words(sides: tuple[Side, Side]) -> str:
+    """The grade of the loop with the change, with what it lacks, and that before."""
+    old, new = (one.grade for one in sides)
+    why = "" if new.word == SOUND else f" ({new.why.partition('; least ')[0]})"
+    way = f"stays {new.word}" if new.word == old.word else f"goes from {old.word} to {new.word}"
+    return f"the loop at rest {way}{why}"
 
 
 def cells(name: str, gain: Gain, old: float, new: float) -> tuple[str, ...]:
@@ -211,7 +302,7 @@ def failed_row(failed: tuple[Estimate, Estimate, Estimate]) -> list[str]:
 
 
 def points(one: Estimate) -> str:
-    return f"{100.0 * one.value:+.3g} [{100.0 * one.low:+.3g}, {100.0 * one.high:+.3g}] points"
+    return f"{100.0 * one.value:+.3g} [{100.0 * one.low:+.3g}, {100.0 * one.high:+.3g}] points".replace("-", "−")
 
 
 def metric_row(one: Row) -> list[str]:
