@@ -118,7 +118,7 @@ def test_a_fragile_loop_of_px4_gets_a_file_with_nothing_but_its_k(tmp_path):
     assert "MC_ROLLRATE_K times" in found.more[0]
 
 
-def test_a_sound_loop_gets_the_gains_that_it_bears_from_the_plant_that_explains_it(tmp_path):
+def test_a_sound_loop_gets_the_gains_that_it_bears_from_the_plant_that_explains_it(tmp_path, monkeypatch):
     found = advise(logged(tmp_path, SOUND), None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
     factor = found.record["factor"]
     omega = np.geomspace(0.3, 1000.0, 8_000)
@@ -132,6 +132,10 @@ def test_a_sound_loop_gets_the_gains_that_it_bears_from_the_plant_that_explains_
     assert found.more[0].endswith("Fly it and advise again.")
     flight = excited(logged(tmp_path, SOUND), None)
     assert tuned(flight, flight.loop, measured(flight.measured), plant(flight), [{}]).factor == pytest.approx(factor)
+    monkeypatch.setattr("quadstep.identify.changes.HIDDEN", 1.15 * plant(flight).hidden)
+    less = changes(flight, measured(flight.measured), plant(flight))
+    assert WORTH < less.factor < min(1.15, factor)
+    assert "Fly it for longer than 30 s and advise again: the noise" in expected_result(flight, less)
     for other in (
         flight._replace(parameters={**flight.parameters, "MC_ROLLRATE_D": 0.05}),  # then no plant explains what was measured
         flight._replace(measured=flight.measured.only(0, 60)),  # nor are gains raised beyond what was excited

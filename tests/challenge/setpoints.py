@@ -17,8 +17,7 @@ import numpy as np
 from quadstep.identify.changes import Advice, changes
 from quadstep.identify.excited import Excited, refuse_narrow, setpoint_excitation
 from quadstep.identify.logs.series import Columns, Series, Topics
-from quadstep.identify.measured import measured
-from quadstep.identify.plant import plant
+from quadstep.identify.plant import loop_margins
 from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE, SOUND
@@ -143,11 +142,11 @@ def vehicles(
         except UserError as error:
             yield Flown(refusal=str(error))
             continue
-        now = measured(flight.measured)
+        now, behind = loop_margins(flight)
         if now.phase is None:
             yield Flown(refusal="no phase margin is told")
             continue
-        advice = changes(flight, now, plant(flight))
+        advice = changes(flight, now, behind)
         then = changed(axes, advice, loop).opened(OMEGA, ring)[place] if advice else None
         after = None if then is None else least(then, opened[place])[2]
         held = now.phase.value.low <= phase <= now.phase.value.high
@@ -213,7 +212,12 @@ def main() -> None:
     loop, every = ARDUPILOT[0] if "ardupilot" in sys.argv else PX4[0], list[Flown]()
     while len(every) < wanted:
         every += vehicles(random, min(TOGETHER, wanted), loop, LOUD if "loud" in sys.argv else USUAL, "rings" in sys.argv)
-    told = [one for one in every[:wanted] if not one.refusal]
+    sys.stdout.write(counted(every[:wanted]))
+
+
+def counted(every: list[Flown]) -> str:
+    """What `advise` measured and advised, in lines."""
+    told = [one for one in every if not one.refusal]
     close = [one for one in told if abs(one.crossover) < 0.05 and abs(one.phase) < math.radians(3.0)]
     after = [one.after for one in told if one.after is not None]
     weak = [one for one in told if one.before < 1.0]
@@ -224,7 +228,7 @@ def main() -> None:
     sound = [one.before for one in told if one.grade == SOUND]
     off = np.abs([(100.0 * one.crossover, math.degrees(one.phase)) for one in told])
     held = sum(one.held for one in told)
-    counts = f"{len(told)} of {wanted} measured, {len(close)} within 5 % and 3 degrees; {held} intervals hold"
+    counts = f"{len(told)} of {len(every)} measured, {len(close)} within 5 % and 3 degrees; {held} intervals hold"
     errors = f"crossover [%] and phase margin [deg] off by: median, 95 %, largest {np.quantile(off, (0.5, 0.95, 1.0), axis=0)}"
     least_after = f"{worse} of these worse, at least {min(after, default=0.0):.3g} of a sound loop's margins"
     said = (
@@ -237,7 +241,7 @@ def main() -> None:
     )
     less += f"{min((one.after or 0.0 for one in quiet), default=0.0):.3g} of a sound loop's margins"
     good = f"{len(sound)} called sound, at least {min(sound, default=0.0):.3g}"
-    sys.stdout.write("\n".join([counts, errors, said, good, less, ""]))
+    return "\n".join([counts, errors, said, good, less, ""])
 
 
 if __name__ == "__main__":

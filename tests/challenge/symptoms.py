@@ -16,7 +16,7 @@ from quadstep.identify.excited import Excited
 from quadstep.identify.logs.series import Series
 from quadstep.identify.measured import measured
 from quadstep.identify.peaks import STANDS
-from quadstep.identify.plant import plant
+from quadstep.identify.plant import loop_margins
 from quadstep.identify.rate_loops import ARDUPILOT, COLUMNS, PX4, PX4_MOTORS, SINKING, RateLoop
 from quadstep.identify.response import Response
 from quadstep.identify.symptoms import peak, saturation, wash
@@ -168,10 +168,10 @@ def ringing(random: np.random.Generator, count: int, loop: RateLoop = PX4[0], du
             read_flight = read(loop, time, signals, told, more)
         except UserError:
             continue
-        now = measured(read_flight.measured)
+        now, behind = loop_margins(read_flight)
         if not now.sound:
             continue
-        advice = changes(read_flight, now, plant(read_flight))
+        advice = changes(read_flight, now, behind)
         said = next((seen.said for seen in peak(read_flight, now, advice)), "")
         if not advice or f"{stem}{names.centre}" not in advice.others:
             yield Rung(str(kinds[place]), said, before)

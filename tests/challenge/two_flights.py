@@ -1,6 +1,6 @@
 """How far two flights and their advice bring a vehicle that starts from its autopilot's default gains.
 
-`python -m tests.challenge.two_flights [COUNT]` draws vehicles, flies each with sticks that snap, loads what
+`python -m tests.challenge.two_flights [COUNT [SEED [SECONDS]]]` draws vehicles, flies each with sticks that snap, loads what
 `advise` says, flies again, loads again, and compares margins and tracking with the best factor on the gains that there is.
 """
 
@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.changes import changes
-from quadstep.identify.measured import measured
-from quadstep.identify.plant import plant
+from quadstep.identify.plant import loop_margins
 from quadstep.identify.rate_loops import ARDUPILOT, PX4, RateLoop
 from quadstep.io.errors import UserError
 from tests.challenge.advice import CLOSE
@@ -34,7 +33,7 @@ DEFAULTS = {
 """Of roll: PX4 1.15 and Copter 4.6."""
 
 TRIED = np.geomspace(0.25, 8.0, 26)
-"""Factors on the gains among which the best is sought."""
+"""Factors on the gains among which the best is sought, where they stay in the range that the autopilot documents."""
 
 NOISE, GUST, TRACKED = 1e-3, 0.3, 15.0
 """Of a gyro [rad/s a sample], of the air [rad/s^2]; length of a flight that tells tracking [s]."""
@@ -85,8 +84,8 @@ def flight(loop: RateLoop, axes: Axis, angle: np.ndarray, seed: int) -> tuple[Ax
             except UserError:
                 word = "refused"
             else:
-                now = measured(found.measured)
-                word, advice = now.grade, changes(found, now, plant(found))
+                now, behind = loop_margins(found)
+                word, advice = now.grade, changes(found, now, behind)
                 one, word = (changed(one, advice, loop), "advised") if advice else (one, word)
         then.append(one)
         said.append(word)
@@ -97,20 +96,27 @@ def alone(axes: Axis, place: int) -> Axis:
     return Axis(*(field[[place]] for field in axes))
 
 
-def tuned(random: np.random.Generator, count: int, loop: RateLoop) -> list[Tuned]:
+def tried(loop: RateLoop, one: Axis) -> np.ndarray:
+    """Factors with which the gains stay in their documented ranges."""
+    gains = (loop.gains(parameters(loop, one)) or {}).items()
+    return TRIED[min(loop.documented(name)[1] / value for name, value in gains) >= TRIED]
+
+
+def tuned(random: np.random.Generator, count: int, loop: RateLoop, duration: float = DURATION) -> list[Tuned]:
     steps, said = [drawn(random, count, loop.form)], []
-    angle = stepped(random, DURATION, period=float(steps[0].period[0]))
+    angle = stepped(random, duration, period=float(steps[0].period[0]))
+    factors = tried(loop, Axis(*(field[0] for field in steps[0])))
     for number in range(2):
         then, words = flight(loop, steps[-1], angle, number)
         steps.append(then)
         said.append(words)
-    wide = Axis(*(np.repeat(field, len(TRIED)) for field in steps[0])).scaled(np.tile(TRIED, count))
+    wide = Axis(*(np.repeat(field, len(factors)) for field in steps[0])).scaled(np.tile(factors, count))
     with np.errstate(all="ignore"):
         errors = tracking(wide, angle).reshape(count, -1)
         follow = [tracking(step, angle) for step in steps]
     made = []
     for place in range(count):
-        sound = [margin(alone(wide, place * len(TRIED) + by)) >= 1.0 for by in range(len(TRIED))]
+        sound = [margin(alone(wide, place * len(factors) + by)) >= 1.0 for by in range(len(factors))]
         best = min(errors[place][sound], default=math.nan)
         margins = tuple(margin(alone(step, place)) for step in steps)
         made.append(Tuned(margins, (*(float(one[place]) for one in follow), float(best)), tuple(one[place] for one in said)))
@@ -141,9 +147,10 @@ SEARCHES = [Search("two flights and their advice", "no vehicle has less margin a
 
 
 def main() -> None:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+    numbers = [int(one) for one in sys.argv[1:]]
+    count, seed, seconds = numbers + [100, 20261128, round(DURATION)][len(numbers) :]
     for loop in (PX4[0], ARDUPILOT[0]):
-        every = tuned(np.random.default_rng(20261128), count, loop)
+        every = tuned(np.random.default_rng(seed), count, loop, float(seconds))
         flying = [one for one in every if flies(one)]
         sound = [sum(one.margins[place] >= 1.0 for one in flying) for place in range(3)]
         behind = [

@@ -54,13 +54,14 @@ MOST = 3
 class Advice(NamedTuple):
     """A factor on the gains of a command, other parameters, now and then, by name (of filters [Hz] and of the attitude loop
     [1/s]; the I gain before the factor), and what the response says of the loop with them. louder: factor on the noise of the
-    command, at most where a cut-off rises.
+    command, at most where a cut-off rises. held: whether gains rise no further since noise could hide a resonance.
     """
 
     factor: float
     expected: MeasuredLoop
     others: Mapping[str, tuple[float, float]] = MappingProxyType({})
     louder: float = 1.0
+    held: bool = False
 
 
 def advised(found: Response, whole: Iterable[float] = (), most: float = 1.0, least: float = 0.0) -> Advice | None:
@@ -124,7 +125,9 @@ def tuned(
         if advice := advised(response, (), most, least):
             expected = advice.expected._replace(by_plant=True)
             worth = poor or (advice.factor >= WORTH and not other)
-            return Advice(advice.factor, expected, parameter_changes(flight, other), advice.factor) if worth else None
+            held = 1.0 < HIDDEN / behind.hidden < advice.factor * FINE
+            others = parameter_changes(flight, other)
+            return Advice(advice.factor, expected, others, advice.factor, held) if worth else None
     return None
 
 

@@ -14,12 +14,13 @@ import numpy as np
 
 from quadstep.identify.excited import Excited
 from quadstep.identify.logs.flight import Floats
+from quadstep.identify.measured import MeasuredLoop, measured
 from quadstep.identify.response import Complex, Response, halves
 from quadstep.io.errors import UserError
 
-START = np.array([100.0, 0.02, 0.003, 0.3])
-"""Effect [rad/s^2], lag [s], delay [s] and damping [1/s] from which a fit starts, the effect as the response has it: from
-a longer delay, one of forty ends elsewhere than where the plant is.
+START, LAGS = np.array([100.0, 0.02, 0.003, 0.3]), (1.0, 0.5, 2.0)
+"""Effect [rad/s^2], lag [s], delay [s] and damping [1/s] from which a fit starts, the effect as the response has it, and
+factors on its lag: from one start, one fit of forty ends elsewhere than where the plant is; the best counts.
 """
 
 ROUNDS, FIRM = 60, 1e-3
@@ -99,7 +100,8 @@ def plant(flight: Excited) -> IdentifiedPlant | None:
     size = np.abs(found.sensitivity)
     heard = np.maximum(found.error**2 - (size * found.omega * found.late) ** 2, 0.0)  # `fitted` has the excitation's time
     weight = 1.0 / np.sqrt((heard + (ROUGH * size * np.abs(1.0 - found.sensitivity)) ** 2) * shared)
-    values, spread, rest = fitted(found, control, weight)
+    starts = (START * np.array([1.0, factor, 1.0, 1.0]) for factor in LAGS)
+    values, spread, rest = min((fitted(found, control, weight, start) for start in starts), key=lambda one: one[2])
     misfit = rest / max(2.0 * float((1.0 / shared).sum()) - len(START), 1.0)
     opened = beyond * turned(values, reach)
     sides = slopes(values, reach)
@@ -109,6 +111,15 @@ def plant(flight: Excited) -> IdentifiedPlant | None:
     freedom = np.full(len(reach), float(found.freedom.sum() / shared.mean()))
     whole = Response(reach, sensitivity, error, freedom, np.ones(len(reach)))
     return IdentifiedPlant(values, spread, misfit, whole, hidden_resonance(flight, controller, whole))
+
+
+def loop_margins(flight: Excited) -> tuple[MeasuredLoop, IdentifiedPlant | None]:
+    """As measured, or by the plant where the crossover was not excited; and the plant."""
+    now, behind = measured(flight.measured), plant(flight)
+    if now.phase is None and not now.open and behind and behind.explains:
+        by_plant = measured(behind.loop)
+        now = by_plant._replace(by_plant=True) if by_plant.phase else now
+    return now, behind
 
 
 def hidden_resonance(flight: Excited, control: Callable[[Complex], Complex], loop: Response) -> float:
@@ -149,7 +160,7 @@ def slopes(values: Floats, omega: Floats) -> Complex:
     return np.stack([1.0 / effect + 0.0 * s, -s / (1.0 + lag * s), -s, -1.0 / (s + damping)], axis=1)
 
 
-def fitted(found: Response, control: Complex, weight: Floats) -> tuple[Floats, Floats, float]:
+def fitted(found: Response, control: Complex, weight: Floats, start: Floats) -> tuple[Floats, Floats, float]:
     """Values, their covariance, and the weighted squares that are left of the sensitivity, whose errors are normal. How late
     the excitation is is fitted too: where the loop no longer answers, the command is the excitation.
     """
@@ -160,8 +171,8 @@ def fitted(found: Response, control: Complex, weight: Floats) -> tuple[Floats, F
         rest = (found.sensitivity - shift / (1.0 + control * turned(values[:-1], found.omega))) * weight
         return rest, float((np.abs(rest) ** 2).sum() + (values[-1] / late) ** 2)
 
-    scale = float(np.median(np.abs(found.opened / (control * turned(START, found.omega)))))
-    values, least = np.array([START[0] * scale, *START[1:], 0.0]), [1e-3 * START[0] * scale, 0.0, 0.0, 0.0, -np.inf]
+    scale = float(np.median(np.abs(found.opened / (control * turned(start, found.omega)))))
+    values, least = np.array([start[0] * scale, *start[1:], 0.0]), [1e-3 * start[0] * scale, 0.0, 0.0, 0.0, -np.inf]
     rest, cost = left(values)
     firm = FIRM
     for _ in range(ROUNDS):

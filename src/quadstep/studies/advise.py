@@ -13,7 +13,7 @@ from quadstep.identify.changes import FINE, NOISY, Advice, changed_parameters, c
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
 from quadstep.identify.measured import MeasuredLoop, degrees, hertz, measured, spelled
-from quadstep.identify.plant import IdentifiedPlant, plant
+from quadstep.identify.plant import IdentifiedPlant, loop_margins
 from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.response import UNSURE
 from quadstep.identify.setpoint_response import faster
@@ -51,12 +51,9 @@ def advise(
     Raises UserError.
     """
     flight = excited(path, columns)
-    now, behind = measured(flight.measured), plant(flight)
+    now, behind = loop_margins(flight)
     if now.phase is None:
-        by_plant = measured(behind.loop) if behind and behind.explains and not now.open else now
-        if by_plant.phase is None:
-            raise UserError(why_no_phase_margin(path, flight, now))
-        now = by_plant._replace(by_plant=True)
+        raise UserError(why_no_phase_margin(path, flight, now))
     identity = hashlib.sha256(files.read_bytes(path, files.LOG) + repr((columns, mission)).encode()).hexdigest()
     model, advice = modelled(mission, flight) if mission else None, changes(flight, now, behind)
     new, loaded = changed_parameters(flight, advice) if advice else {}, ""
@@ -287,7 +284,11 @@ def expected_result(flight: Excited, advice: Advice) -> str:
         said += f", with {most}{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise"
         said += " in the command"
     said += "".join(f". {one}" for one in range_ends(flight, new))
-    return f"{said}. Fly it and advise again." if expected.by_plant else f"{said}."
+    if not expected.by_plant:
+        return f"{said}."
+    longer = f" for longer than {flight.end - flight.begin:.0f} s" if advice.held else ""
+    why = ": the noise of a longer flight excludes smaller resonances, so that gains may rise further" if advice.held else ""
+    return f"{said}. Fly it{longer} and advise again{why}."
 
 
 def range_ends(flight: Excited, new: dict[str, tuple[float, float]]) -> Iterator[str]:
