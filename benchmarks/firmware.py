@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from quadstep.engines.fly import FlightPlan
 from quadstep.export.arm import section
-from quadstep.export.run import measured_alone
+from quadstep.export.run import measured_standalone
 from quadstep.io.errors import UserError
 from quadstep.mission.multirotor import MultirotorMission
 
@@ -52,7 +52,7 @@ class Cells(NamedTuple):
 def cells(law: str, **gains: float) -> Cells:
     """Measure a law, with gains other than its defaults. Raises UserError where a tool fails."""
     flight = plan(law, **gains)
-    with measured_alone(flight, "Cortex-M4F") as found:
+    with measured_standalone(flight, "Cortex-M4F") as found:
         alone = section(found.folder / f"{found.law.name}.o", APART)
     periods = {task.name: every * flight.ticks.step for task, every in zip(flight.loop.tasks, flight.ticks.every, strict=True)}
     shares = {name: (count, count / (PER_CYCLE * CLOCK * periods[name])) for name, count in found.worst.items()}

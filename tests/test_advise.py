@@ -21,7 +21,7 @@ from quadstep.linear.analysis import analyse_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.read import check_mission
 from quadstep.report.sheet import sheet
-from quadstep.studies.advise import advise, following, loops, sentence
+from quadstep.studies.advise import advise, loops, next_steps, sentence
 from tests.challenge import advice
 from tests.injected import injected, signals
 from tests.made_logs import excited as in_ardupilots_log
@@ -95,7 +95,7 @@ def test_a_loop_is_not_sound_where_what_decides_was_not_excited(tmp_path):
         part = Response(*(one[keep] for one in whole[:5]))
         assert measured(part).grade == "unknown"
         flight = Excited("roll", ("SIDD.Targ", "RATE.ROut"), part, d, u, period, {})
-        text = " ".join([sentence(flight, measured(part)), *following(flight, measured(part), None)])
+        text = " ".join([sentence(flight, measured(part)), *next_steps(flight, measured(part), None)])
         assert re.search(said, text), text
         assert "No change is advised" in text
 

@@ -15,7 +15,7 @@ from quadstep.studies.comparison.ranking import Effort, Pair, Ranked, Spread
 from quadstep.studies.comparison.robustness import Linear, rows, unlinearised
 from quadstep.studies.comparison.tables import best
 from quadstep.studies.comparison.training import Trained
-from quadstep.studies.comparison.words import missed, of_all, of_situation
+from quadstep.studies.comparison.words import missed_limits, of_all, of_situation
 
 WHERE = Situation("crazyflie", "hover", "calm")
 
@@ -144,4 +144,4 @@ def test_a_rank_that_chance_or_hardly_anything_gave_is_said_to_be_so(difference,
 def test_gains_that_miss_a_limit_are_named(violation, unconstrained, said):
     found = Trained({}, {}, None, 1.0, 16, 2000, 16, 3, violation=violation, unconstrained=unconstrained)
     entrant = Entrant("crazyflie", "law", {}, "tuned", CascadedPid, found)
-    assert missed(comparison(2)._replace(entrants=(entrant,))) == said
+    assert missed_limits(comparison(2)._replace(entrants=(entrant,))) == said

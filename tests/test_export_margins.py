@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from quadstep.linear.analysis import analyse_rest
-from quadstep.linear.grade import PATHS, in_firmware, within
+from quadstep.linear.grade import PATHS, as_in_firmware, in_firmware
 from tests.commands import quadstep, write
 from tests.exports import real_mission
 
@@ -22,7 +22,7 @@ def test_a_gyro_is_as_far_behind_as_its_filter_makes_it(path):
 
 def test_what_lies_between_costs_margin_and_is_said(tmp_path):
     mission = real_mission({"type": "geometric"}, "x500")
-    alone, filtered = (analyse_rest(one).analysis for one in (mission, within(mission, PATHS["px4"])))
+    alone, filtered = (analyse_rest(one).analysis for one in (mission, as_in_firmware(mission, PATHS["px4"])))
     for before, after in zip(alone.margins[1:3], filtered.margins[1:3], strict=True):
         lost = (before.phase - after.phase) / before.phase_at
         assert 0.5 * PATHS["px4"].behind < lost < 2.0 * (PATHS["px4"].behind + PATHS["px4"].outputs)

@@ -11,7 +11,7 @@ from quadstep.identify.fit import DYNAMIC, UNDETERMINED, WINDY, Fitted, Identifi
 from quadstep.identify.flown_setpoints import hover_ratio
 from quadstep.identify.intervals import AVERAGED, noise_bias
 from quadstep.identify.logs.flight import FlightRecord
-from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, leaned
+from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, wind_lean
 from quadstep.identify.parameters import VEHICLE, numbers_of
 from quadstep.identify.replay import ErrorTable, ready
 from quadstep.identify.run import Identification, answer, facts
@@ -154,9 +154,9 @@ def test_what_a_light_wind_would_do_as_well_is_not_told_unless_the_air_was_still
     assert found.kept["imu.tilt[0]"] == found.kept["imu.tilt[1]"] == WINDY
     assert list(found.numbers.tilt) == [0.0, 0.0]  # as it was
     block = blocks([flight], 0.001, 0.045, 9.81)
-    assert leaned(block) == pytest.approx(MOST_TILT, rel=0.02)
+    assert wind_lean(block) == pytest.approx(MOST_TILT, rel=0.02)
     back = np.where(np.arange(len(block.row)) % 2, 1.0, -1.0)[:, None, None, None]
-    assert leaned(block._replace(axes=back * block.axes)) < 0.1 * MOST_TILT
+    assert wind_lean(block._replace(axes=back * block.axes)) < 0.1 * MOST_TILT
 
 
 def test_logs_of_one_name_are_told_apart_by_their_folders(tmp_path):

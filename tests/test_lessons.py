@@ -11,7 +11,7 @@ from docs.site.notebooks import lessons, notebook
 from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.mission.fields import plain
-from quadstep.studies.lessons import LessonTask, MeasuredMission, checked, differing_keys, judged, tasks
+from quadstep.studies.lessons import LessonTask, MeasuredMission, check_tasks, differing_keys, judge_flight, tasks
 from tests.commands import quadstep
 
 ROOT = Path(__file__).parent.parent
@@ -72,9 +72,9 @@ def test_every_exercise_that_grades_itself_has_a_solution_here_and_stands_in_its
 def test_an_exercise_is_solved_by_a_solution_and_not_by_the_lesson_s_mission(name, tmp_path):
     (tmp_path / "own_controller.py").write_text(Path("examples/own_controller.py").read_text())
     (one,) = tasks(name)
-    (solved,) = checked([one], read_mission(mission_of(name, tmp_path, SOLUTIONS[name])))
+    (solved,) = check_tasks([one], read_mission(mission_of(name, tmp_path, SOLUTIONS[name])))
     assert solved.solved, solved.cases
-    (given,) = checked([one], read_mission(mission_of(name, tmp_path, {})))
+    (given,) = check_tasks([one], read_mission(mission_of(name, tmp_path, {})))
     assert not given.solved
 
 
@@ -97,7 +97,7 @@ WRONG_REASON = {
 @pytest.mark.parametrize("name", WRONG_REASON)
 def test_an_exercise_is_not_solved_for_the_wrong_reason(name, tmp_path):
     (one,) = tasks(name)
-    (found,) = checked([one], read_mission(mission_of(name, tmp_path, {**SOLUTIONS[name], **WRONG_REASON[name]})))
+    (found,) = check_tasks([one], read_mission(mission_of(name, tmp_path, {**SOLUTIONS[name], **WRONG_REASON[name]})))
     assert not found.solved
 
 
@@ -119,7 +119,7 @@ MEDDLING = {
 @pytest.mark.parametrize(("name", "changes"), [(name, one) for name, listed in MEDDLING.items() for one in listed])
 def test_a_student_who_changes_more_than_the_exercise_lets_them_solves_nothing(name, changes, tmp_path):
     (one,) = tasks(name)
-    (found,) = checked([one], read_mission(mission_of(name, tmp_path, {**SOLUTIONS[name], **changes})))
+    (found,) = check_tasks([one], read_mission(mission_of(name, tmp_path, {**SOLUTIONS[name], **changes})))
     assert found.strange and not found.solved
     assert all(case.name.startswith(next(iter(changes))) for case in found.cases), found.cases
 
@@ -214,7 +214,7 @@ def test_a_limit_may_be_of_a_gain_that_the_mission_leaves_out(tmp_path):
     for most, solved in ((1000.0, True), (1e-3, False)):
         task = LessonTask(name="a", asks="Be gentle.", most={"controller.rate": most})
         mission = read_mission(file)
-        (_, limit) = judged(task, mission, plain(mission.model_dump()), MeasuredMission({}, None, None))
+        (_, limit) = judge_flight(task, mission, plain(mission.model_dump()), MeasuredMission({}, None, None))
         assert (limit.failure is None) == solved, limit
 
 

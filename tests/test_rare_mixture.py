@@ -18,7 +18,7 @@ from quadstep.studies.rare.cross_entropy import (
     highest,
     steered,
 )
-from quadstep.studies.rare.mixture import Mixture, Random, effective, fitted, fitted_with, log_standard, standard, together
+from quadstep.studies.rare.mixture import Mixture, Random, effective, fitted, fitted_with, log_standard, pooled, standard
 
 LEANING = Mixture(
     np.array([0.3, 0.7]), np.array([[2.0, 1.0], [-1.0, 0.5]]), np.array([[[0.6, 0.0], [0.5, 1.2]], [[1.1, 0.0], [-0.4, 0.5]]])
@@ -34,7 +34,7 @@ def drawn(mixture, count=20_000):
 
 def test_draws_have_the_density_that_is_said_of_them():
     """The mean weight is 1, and weighted draws are standard normal: in mean, variance and correlation."""
-    wide = together([LEANING, standard(2)], [0.5, 0.5])
+    wide = pooled([LEANING, standard(2)], [0.5, 0.5])
     points = drawn(wide)
     weights = np.exp(log_standard(points) - wide.log_density(points))
     assert weights.mean() == pytest.approx(1.0, abs=0.03)

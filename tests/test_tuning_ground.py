@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quadstep.engines.scored import bare
+from quadstep.engines.scored import names_without_units
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
 from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
@@ -44,7 +44,7 @@ def test_a_candidate_without_a_law_loses_its_flights_and_the_others_fly_as_ever(
 
 
 def test_margins_are_kept_for_who_tunes_and_cost_nobody_else_a_linearisation(ground):
-    assert ground.asked.names == bare(ground.asked.mission.scores)
+    assert ground.asked.names == names_without_units(ground.asked.mission.scores)
 
 
 def test_candidates_none_of_which_has_a_law_are_an_error(ground):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.engines.scored import bare
+from quadstep.engines.scored import names_without_units
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
@@ -26,7 +26,7 @@ def flown(rmse, largest=None, ended=None):
     metrics[:, METRICS.index("variation_thrust[N]")] = np.arange(count)
     ended = np.full(count, 10.0) if ended is None else np.array(ended, dtype=float)
     outcome = np.where(ended < 10.0, Outcome.OFF_PATH, Outcome.COMPLETED).astype(np.int8)
-    return CandidateFlights(outcome, ended, metrics, bare(METRICS))
+    return CandidateFlights(outcome, ended, metrics, names_without_units(METRICS))
 
 
 @pytest.mark.parametrize(("aggregate", "wanted"), [("mean", 2.5), ("p95", 3.85), ("worst", 4.0)])

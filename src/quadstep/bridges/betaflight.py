@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from quadstep.bridges.link import SHORTEST, WAIT, Address, ConnectionLost, SensorSample, address, datagrams
 from quadstep.control.betaflight_rates import BetaflightRates
-from quadstep.control.cascaded_pid import OuterMemory, asked_rates, begun, guided
+from quadstep.control.cascaded_pid import OuterMemory, asked_rates, first_memory, guided
 from quadstep.control.vectoring import up_axis
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Measured
@@ -237,7 +237,7 @@ class Sticks:
         attitude, zero = Vector((w, x, -y, -z)), vector(0.0, 0.0, 0.0)
         now = Measured(vector(px, -py, -pz), vector(vx, -vy, -vz), attitude, vector(p, -q, -r), 0.0, zero)
         reference = self.plan.loop.path.reference(sample.time, self.plan.parameters.path)
-        self.memory = guided(self.memory or begun(now, self.outer), now, reference, self.outer, LEAD)
+        self.memory = guided(self.memory or first_memory(now, self.outer), now, reference, self.outer, LEAD)
         self._send(asked_rates(self.memory, now, self.outer), float(self.memory.force @ up_axis(rotation_matrix(attitude))))
 
     def _send(self, rates: Vector, thrust: float, armed: bool = True) -> None:

@@ -48,9 +48,9 @@ def check(
     For a lesson, checks the exercises that your mission fits. Exit code 0: solved. 2: bad input. 4: not solved.
     """
     from quadstep.mission.read import read_mission
-    from quadstep.studies.lessons import OWN, checked, tasks
+    from quadstep.studies.lessons import OWN, check_tasks, tasks
 
-    found = checked(tasks(lesson, course or OWN), read_mission(mission))
+    found = check_tasks(tasks(lesson, course or OWN), read_mission(mission))
     others = [one for one in found if one.strange]
     chosen = found if len(others) == len(found) else [one for one in found if not one.strange]
     left = ", ".join(one.task.name for one in others) if len(chosen) < len(found) else ""

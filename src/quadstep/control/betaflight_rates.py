@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.autopilot_parameters import Filters, Pitch, Roll, Shared, Yaw
-from quadstep.control.cascaded_pid import OuterGains, OuterMemory, asked_rates, begun, guided
+from quadstep.control.cascaded_pid import OuterGains, OuterMemory, asked_rates, first_memory, guided
 from quadstep.control.filters import SHARPER, cut_off, low_passed, notch, share_in_a_sample, twice
 from quadstep.control.mixers import FULL, OnQuarters
 from quadstep.control.vectoring import up_axis
@@ -231,7 +231,7 @@ class BetaflightRates(OnQuarters, Controller[BetaflightRatesMemory, Measured, Be
     def start(self, measured: Measured, gains: BetaflightRatesGains) -> BetaflightRatesMemory:
         throttle = throttle_for(gains.shared, gains.outer.mass * gains.outer.gravity, gains.full_thrust)
         mixed = MixerState(throttle, 0.0, vector(0.0, 0.0), throttle)
-        return BetaflightRatesMemory(begun(measured, gains.outer), still(), still(), still(), mixed)
+        return BetaflightRatesMemory(first_memory(measured, gains.outer), still(), still(), still(), mixed)
 
     def guide(
         self, memory: BetaflightRatesMemory, measured: Measured, reference: Reference, gains: BetaflightRatesGains,

@@ -44,14 +44,16 @@ class OuterMemory(NamedTuple):
     velocity_error: Vector
 
 
-def begun(measured: Measured, gains: OuterGains) -> OuterMemory:
+def first_memory(measured: Measured, gains: OuterGains) -> OuterMemory:
     zero = vector(0.0, 0.0, 0.0)
     return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, 0.0, zero)
 
 
-def entered(measured: Measured, reference: Reference, gains: OuterGains) -> OuterMemory:
+def memory_on_entry(measured: Measured, reference: Reference, gains: OuterGains) -> OuterMemory:
     """The integral is what the present thrust is for beyond the present motion."""
-    return begun(measured, gains)._replace(integral=project(push_against(measured, reference, gains), gains.integral_bound))
+    return first_memory(measured, gains)._replace(
+        integral=project(push_against(measured, reference, gains), gains.integral_bound)
+    )
 
 
 def guided(memory: OuterMemory, measured: Measured, reference: Reference, gains: OuterGains, period: Number) -> OuterMemory:
@@ -106,12 +108,12 @@ class CascadedPid(Controller):
     Gains = CascadedPidGains
 
     def start(self, measured: Measured, gains: CascadedPidGains) -> CascadedPidMemory:
-        return CascadedPidMemory(begun(measured, gains.outer), vector(0.0, 0.0, 0.0), measured.rates)
+        return CascadedPidMemory(first_memory(measured, gains.outer), vector(0.0, 0.0, 0.0), measured.rates)
 
     def enter(self, measured: Measured, reference: Reference, gains: CascadedPidGains) -> CascadedPidMemory:
         turning = Vector(torque / inertia for torque, inertia in zip(measured.torque, gains.inertia, strict=True))
         rate_integral = project(turning + gains.rate * measured.rates, gains.rate_integral_bound)
-        return CascadedPidMemory(entered(measured, reference, gains.outer), rate_integral, measured.rates)
+        return CascadedPidMemory(memory_on_entry(measured, reference, gains.outer), rate_integral, measured.rates)
 
     def guide(
         self, memory: CascadedPidMemory, measured: Measured, reference: Reference, gains: CascadedPidGains,

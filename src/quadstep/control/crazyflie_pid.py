@@ -229,13 +229,13 @@ class CrazyfliePid(OnQuarters, Controller[CrazyfliePidMemory, Measured, Crazyfli
         asked_x, x = pid(p[0:4], memory.x, goal[0], place[0], most, smooth, period)
         asked_y, y = pid(p[4:8], memory.y, goal[1], place[1], most, smooth, period)
         asked_z, z = pid(p[8:12], memory.z, reference.position[2], measured.position[2], most, smooth, period)
-        asked_x, asked_y = within(asked_x, OVERHEAD * p.x_speed), within(asked_y, OVERHEAD * p.y_speed)
-        asked_z = within(asked_z, OVERHEAD * maximum(p.z_speed, SLOWEST))
+        asked_x, asked_y = clip_symmetric(asked_x, OVERHEAD * p.x_speed), clip_symmetric(asked_y, OVERHEAD * p.y_speed)
+        asked_z = clip_symmetric(asked_z, OVERHEAD * maximum(p.z_speed, SLOWEST))
         ahead, vx = pid(v[0:4], memory.vx, asked_x, speed[0], most, smooth, period)
         left, vy = pid(v[4:8], memory.vy, asked_y, speed[1], most, smooth, period)
         climb, vz = pid(v[8:12], memory.vz, asked_z, measured.velocity[2], most, smooth, period)
-        tilt = vector(within(-left, p.roll), within(-ahead, p.pitch))
-        thrust = clip(maximum(within(climb, MOST_CLIMB) * PER_RAW + p.hover, p.least), 0.0, COUNTS)
+        tilt = vector(clip_symmetric(-left, p.roll), clip_symmetric(-ahead, p.pitch))
+        thrust = clip(maximum(clip_symmetric(climb, MOST_CLIMB) * PER_RAW + p.hover, p.least), 0.0, COUNTS)
         return memory._replace(x=x, y=y, z=z, vx=vx, vy=vy, vz=vz, tilt=tilt, thrust=thrust)
 
     def law(
@@ -257,7 +257,7 @@ class CrazyfliePid(OnQuarters, Controller[CrazyfliePidMemory, Measured, Crazyfli
         u_pitch, pitch_rate = pid(r[4:8], m.pitch_rate, asked_q, -q, INTEGRALS["roll_rate"], smooth, period)
         smooth = low_pass(r.filtered, r.yaw_cut, period)
         u_yaw, yaw_rate = pid(r[8:12], m.yaw_rate, asked_r, turn, INTEGRALS["yaw_rate"], smooth, period)
-        turning = (within(u_roll, MOST_TURN), within(u_pitch, MOST_TURN), within(u_yaw, MOST_TURN))
+        turning = (clip_symmetric(u_roll, MOST_TURN), clip_symmetric(u_pitch, MOST_TURN), clip_symmetric(u_yaw, MOST_TURN))
         thrusts = crazyflie_thrusts((m.thrust, *turning), self.rotors, self.mirrored, gains.full_thrust)
         command = RotorThrusts(thrusts, vector(reference.yaw, -m.tilt[1] / DEGREES, m.tilt[0] / DEGREES))
         return command, m._replace(
@@ -265,5 +265,5 @@ class CrazyfliePid(OnQuarters, Controller[CrazyfliePidMemory, Measured, Crazyfli
         )
 
 
-def within(value: Number, most: Number) -> Number:
+def clip_symmetric(value: Number, most: Number) -> Number:
     return clip(value, -most, most)

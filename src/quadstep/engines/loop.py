@@ -24,7 +24,7 @@ S = TypeVar("S", bound=tuple[Any, ...])
 
 def along(state: S, step: Number, rate: S) -> S:
     """state + step * rate, part by part."""
-    return alike(state, [part + step * change for part, change in zip(state, rate, strict=True)])
+    return same_kind(state, [part + step * change for part, change in zip(state, rate, strict=True)])
 
 
 def runge_kutta_4(rate: Callable[[S], S], state: S, step: Number) -> S:
@@ -33,11 +33,11 @@ def runge_kutta_4(rate: Callable[[S], S], state: S, step: Number) -> S:
     k2 = rate(along(state, 0.5 * step, k1))
     k3 = rate(along(state, 0.5 * step, k2))
     k4 = rate(along(state, step, k3))
-    mean = alike(state, [a + 2.0 * (b + c) + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)])
+    mean = same_kind(state, [a + 2.0 * (b + c) + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)])
     return along(state, step / 6.0, mean)
 
 
-def alike(state: S, parts: list[Any]) -> S:
+def same_kind(state: S, parts: list[Any]) -> S:
     return type(state)(*parts)
 
 
@@ -54,7 +54,7 @@ class Numbers(Protocol):
     def gains(self) -> Structure: ...
 
 
-class Sensed(Protocol):
+class SensedNumbers(Protocol):
     """What it reads of them besides where there are sensors, or noise of the law's own."""
 
     @property
@@ -65,7 +65,7 @@ class Sensed(Protocol):
 
 
 def sensors_of(p: Numbers) -> tuple[Sensors, Key]:
-    sensed = cast(Sensed, p)
+    sensed = cast(SensedNumbers, p)
     return sensed.sensors, sensed.key
 
 
@@ -168,7 +168,7 @@ class Loop:
         if "full_speed" in also:
             more["full_speed"] = self.plant.full_speed(state, p)
         if "noise" in also:
-            more["noise"] = cast(Sensed, p).key
+            more["noise"] = cast(SensedNumbers, p).key
         return replaced(found, **{name: more[name] for name in also})
 
     def reference(self, time: Number, p: Numbers) -> Reference:

@@ -135,7 +135,7 @@ def score_names(plant: Plant, own: Iterable[Metric] = ()) -> tuple[str, ...]:
     return (*score_names_of(plant.efforts, plant.norms), *(one.full_name for one in own))
 
 
-def bare(names: Iterable[str]) -> dict[str, str]:
+def names_without_units(names: Iterable[str]) -> dict[str, str]:
     """Metrics by their names without units."""
     return {name.partition("[")[0]: name for name in names}
 

@@ -59,7 +59,7 @@ def as_they_are(_: Exported, files: dict[str, str]) -> dict[str, str]:
     return files
 
 
-class Alone(NamedTuple):
+class StandaloneLaw(NamedTuple):
     """law: in f32. folder: where it was built, as long as it is there."""
 
     law: Exported
@@ -74,7 +74,7 @@ class Alone(NamedTuple):
 
 
 @contextmanager
-def measured_alone(plan: FlightPlan, processor: str) -> Iterator[Alone]:
+def measured_standalone(plan: FlightPlan, processor: str) -> Iterator[StandaloneLaw]:
     """The law of a flight. Raises UserError where it cannot be exported, ToolError where a tool fails or bits differ."""
     law = exported(plan, precise=False)
     with tempfile.TemporaryDirectory() as place:
@@ -87,7 +87,7 @@ def measured_alone(plan: FlightPlan, processor: str) -> Iterator[Alone]:
         if not found.counted or not found.counted.same_bits:
             raise ToolError("QEMU did not give the same bits")
         (build,) = work.iterdir()
-        yield Alone(law, found.sizes, found.counted, build)
+        yield StandaloneLaw(law, found.sizes, found.counted, build)
 
 
 LONGEST = 8.0

@@ -94,16 +94,16 @@ def changes(flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None) 
     gains = (flight.loop and flight.loop.whole_gains and flight.loop.gains(flight.parameters)) or {}
     if flight.loop is None:
         return advised(flight.measured) if now.fragile else None
-    if (advice := tuned(flight, flight.loop, now, behind, [{}])) and told(flight, advice):
+    if (advice := tuned(flight, flight.loop, now, behind, [{}])) and within_limits(flight, advice):
         return advice
     if now.fragile and (advice := advised(flight.measured, gains.values(), least=factor_limits(flight, flight.loop)[0])):
         return advice
     tried = raised(flight, flight.loop) if now.fragile else lowered(flight, flight.loop) if now.sound else ()
-    if advice := next((one for one in tried if told(flight, one)), None):
+    if advice := next((one for one in tried if within_limits(flight, one)), None):
         return advice
     slower = {flight.loop.attitude: 1.0 / STEP} if flight.levelled else {}
     for steps in (slower, {**slower, flight.loop.integral: STEP**-2}):
-        if (advice := tuned(flight, flight.loop, now, behind, stepped(flight, steps))) and told(flight, advice):
+        if (advice := tuned(flight, flight.loop, now, behind, stepped(flight, steps))) and within_limits(flight, advice):
             return advice
     return None
 
@@ -118,7 +118,7 @@ def tuned(
         return None
     by_plant = measured(behind.loop)
     poor = now.fragile or by_plant.fragile or not (now.sound or by_plant.sound)
-    for other, response in ways(flight, loop, tried, behind.loop):
+    for other, response in changed_responses(flight, loop, tried, behind.loop):
         end = float(np.interp(flight.measured.omega[-1], response.omega, np.abs(response.opened)))
         least, largest = factor_limits(flight, loop, other)
         most = max(min(UNHEARD / end, NOISY / loud(flight), HIDDEN / behind.hidden, largest), 1.0)
@@ -134,7 +134,10 @@ def tuned(
 def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too."""
     higher = (stepped(flight, {one.name: STEP}) for one in known_low_passes(flight, loop))
-    kept, least = [list(ways(flight, loop, tried, flight.measured)) for tried in higher], factor_limits(flight, loop)[0]
+    kept, least = (
+        [list(changed_responses(flight, loop, tried, flight.measured)) for tried in higher],
+        factor_limits(flight, loop)[0],
+    )
     for place in range(STEPS):
         for found in kept:
             if place < len(found):
@@ -162,7 +165,7 @@ def lowered(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
 def quietest(flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]]) -> list[Advice]:
     """Sound loops with a tenth less noise in the command or more, that with the least first, up to the first unsound one."""
     found = []
-    for other, response in ways(flight, loop, tried, flight.measured):
+    for other, response in changed_responses(flight, loop, tried, flight.measured):
         then = measured(response)
         if not then.sound:
             break
@@ -251,7 +254,7 @@ def parameter_changes(flight: Excited, other: Mapping[str, float]) -> dict[str, 
     return {name: (before[name], value) for name, value in other.items() if flight.parameters.get(name) != value}
 
 
-def ways(
+def changed_responses(
     flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]], found: Response
 ) -> Iterator[tuple[dict[str, float], Response]]:
     """A response with other parameters, as long as it comes no nearer to -1."""
@@ -296,7 +299,7 @@ def quieter(flight: Excited, other: dict[str, float]) -> float:
     return float(np.sqrt(after.sum() / power.sum()))
 
 
-def told(flight: Excited, advice: Advice) -> bool:
+def within_limits(flight: Excited, advice: Advice) -> bool:
     """Whether there are no more than three changes besides switches of a notch, none of which scales only part of the command,
     and each other axis whose command passes the same low-pass is measured and sound with it too.
     """

@@ -117,15 +117,15 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
         raise UserError(
             f"{path}: which columns contain an excitation and the command that it was added to? give --columns X,Y"
         )
-    found = read_topics(path, list(columns) if columns else [EXCITATION, *columns_of(loops), *beside(loops[0].form)])
+    found = read_topics(path, list(columns) if columns else [EXCITATION, *columns_of(loops), *symptom_columns(loops[0].form)])
     if columns is None and EXCITATION not in found.columns:
         return by_setpoint(path, found, loops)
     given, commands = (EXCITATION, [one.command for one in loops]) if columns is None else (columns[0], [columns[1]])
     if missing := {given, *commands[:1]} - {*found.columns} if columns else set():
-        raise UserError(f"{path}: {' and '.join(sorted(missing))}: not in the log{broken(found)}")
+        raise UserError(f"{path}: {' and '.join(sorted(missing))}: not in the log{damage_note(found)}")
     commands = [one for one in commands if one in found.columns and len(found.columns[one].time) > 1]
     if not commands:
-        raise UserError(f"{path}: {given} is in the log, but not a command that contains it{broken(found)}")
+        raise UserError(f"{path}: {given} is in the log, but not a command that contains it{damage_note(found)}")
     late, form = (loops[0].late(found.parameters), loops[0].form) if columns is None else (0.0, "")
     several = [sampled(path, found, given, one, late, form) for one in commands]
     measured = [response(*one[:3]) for one in several]
@@ -153,12 +153,12 @@ def motors(one: Excited, loop: RateLoop) -> tuple[Floats, Floats] | None:
     return time, np.stack([(latest(motor, time, 0.0) - low) / (high - low) for motor, (low, high) in spinning], axis=1)
 
 
-def beside(form: str) -> list[str]:
+def symptom_columns(form: str) -> list[str]:
     """What symptoms are looked for in."""
     return [*COLUMNS[form], *filter(None, [SINKING.get(form)])]
 
 
-def broken(found: Topics) -> str:
+def damage_note(found: Topics) -> str:
     return f" ({damage(found.damaged)})" if found.damaged else ""
 
 
@@ -171,7 +171,9 @@ def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excit
     if not logged:
         wanted = ", ".join((loops[0].setpoint, loops[0].rate, loops[0].command))
         set_it = faster(loops[0].form, found.parameters)
-        raise UserError(f"{path}: has no setpoint, rate and command of a rate loop{broken(found)}, such as {wanted}{set_it}")
+        raise UserError(
+            f"{path}: has no setpoint, rate and command of a rate loop{damage_note(found)}, such as {wanted}{set_it}"
+        )
     several, refused = [], []
     for place, one in logged:
         try:

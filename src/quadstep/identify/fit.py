@@ -22,7 +22,7 @@ from quadstep.identify.intervals import (
     with_values,
 )
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.mean_forces import leaned
+from quadstep.identify.mean_forces import wind_lean
 from quadstep.identify.parameters import ANSWERS, GAINS, GUIDANCE, LIMITS, Free, leaves_of, numbers_of, point_of, values_at
 from quadstep.identify.prediction import PredictorParameters
 from quadstep.identify.prediction_problem import ErrorWeights, Prior, curvature, search
@@ -271,7 +271,7 @@ def told_numbers(
     halves = found.halves(in_step(every, point, found, told))
     halves += noise_bias(flights, vehicle.geometry(), every)
     moved = by_rotors(flights, vehicle, p, every, halves) if told else {}
-    lean = 0.0 if still or block is None else leaned(block)
+    lean = 0.0 if still or block is None else wind_lean(block)
     levers = lean * float(p.airframe.drag.flapping / p.airframe.drag.rotor[0])  # of the torque of the wind that leans it
     small = set()
     for place, one in enumerate(every):

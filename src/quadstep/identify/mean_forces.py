@@ -64,7 +64,7 @@ VARIANTS = (
 )  # fmt: skip
 
 
-class Forced(NamedTuple):
+class ForceNumbers(NamedTuple):
     """What decides mean forces. levels: logarithm of each flight's speed of rotors at a full command [log rad/s]; exponents of
     the command and of the voltage; tilt about x and y [rad]; drag in the plane of the rotors and across it [N s^2/(m rad)];
     pressing: drag in the plane times each flight's level wind, shape (flights, 2) [N s/rad].
@@ -82,9 +82,9 @@ class Forced(NamedTuple):
         """Along world x and y in each flight, shape (flights, 2) [m/s]."""
         return (self.pressing / max(float(self.drag[0]), 1e-12)).clip(-MOST_WIND, MOST_WIND)
 
-    def moved(self, step: dict[str, float], levels: Floats, pressing: Floats) -> "Forced":
+    def moved(self, step: dict[str, float], levels: Floats, pressing: Floats) -> "ForceNumbers":
         a, b = self.exponent + step.get("exponent", 0.0), self.voltage_exponent + step.get("voltage_exponent", 0.0)
-        return Forced(
+        return ForceNumbers(
             self.levels + levels, min(max(a, EXPONENTS[0]), EXPONENTS[1]), min(max(b, 0.0), 3.0),
             self.tilt + np.array([step.get("x", 0.0), step.get("y", 0.0)]),
             self.drag + np.array([step["flat"], step.get("axial", 0.0)]), self.pressing + pressing,
@@ -132,7 +132,7 @@ class Balance(NamedTuple):
     of every number. left: sum of squares that is not explained.
     """
 
-    at: Forced
+    at: ForceNumbers
     free: list[str]
     names: list[str]
     errors: Floats
@@ -197,7 +197,7 @@ def balance(
     names = [*free, "flat", *(["axial"] if variant.axial else []), *(() if wind else ("x", "y"))]
     powers = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
     tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
-    at = Forced(np.full(count, math.log(p.curve.speed)), *powers, tilt, drag, np.zeros((count, 2)))
+    at = ForceNumbers(np.full(count, math.log(p.curve.speed)), *powers, tilt, drag, np.zeros((count, 2)))
     past = count + len(names)
     for _ in range(rounds):
         matrix, rest = linearised(block, flight, p, geometry, at, free, wind, variant)
@@ -220,12 +220,12 @@ def blows(block: HalfSeconds, flight: NDArray[np.int64], calm: Balance, windy: B
     return bool(leans.mean() > MOST_TILT) and windy.left < calm.left
 
 
-def whirl(block: HalfSeconds, flight: NDArray[np.int64], at: Forced) -> Floats:
+def whirl(block: HalfSeconds, flight: NDArray[np.int64], at: ForceNumbers) -> Floats:
     """The mean sum of the rotors' speeds in each half second at full voltage (n,) [rad/s]."""
     return np.exp(at.levels[flight]) * (block.commands**at.exponent).sum(axis=2).mean(axis=1)
 
 
-def leaned(block: HalfSeconds) -> float:
+def wind_lean(block: HalfSeconds) -> float:
     """By how much a steady wind that shows in no flight may lean the vehicle in its own axes [rad]: a tilt or a centre of
     gravity apart would lean it likewise unless the heading turns. It is the largest lean that counts as a tilt, times the
     length of the mean of all headings (the mean resultant length of Mardia and Jupp, *Directional Statistics*, 2000).
@@ -236,8 +236,8 @@ def leaned(block: HalfSeconds) -> float:
 
 
 def linearised(
-    block: HalfSeconds, flight: NDArray[np.int64], p: PredictorParameters, geometry: Geometry, at: Forced, free: list[str],
-    wind: bool, variant: Variant = PLAIN,
+    block: HalfSeconds, flight: NDArray[np.int64], p: PredictorParameters, geometry: Geometry, at: ForceNumbers,
+    free: list[str], wind: bool, variant: Variant = PLAIN,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Slopes of the mean forces (3 n, numbers) and what they leave unexplained (3 n,). The numbers: levels of the flights, the
     exponents that are free, in-plane and axial drag, then the tilt, or the wind's pressing in each flight; then the variant's.

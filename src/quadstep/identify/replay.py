@@ -69,7 +69,7 @@ class ErrorTable(NamedTuple):
         return tuple(float(one[h, g].mean()) for one in (self.predicted, self.constant, self.zero))  # type: ignore[return-value]
 
 
-def predicted(
+def predictions(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, rows: Sequence[NDArray[np.int64]],
     horizons: tuple[int, ...] = HORIZONS, guided: bool = False, longest: int = HISTORY,
 ) -> tuple[Starts, list[States]]:  # fmt: skip
@@ -108,7 +108,7 @@ def compare(
     if not kept:
         raise UserError(f"{', '.join(flight.name for flight in flights)}: {why_unusable(flights)}")
     flights, rows = [flights[i] for i in kept], [rows[i] for i in kept]
-    starts, states = predicted(flights, vehicle, p, rows, horizons, guided)
+    starts, states = predictions(flights, vehicle, p, rows, horizons, guided)
     period, now = flights[0].period, logged(flights, starts, 0)
     shape = (len(horizons), len(GROUPS), len(flights))
     found = [np.empty(shape) for _ in range(3)]
@@ -202,7 +202,7 @@ def predictions_of(
         if not len(rows):
             result[name] = {key: [] for key in "pvqw"}
             continue
-        _, states = predicted([flight], vehicle, p, [rows], guided=guided, longest=MASKED_HISTORY)
+        _, states = predictions([flight], vehicle, p, [rows], guided=guided, longest=MASKED_HISTORY)
         stacked = {
             "p": [state.position for state in states],
             "v": [state.velocity for state in states],

@@ -121,7 +121,7 @@ def at_rest(plan: FlightPlan) -> Rest:
     NotLinearError where there is no equilibrium, or no slope.
     """
     loops = Loops(plan)
-    flown, first = warmed(loops)
+    flown, first = after_warm_up(loops)
     reasons: list[NotLinearError] = []
     bent: Rest | None = None
     for seconds in (0.0, *FLOWN):
@@ -159,7 +159,7 @@ def same(one: Rest, other: Rest) -> bool:
     return largest(still(others - values, (other.first - one.first) * one.loops.h), values) <= NEAR
 
 
-def warmed(loops: Loops) -> tuple[LoopState, int]:
+def after_warm_up(loops: Loops) -> tuple[LoopState, int]:
     """The loop shortly after its start, and the tick."""
     first = max(1, round(WARM / (loops.count * loops.h))) * loops.count
     return loops.fly(loops.begin(), 0, first), first
@@ -239,14 +239,14 @@ def better(loops: Loops, flown: LoopState, first: int, period: Reduced, change: 
     """After a step of Newton's method: the longest share of it after which the loop moves less than `size`, or else least."""
     tried: list[tuple[float, LoopState]] = []
     for share in SHARES:
-        one = stepped(flown, period, share * change)
+        one = with_change(flown, period, share * change)
         tried.append((largest_change(loops, one, first, period), one))
         if tried[-1][0] < size:
             return one
     return min(tried, key=lambda pair: pair[0])[1]
 
 
-def stepped(flown: LoopState, period: Reduced, change: Array) -> LoopState:
+def with_change(flown: LoopState, period: Reduced, change: Array) -> LoopState:
     values = np.array(states(flown))
     values[period.places] += change
     return with_states(flown, values.tolist())

@@ -23,7 +23,7 @@ from quadstep.io import code_cache
 from quadstep.io.errors import UserError
 from quadstep.io.parts import code_digest
 from quadstep.linear.analysis import Analysis, analyse_rest, least, limits, of_even_rotors, of_loop, with_place, worst_of
-from quadstep.linear.equilibrium import at_rest, hovering, newton, warmed, with_others, with_pieces
+from quadstep.linear.equilibrium import after_warm_up, at_rest, hovering, newton, with_others, with_pieces
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
@@ -129,10 +129,10 @@ def grade(mission: Mission) -> Grade:
     try:
         return graded(analyse_rest(mission).analysis)
     except UserError as error:
-        return refused(error)
+        return grade_of_refusal(error)
 
 
-def refused(error: UserError) -> Grade:
+def grade_of_refusal(error: UserError) -> Grade:
     """The grade of a loop that cannot be linearised."""
     return Grade(NO_REST if isinstance(error, NoRestError) else UNKNOWN, str(error).removeprefix(f"{NO_REST}: "))
 
@@ -161,7 +161,7 @@ PATHS = {
 """By target. Outputs: a period at 400 Hz, and of the Crazyflie's loop."""
 
 
-def within(mission: Mission, path: FirmwarePath) -> Mission:
+def as_in_firmware(mission: Mission, path: FirmwarePath) -> Mission:
     """The mission with the gyro and the outputs as late as there, in whole samples. Its gains are those that are exported,
     which do not follow this delay.
     """
@@ -185,7 +185,7 @@ def in_firmware(mission: Mission, target: str) -> tuple[str, bool]:
     path = PATHS[target]
     about = f"{path.parameter} {path.cutoff:g} Hz: {1e3 * path.behind:.0f} ms, outputs {1e3 * path.outputs:g} ms"
     try:
-        found: Grade = grade(within(mission, path))
+        found: Grade = grade(as_in_firmware(mission, path))
     except UserError as error:
         return f"Margins on {path.name} ({about}): not known: {error}.", False
     if found.word == UNSTABLE:
@@ -265,7 +265,7 @@ def whole_grade(mission: Mission) -> Grade:
     try:
         plans = of_even_rotors(hovering(mission))
     except UserError as error:
-        return refused(error)
+        return grade_of_refusal(error)
     found = cached("whole grade", mission, plans, lambda: grade(mission))
     word, why, measures = cast("tuple[str, str, list[tuple[str, float, float, str, float, str]]]", found)
     return Grade(word, why, tuple(Measure(*one) for one in measures))
@@ -292,7 +292,7 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
     with linearising():
         analyses, rests = [], []
         for one in loops:
-            flown, first = warmed(one)
+            flown, first = after_warm_up(one)
             if one.count > MOST_TICKS or len(states(flown)) > MOST_STATES:
                 return {}
             try:
@@ -306,7 +306,7 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
                 try:
                     rest = at_rest(one.plan)
                 except NoRestError as error:
-                    return {"grade": (none := refused(error)).word, "why": none.why}
+                    return {"grade": (none := grade_of_refusal(error)).word, "why": none.why}
             rests.append(rest)
             analyses += [of_loop(each, limits(mission)) for each in (rest.period, *rest.pieces)]
     found: Grade = graded(with_place(worst_of(analyses), mission, rests))

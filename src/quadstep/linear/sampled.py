@@ -254,7 +254,9 @@ def tick_of(loops: Loops, one: Moment, side: EdgeSide, tasks: Array, known: Tick
     n = len(tasks)
     if known is not None:
         return known._replace(tasks=tasks[:, :n], path=tasks[:, n:])
-    return Tick(tasks[:, :n], tasks[:, n:], of_step(loops, one, side), acting(loops, one, side.names), loops.due(one.k)[-1])
+    return Tick(
+        tasks[:, :n], tasks[:, n:], of_step(loops, one, side), command_slopes(loops, one, side.names), loops.due(one.k)[-1]
+    )
 
 
 def of_tasks(loops: Loops, one: Moment, side: EdgeSide) -> Array:
@@ -284,7 +286,7 @@ def of_step(loops: Loops, one: Moment, side: EdgeSide) -> Array:
     return found
 
 
-def acting(loops: Loops, one: Moment, names: Sequence[str]) -> Array:
+def command_slopes(loops: Loops, one: Moment, names: Sequence[str]) -> Array:
     """The held states' slopes by an addition to each channel's command, (states, channels)."""
     m = len(one.after.asked)
 

@@ -218,7 +218,7 @@ def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> 
 
 def loci(one: Opened, omega: Array) -> Complex:
     """-L of each channel, shape (frequencies, channels, samples): its values unordered if the law runs several times."""
-    return returned(np.linalg.eigvals(transfer(one, omega)).astype(np.complex128))
+    return closed_response(np.linalg.eigvals(transfer(one, omega)).astype(np.complex128))
 
 
 def loci_near(one: Opened, omega: Array, g: complex) -> Complex:
@@ -229,7 +229,7 @@ def loci_near(one: Opened, omega: Array, g: complex) -> Complex:
     for through in transfer(one, omega)[:, 0]:
         turned = eigenvalue_near(through, turned)
         found.append([turned])
-    return returned(np.array(found))
+    return closed_response(np.array(found))
 
 
 def heard_at(one: Opened, omega: float, g: complex) -> float:
@@ -244,7 +244,7 @@ def heard_at(one: Opened, omega: float, g: complex) -> float:
     return float(every[np.argmax(np.round(np.abs(waves.conj() @ swing), 9))])
 
 
-def returned(turned: Complex) -> Complex:
+def closed_response(turned: Complex) -> Complex:
     with np.errstate(all="ignore"):
         return np.nan_to_num(turned / (1.0 + turned))
 

@@ -30,7 +30,7 @@ class JudgedMetric(NamedTuple):
 
     @property
     def case(self) -> Case:
-        return Case(f"{bare(self.metric)} at most {quantity(self.most, unit(self.metric))}", self.failure)
+        return Case(f"{without_unit(self.metric)} at most {quantity(self.most, unit(self.metric))}", self.failure)
 
     def as_json(self) -> dict[str, object]:
         """For `--json`."""
@@ -51,14 +51,14 @@ def unit(metric: str) -> str:
     return metric.partition("[")[2].rstrip("]")
 
 
-def bare(metric: str) -> str:
+def without_unit(metric: str) -> str:
     """`position_rmse` of `position_rmse[m]`."""
     return metric.partition("[")[0]
 
 
 def with_full_names(wanted: Collection[Requirement], known: Collection[str]) -> list[Requirement]:
     """The requirements with the full names of their metrics. Raises UserError for metrics that are not known."""
-    full = {bare(metric): metric for metric in known} | {metric: metric for metric in known}
+    full = {without_unit(metric): metric for metric in known} | {metric: metric for metric in known}
     for one in wanted:
         if one.metric not in full:
             allowed = ", ".join(sorted(known))
@@ -75,9 +75,9 @@ def judge(one: Requirement, measured: Mapping[str, float | None], diverged: str 
     failure = None
     if diverged:
         until = f", {number} until then" if value is not None else ""
-        failure = f"{bare(one.metric)} should be at most {most}, but the flight {diverged}{until}"
+        failure = f"{without_unit(one.metric)} should be at most {most}, but the flight {diverged}{until}"
     elif value is None or not value <= one.most:
-        failure = f"{bare(one.metric)} should be at most {most}, but is {number}"
+        failure = f"{without_unit(one.metric)} should be at most {most}, but is {number}"
     return JudgedMetric(one.metric, one.most, value, failure)
 
 

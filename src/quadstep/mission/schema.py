@@ -17,7 +17,7 @@ from pydantic import ValidationInfo, model_validator
 from quadstep.engines.fly import FlightPlan, fly, reason
 from quadstep.engines.loop import Loop
 from quadstep.engines.own_checks import NotFiniteError, try_metrics, try_out, try_plant
-from quadstep.engines.scored import bare, of_log, score_names
+from quadstep.engines.scored import names_without_units, of_log, score_names
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog, Metric
@@ -217,7 +217,7 @@ class Mission(Section, metaclass=MissionMeta):
         if info.context is not None:
             self.__dict__["folder"] = info.context["folder"]
         self.simulation.check_loops(self.controller.controller.loops())
-        scores = bare(score_names(self.plant)) if self.metrics or self.tune else ()
+        scores = names_without_units(score_names(self.plant)) if self.metrics or self.tune else ()
         named = own_metrics(self.metrics, self.folder)
         check_names(named, scores, self.with_rotors)
         if self.tune:

@@ -81,7 +81,7 @@ def words(outcome: Outcome) -> str:
     return REASONS.get(outcome, outcome.name.lower().replace("_", " "))
 
 
-def ending(flown: ShownFlight) -> dict[str, object]:
+def outcome_data(flown: ShownFlight) -> dict[str, object]:
     """How a flight ended, and its grade."""
     log, grade = flown.log, graded(flown.metrics)
     lost = "" if log.outcome is Outcome.COMPLETED else reason(flown.plan, log) if flown.plan else words(log.outcome)
@@ -107,7 +107,7 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
         group=flown.group,
         note=flown.note,
         claims=flown.claims,
-        outcome=ending(flown),
+        outcome=outcome_data(flown),
         facts=facts(flown.metrics),
         summary=summary(flown),
         whyNot=why_not,

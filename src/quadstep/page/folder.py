@@ -125,7 +125,7 @@ def result_in(root: Path, folder: Path) -> ResultFolder | None:
     if not shown:
         return None
     content = manifest(folder)
-    begins = opening(folder / REPORT) if REPORT in found else Opening()
+    begins = report_opening(folder / REPORT) if REPORT in found else Opening()
     name = content.get("name")
     title = name if isinstance(name, str) else begins.title or folder.name
     kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
@@ -133,8 +133,8 @@ def result_in(root: Path, folder: Path) -> ResultFolder | None:
     rmse = content.get("position_rmse[m]") if grade(content) != FlightGrade.LOST else None  # its own would be the smallest
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
     return ResultFolder(
-        folder.relative_to(root), title, ending(content) or begins.answer, max(found[name] for name in shown), tuple(shown),
-        kind, picture(folder, found), known_rmse, grade(content),
+        folder.relative_to(root), title, ending_text(content) or begins.answer, max(found[name] for name in shown),
+        tuple(shown), kind, picture(folder, found), known_rmse, grade(content),
     )  # fmt: skip
 
 
@@ -149,7 +149,7 @@ def picture(folder: Path, found: Iterable[str]) -> str | None:
     return next((name for name in (*PICTURES, *there) if name in there), None)
 
 
-def ending(content: dict[str, object]) -> str:
+def ending_text(content: dict[str, object]) -> str:
     """How a flight ended, from its metrics.json, as far as that says so."""
     time, outcome = (content.get(key) for key in ("ended[s]", "outcome"))
     if not isinstance(outcome, str) or not isinstance(time, int | float):
@@ -185,7 +185,7 @@ def grade(content: dict[str, object]) -> str:
     return stated if isinstance(stated, str) and stated in {*FlightGrade} else ""
 
 
-def opening(report: Path) -> Opening:
+def report_opening(report: Path) -> Opening:
     try:
         with report.open(encoding="utf-8", errors="replace") as file:
             head = file.read(HEAD)

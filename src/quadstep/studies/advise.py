@@ -55,7 +55,7 @@ def advise(
     if now.phase is None:
         raise UserError(why_no_phase_margin(path, flight, now))
     identity = hashlib.sha256(files.read_bytes(path, files.LOG) + repr((columns, mission)).encode()).hexdigest()
-    model, advice = modelled(mission, flight) if mission else None, changes(flight, now, behind)
+    model, advice = modelled_loop(mission, flight) if mission else None, changes(flight, now, behind)
     new, loaded = changed_parameters(flight, advice) if advice else {}, ""
     with publishing(folder, f"advise-{identity}", overwrite) as out:
         if new and flight.loop:
@@ -105,7 +105,7 @@ class ModelledLoop(NamedTuple):
     loop: NDArray[np.complex128]
 
 
-def modelled(path: Path, flight: Excited) -> ModelledLoop:
+def modelled_loop(path: Path, flight: Excited) -> ModelledLoop:
     """The loop that a mission models. Raises UserError where it has none, or no such command."""
     mission = read_mission(path)
     try:
@@ -127,7 +127,7 @@ def evidence(
     """What was measured and what follows, for its readers. stem, log: name of the log, and where it is; new: parameters."""
     assert now.phase
     answer, seen = sentence(flight, now), symptoms(flight, now, advice)
-    more = [*following(flight, now, advice), *([behind.said] if behind else []), *also(flight, now)]
+    more = [*next_steps(flight, now, advice), *([behind.said] if behind else []), *further_remarks(flight, now)]
     more += [one.said for one in seen if one.shows]
     rows = margin_rows(now, behind, model, advice, flight.loop, new)
     lines = [(one.name, one.measured, one.threshold) for one in seen]
@@ -243,7 +243,7 @@ def sentence(flight: Excited, now: MeasuredLoop) -> str:
     )
 
 
-def following(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Sequence[str]:
+def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Sequence[str]:
     asked = f"{math.degrees(LEAST_PHASE):.0f}° and {LEAST_GAIN:g} dB both ways"
     wider = [*([] if now.up else ["faster"]), *([] if now.down or now.floor is not None else ["slower"])]
     untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
@@ -300,7 +300,7 @@ def range_ends(flight: Excited, new: dict[str, tuple[float, float]]) -> Iterator
                 yield f"{name} is then at the end of the range that {loop.law.source} documents, {low:g} to {high:g}"
 
 
-def also(flight: Excited, now: MeasuredLoop) -> Sequence[str]:
+def further_remarks(flight: Excited, now: MeasuredLoop) -> Sequence[str]:
     said = [
         f"At {one.at.value:.3g} rad/s the gain crosses 1 too; the excitation does not determine the phase margin there."
         for one in now.open

@@ -50,7 +50,7 @@ class Tasks(Section):
     tasks: Annotated[tuple[LessonTask, ...], BeforeValidator(as_tuple), Field(min_length=1)]
 
 
-class Checked(NamedTuple):
+class CheckedTask(NamedTuple):
     """A task held against a mission. strange: whether it is another mission than the task's, which was not flown for it."""
 
     task: LessonTask
@@ -79,27 +79,27 @@ def tasks(lesson: str, source: Path = OWN) -> list[LessonTask]:
     return chosen
 
 
-def checked(asked: list[LessonTask], mission: Mission) -> list[Checked]:
+def check_tasks(asked: list[LessonTask], mission: Mission) -> list[CheckedTask]:
     """Tasks held against a mission, which flies once, if it is the mission of one of them. Raises UserError."""
     content = plain(mission.model_dump())
     strange = [differing_keys(one, mission, content) for one in asked]
     if all(strange):
-        return [Checked(one, cases, True) for one, cases in zip(asked, strange, strict=True)]
-    measured = flown(mission, any(one.grade for one in asked))
+        return [CheckedTask(one, cases, True) for one, cases in zip(asked, strange, strict=True)]
+    measured = fly_task(mission, any(one.grade for one in asked))
     return [
-        Checked(one, cases or judged(one, mission, content, measured), bool(cases))
+        CheckedTask(one, cases or judge_flight(one, mission, content, measured), bool(cases))
         for one, cases in zip(asked, strange, strict=True)
     ]
 
 
 def grade_cell(name: str, mission: Mission) -> None:
     """For a notebook that is graded. Raises AssertionError, with what is not met, where a mission does not solve a task."""
-    (found,) = checked(tasks(name), mission)
+    (found,) = check_tasks(tasks(name), mission)
     if not found.solved:
         raise AssertionError("; ".join(case.failure for case in found.cases if case.failure))
 
 
-def flown(mission: Mission, rest: bool) -> MeasuredMission:
+def fly_task(mission: Mission, rest: bool) -> MeasuredMission:
     """What a flight of a mission measures. rest: whether its loop at rest is graded as well."""
     flight = fly(mission)
     lost = None if flight.outcome is Outcome.COMPLETED else f"was lost at {flight.ended:g} s"
@@ -147,7 +147,7 @@ def only(content: object, named: list[list[str]]) -> object:
     return list(kept.values()) if isinstance(content, list) else kept
 
 
-def judged(task: LessonTask, mission: Mission, content: object, measured: MeasuredMission) -> tuple[Case, ...]:
+def judge_flight(task: LessonTask, mission: Mission, content: object, measured: MeasuredMission) -> tuple[Case, ...]:
     """A flight held against a task. Raises UserError for a limit of what neither the mission nor its flight has."""
     cases = [Case("completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
     for name, most in task.most.items():

@@ -122,7 +122,7 @@ def airframe_row(
     ]
 
 
-class Acting(Protocol):
+class Actuation(Protocol):
     """What the actuators make of a command: thrust [N], torque [N m]."""
 
     @property
@@ -132,7 +132,7 @@ class Acting(Protocol):
     def torque(self) -> Vector: ...
 
 
-class Placed(Protocol):
+class WithPosition(Protocol):
     """A state with a position [m]."""
 
     @property
@@ -142,7 +142,7 @@ class Placed(Protocol):
 P = TypeVar("P")
 """The plant's parameters."""
 
-X = TypeVar("X", bound=Placed)
+X = TypeVar("X", bound=WithPosition)
 """Its state."""
 
 C = TypeVar("C")
@@ -171,7 +171,7 @@ class InSpace(Generic[P, X, C]):
     def logged_command(self, p: P, command: C) -> Command:
         return cast(Command, command)
 
-    def inputs(self, held: Acting) -> Vector:
+    def inputs(self, held: Actuation) -> Vector:
         """Thrust [N] and torque [N m]."""
         return Vector((held.thrust, *held.torque))
 

@@ -54,10 +54,10 @@ class Golden(NamedTuple):
 def golden(exported: Exported, path: Callable[[float], Reference]) -> Golden:
     """The vectors of a law. path: the reference at a time [s]."""
     with np.errstate(all="ignore"):
-        return sampled(exported, path)
+        return golden_samples(exported, path)
 
 
-def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
+def golden_samples(exported: Exported, path: Callable[[float], Reference]) -> Golden:
     subject, precise, clocked = exported.subject, exported.precise, exported.clocked
     constant = subject.gains, subject.parameters, tuple(clocked.period(loop) for loop in (*loops(exported), "law"))
     draw, real = uniform(), REAL[precise]
@@ -70,7 +70,7 @@ def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
     for place in range(count):
         tick = place * max(1, clocked.last // count // clocked.every["law"]) * clocked.every["law"]
         reference = path(tick * clocked.step)
-        measured = fed_back(in_kind(strayed(subject.measured, reference, draw, place % FAR == FAR - 1), precise), made)
+        measured = fed_back(in_kind(near_reference(subject.measured, reference, draw, place % FAR == FAR - 1), precise), made)
         wanted, t = in_kind(reference, precise), real(float(tick)) * real(clocked.step)
         command, memory, made = run(memory, measured, wanted, t, *constant)
         samples.append(Sample(tick, measured, wanted, only(command, names), made))
@@ -103,7 +103,7 @@ def uniform() -> Iterator[float]:
         yield from (2.0 * (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53 - 1.0).tolist()
 
 
-def strayed(measured: Structure, reference: Reference, draw: Iterator[float], far: bool) -> Structure:
+def near_reference(measured: Structure, reference: Reference, draw: Iterator[float], far: bool) -> Structure:
     changed: dict[str, object] = {}
     for name, value in fields_of(measured).items():
         reach = STRAYING.get(name, 0.2) * (FARTHER if far and name in ("attitude", "rates") else 1.0)

@@ -47,8 +47,14 @@ class Finding(NamedTuple):
 
 def relations(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -> list[Finding]:
     """What channels show of each other, on rows that can be used. geometry: of the vehicle that should have flown it."""
-    found = [*turning(flight, sure), *moving(flight, sure), *leaning(flight, sure), *felt(flight, sure), *height(flight)]
-    found += [*volts(flight, sure), *commanded(flight, sure, geometry), *estimates(flight, sure), *clocks(flight, sure)]
+    found = [
+        *check_rates(flight, sure),
+        *check_velocity(flight, sure),
+        *check_lean(flight, sure),
+        *check_accelerometer(flight, sure),
+        *height(flight),
+    ]
+    found += [*volts(flight, sure), *check_motors(flight, sure, geometry), *estimates(flight, sure), *clocks(flight, sure)]
     return found
 
 
@@ -94,7 +100,7 @@ def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: fl
     return found
 
 
-def turning(flight: FlightRecord, sure: Flags) -> list[Finding]:
+def check_rates(flight: FlightRecord, sure: Flags) -> list[Finding]:
     if "attitude" not in flight.channels or "rates" not in flight.channels or "rates" in flight.derived:
         return []
     seen = finite(sure, flight.channel("attitude"), flight.channel("rates"))
@@ -102,7 +108,7 @@ def turning(flight: FlightRecord, sure: Flags) -> list[Finding]:
     return against("rates", "the attitude's", made, smooth(filled(flight.channel("rates")), flight.period), seen, 0.05)
 
 
-def moving(flight: FlightRecord, sure: Flags) -> list[Finding]:
+def check_velocity(flight: FlightRecord, sure: Flags) -> list[Finding]:
     if "position" not in flight.channels or "velocity" not in flight.channels or "velocity" in flight.derived:
         return []
     seen = finite(sure, flight.channel("position"), flight.channel("velocity"))
@@ -112,7 +118,7 @@ def moving(flight: FlightRecord, sure: Flags) -> list[Finding]:
     )
 
 
-def leaning(flight: FlightRecord, sure: Flags) -> list[Finding]:
+def check_lean(flight: FlightRecord, sure: Flags) -> list[Finding]:
     """Horizontal acceleration against the tilt: the vehicle accelerates where the thrust points."""
     if "attitude" not in flight.channels or "velocity" not in flight.channels:
         return []
@@ -125,7 +131,7 @@ def leaning(flight: FlightRecord, sure: Flags) -> list[Finding]:
         return found
     across, ahead = smooth(lean, flight.period), smooth(gain, flight.period)
     speed = filled(flight.channel("velocity"))[:, :2]
-    across, ahead = (beside(speed, values, seen) for values in (across, ahead))
+    across, ahead = (without_drag(speed, values, seen) for values in (across, ahead))
     both = slopes(across, ahead, seen)
     least, most = sorted(both, key=lambda one: one.share)
     spread = ahead[seen].std(axis=0)
@@ -145,14 +151,14 @@ def leaning(flight: FlightRecord, sure: Flags) -> list[Finding]:
     return found
 
 
-def beside(speed: Floats, values: Floats, where: Flags) -> Floats:
+def without_drag(speed: Floats, values: Floats, where: Flags) -> Floats:
     """Values without what goes with the speed along the same axis: drag, against which a vehicle leans in wind."""
     moving = speed - speed[where].mean(axis=0)
     slope = (moving[where] * values[where]).sum(axis=0) / np.maximum((moving[where] ** 2).sum(axis=0), 1e-12)
     return values - slope * moving
 
 
-def felt(flight: FlightRecord, sure: Flags) -> list[Finding]:
+def check_accelerometer(flight: FlightRecord, sure: Flags) -> list[Finding]:
     if "acceleration" not in flight.channels:
         return []
     mean = np.nanmean(flight.channel("acceleration")[sure], axis=0)
@@ -186,7 +192,7 @@ def volts(flight: FlightRecord, sure: Flags) -> list[Finding]:
     return []
 
 
-def commanded(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -> list[Finding]:
+def check_motors(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -> list[Finding]:
     """Motors: saturation, and torque against the measured angular acceleration."""
     found = []
     motors = flight.motors[sure]

@@ -98,12 +98,14 @@ def escaped(at: Set, mode: int, grows: NDArray[np.bool_], radii: Array, found: G
     radius = float(radii[mode])
     own = float(found.lines[mode, mode] - at.astray[mode, mode] * radius)  # counted there, as if the image were in the set
     growth = own / radius * (1.0 - EXACT) - 1.0
-    whole = settled(at, found.whole)
+    whole = state_bounds(at, found.whole)
     others = float(whole[mode] - own * (1.0 - EXACT))
     if not (growth > EXACT and np.all(whole[~grows] <= radii[~grows])):
         return None
     share = others / (growth * radius) * (1.0 + EXACT)
-    off = settled(at, np.abs(at.into) @ (4.0 * HALF_UNIT * (np.abs(at.at.state[at.place]) + box)))  # a start's own rounding
+    off = state_bounds(
+        at, np.abs(at.into) @ (4.0 * HALF_UNIT * (np.abs(at.at.state[at.place]) + box))
+    )  # a start's own rounding
     if not (share < WITHIN and np.all(off <= (1.0 - 2.0 * share) * radii)):
         return None
     begun = (2.0 * share * radius + float(off[mode])) * at.modes.spread[:, mode]
@@ -116,11 +118,11 @@ def escaped(at: Set, mode: int, grows: NDArray[np.bool_], radii: Array, found: G
 def inner(at: Set, grows: NDArray[np.bool_], radii: Array) -> Array:
     """A box of the moving numbers in which the modes that grow are within their radii."""
     shape = at.reach @ radii
-    reached = settled(at, np.abs(at.into) @ shape)
+    reached = state_bounds(at, np.abs(at.into) @ shape)
     return shape * (1.0 - EXACT) / float((reached / radii)[grows].max())
 
 
-def settled(at: Set, seen: Array) -> Array:
+def state_bounds(at: Set, seen: Array) -> Array:
     """Bounds of |z| from those of |T e|, e = V z; infinite where T is too far from the inverse of V."""
     astray = at.astray.sum(axis=1) * UP
     if not astray.max() < ASTRAY:
@@ -216,7 +218,7 @@ def described(loop: Sampled, reach: Array) -> list[tuple[str, str]]:
 
     reach: of the loop's numbers.
     """
-    groups, found = grouped(loop, reach), []
+    groups, found = vehicle_numbers(loop, reach), []
     if "attitude" in groups:
         size = float(np.sqrt(np.square(groups["attitude"]).sum()))
         turn = 4.0 * np.arcsin(min(0.5 * size, 1.0)) if len(groups["attitude"]) == 4 else max(groups["attitude"])
@@ -225,7 +227,7 @@ def described(loop: Sampled, reach: Array) -> list[tuple[str, str]]:
     return [(name, f"{up(value, 3) if value else 0.0:.3g} {unit}".replace(" °", "°")) for name, value, unit in found]
 
 
-def grouped(loop: Sampled, reach: Array) -> dict[str, list[float]]:
+def vehicle_numbers(loop: Sampled, reach: Array) -> dict[str, list[float]]:
     """The entries of a vector of the loop's numbers that are the vehicle's, by quantity."""
     groups: dict[str, list[float]] = {}
     moving = len(flatten(loop.like.state))
@@ -239,7 +241,7 @@ def number_extents(loop: Sampled, reach: Array) -> dict[str, tuple[list[float], 
     """The same number by number: quantity, its numbers, their unit. An attitude as a quaternion counts with twice its vector
     part, the turns about the axes to first order.
     """
-    groups, found = grouped(loop, reach), {}
+    groups, found = vehicle_numbers(loop, reach), {}
     if "attitude" in groups:
         turns = groups["attitude"]
         turns = [2.0 * one for one in turns[1:]] if len(turns) == 4 else turns

@@ -49,7 +49,7 @@ class ExactNumber:
         self.value = value
 
     def __add__(self, other: Operand) -> ExactNumber:
-        return both(self, other, lambda a, b: a + b)
+        return combined(self, other, lambda a, b: a + b)
 
     __radd__ = __add__
 
@@ -69,7 +69,7 @@ class ExactNumber:
         if not isinstance(other, ExactNumber | float | int):
             return NotImplemented
         other = exact(other)
-        return ExactNumber(Fraction(0)) if 0 in (self.value, other.value) else both(self, other, lambda a, b: a * b)
+        return ExactNumber(Fraction(0)) if 0 in (self.value, other.value) else combined(self, other, lambda a, b: a * b)
 
     __rmul__ = __mul__
 
@@ -98,7 +98,7 @@ def exact(x: Operand) -> ExactNumber:
         return ExactNumber(None)
 
 
-def both(a: ExactNumber, b: Operand, operation: Callable[[Fraction, Fraction], Fraction]) -> ExactNumber:
+def combined(a: ExactNumber, b: Operand, operation: Callable[[Fraction, Fraction], Fraction]) -> ExactNumber:
     """An operation on two known numbers."""
     b = exact(b)
     return ExactNumber(None if a.value is None or b.value is None else operation(a.value, b.value))

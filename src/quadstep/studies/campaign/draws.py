@@ -189,7 +189,7 @@ def same(alone: object, together: object, place: int) -> bool:
     return bool(alone == (together[place] if isinstance(together, np.ndarray) else together))
 
 
-def without(values: Mapping[str, object], name: str) -> dict[str, object]:
+def without_key(values: Mapping[str, object], name: str) -> dict[str, object]:
     return {key: value for key, value in values.items() if key != name}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
-from quadstep.engines.scored import LARGEST, RMSE, bare
+from quadstep.engines.scored import LARGEST, RMSE, names_without_units
 from quadstep.engines.sweep import given_names, sweep_module
 from quadstep.engines.sweep_trace import OUTCOME
 from quadstep.interfaces.controller import Controller
@@ -31,7 +31,7 @@ from quadstep.studies.tuning.ground import TuningRequest
 MOST_FLIGHTS = 1000
 """Flights that the page flies for each setting: the first of the campaign."""
 
-COUNTED = bare((RMSE, LARGEST))
+COUNTED = names_without_units((RMSE, LARGEST))
 """Metrics by which the page can tell a failure."""
 
 

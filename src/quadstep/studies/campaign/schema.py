@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from quadstep.engines.scored import bare
+from quadstep.engines.scored import names_without_units
 from quadstep.io import files
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import all_installed
@@ -178,7 +178,7 @@ class Campaign(NamedTuple):
     @property
     def thresholds(self) -> dict[str, str]:
         """Metrics that can define a failure, by their names without units."""
-        return bare(self.metrics)
+        return names_without_units(self.metrics)
 
     def limits(self, how: str = "") -> list[str]:
         """The limits of a flight in words. how: it stands to them, after a blank, as " at most"."""

@@ -9,11 +9,11 @@ import numpy as np
 
 from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan
-from quadstep.engines.loop import Cycle, Loop, Numbers, Sensed
+from quadstep.engines.loop import Cycle, Loop, Numbers, SensedNumbers
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, prepare
 from quadstep.export.arm import missing_programs
-from quadstep.export.run import measured_alone
+from quadstep.export.run import measured_standalone
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
@@ -78,7 +78,7 @@ class LawAlone(Loop):
             "rotor_speeds": speeds,
             "full_speed": speeds[0],
             "age": 0.01,
-            "noise": cast(Sensed, p).key,
+            "noise": cast(SensedNumbers, p).key,
         }
         return replaced(told, **{name: more[name] for name in self.controller.also_measures})
 
@@ -132,7 +132,7 @@ def counted(plan: FlightPlan) -> tuple[int | None, str, bool]:
     if lacking := missing_programs():
         return None, f"{' and '.join(lacking)} not found", False
     try:
-        with measured_alone(plan, BOARD) as law:
+        with measured_standalone(plan, BOARD) as law:
             return sum(law.worst.values()), "", False
     except UserError as error:
         return None, str(error), isinstance(error, ToolError)

@@ -12,7 +12,7 @@ from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, legend_columns, write
 from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.words import LOST, below, share_lost, title, unit_of
+from quadstep.studies.comparison.words import LOST, share_lost, situation_caption, title, unit_of
 
 SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")
 """Of marks: told apart by shape and fill."""
@@ -53,7 +53,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
             shape, face = mark(place)
             axes.plot([], [], linestyle="", marker=shape, color="black", markerfacecolor=face, label=name)
         middle = 0.5 * A_CONTROLLER * (len(names) - 1)
-        labels = [below(one) for one in situations]
+        labels = [situation_caption(one) for one in situations]
         axes.set_yticks([-row * group - middle for row in range(len(situations))], labels)
         axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, 0.5 * BETWEEN + A_CONTROLLER)
         axes.grid(visible=False, axis="y")
@@ -126,7 +126,7 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
                     colour = "white" if shades[row, column] > DARK else "black"
                     axes.text(column, row, text, ha="center", va="center", fontsize=small, color=colour, linespacing=0.9)
         axes.set_yticks(range(len(names)), names)
-        labels = [below(one) for one in situations]
+        labels = [situation_caption(one) for one in situations]
         axes.set_xticks(range(len(labels)), labels, rotation=40.0, ha="left", rotation_mode="anchor")
         axes.xaxis.tick_top()
         axes.grid(visible=False)

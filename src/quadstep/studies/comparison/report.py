@@ -79,7 +79,7 @@ def evidence(
     """What was found, for its readers. drawn: the figure of each vehicle. links: into page.html, or why it is missing."""
     first, *others = words.sentences(found)
     problems = {one.line for one in found.problems}
-    uncounted = words.uncounted(found)
+    uncounted = words.not_counted(found)
     said = [*uncounted, *(one for one in (first, *others) if one not in problems), *found.left_out]
     if len(found.ranked) == 1 and len(found.controllers) > 1:  # who is best there is the answer
         first, others = others[0].removeprefix(f"{words.MISSIONS}: "), [first, *others[1:]]
@@ -229,7 +229,7 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
     if len(found.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
         parts += ["## Mean ranks", table(("controller", f"over {words.ranked_in(found)}, from 0 (best) to 1"), ranked)]
-    parts += ["## Gains and cost", table(tables.WHO_HEADER, tables.who_rows(found)), *words.uncounted(found)]
+    parts += ["## Gains and cost", table(tables.WHO_HEADER, tables.who_rows(found)), *words.not_counted(found)]
     return "\n\n".join(parts) + "\n"
 
 

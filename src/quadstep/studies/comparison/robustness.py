@@ -21,7 +21,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
 from quadstep.linear.analysis import analyse_rest
-from quadstep.linear.grade import graded, of_analysis, refused
+from quadstep.linear.grade import grade_of_refusal, graded, of_analysis
 from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.metrics.statistics import Estimate, ordered_quantile, share
 from quadstep.mission.check import check
@@ -253,7 +253,7 @@ def linear_of(cell: StudyCell) -> Linear:
     try:
         found = analyse_rest(mission).analysis
     except UserError as error:
-        grade = refused(error)
+        grade = grade_of_refusal(error)
         return Linear(grade.word, grade.why.removeprefix(f"{cell.campaign.source}: "), [], {}, left_out)
     grade = graded(found)
     return Linear(grade.word, grade.why, cells(found), of_analysis(found), left_out)

@@ -34,7 +34,7 @@ class Unit(NamedTuple):
     factor: float
 
 
-def below(situation: Situation) -> str:
+def situation_caption(situation: Situation) -> str:
     """What a vehicle's figure calls a situation."""
     return prose(", ".join(filter(None, situation[1:]))) or "missions"
 
@@ -85,12 +85,12 @@ def sentences(found: Comparison) -> list[str]:
     """The finding as a whole, then situation by situation."""
     lines = [of_all(found)] if len(found.controllers) > 1 else []
     lines += [of_situation(found, situation, ranked) for situation, ranked in found.ranked.items()]
-    lines += missed(found)
+    lines += missed_limits(found)
     lines += [problem.line for problem in found.problems]
     return lines
 
 
-def missed(found: Comparison) -> list[str]:
+def missed_limits(found: Comparison) -> list[str]:
     """Whose gains miss the limits that they were to keep, and who was tuned without."""
     lines = []
     for one in found.entrants:
@@ -101,7 +101,7 @@ def missed(found: Comparison) -> list[str]:
     return lines
 
 
-def uncounted(found: Comparison) -> list[str]:
+def not_counted(found: Comparison) -> list[str]:
     """For whom instructions could not be counted, and why."""
     why: dict[str, dict[str, None]] = {}
     for (_, name), one in found.costs.items():
@@ -217,7 +217,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     median = results[best].spreads[found.metric].median
     if not math.isfinite(median.value):
         text = f"{where}: every controller loses at least half of its flights; tracking is not compared"
-        return f"{text}. {losing(results)}".strip()
+        return f"{text}. {lost_flights(results)}".strip()
     words = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE")
     share = results[best].lost.value
     who, has = ("each", "share") if len(tied) > 1 else ("it", "has")
@@ -226,7 +226,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
         text += f"{value}; its {found.seeds} flights do not differ, so nothing is statistical"
-        return f"{text}. {losing(results)}".strip()
+        return f"{text}. {lost_flights(results)}".strip()
     if math.isnan(median.low):
         text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
     else:
@@ -248,7 +248,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         text += f"; not significantly better than {several(open_)}"
     if better:
         text += f"; flight by flight {several(better)} {'is' if len(better) == 1 else 'are'} better"
-    return f"{text}. {losing(results)}".strip()
+    return f"{text}. {lost_flights(results)}".strip()
 
 
 SEVERAL = 8
@@ -262,7 +262,7 @@ def several(names: Sequence[str]) -> str:
     return listed([f"'{name}'" if "," in name else name for name in names])
 
 
-def losing(results: dict[str, SituationResult]) -> str:
+def lost_flights(results: dict[str, SituationResult]) -> str:
     lost = {name: one.lost for name, one in results.items() if one.lost.value > 0.0}
     if len(lost) > SEVERAL:
         every = sum(share.value == 1.0 for share in lost.values())

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.studies.rare.mixture import Evaluate, Floats, Mixture, Points, Random, fitted, log_standard, standard, together
+from quadstep.studies.rare.mixture import Evaluate, Floats, Mixture, Points, Random, fitted, log_standard, pooled, standard
 
 LEAST = 1e-12
 """Probability below which a replicate gives up."""
@@ -150,7 +150,7 @@ def cross_entropy(evaluate: Evaluate, events: int, random: Random, size: int) ->
     if any(shares):
         earlier = [one.fit for one in sample.drawings]
         drawing = Proposal(
-            together([together(fits, shares), *earlier], [1.0 - EARLIER, *(EARLIER / len(earlier) for _ in earlier)])
+            pooled([pooled(fits, shares), *earlier], [1.0 - EARLIER, *(EARLIER / len(earlier) for _ in earlier)])
         )
         points = drawing.points(random, LAST * size)
         failed = np.isinf(evaluate(points))

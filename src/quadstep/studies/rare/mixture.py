@@ -132,7 +132,7 @@ def standard(dimensions: int) -> Mixture:
     return Mixture(np.ones(1), np.zeros((1, dimensions)), np.eye(dimensions)[None])
 
 
-def together(mixtures: list[Mixture], shares: list[float]) -> Mixture:
+def pooled(mixtures: list[Mixture], shares: list[float]) -> Mixture:
     total, some = sum(shares), [(one, share) for one, share in zip(mixtures, shares, strict=True) if share > 0.0]
     return Mixture(
         np.concatenate([one.shares * (share / total) for one, share in some]),

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.engines.scored import bare
+from quadstep.engines.scored import names_without_units
 from quadstep.engines.sweep import Sweep
 from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.io import files
@@ -70,7 +70,7 @@ class TuningRequest(NamedTuple):
     @property
     def names(self) -> dict[str, str]:
         """What is measured of a candidate: metrics without unit, and with it; of flights first, then the margins asked for."""
-        return {**bare(self.mission.scores), **{name: name + MARGINS[name] for name in self.section.margins}}
+        return {**names_without_units(self.mission.scores), **{name: name + MARGINS[name] for name in self.section.margins}}
 
     def numbers(self, point: Sequence[float]) -> dict[str, float]:
         """What a point of the unit box puts at every key."""

@@ -182,7 +182,7 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     objective = Row(OBJECTIVE, first, second, increase(kind, costs[0][both], costs[1][both]))
     reported = rows(judge.reported, present, tuned)
     where = " on flights they were not tuned on" if count > 1 else " on the one flight that they were tuned on"
-    verdict = judged(success, objective, count == 1) if changed else UNCHANGED
+    verdict = verdict_of(success, objective, count == 1) if changed else UNCHANGED
     better = verdict == BETTER
     return Compared(count, (shares[0], shares[1]), success, objective, reported, verdict.format(where=where), better)
 
@@ -199,7 +199,7 @@ def rows(names: Sequence[str], present: CandidateFlights, tuned: CandidateFlight
     return [Row(present.names[name], *parts[3 * i : 3 * i + 3]) for i, name in enumerate(names)]
 
 
-def judged(success: Estimate, objective: Row, alone: bool) -> str:
+def verdict_of(success: Estimate, objective: Row, alone: bool) -> str:
     """The verdict at 95 % confidence; more successful flights come before a smaller objective, which decides nothing against
     the flights that succeed. alone: whether there is one flight with each set of gains, as all are alike.
     """
