@@ -106,11 +106,14 @@ def truth(factor: float) -> tuple[float, float]:
     return float(omega[at]), float(np.angle(-opened[at]))
 
 
-def logged(tmp_path, factor, headers=HEADERS, flags=1):
-    r, y, p, i, d, f = (np.round(one) for one in flight(factor))
+def logged(tmp_path, factor, headers=HEADERS, flags=1, tenths=False):
+    by = 10.0 if tenths else 1.0
+    headers = {**headers, "blackbox_high_resolution": int(tenths)}
+    r, y = (np.round(by * one) for one in flight(factor)[:2])
+    p, i, d, f = (np.round(one) for one in flight(factor)[2:])
     idle = 0.0 * r
     columns = {"setpoint[0]": r, "gyroADC[0]": y, "axisP[0]": p, "axisI[0]": i, "axisD[0]": d, "axisF[0]": f}
-    columns |= {"rcCommand[3]": idle + 1400.0}
+    columns |= {"rcCommand[3]": idle + by * 1400.0, "setpoint[3]": idle + 400.0}
     columns |= {f"motor[{place}]": 900.0 + sign * (p + i + d + f) for place, sign in enumerate((1, -1, 1, -1))}
     path = tmp_path / "flight.bbl"
     path.write_bytes(
@@ -134,6 +137,20 @@ def test_a_flight_with_betaflight_tells_crossover_and_phase_margin(tmp_path, fac
     at, phase = truth(factor)
     assert now.phase.at.value == pytest.approx(at, rel=0.05)
     assert now.phase.value.value == pytest.approx(phase, abs=math.radians(3.0))
+
+
+def test_a_log_of_high_resolution_tells_the_same(tmp_path):
+    """Its rates, setpoints and sticks are in tenths, what the loop asks of the motors is not."""
+    coarse = measured(excited(logged(tmp_path, 1.0), None).measured)
+    path = logged(tmp_path, 1.0, tenths=True)
+    fine = read_topics(path, ["main.gyroADC[0]", "main.setpoint[0]", "main.rcCommand[3]", "main.setpoint[3]"]).columns
+    r, y, *_ = flight(1.0)
+    assert np.abs(fine["main.gyroADC[0]"].value - y).max() < 0.051
+    assert np.abs(fine["main.setpoint[0]"].value - r).max() < 0.051
+    assert (fine["main.rcCommand[3]"].value[0], fine["main.setpoint[3]"].value[0]) == (1400.0, 400.0)
+    now = measured(excited(path, None).measured)
+    assert now.phase.at.value == pytest.approx(coarse.phase.at.value, rel=0.02)
+    assert now.phase.value.value == pytest.approx(coarse.phase.value.value, abs=math.radians(1.0))
 
 
 def test_advice_for_betaflight_is_whole_numbers_to_paste(tmp_path):

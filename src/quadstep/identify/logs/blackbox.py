@@ -31,6 +31,9 @@ INTERVALS, LONGEST_INTERVAL = ("frameIntervalI", "frameIntervalPNum", "frameInte
 
 AXES = "roll", "pitch", "yaw"
 
+FINE, TENTHS = ("gyroADC", "gyroUnfilt", "rcCommand", "setpoint"), "blackbox_high_resolution"
+"""Logged in tenths where that header is 1, but for the throttle's setpoint[3]."""
+
 
 def read(path: Path, wanted: list[str]) -> Topics:
     """Columns of the longest flight of a log, times in seconds, rates in deg/s. Parameters: the headers that are numbers, of
@@ -62,6 +65,8 @@ def read(path: Path, wanted: list[str]) -> Topics:
         found = [rows[:, places[one]] for one in parts if one in places]
         if found:
             unit = math.degrees(1e6 * session.sys_config["gyroScale"]) if name == "gyroADC" else 1.0
+            if session.sys_config.get(TENTHS) == 1 and name in FINE and field != "setpoint[3]":
+                unit *= 0.1
             columns[f"{TOPIC}.{field}"] = Series(time, unit * np.sum(found, axis=0))
     damaged = int(session.stats["total_corrupt_frames"])
     return Topics(columns, damaged, parameters(session))
