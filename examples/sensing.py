@@ -1,6 +1,7 @@
 """A sensor and an estimator in a file of one's own, which missions of real vehicles name.
 
-`fix = { type = "sensing.py:Beacon" }` and `estimator = { type = "sensing.py:Complementary" }` in `[sensors]`.
+`fix = { type = "sensing.py:Beacon" }` and `estimator = { type = "sensing.py:Complementary" }` in `[sensors]`;
+`LateVelocity` has a velocity like that of EKF2 in PX4's simulator (docs/export-px4.md).
 """
 
 from typing import NamedTuple
@@ -94,4 +95,39 @@ class Complementary(Estimator):
 
     def force(self, memory: Estimate) -> Vector:
         """The accelerometer's sample."""
+        return memory.accelerometer
+
+
+class LateNumbers(NamedTuple):
+    """What is wrong with the velocity."""
+
+    late: Number = gain(0.02, "s", "by how much it is late", zero=True)
+    size: Number = gain(0.992, "-", "its size over the true one's", high=2.0)
+
+
+class LateVelocity(Estimator):
+    """The truth as of the last fix, but for the velocity: the one now, less the acceleration for that long, made smaller."""
+
+    Numbers = LateNumbers
+
+    def start(self, first: Navigation, rates: Vector, force: Vector, p: Sensors, lag: int, delay: int) -> Estimate:
+        """At the first fix, at rest."""
+        return Estimate(first, rates, vector(0.0, 0.0, p.gravity))
+
+    def predict(self, memory: Estimate, gyro: Vector, force: Vector, p: Sensors, period: Number) -> Estimate:
+        """The samples."""
+        return memory._replace(gyro=gyro, accelerometer=force)
+
+    def correct(self, memory: Estimate, fix: Navigation, p: Sensors) -> Estimate:
+        """The fix, whose velocity becomes that of the past."""
+        acceleration = rotation_matrix(fix.attitude) @ memory.accelerometer - vector(0.0, 0.0, p.gravity)
+        velocity = p.estimator.size * (fix.velocity - p.estimator.late * acceleration)
+        return memory._replace(state=fix._replace(velocity=velocity))
+
+    def motion(self, memory: Estimate) -> Motion:
+        """What the controller is told."""
+        return Motion(*memory.state, memory.gyro)
+
+    def force(self, memory: Estimate) -> Vector:
+        """The accelerometer's last sample."""
         return memory.accelerometer

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tests.firmware_estimate import told_of_px4
 from tests.firmware_switch import (
     exercised_in_ardupilot,
     left_by_setpoints,
@@ -178,7 +179,7 @@ SCENARIOS = (
     *(
         Scenario(
             f"export switched in and back, {name}", 3, rf"Interrupted at \S+ s\. {KEPT}", more, act=switched_in_px4,
-            only="px4", asks=CONTROL, pilot=False, tell=told, parameters=ALONE,
+            only="px4", asks=CONTROL, pilot=False, tell=told_of_px4, parameters=ALONE,
         )
         for name, more in (*AIRS, ("battery that sags", SAG.format(4000.0)))
     ),

@@ -1,5 +1,6 @@
 """Sensors and estimators of the user's own, which missions name, and those of the package in the same form."""
 
+import math
 import shutil
 from pathlib import Path
 
@@ -9,7 +10,9 @@ import pytest
 from quadstep import Engine, Mission, read_mission
 from quadstep.engines.fly import fly
 from quadstep.io import user_code
+from quadstep.numbers import vector
 from quadstep.sensing.estimator import ErrorState
+from quadstep.sensing.sensors import Navigation
 from quadstep.sensing.suite import LAST_SAMPLES
 from tests.campaigns import no_report
 from tests.commands import quadstep
@@ -37,7 +40,9 @@ COMPLEMENTARY = 'estimator = { type = "sensing.py:Complementary", position = 0.4
 
 SAME = """
 from typing import NamedTuple
+from quadstep.numbers import vector
 from quadstep.sensing.estimator import ErrorState
+from quadstep.sensing.sensors import Navigation
 from quadstep.sensing.suite import WhiteFix
 
 class Nothing(NamedTuple): pass
@@ -99,6 +104,26 @@ def test_they_fly_on_both_engines_alike_and_act(folder):
     assert np.isfinite(own).all()
     for lines in ([BEACON.replace("0.05", "0.5"), COMPLEMENTARY], [BEACON, "estimator = true\n"]):
         assert not np.array_equal(own, rows(mission(folder, *lines)))
+
+
+def test_a_late_velocity_is_that_of_the_past_made_smaller(folder):
+    late = 'estimator = { type = "sensing.py:LateVelocity", late = 0.02, size = 0.9 }\n'
+    own = mission(folder, late)
+    assert np.array_equal(rows(own), rows(own, Engine.PYTHON))
+    assert not np.array_equal(rows(own), rows(mission(folder)))
+    estimator = read_mission(mission(folder, late)).plan().loop.sensing.estimator
+    turn, numbers = 0.2 * math.pi, read_mission(mission(folder, late)).sensors.numbers(gravity=9.81)
+
+    def at(t):
+        return vector(math.cos(turn * t), math.sin(turn * t), 0.0)
+
+    fix = Navigation(at(3.0), at(3.0), vector(1.0, 0.0, 0.0, 0.0))
+    force = vector(-turn * math.sin(turn * 3.0), turn * math.cos(turn * 3.0), 9.81)
+    known = estimator.start(fix, vector(0.0, 0.0, 0.0), force, numbers, 0, 0)
+    known = estimator.correct(estimator.predict(known, vector(0.0, 0.0, 0.0), force, numbers, 0.004), fix, numbers)
+    told = estimator.motion(known)
+    assert [float(one) for one in told.velocity] == pytest.approx([0.9 * float(one) for one in at(2.98)], abs=1e-4)
+    assert told.position == fix.position
 
 
 def test_the_packages_are_the_same_where_a_file_of_ones_own_has_them(folder):
