@@ -92,6 +92,8 @@ def test_what_decides_the_code_of_a_loop_of_the_users_own_is_not_told():
     assert not told(replace(NESTED, controller=Mine()))
     assert not told((NESTED, lambda t: t))
     assert not told(np.zeros(2000))  # abridged
+    assert not told((np.array([0.1, 0.2]),))  # rounded
+    assert not told((NESTED, Mine))
     names = {kernel.structure(NESTED, *rest) for rest in ((), (4,), (8,), ((4,),))}
     assert len(names) == 4
 
