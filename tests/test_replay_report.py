@@ -219,7 +219,7 @@ def test_motors_that_never_run_or_are_beyond_full_are_named(tmp_path, logs, fact
 def test_a_wrong_thrust_comes_first(tmp_path, logs):
     right = ErrorTable(("a",), HORIZONS, *([np.full((3, 4, 1), size) for size in (0.1, 1.0, 1.0)]), 100)
     found = Replayed(0.01, [Predictions("predictions", right)], (0.83, 1.02), [], [])
-    said = "The modelled thrust is 0.83 to 1.02 times the thrust needed, which predictions learn from the log and a simulated"
+    said = "The modelled thrust is 0.83 to 1.02 times the thrust needed: predictions learn it from the log, a simulated"
     assert answer(found).startswith(f"{said} flight does not; in this flight the vehicle predicts better than no model")
     assert answer(found._replace(thrust=(0.97, 1.04))).startswith("In this flight the vehicle predicts better than no model")
     assert answer(found._replace(thrust=None)).startswith("In this flight the vehicle predicts better than no model")
@@ -227,7 +227,7 @@ def test_a_wrong_thrust_comes_first(tmp_path, logs):
     vehicle = tmp_path / "heavy.toml"
     vehicle.write_text('preset = "crazyflie"\nmass = 0.045\n')
     run = quadstep("replay", log, "--vehicle", vehicle, "--mapping", logs / "map.toml")
-    assert re.search(r"^The modelled thrust is 0\.\d\d( to 0\.\d\d)? times the thrust needed, which", run.out, re.MULTILINE)
+    assert re.search(r"^The modelled thrust is 0\.\d\d( to 0\.\d\d)? times the thrust needed: ", run.out, re.MULTILINE)
 
 
 def test_a_folder_holds_one_replay(tmp_path, logs):

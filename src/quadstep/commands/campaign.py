@@ -172,7 +172,7 @@ def show(done: "Tuned", folder: Path) -> None:
     show_table(said[0].upper() + said[1:], HEADER, measured_rows(compared))
     flights = found.history[-1].flights
     before, after = found.present.judged.objective, found.best.judged.objective
-    say(f"Objective over the flights tuned on: {number(before)} -> {number(after)}, after {flights} flights.")
+    say(f"Objective over the flights used for tuning: {number(before)} -> {number(after)}, after {flights} flights.")
     if not found.best.judged.feasible:
         lost = found.best.judged.lost
         wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"

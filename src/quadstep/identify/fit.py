@@ -49,7 +49,7 @@ MOST_DELAY = 0.02
 """Largest half of the delay's interval within which numbers from averages are tried [s]."""
 
 UNDETERMINED = "not identifiable from these flights"
-WINDY = "a light wind would lean the vehicle in the same way, unless it turns or --still-air says that none blew"
+WINDY = "a light wind would make the vehicle lean in the same way; turn it in flight, or pass --still-air if there was no wind"
 
 CHECKED = ("drag.rotor[2]", "drag.flapping")
 """Parameters from predictions that averages determine too, in another way."""

@@ -95,8 +95,8 @@ def numbers(found: ErrorTable) -> dict[str, object]:
 
 
 METHOD = (
-    "Means over all predictions of a flight, then over flights. “Constant”: velocity and rates stay what they are; "
-    "“zero rate”: velocity stays and the rates are zero. The ratios are means of those of the flights, with 95 % "
+    "Means over all predictions of a flight, then over flights. “Constant” assumes that velocity and rates do not change, "
+    "“zero rate” that the velocity does not change and the rates are zero. Ratios are averaged over flights, with 95 % "
     "intervals where there are several."
 )
 
@@ -134,9 +134,7 @@ def answer(found: Replayed) -> str:
     """What was asked, in a sentence: predictions, simulated flights, estimates; before them a thrust that is wrong."""
     wrong = found.thrust if is_wrong(found.thrust) else None
     said = (
-        [f"{of_thrust(wrong).capitalize()}, which predictions learn from the log and a simulated flight does not"]
-        if wrong
-        else []
+        [f"{of_thrust(wrong).capitalize()}: predictions learn it from the log, a simulated flight does not"] if wrong else []
     )
     said += [predicting(found.predictions[0].compared, found.period)] if found.predictions else []
     if found.flown:

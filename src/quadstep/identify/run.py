@@ -74,7 +74,7 @@ def answer(run: Identification) -> str:
     ]
     count, left = len(run.found.fitted), list(run.found.kept)
     said = f"{count} of {count + len(left)} vehicle parameters were identified"
-    said += f", not {listed(left)}" if left else ""
+    said += f" (but not {listed(left)})" if left else ""
     if run.thrust and is_wrong(run.thrust):
         said = f"{of_thrust(run.thrust).capitalize()} in these flights, as where a battery sags; {said}"
     if worse:
@@ -83,7 +83,7 @@ def answer(run: Identification) -> str:
         return f"{said}; no flight was held out to test predictions."
     ratio = percent(run.commands.ratio(AHEAD, "position").value)
     held_out = counted(len(run.commands.names), "flight")
-    return f"{said}; on {held_out} held out, the position {AHEAD} samples ahead is off by {ratio} of that without a model."
+    return f"{said}; on {held_out} held out, the position error {AHEAD} samples ahead is {ratio} of the error without a model."
 
 
 def run(
@@ -244,7 +244,7 @@ def unexplained(
         "its mean", "thrust / needed",
     )  # fmt: skip
     text = (
-        "While the model follows a flight it is corrected by the measurements; the corrections needed in addition to its own "
-        f"torque and thrust are unexplained. RMS and mean values over the flights that were {kind}."
+        "While the model follows a flight, measurements correct it; what they add to its own torque and thrust is "
+        f"unexplained. RMS and mean values over the flights that were {kind}."
     )
     return TableSection("What the model cannot explain", "left", header, rows, text, escape)

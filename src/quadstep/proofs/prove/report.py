@@ -21,7 +21,7 @@ from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.report import canvas, markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import COLUMN, Sheet
 
 
 class VerdictKind(IntEnum):
@@ -90,18 +90,26 @@ def off(unknown: Unknown) -> list[str]:
 
 
 def under(unknown: Unknown) -> str:
+    """For which unknowns a statement holds, as it goes on after "every flight"."""
+    pushes = [
+        f"any force within {unknown.force:g} N" if unknown.force else "",
+        f"any torque within {unknown.torque:g} N m per axis" if unknown.torque else "",
+    ]
+    pushed = units.listed([one for one in pushes if one])
     said = [
-        f"any force within {unknown.force:g} N that may change at every sample" if unknown.force else "",
-        f"any torque within {unknown.torque:g} N m per axis that may change at every sample" if unknown.torque else "",
+        f"{pushed} that may change at every sample" if pushed else "",
         f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
         f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
         f"a start within {' and '.join(off(unknown))} of the mission's on each axis" if off(unknown) else "",
     ]
     words = [one for one in said if one]
-    return "under " + ", ".join(words) if words else "from this start, with nothing unknown,"
+    return f"under {units.listed(words)}" if words else "from this start, with nothing unknown,"
 
 
 KIND = "Proof"
+UNTIL = " until "
+"""Between a bound and the end of the time for which it is proved."""
+
 MARK = f"quadstep · {KIND}"
 """By which a report of this kind is known before it is replaced."""
 
@@ -144,7 +152,7 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
         out, traced = Path(folder), verdict.traced
         if traced is not None and len(traced.time) > 1:
             caption = (
-                "Left, how far the mission's own flight is from its path, in a band that holds every flight; right, half the "
+                "Left: the position error of the mission's own flight, in a band that contains every flight. Right: half the "
                 "width of that band."
             )
             drawn = [Figure("tube", caption)]
@@ -152,11 +160,11 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
             if len(traced.boxes):
                 draw(out / "boxes", widths, traced)
                 caption = (
-                    "Half widths of the boxes that hold every state about the flight's own, in SI, the widest of each "
-                    "quantity: where they grow, the proof loses more than the law regains."
+                    "Half-widths, in SI units, of the boxes around the flight that contain every state; the widest of each "
+                    "quantity. Where they grow, the enclosure loses more than the control law recovers."
                 )
                 sections += [markup.heading("Boxes over time", "boxes"), Figure("boxes", caption)]
-                sections.append(TableSection(header=("quantity", "widest box, half width"), rows=widest(traced)))
+                sections.append(TableSection(header=("quantity", "widest box, half-width"), rows=widest(traced)))
         if verdict.kind is not VerdictKind.DISPROVED:
             sections.append(CLOSING)
         found = Evidence(verdict.name, KIND, sentence(answer), verdict.says, {}, facts(verdict), drawn, sections)
@@ -177,22 +185,26 @@ def sentence(text: str) -> str:
 def facts(verdict: ProofVerdict) -> list[markup.Fact]:
     """The verdict, and the last column of the table for each row that is a position."""
     word = {VerdictKind.PROVED: "proved", VerdictKind.OPEN: "open", VerdictKind.DISPROVED: "disproved"}[verdict.kind]
+    bounds = [(row[0], row[-1].partition(UNTIL)) for row in verdict.rows[:3]]
     return [
         markup.Fact("verdict", word),
-        *(markup.Fact(f"{row[0]}, {verdict.columns[-1]}", row[-1]) for row in verdict.rows[:3]),
+        *(
+            markup.Fact(f"{name}, {verdict.columns[-1]}", value, f"proved{UNTIL}{end}" if end else "")
+            for name, (value, _, end) in bounds
+        ),
     ]
 
 
 def tube(traced: TubeRecord) -> Drawing:
     """Two panels for each axis, in millimetres: the flight off its path in its band, and half the width of the band."""
-    figure = Drawing(figsize=(8.6, 1.5 * len(traced.axes) + 0.4), layout="constrained")
+    figure = Drawing(figsize=(COLUMN, 1.5 * len(traced.axes) + 0.4), layout="constrained")
     panels = figure.subplots(len(traced.axes), 2, sharex=True, squeeze=False)
     for (path, band), axis, error, bound in zip(panels, traced.axes, 1e3 * traced.error.T, 1e3 * traced.bound.T, strict=True):
         path.fill_between(traced.time, error - bound, error + bound, color="#2166ac", alpha=0.3, linewidth=0.0)
         path.plot(traced.time, error, label="off the path", **canvas.LINES[0])
         band.plot(traced.time, bound, label="at most off the flight", **canvas.LINES[2])
-        path.set_ylabel(f"{axis}, off the path [mm]")
-        band.set_ylabel("off the flight [mm]")
+        path.set_ylabel(f"error in {axis} [mm]")
+        band.set_ylabel("half-width [mm]")
         band.set_ylim(bottom=0.0)
     for panel in panels[-1]:
         panel.set_xlabel("time [s]")

@@ -26,7 +26,7 @@ from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_h
 from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
-from quadstep.proofs.prove.report import ProofVerdict, TubeRecord, VerdictKind, millimetres, rounded_down, under, up
+from quadstep.proofs.prove.report import UNTIL, ProofVerdict, TubeRecord, VerdictKind, millimetres, rounded_down, under, up
 from quadstep.proofs.prove.rest import path_rests
 from quadstep.proofs.prove.sampled import Array, Sampled
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
@@ -193,10 +193,18 @@ def still_open(
     closed = len(result.position)
     position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
     rows = [
-        [axis, f"open after {seconds:g} s", f"{millimetres(p)} mm until then", f"{millimetres(o)} mm until then"]
+        [
+            axis,
+            f"open after {seconds:g} s",
+            f"{millimetres(p)} mm{UNTIL}{seconds:g} s",
+            f"{millimetres(o)} mm{UNTIL}{seconds:g} s",
+        ]
         for axis, p, o in zip(plan.loop.plant.axes, position, (off[:closed] + result.position).max(axis=0), strict=True)
     ]
-    says = [f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}.", *not_for_ever(why)]
+    says = [
+        f"open: {under(unknown).rstrip(',')}, the bounds are proved until {seconds:g} s but not beyond: {result.why}.",
+        *not_for_ever(why),
+    ]
     return ProofVerdict(name, VerdictKind.OPEN, rows, says)
 
 

@@ -35,9 +35,9 @@ from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import Varied, bins, varied
 
 GLANCE = {
-    "outcomes": "How the flights ended, and, where some ended early, when.",
-    "distributions": "Above: how far the completed flights were from their path. Below: the share of all flights that were "
-    "worse, lost ones included; where the curve meets a limit (red, if there is one), that share exceeds it.",
+    "outcomes": "How the flights ended and, where some ended early, when they did.",
+    "distributions": "Above: the errors of the completed flights. Below: the share of all flights, lost ones included, with a "
+    "larger error; where the curve meets a limit (red, if there is one), that share of the flights exceeds it.",
     "ranking": "What explains the spread: the share of the variance that each key explains on its own, with its interval.",
 }
 """Figures of the summary, if they are drawn."""

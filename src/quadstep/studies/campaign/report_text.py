@@ -219,8 +219,8 @@ def ranking(
 
 def keys(count: int, most: int) -> TableSection:
     text = (
-        "All flights, in ranges of equal width of the key (end ranges merged until they have 20 flights), or by value; all "
-        "other keys vary within each range."
+        "All flights, grouped by the key's value or into ranges of equal width (end ranges are merged until they have 20 "
+        "flights); all other keys vary within each group."
     )
     if count > most:
         text += f" These are the {most} of {count} keys that explain most; the others are in the flight files."
@@ -249,8 +249,7 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
         TableSection(text="To replay them with their full logs:"),
         markup.verbatim("\n".join(replay_command(path, one.flight, folder) for one in flights)),
         TableSection(
-            text="The figures show these flights replayed in f64 (o: start, x: end). Parts far from the desired path are "
-            "outside the figure."
+            text="These flights, replayed in f64 (circle: start; cross: end). What is far from the desired path is cut off."
         ),
     ]
 

@@ -33,8 +33,8 @@ LEVELS = f"{FIGURES}/levels"
 REPLICATES = ("", "method", "probability", "by kind of failure", "flights")
 
 SHOWN = (
-    "The probability of reaching each score, level by level, and dotted on to that of failing, × at the right. Black and red: "
-    "the replicates; blue: other methods and scores."
+    "The probability of exceeding each score, level by level; a dotted line leads to the probability of failure (×). Black "
+    "and red: the replicates; blue: other methods and scores."
 )
 
 READING = (
@@ -204,7 +204,7 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
     only = next(iter(scores), "")
     axes.set_xlabel(f"score: {metric(only)[0]}" if len(scores) == 1 else f"score: largest of {len(scores)} metrics")
     if not failing:
-        axes.text(0.97, 0.95, "no flight failed so", transform=axes.transAxes, ha="right", va="top")
+        axes.text(0.97, 0.95, "no flight failed this way", transform=axes.transAxes, ha="right", va="top")
 
 
 class RareResult(NamedTuple):

@@ -189,5 +189,5 @@ def sentences(found: RareSummary, method: Method, meaning: str = "") -> list[str
         )
     lines.append(f"Plain Monte Carlo flights: {found.crude.said}.")
     if found.again is not None:
-        lines.append(f"{100 * found.again:.3g} % of the failures fail again with different noise.")
+        lines.append(f"{100 * found.again:.3g} % of the flights that failed fail again with different noise.")
     return lines

@@ -36,8 +36,8 @@ def evidence(
     both = f"{flights}, the same for both; 95 % intervals. Differences are paired by flight."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
     search = (
-        f"Objective over the flights tuned on, their {AGGREGATES[asked.section.aggregate]}: {units.number(before)} "
-        f"before, {units.number(after)} after {found.history[-1].flights} flights. Every candidate is in history.csv."
+        f"Objective ({AGGREGATES[asked.section.aggregate]} over the flights used for tuning): {units.number(before)} "
+        f"before, {units.number(after)} after {found.history[-1].flights} flights. history.csv lists every candidate."
     )
     return Evidence(
         name=asked.mission.name,
