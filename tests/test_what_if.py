@@ -27,7 +27,11 @@ def asked(flights=16, law=LAW, wind=3.0, **changes):
 
 
 def test_a_change_that_breaks_the_loop_is_told_so(tmp_path):
-    found = answer(asked(pid_rate__roll_kp=2.0, pid_rate__pitch_kp=2.0), tmp_path / "out").record
+    done = answer(asked(pid_rate__roll_kp=2.0, pid_rate__pitch_kp=2.0), tmp_path / "out")
+    found, steps = done.record, next(one for one in done.sections if getattr(one, "anchor", "") == "steps")
+    assert [list(row[2:]) for row in steps.rows] == [[UNSTABLE, ""]] * 2
+    assert f", {UNSTABLE} after; overshoot" in done.figures[0].caption
+    assert set(found["step"]["after"].values()) == {None}
     assert found["grades"]["before"]["grade"] == FRAGILE
     assert found["grades"]["after"]["grade"] == UNSTABLE
     assert found["failed"]["before"]["value"] == 0.0

@@ -25,10 +25,10 @@ LIST = re.compile(r"\[[^\[\]{}]*\]")
 
 def write_report(
     path: Path, mission: "Mission", log: FlightLog, metrics: Metrics, warnings: Sequence[str],
-    figures: dict[str, str], why: str = "",
+    figures: dict[str, str], why: str = "", ending: Metrics | None = None,
 ) -> None:  # fmt: skip
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
-    early, if known.
+    early, if known. ending: the state that ended it, as in metrics.json.
     """
     drawn, counted = [Figure(name, caption) for name, caption in figures.items()], errors_since(mission)
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
@@ -43,7 +43,7 @@ def write_report(
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
-    said = answer(log, metrics, why, counted + cut(mission))
+    said = answer(log, metrics, why, counted + cut(mission), ending)
     found = Evidence(
         mission.name, "Flight", said, (), {}, facts(metrics, counted), drawn[:IN_SUMMARY], sections, warnings=warnings
     )
@@ -60,20 +60,32 @@ def cut(mission: "Mission") -> str:
     return f"; {mission.cut}" if mission.cut else ""
 
 
-def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -> str:
+def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", ending: Metrics | None = None) -> str:
     """How it went, in a sentence. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`."""
     if log.outcome is not Outcome.COMPLETED:
         said = f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
-        return f"{said} {of_log(log)}" if len(log.rows) else said
+        return f"{said} {of_log(log, ending)}" if len(log.rows) else said
     off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."
 
 
-def of_log(log: FlightLog) -> str:
-    """What the values of a lost flight leave out: the state that ended it is in no row, but in metrics.json."""
-    last = log.column("t")[-1]
-    return f"All values are of that log, whose last row is at {last:.6g} s; metrics.json has the state that ended it."
+KINDS = (
+    ("xyz", 1.0, "m"),
+    (("roll", "pitch", "yaw", "phi", "theta", "psi"), math.degrees(1.0), "°"),
+    (("p", "q", "r", "phi_dot", "theta_dot", "psi_dot"), math.degrees(1.0), "°/s"),
+)
+"""What is said of the state that ended a flight, as far as it has these columns; how many of the unit one in SI is."""
+
+
+def of_log(log: FlightLog, ending: Metrics | None = None) -> str:
+    """What the values of a lost flight leave out: the state that ended it, which is in no row. ending: as in metrics.json."""
+    state, said = {key.partition("[")[0]: cast(float, value) for key, value in (ending or {}).items()}, []
+    for names, factor, unit in KINDS:
+        known = [f"{name} {units.number(round(factor * state[name], 3))}" for name in names if name in state]
+        said += [f"{', '.join(known)}{units.unit_suffix(unit)}"] if known else []
+    ended = f"It ended at {'; '.join(said)}; more of that state is in" if said else "The state that ended it is in"
+    return f"All values are of that log, whose last row is at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
 
 
 def facts(metrics: Metrics, counted: str = "") -> list[markup.Fact]:

@@ -162,7 +162,9 @@ def fly_planned(
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission))
+    summary = summarise(
+        mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission), ending_state(plan, log)
+    )
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -193,24 +195,25 @@ def write_results(
 
     write_mission_page(out / "page.html", mission, plan, log, beside, measured)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
-    described = {**ending_state(plan, log), "mission": json.loads(mission.model_dump_json())}
+    ending = ending_state(plan, log)
+    described = {**({"ending": ending} if ending else {}), "mission": json.loads(mission.model_dump_json())}
     write_json(out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, **described})
     told("drawing figures", 0, len(jobs))
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))
     captions = {f"figures/{job.name}": job.caption for job in jobs}
-    write_report(out / REPORT, mission, log, metrics, warnings, captions, why)
+    write_report(out / REPORT, mission, log, metrics, warnings, captions, why, ending)
     return metrics, warnings
 
 
 def ending_state(plan: FlightPlan, log: FlightLog) -> Metrics:
-    """For metrics.json, the columns of a lost flight's log in the state that ended it, as far as they are finite."""
+    """The columns of a lost flight's log in the state that ended it, as far as they are finite."""
     if log.outcome is Outcome.COMPLETED:
         return {}
     row = plan.loop.row(log.final, plan.parameters, log.ended)
     named = zip(plan.loop.columns.items(), map(float, row), strict=True)
-    return {"ending": {with_unit(*column): value for column, value in named if math.isfinite(value)}}
+    return {with_unit(*column): value for column, value in named if math.isfinite(value)}
 
 
 def fly_logged(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
@@ -266,10 +269,11 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
 
 def summarise(
     name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[JudgedMetric], why: str = "",
-    counted: str = "",
+    counted: str = "", ended: Metrics | None = None,
 ) -> FlightSummary:  # fmt: skip
     """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known.
-    counted: from when errors are, as `errors_since` has it, and how much is flown, as `cut` has it.
+    counted: from when errors are, as `errors_since` has it, and how much is flown, as `cut` has it. ended:
+    the state that ended it, as in metrics.json.
     """
     rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics)]
     facts = [
@@ -287,6 +291,6 @@ def summarise(
         but = graded(metrics).sentence
         ending = f"Completed {log.ended:g} s; {error}." + (f" {but}" if but else "")
     else:
-        kept = f"The log up to that point is kept. {of_log(log)}" if len(log.rows) else "Its log is empty."
+        kept = f"The log up to that point is kept. {of_log(log, ended)}" if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
     return FlightSummary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

@@ -23,7 +23,7 @@ from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
 from quadstep.report.units import rich
 from quadstep.studies.flight_report import cut, errors_since
-from quadstep.studies.fly import FlightSummary, summarise, write_results
+from quadstep.studies.fly import FlightSummary, ending_state, summarise, write_results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -156,7 +156,9 @@ class Flight(FlightLog):
     def _summary(self) -> FlightSummary:
         """The summary that the command line prints."""
         counted = errors_since(self.mission) + cut(self.mission) if self.mission else ""
-        return summarise(self.name, self, self.metrics(), self.warnings, [], counted=counted)
+        return summarise(
+            self.name, self, self.metrics(), self.warnings, [], counted=counted, ended=ending_state(self.plan, self)
+        )
 
     def _jobs(self) -> list[FigureJob]:
         if len(self.rows) < 2:

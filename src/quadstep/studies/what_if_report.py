@@ -77,12 +77,21 @@ def tilt(log: FlightLog) -> Floats:
     return np.degrees(np.arccos(np.clip(level, -1.0, 1.0)))
 
 
-def response(log: FlightLog) -> dict[str, float]:
-    """Rise time from 10 to 90 % of the way [s], and overshoot; NaN where it is not reached."""
+def response(side: Side) -> dict[str, float]:
+    """Rise time from 10 to 90 % of the way [s], and overshoot; NaN where it is not reached, or the loop does not settle."""
+    log = side.step
+    if unsettled(side):
+        return {"rise time [s]": np.nan, "overshoot [%]": np.nan}
     t, way = log.column("t"), 0.5 * (log.column("x") + log.column("y")) / STEP
     first, last = (np.flatnonzero(way >= level) for level in (0.1, 0.9))
     rise = float(t[last[0]] - t[first[0]]) if len(last) else np.nan
     return {"rise time [s]": rise, "overshoot [%]": 100.0 * max(0.0, float(way.max()) - 1.0) if len(last) else np.nan}
+
+
+def unsettled(side: Side) -> str:
+    """Why numbers of a step would mean nothing; empty where they mean something."""
+    lost = "lost" if side.step.outcome is not Outcome.COMPLETED else ""
+    return UNSTABLE if side.grade.word == UNSTABLE else lost
 
 
 def failing(sides: tuple[Side, Side], flights: int) -> tuple[Estimate, Estimate, Estimate]:
@@ -97,7 +106,8 @@ def evidence(
 ) -> Evidence:
     failed = failing(sides, asked.flights)
     measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
-    steps = [response(one.step) for one in sides]
+    steps = [response(one) for one in sides]
+    instead = [unsettled(one) for one in sides]
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in asked.changes.items()]
     seen = contrasts(sides, failed, measured, steps)
     air = f"in wind of up to {asked.wind:g} m/s from every side, with turbulence" if asked.wind else "in still air"
@@ -125,7 +135,7 @@ def evidence(
             f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
         ),
         TableSection("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST),
-        TableSection("A step in calm air", "steps", HEADER, step_rows(*steps)),
+        TableSection("A step in calm air", "steps", HEADER, step_rows(steps, instead)),
     ]  # fmt: skip
     record: dict[str, object] = {
         "name": mission.name, "version": __version__, "asked": {**asked._asdict(), "changes": dict(asked.changes)},
@@ -148,7 +158,7 @@ def evidence(
             markup.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 %: {units.percent(*one)}")
             for name, one in zip(SIDES, failed, strict=False)
         ],
-        figures=[Figure(PICTURE, caption(steps), label="Step")],
+        figures=[Figure(PICTURE, caption(steps, instead), label="Step")],
         sections=tables,
         warnings=[*hidden_effects(asked), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
@@ -162,11 +172,12 @@ def idle(sides: tuple[Side, Side]) -> bool:
     return all(np.array_equal(old, new, equal_nan=True) for old, new in zip(*both, strict=True))
 
 
-def caption(steps: Sequence[dict[str, float]]) -> str:
-    """What to see of the step: what it measures, before and after."""
+def caption(steps: Sequence[dict[str, float]], instead: Sequence[str]) -> str:
+    """What to see of the step: what it measures, before and after. instead: of numbers that would mean nothing."""
     said = []
-    for (words, unit), one, other in zip(map(units.metric, steps[0]), steps[0].values(), steps[1].values(), strict=True):
-        said.append(f"{words.strip()} {units.number(one)} {unit} before, {units.number(other)} {unit} after")
+    for (words, unit), *both in zip(map(units.metric, steps[0]), *(step.values() for step in steps), strict=True):
+        old, new = (word or f"{units.number(one)} {unit}" for word, one in zip(instead, both, strict=True))
+        said.append(f"{words.strip()} {old} before, {new} after")
     return f"A step of {STEP:g} m along x and y in calm air: {'; '.join(said)}."
 
 
@@ -220,7 +231,7 @@ def contrasts(
     found += map(in_flight, measured)
     for old, new in zip(*(one.grade.measures for one in sides), strict=False):
         found.append(at_once(f"{old.what} margin", old.value, new.value, new.text, True))
-    settles = UNSTABLE not in (one.grade.word for one in sides)  # else how it rises is where the flight was cut
+    settles = not any(map(unsettled, sides))  # else how it rises is where the flight was cut
     for (name, value), later in zip(steps[0].items(), steps[1].values(), strict=True) if settles else ():
         words, unit = units.metric(name)
         found.append(at_once(words.strip(), value, later, partial(in_unit, unit), False))
@@ -326,7 +337,11 @@ def margin_rows(sides: tuple[Side, Side]) -> list[list[str]]:
     ]
 
 
-def step_rows(before: dict[str, float], after: dict[str, float]) -> list[list[str]]:
-    return [
-        [name, units.number(one), units.number(after[name]), units.number(after[name] - one)] for name, one in before.items()
-    ]
+def step_rows(steps: Sequence[dict[str, float]], instead: Sequence[str]) -> list[list[str]]:
+    """What a step measures. instead: as in `caption`."""
+    rows = []
+    for name, old in steps[0].items():
+        both = old, steps[1][name]
+        texts = [word or units.number(one) for word, one in zip(instead, both, strict=True)]
+        rows.append([name, *texts, "" if any(instead) else units.number(both[1] - old)])
+    return rows
