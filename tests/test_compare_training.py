@@ -123,6 +123,9 @@ def test_tuned_gains_must_leave_six_decibels_and_thirty_degrees_by_default(limit
     assert {name: one.least for name, one in limited.margins.items()} == pytest.approx(
         {"gain_margin_up": 6.0, "gain_margin_down": 6.0, "phase_margin": math.pi / 6.0}
     )  # this mission has no latency
+    one = study(SMALL + TUNING.replace("constraints = {}", "constraints = { largest_error = 1.0 }"))
+    errors = training.task(one, VEHICLE, "PID", one.file.controllers["PID"], one.knowing(VEHICLE, {"type": "pid"}))
+    assert errors.margins == limited.margins
     late = sound(check_mission({**limited.rest, "sensors": {"latency": 0.02}}, "m.toml", limited.folder))
     assert late["delay_margin"].least == pytest.approx(0.04)
     assert limited.decisive != task().decisive

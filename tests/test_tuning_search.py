@@ -9,6 +9,7 @@ from quadstep import Mission, fly, read_mission
 from quadstep.linear.grade import margin_metrics
 from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
+from quadstep.mission.tune import Constraint
 from quadstep.report.progress import SILENT
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
@@ -245,6 +246,23 @@ def test_a_sound_loop_stays_sound_unless_its_margins_are_given_up(tmp_path):
         assert before[name] >= one.least
         assert after[name] >= one.least
     assert free["phase_margin"] < 0.5 * wanted["phase_margin"].least, "which the path alone asks for"
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ("", {"phase_margin"}),
+        ("constraints = {}", set()),
+        ("constraints = { largest_error = 1.0 }", {"largest_error", "phase_margin"}),
+        ("constraints = { largest_error = 1.0, phase_margin = 0.0 }", {"largest_error"}),
+        ("constraints = { gain_margin_up = 3.0 }", {"gain_margin_up"}),
+    ],
+)
+def test_margins_are_kept_unless_one_is_named_or_nothing_is_constrained(tmp_path, monkeypatch, given, wanted):
+    monkeypatch.setattr("quadstep.studies.tuning.ground.kept_margins", lambda _: {"phase_margin": Constraint(least=0.5)})
+    asked = read_request(written(tmp_path, SMALL.format(more=given)))
+    assert set(asked.section.constraints) == wanted
+    assert {one.least for one in asked.section.constraints.values()} <= {None, 0.5, 3.0}
 
 
 def test_a_loop_that_lacks_margin_must_not_lose_any(monkeypatch):

@@ -12,7 +12,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.registry import MARGINS, UNITS, is_margin
 from quadstep.mission.check import Checked, check
 from quadstep.mission.distributions import Together, Varied
-from quadstep.mission.fields import Finite, Positive, Quantity, Section, dotted
+from quadstep.mission.fields import Finite, NonNegative, Positive, Quantity, Section, dotted
 from quadstep.numbers import exp, log
 
 MOST_SEEDS = 100_000
@@ -50,7 +50,7 @@ class Constraint(Section):
     """A metric must be at most this, or at least this, in a share of the flights."""
 
     most: Annotated[Positive | None, Quantity("", "upper limit of a metric, in its unit")] = None
-    least: Annotated[Positive | None, Quantity("", "or: lower limit of a margin")] = None
+    least: Annotated[NonNegative | None, Quantity("", "or: lower limit of a margin; 0: it need not be kept")] = None
     share: Annotated[float, Field(gt=0.0, le=1.0), Quantity("", "share of the flights in which it must be met")] = 1.0
 
     @model_validator(mode="after")
@@ -137,8 +137,8 @@ class TuneSection(Section):
         AfterValidator(as_constraints),
         Quantity(
             "",
-            "limits of metrics and margins: a number, or most or least, and share; {} for none; "
-            "default: a sound loop's margins, or the present ones where smaller",
+            "limits of metrics and margins: a number, or most or least, and share; {} for none; where no margin is named: "
+            "also a sound loop's margins, or the present ones where smaller",
         ),
     ] = Field(default_factory=dict)
     theorem: Annotated[bool, Quantity("", "whether the controller's gain conditions must be met")] = True

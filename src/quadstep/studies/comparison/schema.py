@@ -130,7 +130,8 @@ class TuningSection(Section):
     constraints: Annotated[
         Annotated[dict[str, Any], AfterValidator(as_constraints)] | None,
         Quantity(
-            "", "limits of metrics and margins, as in [tune]; {} for none; default: the mission's margins of a sound loop"
+            "",
+            "limits of metrics and margins, as in [tune]; {} for none; where no margin is named: also those of a sound loop",
         ),
     ] = None
     repeats: Annotated[

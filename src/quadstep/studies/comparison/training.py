@@ -33,7 +33,7 @@ from quadstep.studies.comparison.cells import ComparisonStudy, Situation
 from quadstep.studies.comparison.robustness import without_estimator
 from quadstep.studies.comparison.schema import Content, ControllerEntry
 from quadstep.studies.tuning.gains import with_numbers
-from quadstep.studies.tuning.ground import CandidateFlyer, asked_of, sound
+from quadstep.studies.tuning.ground import CandidateFlyer, asked_of, margins_of, sound
 from quadstep.studies.tuning.objective import CandidateFlights, Judge, Judged, squashed
 from quadstep.studies.tuning.search import FEWEST_GENERATIONS, Search, population
 from quadstep.studies.tuning.trial import MarginGuess, Stability, Tried, flights_of, tried_of
@@ -118,8 +118,7 @@ def task(
     missions = tuple(
         {**study.content(one, controller), "tune": {**section, **study.draws(one.scenario)}} for one in situations
     )
-    given = sound(without_estimator(mission)) if tuning.constraints is None else tuning.constraints
-    margins = {name: one for name, one in given.items() if name in MARGINS}
+    margins = margins_of(tuning.constraints, lambda: sound(without_estimator(mission)))
     rest = {**study.at_rest(vehicle), "controller": controller}
     seed = study.file.seed + repeat
     return TuningTask(vehicle, name, missions, rest, margins, study.source, study.folder, tuning.budget, seed)

@@ -103,14 +103,29 @@ class TuningRequest(NamedTuple):
 
 
 def read_request(path: Path) -> TuningRequest:
-    """The tuning request in a mission file; one that does not say what is constrained keeps its margins. Raises UserError."""
+    """The tuning request in a mission file; one that names no margin keeps those of its loop. Raises UserError."""
     content = read_toml(path)
     refuse_others(content, MISSION, str(path), "`quadstep tune` takes a mission with a table [tune]")
     asked = asked_of(path, files.read_text(path, files.TOML), content, path.parent)
-    if "constraints" in asked.section.model_fields_set:
-        return asked
-    now = check_mission(with_numbers(content, asked.mission, asked.present), str(path), path.parent)
-    return asked._replace(section=asked.section.model_copy(update={"constraints": kept_margins(now)}))
+    given = asked.section.constraints if "constraints" in asked.section.model_fields_set else None
+
+    def present() -> dict[str, Constraint]:
+        return kept_margins(check_mission(with_numbers(content, asked.mission, asked.present), str(path), path.parent))
+
+    constraints = {**asked.section.of_flights, **margins_of(given, present)}
+    return asked._replace(section=asked.section.model_copy(update={"constraints": constraints}))
+
+
+def margins_of(
+    constraints: Mapping[str, Constraint] | None, usual: Callable[[], dict[str, Constraint]]
+) -> dict[str, Constraint]:
+    """The margins that gains must leave: those that constraints name, but for limits of 0, and the usual ones where none is
+    named; none where it is said that nothing is constrained.
+    """
+    named = {name: one for name, one in (constraints or {}).items() if name in MARGINS}
+    if constraints is None or (constraints and not named):
+        return usual()
+    return {name: one for name, one in named.items() if one.least != 0.0}
 
 
 def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, apart: bool = True) -> TuningRequest:
