@@ -2,11 +2,23 @@
 
 const TAIL = 0.025;
 
-/** A share of flights with its interval at 95 %. */
-export function exactShare(count: number, total: number): { value: number; low: number; high: number } {
-  const low = count === 0 ? 0 : betaQuantile(TAIL, count, total - count + 1);
-  const high = count === total ? 1 : betaQuantile(1 - TAIL, count + 1, total - count);
+interface Estimate {
+  readonly value: number;
+  readonly low: number;
+  readonly high: number;
+}
+
+/** A share of flights with its interval at 95 %. tail: the chance that it misses the truth on either side. */
+export function exactShare(count: number, total: number, tail = TAIL): Estimate {
+  const low = count === 0 ? 0 : betaQuantile(tail, count, total - count + 1);
+  const high = count === total ? 1 : betaQuantile(1 - tail, count + 1, total - count);
   return { value: count / total, low, high };
+}
+
+/** The change of a share between two settings of the same flights, of which `more` fail only with the second, `fewer` only with the first. */
+export function shareDifference(more: number, fewer: number, total: number): Estimate {
+  const [up, down] = [exactShare(more, total, 0.5 * TAIL), exactShare(fewer, total, 0.5 * TAIL)];
+  return { value: up.value - down.value, low: up.low - down.high, high: up.high - down.low };
 }
 
 /** x with I_x(a, b) = p, by bisection; a, b: whole. */

@@ -1,7 +1,7 @@
 // How often flights like the one on the screen fail: a sentence and a histogram that follow the controls.
 
 import type { FlightData, PageData, Rate } from "../data/contract";
-import { inputs } from "../data/engine";
+import { type Inputs, inputs } from "../data/engine";
 import { controllerOf, fresh } from "../data/settings";
 import { CanvasSurface } from "../plots/canvas";
 import { ticks as marks } from "../plots/ticks";
@@ -9,7 +9,7 @@ import type { Session, Shown } from "../session";
 import { byId, fill, h } from "../view/dom";
 import { number, plain, quantity } from "../view/format";
 import { palette } from "../view/theme";
-import { exactShare } from "./interval";
+import { exactShare, shareDifference } from "./interval";
 import { Tally } from "./judge";
 import { Pool, type Setting } from "./pool";
 
@@ -22,6 +22,8 @@ export class RatePanel {
   private pool: Pool | undefined;
   private rate: Rate | undefined;
   private usual: readonly number[] = [];
+  private own: Inputs | undefined; // as the file has it
+  private before: Tally | undefined; // its flights
   private most = 0; // the histogram's right end
   private readonly words = h("p", { id: "rate-words" });
   private readonly canvas = h("canvas", { role: "img" });
@@ -52,6 +54,7 @@ export class RatePanel {
       return;
     }
     this.tally = new Tally(rate);
+    if (this.own && alike(setting.given, this.own)) this.before = this.tally;
     pool.fly(setting);
   }
 
@@ -66,6 +69,7 @@ export class RatePanel {
     const controller = data.controllers[0];
     const given = controller && inputs(this.page, data, controller, fresh(data));
     this.usual = data.rate && given ? varied(data.rate, { given, law: this.page.laws[controller.law]!, last: 0 }) : [];
+    [this.own, this.before] = [given, undefined];
   }
 
   /** What the campaign flies with; undefined where a control set what the campaign varies, or another controller flies. */
@@ -86,7 +90,7 @@ export class RatePanel {
   private draw(): void {
     const { tally, rate } = this;
     if (!tally || !rate) return;
-    if (tally.flown) this.words.replaceChildren(...sentence(tally, rate));
+    if (tally.flown) this.words.replaceChildren(...sentence(tally, rate), ...(this.before === tally ? [] : paired(tally, this.before)));
     this.note.textContent = `${Object.keys(rate.failure).length ? "A flight fails if it is lost or leaves these bounds" : "A flight fails if it is lost"}; ${rate.keys.join(", ")} as the campaign draws them. ${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
     this.histogram(tally, rate);
   }
@@ -124,7 +128,7 @@ export class RatePanel {
     if (limit !== undefined) surface.polyline([x(limit), 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
     const small = { colour: colours.muted, size: 11, align: "center" } as const;
     const places = marks(0, most, right / 70);
-    places.forEach((value, i) => surface.text(x(value), floor + 11, i === places.length - 1 ? `${plain(value)} m` : plain(value), small));
+    places.forEach((value, i) => surface.text(Math.min(x(value), right - 2), floor + 11, i === places.length - 1 ? `${plain(value)} m` : plain(value), i === places.length - 1 ? { ...small, align: "right" } : small));
     surface.text(right + 25, floor + 11, "lost", small);
     this.canvas.setAttribute("aria-label", `Histogram of the ${metric === "largest_error" ? "largest error" : "position RMSE"} of ${kept.length} completed flights; ${lost} were lost.`);
   }
@@ -145,6 +149,22 @@ function sentence(tally: Tally, rate: Rate): Node[] {
   const bounds = Object.entries(rate.failure).map(([name, most]) => `${name === "largest_error" ? "largest error" : "position RMSE"} at most ${quantity(most, "m")}`);
   const strong = h("b", {}, `${failures} of ${flown} flights fail: ${percent(value)}`);
   return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)})${bounds.length ? `; ${bounds.join(", ")}` : ""}.`)];
+}
+
+/** What the same flights do with the values of the file, once all of both are flown. */
+function paired(tally: Tally, before: Tally | undefined): Node[] {
+  if (!tally.done || !before?.done) return [];
+  const more = before.success.filter((good, i) => good && !tally.success[i]).length;
+  const fewer = tally.success.filter((good, i) => good && !before.success[i]).length;
+  const { value, low, high } = shareDifference(more, fewer, tally.flown);
+  const points = (share: number): string => `${share > 0 ? "+" : ""}${number(100 * share, 3)}`;
+  return [document.createTextNode(` With the values at the marks ${before.failures} do: ${points(value)} points (${points(low)} to ${points(high)}), flight by flight with the same draws${low > 0 ? ", so more fail" : high < 0 ? ", so fewer fail" : "; a difference is not shown"}.`)];
+}
+
+/** Whether two settings fly with the same numbers. */
+function alike(one: Inputs, other: Inputs): boolean {
+  const same = (a: ArrayLike<number>, b: ArrayLike<number>): boolean => a.length === b.length && Array.from(a).every((value, i) => Object.is(value, b[i]));
+  return same(one.parameters, other.parameters) && same(one.start, other.start);
 }
 
 /** To one or two significant digits, upwards. */

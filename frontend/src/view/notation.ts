@@ -27,6 +27,7 @@ const SYMBOL = /(?<![\p{L}\p{N}_.])(\p{L}+)(\d?)((?:_[\p{L}\p{N}]+)*)(?![\p{L}\p
 const LETTER = /^\p{L}/u;
 const WORD = /^(\p{Ll}{2,}|a)(?![\p{L}\p{N}_])/u;
 const UNIT = /^(u?m|s|N)$/;
+const PARAMETER = /^\p{Lu}{2,}_/u; // of an autopilot: MC_ROLLRATE_P is written so
 
 function pieces(text: string): Piece[] {
   const found: Piece[] = [];
@@ -34,7 +35,7 @@ function pieces(text: string): Piece[] {
   for (const match of text.matchAll(SYMBOL)) {
     const [whole, name, digit, tail] = match as unknown as [string, string, string, string];
     const greek = Object.hasOwn(GREEK, name) ? GREEK[name]! : undefined;
-    const isSymbol = greek !== undefined || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !UNIT.test(name));
+    const isSymbol = greek !== undefined || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !UNIT.test(name) && !PARAMETER.test(whole));
     if (!isSymbol) continue;
     const low = [digit, ...tail.split("_")].filter(Boolean).map((part) => (Object.hasOwn(GREEK, part) ? GREEK[part]! : part));
     found.push({ text: text.slice(done, match.index) + (greek ?? name), low: false });
