@@ -246,7 +246,6 @@ class ArduPilotCascade(Controller[ArduPilotCascadeMemory, Measured, ArduPilotCas
     commands = RotorSpeeds
     also_measures = ("specific_force",)
     rates: ClassVar = {"law": 0.002}
-    stock = True
     parameter_file = "ardupilot"
     supported: ClassVar = {"FRAME_CLASS": (1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 12.0, 14.0)}
     renamed: ClassVar = RENAMED

@@ -214,7 +214,6 @@ class BetaflightRates(OnQuarters, Controller[BetaflightRatesMemory, Measured, Be
     Gains = BetaflightRatesGains
     commands = RotorThrusts
     rates: ClassVar = {"guide": 0.004, "law": 0.001}
-    stock = True
     parameter_file = "betaflight"
     ordered = (
         "gyro_lpf1_dyn_min_hz <= gyro_lpf1_dyn_max_hz", "dterm_lpf1_dyn_min_hz <= dterm_lpf1_dyn_max_hz",

@@ -93,7 +93,6 @@ class CrazyflieMellinger(OnQuarters, Controller[CrazyflieMellingerMemory, Measur
     Gains = CrazyflieMellingerGains
     commands = RotorThrusts
     rates: ClassVar = {"law": 0.002}
-    stock = True
     parameter_file = "crazyflie"
 
     def start(self, measured: Measured, gains: CrazyflieMellingerGains) -> CrazyflieMellingerMemory:

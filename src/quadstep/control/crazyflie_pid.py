@@ -204,7 +204,6 @@ class CrazyfliePid(OnQuarters, Controller[CrazyfliePidMemory, Measured, Crazyfli
     Gains = CrazyfliePidGains
     commands = RotorThrusts
     rates: ClassVar = {"guide": 0.01, "law": 0.002}
-    stock = True
     parameter_file = "crazyflie"
     unmodelled = ("pid_attitude.yawMaxDelta",)
     ordered = ("posCtlPid.thrustMin <= posCtlPid.thrustBase",)

@@ -207,7 +207,6 @@ class Px4Cascade(Controller[Px4CascadeMemory, Measured, Px4CascadeGains, RotorSp
     Gains = Px4CascadeGains
     commands = RotorSpeeds
     rates: ClassVar = {"guide": 0.01, "attitude": 0.005, "law": 0.001}
-    stock = True
     parameter_file = "px4"
     supported: ClassVar = {"CA_AIRFRAME": (0.0,), "CA_METHOD": (1.0, 2.0), "CA_R_REV": (0.0,)}
     renamed: ClassVar = {

@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import tempfile
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +14,7 @@ from quadstep.export.arm import BITS, OnArm, state_size
 from quadstep.export.c.header import STATUS, Exported, loops
 from quadstep.io.errors import UserError
 from quadstep.numbers import Table, flatten
+from quadstep.report.publish import markdown_table
 
 REASONS = {
     "2.3": "types of the interface that a caller may need and this file does not",
@@ -137,11 +137,6 @@ def datasheet(exported: Exported, facts: Facts, measured: Measurements = NOTHING
     return "\n\n".join(parts) + "\n"
 
 
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def origin(exported: Exported, facts: Facts) -> str:
     kind = "f64 (double)" if exported.precise else "f32 (float)"
     rows = [
@@ -152,7 +147,7 @@ def origin(exported: Exported, facts: Facts) -> str:
         ("flight (laws and all numbers)", facts.flight),
         ("gains", f"SHA-256 {facts.gains}..."),
     ]
-    return table(("", ""), rows)
+    return markdown_table(("", ""), rows)
 
 
 def memory(exported: Exported) -> str:
@@ -180,7 +175,7 @@ def processors(exported: Exported, measured: Measurements) -> list[str]:
         if found.counted:
             rows += instructions(exported, found, clock, pace)
             rows.append(("golden vectors", "the same bits" if found.counted.same_bits else "DIFFERENT BITS"))
-        parts.append(f"{processor}, arm-none-eabi-gcc -Os {' '.join(BITS)}:\n\n" + table(("", ""), rows))
+        parts.append(f"{processor}, arm-none-eabi-gcc -Os {' '.join(BITS)}:\n\n" + markdown_table(("", ""), rows))
     return parts
 
 
@@ -240,4 +235,4 @@ def misra(found: dict[str, int] | None) -> str:
     if not found:
         return "cppcheck's addon finds no deviation."
     rows = [(rule, str(count), REASONS.get(rule, "not judged yet")) for rule, count in found.items()]
-    return "Deviations that cppcheck's addon finds:\n\n" + table(("rule", "places", "why"), rows)
+    return "Deviations that cppcheck's addon finds:\n\n" + markdown_table(("rule", "places", "why"), rows)

@@ -26,13 +26,12 @@ FEWEST = 12
 
 
 class AverageEstimate(NamedTuple):
-    """A parameter estimated from averages: value and standard error. clusters: number of independent parts behind it.
-    pulls: by how much errors that all pull the same way would move it.
+    """A parameter estimated from averages: value and standard error. pulls: by how much errors that all pull the same
+    way would move it.
     """
 
     value: float
     error: float
-    clusters: int
     pulls: float = 0.0
 
 
@@ -115,8 +114,8 @@ def clusters_of(block: HalfSeconds) -> Floats:
     return block.flight if flights >= 6 else np.floor(np.arange(len(block.flight)) / 4.0)
 
 
-def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Floats, Floats, Floats, int]:
-    """Solution, its cluster-robust standard errors (Liang and Zeger 1986), its pulls, and the number of clusters."""
+def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Floats, Floats, Floats]:
+    """Solution, its cluster-robust standard errors (Liang and Zeger 1986), and its pulls."""
     inverse = np.linalg.pinv(matrix.T @ matrix)
     solution = inverse @ (matrix.T @ wanted)
     rest = wanted - matrix @ solution
@@ -124,7 +123,7 @@ def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Flo
     scores = np.array([matrix[clusters == name].T @ rest[clusters == name] for name in names])
     count = len(names)
     spread = inverse @ (scores.T @ scores) @ inverse * (count / max(count - 1, 1))
-    return solution, np.sqrt(np.maximum(np.diag(spread), 0.0)), np.abs(inverse @ (matrix * rest[:, None]).T).sum(axis=1), count
+    return solution, np.sqrt(np.maximum(np.diag(spread), 0.0)), np.abs(inverse @ (matrix * rest[:, None]).T).sum(axis=1)
 
 
 def in_rotors_axes(block: HalfSeconds, tilt: Floats) -> HalfSeconds:
@@ -170,11 +169,11 @@ def torques(block: HalfSeconds, p: PredictorParameters, geometry: Geometry, meas
     about_x = np.stack([thrust, nothing, -flow[:, 1], block.turning[:, 0], nothing], axis=1)
     about_y = np.stack([nothing, -thrust, flow[:, 0], nothing, block.turning[:, 1]], axis=1)
     together = clusters_of(block)
-    solution, errors, pulls, count = least_squares(
+    solution, errors, pulls = least_squares(
         np.concatenate([about_x, about_y]), given.T.reshape(-1), np.concatenate([together, together])
     )
     return {
-        "centre_of_gravity[1]": AverageEstimate(float(solution[0]), float(errors[0]), count, float(pulls[0])),
-        "centre_of_gravity[0]": AverageEstimate(float(solution[1]), float(errors[1]), count, float(pulls[1])),
-        "drag.flapping": AverageEstimate(float(solution[2]), float(errors[2]), count, float(pulls[2])),
+        "centre_of_gravity[1]": AverageEstimate(float(solution[0]), float(errors[0]), float(pulls[0])),
+        "centre_of_gravity[0]": AverageEstimate(float(solution[1]), float(errors[1]), float(pulls[1])),
+        "drag.flapping": AverageEstimate(float(solution[2]), float(errors[2]), float(pulls[2])),
     }

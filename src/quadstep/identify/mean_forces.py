@@ -137,7 +137,6 @@ class Balance(NamedTuple):
     names: list[str]
     errors: Floats
     pulls: Floats
-    clusters: int
     left: float
 
 
@@ -159,26 +158,24 @@ def forces(
     if variant.answering and "exponent" in free:
         free = [one for one in free if one != "exponent"]
         p = p._replace(curve=p.curve._replace(exponent=min(float(p.curve.exponent) / explained, EXPONENTS[1])))
-        known["command.exponent"] = AverageEstimate(float(p.curve.exponent), 0.0, 0)
+        known["command.exponent"] = AverageEstimate(float(p.curve.exponent), 0.0)
     calm, windy = (balance(block, flight, p, geometry, free, speeds, rounds, wind, variant) for wind in (False, True))
     if "exponent" in free and calm.at.exponent in EXPONENTS:
         free.remove("exponent")
         why["command.exponent"] = "no exponent of a rotor explains how thrust follows the command"
         calm, windy = (balance(block, flight, p, geometry, free, speeds, rounds, wind, variant) for wind in (False, True))
     wind = blows(block, flight, calm, windy, float(p.airframe.mass * p.airframe.gravity)) != variant.other
-    at, _, names, errors, pulls, clusters, _ = windy if wind else calm
+    at, _, names, errors, pulls, _ = windy if wind else calm
     values = {"exponent": at.exponent, "voltage_exponent": at.voltage_exponent, "x": at.tilt[0], "y": at.tilt[1]}
     values |= {"flat": max(float(at.drag[0]), 1e-12), "axial": max(float(at.drag[1]), 1e-12)}
     known |= {
-        KEYS[name]: AverageEstimate(float(values[name]), float(errors[place]), clusters, float(pulls[place]))
+        KEYS[name]: AverageEstimate(float(values[name]), float(errors[place]), float(pulls[place]))
         for place, name in enumerate(names, count)
     }
     speed = math.exp(float(at.levels.mean()))
     scatter = float(at.levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
     own = math.hypot(float(np.sqrt((errors[:count] ** 2).mean() / count)), GUSTS * wind)
-    known["command.speed"] = AverageEstimate(
-        speed, speed * math.hypot(scatter, own), clusters if count < 3 else count, speed * float(pulls[:count].mean())
-    )
+    known["command.speed"] = AverageEstimate(speed, speed * math.hypot(scatter, own), speed * float(pulls[:count].mean()))
     if wind:
         keys = [f"{name}[{place}]" for name in ("imu.tilt", "centre_of_gravity") for place in (0, 1)]
         why.update(dict.fromkeys(keys, "it cannot be separated from the wind"))
@@ -201,13 +198,13 @@ def balance(
     past = count + len(names)
     for _ in range(rounds):
         matrix, rest = linearised(block, flight, p, geometry, at, free, wind, variant)
-        step, errors, pulls, clusters = least_squares(matrix, rest, np.repeat(clusters_of(block), 3))
+        step, errors, pulls = least_squares(matrix, rest, np.repeat(clusters_of(block), 3))
         pressing = step[past : past + 2 * count].reshape(count, 2) if wind else 0.0 * at.pressing
         at = at.moved(dict(zip(names, map(float, step[count:past]), strict=True)), step[:count], pressing)
         if wind:
             least = LEAST_DRAG * float(p.airframe.mass) / float(whirl(block, flight, at).mean())
             at = at._replace(drag=np.maximum(at.drag, (least, 0.0)))
-    return Balance(at, free, names, errors, pulls, clusters, float(rest @ rest))
+    return Balance(at, free, names, errors, pulls, float(rest @ rest))
 
 
 def blows(block: HalfSeconds, flight: NDArray[np.int64], calm: Balance, windy: Balance, weight: float) -> bool:

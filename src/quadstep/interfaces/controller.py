@@ -129,11 +129,11 @@ class Controller(Generic[M, Y, G, U]):
 
     rates: default sample times [s] of `law` and of each slower loop, a method with the signature of `guide` and any name;
     loops that are due run in this order, and `law` last. one_at_a_time: whether its flights are flown singly, each announced
-    by `before_flight`, because something outside the program takes part. stock: whether its default gains are an autopilot's,
-    for its own vehicle, and do not follow from the mission's. parameter_file: the format (`io/parameter_files.py`) in which
-    the autopilot keeps its parameters; unmodelled: those of the law's own groups that it does without; supported: the values
-    with which it flies, of those that choose another frame or another law; renamed: names in files of other releases, and
-    which of its parameters that is; ordered: what must hold of two of them unless one is 0, as "MPC_THR_MIN <= MPC_THR_MAX".
+    by `before_flight`, because something outside the program takes part. parameter_file: the format (`io/parameter_files.py`)
+    in which the autopilot keeps its parameters; unmodelled: those of the law's own groups that it does without; supported: the
+    values with which it flies, of those that choose another frame or another law; renamed: names in files of other releases,
+    and which of its parameters that is; ordered: what must hold of two of them unless one is 0, as "MPC_THR_MIN <=
+    MPC_THR_MAX".
     """
 
     name: ClassVar[str] = ""
@@ -147,7 +147,6 @@ class Controller(Generic[M, Y, G, U]):
     preview: ClassVar[tuple[float, ...]] = ()
     rates: ClassVar[Mapping[str, float]] = {"guide": 0.01, "law": 0.002}
     one_at_a_time: ClassVar[bool] = False
-    stock: ClassVar[bool] = False
     parameter_file: ClassVar[str] = ""
     unmodelled: ClassVar[tuple[str, ...]] = ()
     supported: ClassVar[Mapping[str, tuple[float, ...]]] = {}

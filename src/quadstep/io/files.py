@@ -142,17 +142,19 @@ WRITTEN: list[str] = []
 """Files and folders of results written since the command began, for what is said where it is interrupted."""
 
 
-def replace_file(path: Path, content: bytes, mode: int = 0o644, synced: bool = False) -> None:
-    """Write a file beside its place and move it there. synced: it must be on the disk by then. Raises OSError."""
+def replace_file(path: Path, content: bytes, mode: int = 0o644) -> None:
+    """Write a file beside its place and move it there. Raises OSError."""
     folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
-        replace_in(folder, path.name, content, mode, synced)
+        replace_in(folder, path.name, content, mode)
     finally:
         os.close(folder)
 
 
 def replace_in(folder: int, name: str, content: bytes, mode: int = 0o644, synced: bool = False) -> None:
-    """`replace_file` in an open folder; a link of this name is replaced, not followed. Raises OSError."""
+    """`replace_file` in an open folder; a link of this name is replaced, not followed. synced: the file must be on the disk by
+    then. Raises OSError.
+    """
     temporary = f"{WRITING}{secrets.token_hex(8)}"
     try:
         handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600, dir_fd=folder)

@@ -148,10 +148,10 @@ def write_mission_page(
         path.write_text(missions_page([flown_mission(mission, plan, log, folder, measured=measured)]), encoding="utf-8")
 
 
-def missions_page(flown: Sequence[ShownFlight], links: Sequence[Link] = ()) -> str:
+def missions_page(flown: Sequence[ShownFlight]) -> str:
     """The page of missions that were flown. Raises UserError."""
     title = flown[0].name if len(flown) == 1 else f"{len(flown)} missions"
-    return build_page(title, "", flown, links=links)
+    return build_page(title, "", flown)
 
 
 def flown_mission(

@@ -148,6 +148,12 @@ def booktabs(
     return "\n".join([*parts, r"\bottomrule", r"\end{tabular}", ""])
 
 
+def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
+
+
 def line(cells: Iterable[str]) -> str:
     """A row of cells that LaTeX sets."""
     return f"{' & '.join(cells)} \\\\"

@@ -15,6 +15,7 @@ from quadstep.page.flights import ShownFlight
 from quadstep.page.model import identity
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
+from quadstep.report.publish import markdown_table
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
 from quadstep.studies.campaign.draws import draw
@@ -217,19 +218,22 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
             f"## {vehicle or 'Missions'}",
             f"{metric}: median ({found.high}) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other.",
             f"![{metric} for every situation and controller]({drawn[vehicle].as_posix()}.png)",
-            table(*turned(*tables.matrix(found, vehicle))),
+            markdown_table(*turned(*tables.matrix(found, vehicle))),
         ]
     if found.margins:
         parts += [
             "## Margins",
             "A disturbance is increased until flights fail, that is, are lost or exceed the error limit.",
-            table(tables.MARGIN_HEADER, tables.margin_rows(found)),
+            markdown_table(tables.MARGIN_HEADER, tables.margin_rows(found)),
         ]
     parts += ["## Situation by situation", bullets(others), " ".join(filter(None, (words.METHOD, words.searches(found))))]
     if len(found.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
-        parts += ["## Mean ranks", table(("controller", f"over {words.ranked_in(found)}, from 0 (best) to 1"), ranked)]
-    parts += ["## Gains and cost", table(tables.WHO_HEADER, tables.who_rows(found)), *words.not_counted(found)]
+        parts += [
+            "## Mean ranks",
+            markdown_table(("controller", f"over {words.ranked_in(found)}, from 0 (best) to 1"), ranked),
+        ]
+    parts += ["## Gains and cost", markdown_table(tables.WHO_HEADER, tables.who_rows(found)), *words.not_counted(found)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -237,11 +241,6 @@ def turned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[s
     """A table with its rows as columns: controllers are many, situations few."""
     first, *names = header
     return [first, *(row[0] for row in rows)], [[name, *(row[i + 1] for row in rows)] for i, name in enumerate(names)]
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
 
 
 def bullets(lines: Sequence[str]) -> str:
