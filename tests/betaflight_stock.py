@@ -35,6 +35,35 @@ CASES = {
 """Settings that differ from the defaults, of all axes alike."""
 
 
+BLACKBOX = (
+    *(f"rcCommand[{i}]" for i in range(4)), *(f"gyroADC[{i}]" for i in range(3)), *(f"axisP[{i}]" for i in range(3)),
+    *(f"axisI[{i}]" for i in range(3)), "axisD[0]", "axisD[1]", *(f"motor[{i}]" for i in range(4)),
+)  # fmt: skip
+"""What is read of a flight: sticks [us] and rates [deg/s] to a tenth, the rest in whole numbers."""
+
+LOGGED = """set blackbox_device = SERIAL
+set blackbox_high_resolution = ON
+set blackbox_sample_rate = 1/1
+serial 1 128 115200 57600 0 115200
+set f_roll = 0
+set f_pitch = 0
+set f_yaw = 0
+set d_max_advance = 0
+set throttle_boost = 0
+set dterm_lpf1_dyn_min_hz = 0
+set rc_smoothing = OFF
+"""
+"""Its blackbox on UART2, and off what the log does not tell exactly: what sticks do between packets, throttle that is boosted,
+and a cut-off that follows it in steps.
+"""
+
+FLOWN = {"f": 0.0, "d_advance": 0.0, "boost": 0.0, "d_least": 0.0, "idle": 700.0}
+"""The same of our law; its simulator's motors idle at 1070 us."""
+
+SETTLED = 300
+"""Samples after which filters have forgotten how they began."""
+
+
 def motion(lanes: int, samples: int, seed: int = 0) -> np.ndarray:
     """Setpoints, rates [deg/s] and throttle as random walks, at rest at times, to the limits and beyond."""
     random = np.random.default_rng(seed)
@@ -110,3 +139,32 @@ def ours(case: str, given: np.ndarray) -> np.ndarray:
         front_right, back_right, back_left, front_left = motors
         made[:, i, 3:] = np.stack([front_right, back_right, back_left, front_left], axis=1)
     return made
+
+
+def in_flight(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What Betaflight logged of a flight, and what our law makes of the same sticks and rates from its I parts after
+    SETTLED samples on, each (n - SETTLED, 10): P + I + D of each axis, I of each axis, motors [us] (back right, front right,
+    back left, front left). rows: BLACKBOX, (n, 19).
+    """
+    plain = BetaflightRates.gains(load_preset("x500").model())
+    roll, pitch, yaw, filters, shared = (
+        part._replace(**{name: value for name, value in FLOWN.items() if name in part._fields})
+        for part in (plain.roll, plain.pitch, plain.yaw, plain.filters, plain.shared)
+    )
+    axes, mixed, made = [still()] * 3, MixerState(0.0, 0.0, Vector([0.0] * 2), 0.0), []
+    for i, row in enumerate(rows.tolist()):
+        if i == SETTLED:
+            axes = [one._replace(integral=before) for one, before in zip(axes, rows[i - 1, 10:13].tolist(), strict=True)]
+        outputs = []
+        for axis, own in enumerate((roll, pitch, yaw)):
+            share, rate = row[axis] / 500.0, row[4 + axis]
+            asked = 70.0 * share + 600.0 * abs(share) * share  # its default rates
+            output, axes[axis] = pid(own, shared, filters, axes[axis], mixed, asked, rate, 0.001, turn=axis == 2)
+            outputs.append(output)
+        motors, mixed = mix(shared, mixed, tuple(outputs), row[3] / 1000.0 - 1.0, False, 0.001)
+        front_right, back_right, back_left, front_left = motors
+        pulses = [1000.0 * (1.0 + one) for one in (back_right, front_right, back_left, front_left)]
+        made.append([*outputs, *(one.integral for one in axes), *pulses])
+    sums = rows[:, 7:10] + rows[:, 10:13]
+    sums[:, :2] += rows[:, 13:15]
+    return np.hstack([sums, rows[:, 10:13], rows[:, 15:]])[SETTLED:], np.array(made)[SETTLED:]

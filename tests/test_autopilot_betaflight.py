@@ -2,11 +2,6 @@
 
 import contextlib
 import shutil
-import socket
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,8 +11,9 @@ from quadstep.bridges.betaflight import Betaflight, Sticks, listens_everywhere
 from quadstep.bridges.link import address
 from quadstep.io.errors import UserError
 from tests.autopilots import FakeBetaflight, free_port
+from tests.betaflight_flight import real_flight
 from tests.commands import quadstep, without_figures, write
-from tests.needs import BETAFLIGHT, BETAFLIGHT_SITL, needs
+from tests.needs import BETAFLIGHT_SITL, needs
 
 MISSION = """
 [vehicle]
@@ -136,39 +132,8 @@ def test_missions_with_another_period_are_refused(mission):
 
 @needs(BETAFLIGHT_SITL)
 def test_the_real_betaflight_flies_a_circle_once_it_has_its_settings(tmp_path):
-    """In a network namespace, since it listens on every address."""
-    mission = write(tmp_path, MISSION.replace("duration = 1.5", "duration = 6.0"))
-    shutil.copy(BETAFLIGHT, tmp_path / "betaflight_SITL")
-    there = f"ip link set lo up && exec {sys.executable} -m tests.test_autopilot_betaflight {mission}"
-    line = ["unshare", "-rn", "sh", "-c", there]
-    run = subprocess.run(line, cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=300, check=False)
+    run = real_flight(tmp_path, MISSION.replace("duration = 1.5", "duration = 6.0"))
     assert run.returncode == 0, run.stderr
     assert "Betaflight lifted off" in " ".join(run.stderr.split())
     rows = np.genfromtxt(tmp_path / "out" / "flight.csv", delimiter=",", names=True)
     assert np.hypot(rows["xm"] - rows["x_dm"], rows["ym"] - rows["y_dm"]).max() < 0.1
-
-
-def real(mission):
-    """Refused, told its settings, and flown: what docs/autopilot.md says."""
-    fly = [sys.executable, "-m", "quadstep", "fly", str(mission), "--autopilot", "betaflight", "--pilot"]
-    fly += ["--connect-timeout", "5", "--out", str(mission.parent / "out")]
-    null = subprocess.DEVNULL
-    for fresh in (True, False):
-        with subprocess.Popen(["./betaflight_SITL"], cwd=mission.parent, stdout=null, stderr=null) as one:
-            time.sleep(1.0)
-            code = subprocess.run(fly, check=False).returncode
-            if fresh:
-                assert code == 2
-                with socket.create_connection(("127.0.0.1", 5761)) as console:
-                    console.sendall(b"#")
-                    said = b""
-                    while not said.endswith(b"# "):
-                        said += console.recv(4096)
-                    console.sendall((mission.parent / "betaflight.txt").read_bytes())
-                    one.wait(30.0)  # it ends where a board starts again
-            one.kill()
-    return code
-
-
-if __name__ == "__main__":
-    sys.exit(real(Path(sys.argv[1])))

@@ -10,15 +10,22 @@ import pytest
 from quadstep import Mission, fly
 from quadstep.control.betaflight_rates import BetaflightRates, MixerState, filtered, mix, still, throttle_for
 from quadstep.control.filters import cut_off, low_passed, notch
+from quadstep.identify.logs.read import read_topics
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.mission.listings import load_preset
 from quadstep.numbers import Vector
-from tests.betaflight_stock import CASES, compiled, firmware, gains, motion, ours
-from tests.needs import BETAFLIGHT_TREE, C_COMPILER, needs
+from tests.betaflight_flight import GUSTY, real_flight
+from tests.betaflight_stock import BLACKBOX, CASES, LOGGED, compiled, firmware, gains, in_flight, motion, ours
+from tests.needs import BETAFLIGHT_SITL, BETAFLIGHT_TREE, C_COMPILER, needs
 
 RECORDED = Path(__file__).parent / "golden" / "betaflight_stock.json"
 """What Betaflight 4.5 (maintenance branch, commit 0455ec94) made of `motion(2, 40)`."""
+
+FLOWN = Path(__file__).parent / "golden" / "betaflight_flight.json"
+"""`BLACKBOX`, its first seven in tenths, of 0.9 s of a circle in gusts, flown by the simulator of that commit under `fly
+--autopilot betaflight`.
+"""
 
 PERIOD = 0.001
 
@@ -46,6 +53,33 @@ def test_a_million_samples_are_the_firmwares(tmp_path):
         said = firmware(library, case, given)
         check(said, ours(case, given), case)
         assert ((said[..., 3:] > 0.06) & (said[..., 3:] < 0.999)).mean() > 0.5  # most of them away from limits
+
+
+def check_flight(rows):
+    """A sum is of three whole numbers, each up to 0.5 off, and of the I part that ours began with, 0.5 off too; rates are
+    logged to 0.05 deg/s, of which P and D make up to 0.4, and I a little that stays, most about yaw.
+    """
+    logged, found = in_flight(rows)
+    apart = np.abs(logged - found)
+    assert (apart.max(axis=0) < [2.4, 2.4, 2.4, 1.2, 1.2, 1.9, 2.8, 2.8, 2.8, 2.8]).all(), apart.max(axis=0)
+    assert (np.sqrt(np.mean(np.square(apart[:, :2]), axis=0)) < 0.8).all()
+    assert logged[:, :6].std(axis=0).min() > 1.0  # it had something to do
+
+
+def test_in_flight_it_does_what_the_firmware_logged():
+    rows = np.array(json.loads(FLOWN.read_text(encoding="utf-8")), float)
+    rows[:, :7] /= 10.0
+    check_flight(rows)
+
+
+@needs(BETAFLIGHT_SITL)
+def test_a_whole_flight_under_the_real_betaflight_is_as_it_logged(tmp_path):
+    pytest.importorskip("betaflight_chirp_core")
+    assert real_flight(tmp_path, GUSTY, LOGGED).returncode == 0
+    columns = read_topics(tmp_path / "blackbox.bbl", [f"main.{name}" for name in BLACKBOX]).columns
+    rows = np.stack([columns[f"main.{name}"].value for name in BLACKBOX], axis=1)[3000:]  # from then on it is in the air
+    assert len(rows) > 8000
+    check_flight(rows)
 
 
 def gain_at(hertz, filter_of, states):

@@ -1,0 +1,92 @@
+"""The real Betaflight, told its settings and flown in a network namespace, since it listens on every address."""
+
+import contextlib
+import shutil
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+from tests.commands import write
+from tests.needs import BETAFLIGHT
+
+GUSTY = """
+[vehicle]
+preset = "x500"
+[path]
+type = "circle"
+centre = [0.0, 0.0, 10.0]
+radius = 2.0
+period = 8.0
+[wind]
+mean = [3.0, 1.0, 0.0]
+turbulence = { intensity = "moderate" }
+[simulation]
+duration = 12.0
+control_period = 0.001
+step = 0.001
+"""
+
+
+def real_flight(folder: Path, mission: str, more: str = "") -> subprocess.CompletedProcess[str]:
+    """A mission under it, in a folder. more: lines for its command line; what it then sends from UART2 is in blackbox.bbl."""
+    place = write(folder, mission)
+    (folder / "more.txt").write_text(more, encoding="utf-8")
+    shutil.copy(BETAFLIGHT, folder / "betaflight_SITL")
+    there = f"ip link set lo up && exec {sys.executable} -m tests.betaflight_flight {place}"
+    line = ["unshare", "-rn", "sh", "-c", there]
+    return subprocess.run(line, cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=300, check=False)
+
+
+def flown(mission: Path) -> int:
+    """Refused, told its settings, and flown: what docs/autopilot.md says."""
+    folder = mission.parent
+    more = (folder / "more.txt").read_text(encoding="utf-8")
+    fly = [sys.executable, "-m", "quadstep", "fly", str(mission), "--autopilot", "betaflight", "--pilot"]
+    fly += ["--out", str(folder / "out"), "--connect-timeout"]
+    null = subprocess.DEVNULL
+    for fresh in (True, False):
+        one = subprocess.Popen(["./betaflight_SITL"], cwd=folder, stdout=null, stderr=null)
+        try:
+            time.sleep(1.0)
+            if more and not fresh:
+                threading.Thread(target=logged, args=(folder / "blackbox.bbl",), daemon=True).start()
+            code = subprocess.run([*fly, "5" if fresh else "60"], check=False).returncode
+            if fresh:
+                assert code == 2
+                told((folder / "betaflight.txt").read_text(encoding="utf-8").replace("save", f"{more}save"))
+                one.wait(30.0)  # it ends where a board starts again
+        finally:
+            one.kill()
+            one.wait()
+    return code
+
+
+def told(settings: str) -> None:
+    """Pasted into its command line, each line after a prompt; returns once it has ended, as after `save`."""
+    with socket.create_connection(("127.0.0.1", 5761)) as console, contextlib.suppress(ConnectionError):
+        console.settimeout(30.0)
+        for line in ["#", *settings.splitlines(keepends=True)]:
+            console.sendall(line.encode())
+            said = b""
+            while not said.endswith(b"\n# "):
+                more = console.recv(4096)
+                if not more:
+                    return
+                said += more
+
+
+def logged(place: Path) -> None:
+    """What it sends from UART2, as soon as it listens there."""
+    with socket.socket() as blackbox, place.open("wb") as file:
+        while blackbox.connect_ex(("127.0.0.1", 5762)):
+            time.sleep(0.1)
+        while more := blackbox.recv(65536):
+            file.write(more)
+            file.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(flown(Path(sys.argv[1])))
