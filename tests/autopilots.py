@@ -40,8 +40,8 @@ def free_port(kind=socket.SOCK_DGRAM):
         return probe.getsockname()[1]
 
 
-def listening(port):
-    """A vehicle that says it is there, over UDP."""
+def listening(port, autopilot=12, options=None):
+    """A vehicle that says it is there, over UDP, and its GUID_OPTIONS."""
     from pymavlink import mavutil
 
     vehicle = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", source_system=7)
@@ -49,7 +49,9 @@ def listening(port):
 
     def beat():
         while not stop.is_set():
-            vehicle.mav.heartbeat_send(2, 12, 0, 0, 0)
+            vehicle.mav.heartbeat_send(2, autopilot, 0, 0, 0)
+            if options is not None:
+                vehicle.mav.param_value_send(b"GUID_OPTIONS", options, 6, 1, 0)
             stop.wait(0.05)
 
     threading.Thread(target=beat, daemon=True).start()

@@ -47,13 +47,13 @@ def flown(mission: Path) -> int:
     fly = [sys.executable, "-m", "quadstep", "fly", str(mission), "--autopilot", "betaflight", "--pilot"]
     fly += ["--out", str(folder / "out"), "--connect-timeout"]
     null = subprocess.DEVNULL
-    for fresh in (True, False):
+    for fresh in (True, False, False, False):  # on a busy machine it may begin deaf
         one = subprocess.Popen(["./betaflight_SITL"], cwd=folder, stdout=null, stderr=null)
         try:
             time.sleep(1.0)
             if more and not fresh:
                 threading.Thread(target=logged, args=(folder / "blackbox.bbl",), daemon=True).start()
-            code = subprocess.run([*fly, "5" if fresh else "60"], check=False).returncode
+            code = subprocess.run([*fly, "5" if fresh else "20"], check=False).returncode
             if fresh:
                 assert code == 2
                 told((folder / "betaflight.txt").read_text(encoding="utf-8").replace("save", f"{more}save"))
@@ -61,6 +61,8 @@ def flown(mission: Path) -> int:
         finally:
             one.kill()
             one.wait()
+        if not fresh and code == 0:
+            break
     return code
 
 

@@ -348,6 +348,26 @@ def test_a_path_is_sent_and_nothing_else(tmp_path, kind):
         assert first.type_mask == (7 if kind == "attitude" else 128)
 
 
+@pytest.mark.parametrize("kind", ["attitude", "rates"])
+def test_an_ardupilot_that_takes_thrust_for_a_climb_rate_is_sent_none(tmp_path, kind, monkeypatch):
+    """Hover's share of x500 is 0.46: half a climb rate is 0.5, so it would sink."""
+    monkeypatch.setattr("quadstep.bridges.setpoints.HEARTBEAT_WAIT", 1.0)
+    mission = write(tmp_path, ORBIT)
+    for options, said in (
+        (1, f"--kind {kind}: ArduPilot takes the thrust for a climb rate, as GUID_OPTIONS is 1; set it to 9, or use --kind"),
+        (None, f"--kind {kind}: ArduPilot did not say its GUID_OPTIONS"),
+        (9, None),
+    ):
+        port = free_port()
+        vehicle, stop = listening(port, 3, options)
+        line = ("serve-setpoints", mission, "--connect", f"udpin:127.0.0.1:{port}", "--hold", "0.1", "--kind")
+        run = quadstep(*line, kind)
+        assert (said is None) == (run.code == 0), run.err
+        assert said is None or said in run.err
+        stop.set()
+        vehicle.close()
+
+
 def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
     monkeypatch.setattr("quadstep.bridges.setpoints.HEARTBEAT_WAIT", 0.2)
     mission = write(tmp_path, ORBIT)

@@ -37,6 +37,9 @@ ATTITUDE_MASK, RATES_MASK = 0b0000_0111, 0b1000_0000
 
 LOCAL_NED = 1
 
+ARDUPILOT, OPTIONS, THRUST = 3, "GUID_OPTIONS", 8
+"""ArduPilot in a heartbeat; the parameter, and its bit with which it takes the thrust of SET_ATTITUDE_TARGET for a thrust."""
+
 ADDRESSES = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT"
 
 
@@ -148,12 +151,34 @@ def serve(
         raise UserError("serve-setpoints needs a mission for a real vehicle (docs/vehicles.md)")
     link = mavlink(connect, "--connect", "`quadstep serve-setpoints`")
     try:
-        if link.wait_heartbeat(timeout=HEARTBEAT_WAIT) is None:
+        beat = link.wait_heartbeat(timeout=HEARTBEAT_WAIT)
+        if beat is None:
             raise UserError(f"--connect {connect}: no heartbeat from a vehicle within {HEARTBEAT_WAIT:g} s")
+        if beat.autopilot == ARDUPILOT and kind is not SetpointKind.POSITION:
+            refuse_climb_rate(link, kind)
         heard()
         return stream(plan, link, kind, rate, hold, told)
     finally:
         link.close()
+
+
+def refuse_climb_rate(link: Connection, kind: SetpointKind) -> None:
+    """Asks an ArduPilot how it takes a thrust. Raises UserError where, as by default, it would take it for a climb rate."""
+    asked, options = time.monotonic(), None
+    while options is None and time.monotonic() - asked < HEARTBEAT_WAIT:
+        link.mav.param_request_read_send(link.target_system, link.target_component, OPTIONS.encode(), -1)
+        until = time.monotonic() + 0.5
+        while options is None and time.monotonic() < until:
+            message = link.recv_match()
+            if message is None:
+                time.sleep(0.01)
+            elif message.get_type() == "PARAM_VALUE" and message.param_id == OPTIONS:
+                options = int(message.param_value)
+    if options is None:
+        raise UserError(f"--kind {kind}: ArduPilot did not say its {OPTIONS}, so a thrust may be a climb rate to it")
+    if not options & THRUST:
+        said = f"--kind {kind}: ArduPilot takes the thrust for a climb rate, as {OPTIONS} is {options}"
+        raise UserError(f"{said}; set it to {options | THRUST}, or use --kind position")
 
 
 def check_place(connect: str, option: str) -> None:
