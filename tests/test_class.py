@@ -149,7 +149,7 @@ def test_an_endless_mission_ends_with_its_time(room, tmp_path):
     ground = room.ground._replace(free=("simulation", "path"))
     text = "[simulation]\nduration = 20000.0\nlog_period = 1.0\nstep = 0.0002\n"
     found = flown_apart(text, ground, tmp_path / "flight", 1.0)
-    assert found.said == "It was not flown: it takes more memory, or more than 1 s of computing."
+    assert found.said == "Your submission was not flown: it takes more memory, or more than 1 s of computing."
     assert not found.flown
 
 
@@ -205,7 +205,7 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
     text = ask(port, "/", ada)[2]
     assert re.search(r"<td>1</td><td>Group 2</td><td[^>]*>12.3.mm</td>", text)
     assert "Waiting to be flown" in text
-    assert "the smallest position RMSE wins. Only controller may differ." in text
+    assert "the smallest position RMSE wins. You may change only controller." in text
     room.members[other].waits = False
     assert "[controller]\nK_r1 = 3.0\n</textarea>" in ask(port, "/", other)[2]
     assert ask(port, "/mission.toml", ada)[2] == MISSION

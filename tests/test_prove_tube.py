@@ -178,11 +178,11 @@ def test_bounds_of_the_check_hold_the_worst_flight_and_without_remainders_are_me
 
 
 SOURCES = Path(__file__).parent.parent / "src" / "quadstep" / "proofs" / "prove"
-SHARED = {"certificate", "unknown"}
+SHARED = {"certificate_file", "unknown"}
 """What files and options hold."""
 
 
-@pytest.mark.parametrize("own", [{"check", "check_loop"}, {"check_set", "check_loop"}])
+@pytest.mark.parametrize("own", [{"checker", "check_loop"}, {"check_set", "check_loop"}])
 def test_a_check_is_short_and_shares_nothing_with_the_prover(own):
     texts = [(SOURCES / f"{name}.py").read_text() for name in own]
     assert {name for text in texts for name in re.findall(r"from quadstep\.proofs\.prove\.(\w+) import", text)} <= own | SHARED

@@ -28,9 +28,14 @@ ENCODED = 3
 
 FIELD = "mission"
 FORM = (
-    f'<form method="post" action="/submit"><textarea name="{FIELD}" rows="12" aria-label="Mission (TOML)" spellcheck="false" '
-    'style="width:100%;font:13px monospace">{}</textarea><button>Submit</button></form>'
+    f'<form method="post" action="/submit"><textarea name="{FIELD}" rows="12" aria-label="Mission (TOML)" spellcheck="false">'
+    "{}</textarea><button>Submit</button></form>"
 )
+STYLE = """<style>
+textarea { width: 100%; font: 13px/1.5 monospace; padding: 10px 12px; }
+textarea, button { color: inherit; background: var(--panel); border: 1px solid var(--line); border-radius: 8px; }
+button { font: inherit; font-weight: 600; padding: 8px 18px; margin-top: 8px; cursor: pointer; }
+</style>"""
 
 
 class ClassHandler(Handler):
@@ -105,21 +110,24 @@ class ClassHandler(Handler):
 def board(room: Room, member: Member) -> str:
     """The page of a student as HTML, every text escaped."""
     words, symbol = units.metric(room.ground.metric)
-    rows = [[f"{place}", one.name, units.quantity(one.value or 0.0, symbol)] for place, one in enumerate(room.board(), 1)]
+    rows = [
+        [f"{place}", f"{one.name} (you)" if one is member else one.name, units.quantity(one.value or 0.0, symbol)]
+        for place, one in enumerate(room.board(), 1)
+    ]
     best = "" if member.value is None else f"Your best: {units.quantity(member.value, symbol)}. "
-    mine = f'<p>{best}<a href="/mine">Your latest flight</a>, in which you can move the gains.</p>' if member.latest else ""
+    mine = f'<p>{best}<a href="/mine">Your latest flight</a>, with a slider for every gain.</p>' if member.latest else ""
     free = ", ".join(room.ground.free)
     waits = '<meta http-equiv="refresh" content="3">' if member.waits else ""
     body = [
-        paragraph(f"{member.name}: {member.said}", escape), mine,
+        paragraph(f"{member.name}. {member.said}", escape), mine,
         table(("", "student", words), rows, escape) if rows else paragraph("Nobody has flown it yet."),
         subheading("Submit"),
-        paragraph(f"All fly the same mission; the smallest {words} wins. Only {free} may differ.", escape),
-        '<p>Remove the # before a gain and change it, or send a whole mission like <a href="/mission.toml">that of the '
-        "class</a>; what you leave out stays as it is there. Code is never run.</p>",
+        paragraph(f"All fly the same mission; the smallest {words} wins. You may change only {free}.", escape),
+        '<p>Remove the # before a gain and change it, or send a whole mission like <a href="/mission.toml">the '
+        "class's</a>; what you leave out is taken from there. Code is never run.</p>",
         "" if member.waits else FORM.replace("{}", escape(member.text or first_text(room.mission, room.ground.free))),
     ]  # fmt: skip
-    return page_text(room.mission.name, body, "Class", waits)
+    return page_text(room.mission.name, body, "Class", STYLE + waits)
 
 
 def class_server(room: Room, port: int, access: Access) -> Server:

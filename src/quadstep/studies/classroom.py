@@ -291,8 +291,8 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     about = {"name": mission.name, "warnings": [*plan.warnings, *warnings], **graded(metrics).as_json()}
     write_json(out / MANIFEST, {**about, **metrics, "mission": mission.model_dump(mode="json")})
     if log.outcome is not Outcome.COMPLETED:
-        return SubmissionResult(f"It was lost at {log.ended:g} s.", True)
-    return SubmissionResult("It was flown to its end.", True, scalars(metrics).get(ground.metric))
+        return SubmissionResult(f"Your flight was lost at {log.ended:g} s.", True)
+    return SubmissionResult("Your submission was flown to its end.", True, scalars(metrics).get(ground.metric))
 
 
 def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Connection) -> None:
@@ -306,10 +306,10 @@ def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Co
     try:
         result = fly_it()
     except UserError as error:
-        result = SubmissionResult(f"It was not flown: {cut(str(error), LONGEST_SENTENCE)}")
+        result = SubmissionResult(f"Your submission was not flown: {cut(str(error), LONGEST_SENTENCE)}")
     except Exception:  # whatever a stranger's text does ends here
         result = SubmissionResult(
-            "It was not flown: it exceeds the class's limits for a flight, or has numbers that no flight can have."
+            "Your submission was not flown: it exceeds the class's limits, or has numbers that no flight can have."
         )
     theirs.send(result)
 
@@ -324,7 +324,7 @@ def flown_apart(text: str, ground: Ground, out: Path, seconds: float) -> Submiss
     with starting():
         process.start()
     theirs.close()
-    ended = SubmissionResult(f"It was not flown: it takes more memory, or more than {seconds:g} s of computing.")
+    ended = SubmissionResult(f"Your submission was not flown: it takes more memory, or more than {seconds:g} s of computing.")
     try:
         return ours.recv() if ours.poll(SLOWER * seconds) else ended
     except EOFError:
