@@ -160,6 +160,7 @@ def main() -> None:
         near = [
             sum(one.margins[place] >= 1.0 and one.errors[place] < 1.1 * one.errors[3] for one in flying) for place in range(3)
         ]
+        bearing = sum(math.isfinite(one.errors[3]) for one in flying)
         weak = [one for one in flying if one.margins[0] < 1.0]
         mended = sum(one.margins[2] >= 1.0 for one in weak)
         worse = sum(one.margins[2] < min(one.margins[0], 1.0) for one in flying)
@@ -168,7 +169,8 @@ def main() -> None:
             f"{loop.form}: {len(flying)} of {count} fly with the defaults; sound as flown, after one and two flights: {sound}",
             f"  of {len(weak)} without margin {mended} are sound after two; {worse} are worse than before",
             f"  tracking error of the sound ones over the best of a sound loop (median): {np.round(behind, 2)}; sound and "
-            f"within 10 % of that: {near}; advise said of the first flight {words[0]}, of the second {words[1]}",
+            f"within 10 % of that: {near} of {bearing} that some factor makes sound; advise said of the first flight "
+            f"{words[0]}, of the second {words[1]}",
         ]
         sys.stdout.write("\n".join([*lines, ""]))
 

@@ -18,10 +18,14 @@ from quadstep.identify.plant import IdentifiedPlant
 from quadstep.identify.rate_loops import Filter, RateLoop
 from quadstep.identify.response import Complex, Response, gain_margins
 from quadstep.io.errors import UserError
+from quadstep.metrics.registry import LEAST_GAIN
 
 FINE = 2.0 ** (1.0 / 28.0)
 FACTORS = FINE ** np.arange(112.0, -57.0, -1.0)
 """Factors on the gains that are tried, the largest first, and from one to the next."""
+
+APART = 0.999 * 10.0 ** (LEAST_GAIN / 20.0)
+"""No factor nearer to one with which the loop is unstable leaves a sound loop's gain margin."""
 
 WORTH = 1.1
 """Least factor by which the gains of a sound loop are raised."""
@@ -72,7 +76,10 @@ def advised(found: Response, whole: Iterable[float] = (), most: float = 1.0, lea
     turns = [one.value for one in gain_margins(found)]
     floor = max((one.high for one in turns if one.low < 1.0), default=0.0)
     ceiling = min((max(one.low, 1.0) for one in turns if one.value > 1.0), default=math.inf)
-    tried = FACTORS[(floor < FACTORS) & (least <= FACTORS) & (min(ceiling, most) >= FACTORS)]
+    if math.isinf(ceiling) or not (floor or found.rising):
+        return None  # a gain margin is unknown, whatever the factor
+    low, high = max(floor * APART, least), min(ceiling / APART, most)
+    tried = FACTORS[(floor < FACTORS) & (low <= FACTORS) & (high >= FACTORS)]
     expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
     sound = (one for one in expected if one[1].sound)
     return next(
