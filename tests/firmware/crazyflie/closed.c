@@ -73,7 +73,7 @@ static void fly(const char *name, const setpoint_t *setpoint, double seconds, bo
         state.attitude.roll = (float)(DEGREES * atan2(2.0 * (q[0] * q[1] + q[2] * q[3]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])));
         state.attitude.pitch = (float)(-DEGREES * asin(2.0 * (q[0] * q[2] - q[3] * q[1]))); /* the firmware's is inverted */
         state.attitude.yaw = (float)yaw_of();
-        if (lost && (i / 500) % 2 == 0) { state.position.x = NAN; }
+        if (lost && i < 500) { state.position.x = NAN; }
         controllerOutOfTree(&control, setpoint, &sensors, &state, tick);
         motors_thrust_uncapped_t uncapped; motors_thrust_pwm_t pwm;
         powerDistribution(&control, &uncapped);
@@ -87,8 +87,8 @@ static void fly(const char *name, const setpoint_t *setpoint, double seconds, bo
     if (name != NULL) { printf("%s %.4f %.4f %.2f %.4f %.1f %.4f\n", name, body.position[2], away, yaw_of(), lowest, tilt, farthest); }
 }
 
-/* A circle of 2 m in 10 s, from rest to its speed in 5 s, with velocity and acceleration; prints the RMSE of the last 10 s as the distance. */
-static void circle(const setpoint_t *start)
+/* A circle of 2 m in 10 s, from rest to its speed in 5 s, with velocity, acceleration and, then, jerk; prints the RMSE of the last 10 s as the distance. */
+static void circle(const char *name, const setpoint_t *start)
 {
     const double full = 6.283185307179586 / 10.0, radius = 2.0;
     setpoint_t at = *start;
@@ -101,11 +101,12 @@ static void circle(const setpoint_t *start)
         at.position.x = (float)((double)start->position.x + radius * (1.0 - c)); at.position.y = (float)((double)start->position.y + radius * s);
         at.velocity.x = (float)(radius * speed * s); at.velocity.y = (float)(radius * speed * c);
         at.acceleration.x = (float)(radius * (gain * s + speed * speed * c)); at.acceleration.y = (float)(radius * (gain * c - speed * speed * s));
+        at.jerk.x = (float)(-radius * speed * speed * speed * s); at.jerk.y = (float)(-radius * speed * speed * speed * c);
         const double x = body.position[0] - (double)at.position.x, y = body.position[1] - (double)at.position.y, z = body.position[2] - (double)at.position.z;
         fly(NULL, &at, 0.002, false);
         if (i >= 12500) { sum += x * x + y * y + z * z; farthest = fmax(farthest, sqrt(x * x + y * y + z * z)); ++count; }
     }
-    printf("circle %.4f %.4f %.2f %.4f %.1f %.4f\n", body.position[2], sqrt(sum / count), yaw_of(), body.position[2], 0.0, farthest);
+    printf("%s %.4f %.4f %.2f %.4f %.1f %.4f\n", name, body.position[2], sqrt(sum / count), yaw_of(), body.position[2], 0.0, farthest);
 }
 
 int main(void)
@@ -141,7 +142,7 @@ int main(void)
     wrong.velocity.x = NAN;
     fly("wrong", &wrong, 2.0, false);
     fly("righted", &place, 4.0, false);
-    circle(&place);
+    circle("circle", &place);
     fly("stopped", &place, 4.0, false);
     push[0] = 0.04; push[1] = -0.03; /* the firmware's own controller holds against a wind; the law takes over where it is */
     hover.velocity.x = 0.0f; hover.attitudeRate.yaw = 0.0f;
@@ -149,6 +150,11 @@ int main(void)
     place.position.x = (float)body.position[0]; place.position.y = (float)body.position[1]; place.position.z = (float)body.position[2];
     place.attitude.yaw = (float)yaw_of();
     fly("entry", &place, 3.0, false);
+    circle("gusty", &place);
+    push[0] = push[1] = 0.0;
+    place.position.z = 3.0f;
+    fly(NULL, &place, 6.0, false);
+    fly("lost", &place, 4.0, true); /* no estimate for half a second */
     fly("off", &(setpoint_t){0}, 0.1, false);
     return 0;
 }
