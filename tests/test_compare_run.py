@@ -338,6 +338,7 @@ def test_missions_that_differ_in_anything_fly_the_same_noise(tmp_path):
     table = pq.read_table(tmp_path / "out" / "flights").to_pylist()
     assert len(table) == 30
     assert "the missions: " in result.out
+    assert result.out.splitlines()[-1] == f"Report: {tmp_path / 'out' / 'report.html'}"
     assert "Gusts and noise differ" not in result.out
 
 

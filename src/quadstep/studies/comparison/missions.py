@@ -45,8 +45,8 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
     identity = digest_of([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
     with publishing(folder, identity, run.how.overwrite, code=code_digest()) as out:
         for one in found_cells:
-            named, folder = digests(one.campaign.content, one.campaign.folder), places[one.controller].parent
-            run.kept.note({str(folder / name): digest for name, digest in named.items()})
+            named, beside = digests(one.campaign.content, one.campaign.folder), places[one.controller].parent
+            run.kept.note({str(beside / name): digest for name, digest in named.items()})
         flights, flown = fly(run, found_cells, seeds)
         about = Comparison(
             name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
