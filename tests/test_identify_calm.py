@@ -35,7 +35,7 @@ def test_what_a_calm_circle_does_not_determine_is_refused_and_the_vehicle_and_it
     assert found.numbers.airframe.rotor.torque == start("x500").rotor.torque_coefficient  # as it was
     truth = true_values("x500")
     assert {"command.speed", "drag.rotor[0]"} <= set(found.fitted)
-    assert all(off(one, truth[key]) <= 1.0 for key, one in found.fitted.items())
+    assert all(off(key, one, truth[key]) <= 1.0 for key, one in found.fitted.items())
     text = as_toml(identified_vehicle(start("x500"), found, "made", "given"))
     assert text.startswith("# Not determined by the flights that it was identified from, and as it was before: ")
     assert "rotor.rise_time" in text.splitlines()[0]
@@ -150,7 +150,7 @@ def test_what_a_light_wind_would_do_as_well_is_not_told_unless_the_air_was_still
     flight = logged("x500", "lively", 64, 12.0, 1.0, wind={"mean": [-0.0613, -0.2236, 0.0]})
     found = identify([flight], start("x500"), lambda _: None, predictors=False)
     truth = true_values("x500")
-    assert all(off(one, truth[key]) <= 1.0 for key, one in found.fitted.items())
+    assert all(off(key, one, truth[key]) <= 1.0 for key, one in found.fitted.items())
     assert found.kept["imu.tilt[0]"] == found.kept["imu.tilt[1]"] == WINDY
     assert list(found.numbers.tilt) == [0.0, 0.0]  # as it was
     block = blocks([flight], 0.001, 0.045, 9.81)
@@ -225,11 +225,11 @@ def test_what_is_not_known_of_the_lag_is_not_known_of_the_thrust_either():
     truth = true_values("x500")
     speed = found.fitted["command.speed"]
     assert speed.high - speed.low > 0.02 * speed.value
-    assert all(off(one, truth[key]) <= 1.0 for key, one in found.fitted.items())
+    assert all(off(key, one, truth[key]) <= 1.0 for key, one in found.fitted.items())
 
 
 def test_a_number_that_ends_where_its_range_does_is_not_told():
     case = list(cases(4303, 10, 8.0))[9]
     found = identify([case.flight], case.start, lambda _: None, predictors=False)
     assert (case.truth["command.delay"], found.kept["command.delay"]) == (0.006, UNDETERMINED)  # it was said to be 0.1 s
-    assert all(off(one, case.truth[key]) < 1.0 for key, one in found.fitted.items())
+    assert all(off(key, one, case.truth[key]) < 1.0 for key, one in found.fitted.items())

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from quadstep.identify.fit import Fitted, identify
+from quadstep.identify.parameters import VEHICLE
 from quadstep.io.errors import UserError
 from tests.calm_flights import PATHS, WOBBLY, logged, start, true_values
 from tests.challenge.search import Attempt, Search, coverage
@@ -25,9 +26,12 @@ FAR = 2.0
 """Halves of a 95 % interval from its middle, beyond which a number misleads and is not merely one of the twenty."""
 
 
-def off(one: Fitted, true: float) -> float:
-    """How far a number is from the truth, in halves of its interval."""
-    if one.low > 0.0 and true > 0.0:
+LINEAR = {one.key for one in VEHICLE if not one.logarithmic}
+
+
+def off(key: str, one: Fitted, true: float) -> float:
+    """How far a number is from the truth, in halves of its interval, on the scale on which it was searched."""
+    if key not in LINEAR and one.low > 0.0 and true > 0.0:
         half = 0.5 * math.log(one.high / one.low)
         return abs(math.log(true) - 0.5 * math.log(one.high * one.low)) / half
     return abs(true - 0.5 * (one.low + one.high)) / max(0.5 * (one.high - one.low), 1e-12)
@@ -50,7 +54,7 @@ def flights(seed: int) -> Iterable[Attempt]:
             yield Attempt(0.0, f"{case}: {error}")
             continue
         truth = true_values(name)
-        worst, key = max(((off(one, truth[key]), key) for key, one in found.fitted.items()), default=(0.0, "nothing"))
+        worst, key = max(((off(key, one, truth[key]), key) for key, one in found.fitted.items()), default=(0.0, "nothing"))
         yield Attempt(worst / FAR, f"{case}: {key} is {worst:.2g} halves of its interval off")
 
 
@@ -63,7 +67,7 @@ def vehicles(seed: int) -> Iterator[tuple[Case, dict[str, float]]]:
                 found = identify([case.flight], case.start, lambda _: None, predictors=False).fitted
             except UserError:
                 found = {}
-            yield case, {key: off(one, case.truth[key]) for key, one in found.items()}
+            yield case, {key: off(key, one, case.truth[key]) for key, one in found.items()}
 
 
 def of_structure(seed: int) -> Iterable[Attempt]:
