@@ -168,7 +168,6 @@ class Sticks:
         return ""
 
     def close(self) -> None:
-        """Disarms."""
         self._send(vector(0.0, 0.0, 0.0), 0.0, armed=False)
         self.socket.close()
 

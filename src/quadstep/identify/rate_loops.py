@@ -273,7 +273,6 @@ class RateLoop(NamedTuple):
         return f"{name} from {before:.4g} to {self.valued(name, after)}"
 
     def valued(self, name: str, value: float) -> str:
-        """Its value, in words."""
         bare = name == self.integral or (self.notches and self.notches.switches(name))
         unit = " 1/s" if name == self.attitude else "" if bare else " Hz"
         return f"{value:.4g}{unit}"

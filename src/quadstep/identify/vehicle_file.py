@@ -231,7 +231,6 @@ def as_toml(vehicle: AirframeSection) -> str:
 
 
 def note(units: dict[str, str], key: str) -> str:
-    """The unit as a comment."""
     unit = units.get(key, "")
     return f"  # {unit}" if unit else ""
 

@@ -282,7 +282,6 @@ def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[
 
 
 def folder_digest() -> str:
-    """Of the code of this folder."""
     here = sorted(Path(__file__).parent.glob("*.py"))
     return hashlib.sha256(b"\0".join(path.read_bytes() for path in here)).hexdigest()
 

@@ -35,7 +35,6 @@ MARGIN_COLUMNS = (
 
 
 def margin_numbers(one: Margins) -> list[float | None]:
-    """The columns of `MARGIN_COLUMNS`."""
     gains = [20.0 * math.log10(gain) if 0.0 < gain < math.inf else None for gain in (one.gain_up, one.gain_down)]
     rest = one.phase, one.phase_at, one.delay, one.disk, one.sensitivity, one.complementary
     return [*gains, *map(finite, rest)]

@@ -83,7 +83,6 @@ def states(flown: LoopState) -> list[float]:
 
 
 def names_of(flown: LoopState) -> list[str]:
-    """The names of `states`."""
     return [name.removeprefix("cycle.") for name in leaf_names(flown._replace(cycle=flown.cycle._replace(command=())))]
 
 

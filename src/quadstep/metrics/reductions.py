@@ -45,7 +45,6 @@ def rmse(errors: Numbers) -> float:
 
 
 def zeros(now: Vector) -> Vector:
-    """As many zeros."""
     return Vector([0.0] * len(now))
 
 
@@ -70,8 +69,6 @@ class RmsLength(NamedTuple):
 
 
 class LargestLength(NamedTuple):
-    """The largest length of a vector."""
-
     square: Number
 
     @staticmethod
@@ -169,8 +166,6 @@ class Mean:
 
 
 class LengthOfMean:
-    """The length of the mean vector."""
-
     @staticmethod
     def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
         return [float(np.linalg.norm(rows.mean(axis=0)))]

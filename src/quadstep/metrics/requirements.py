@@ -33,7 +33,6 @@ class JudgedMetric(NamedTuple):
         return Case(f"{without_unit(self.metric)} at most {quantity(self.most, unit(self.metric))}", self.failure)
 
     def as_json(self) -> dict[str, object]:
-        """For `--json`."""
         return {"metric": self.metric, "most": self.most, "measured": self.measured, "met": self.failure is None}
 
 
@@ -124,7 +123,6 @@ class JudgedShare(NamedTuple):
         return Case(name, None if self.met else failure)
 
     def as_json(self) -> dict[str, object]:
-        """For `--json`."""
         return {"least": self.least, "measured": self.success.low, "met": self.met}
 
 

@@ -45,7 +45,6 @@ class Verdict(NamedTuple):
         return not any(case.failure for case in self.cases)
 
     def as_json(self) -> dict[str, object]:
-        """The object that `--json` prints."""
         return {"command": self.command, **self.content, "passed": self.passed, "exit_code": self.exit_code}
 
 

@@ -118,7 +118,6 @@ def plain_sliders(gains: object) -> list[Control]:
 
 
 def plain_slider(name: str, components: list[Component]) -> Control:
-    """The slider of one of them."""
     values = [component.value for component in components]
     label = Gain(None, "", "", key=name).label
     if min(values) > 0.0:

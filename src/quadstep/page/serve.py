@@ -245,7 +245,6 @@ class Handler(BaseHTTPRequestHandler):
 
     @property
     def port(self) -> int:
-        """The port that is listened on."""
         return self.connection.getsockname()[1]
 
     def misdirected(self) -> Answer | None:

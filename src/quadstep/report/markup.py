@@ -116,7 +116,6 @@ def note(text: str) -> str:
 
 
 def listing(lines: Iterable[str]) -> str:
-    """A list of sentences."""
     return f"<ul>{''.join(f'<li>{rich(line)}</li>' for line in lines)}</ul>"
 
 

@@ -116,7 +116,6 @@ def prose(text: str) -> str:
 
 
 def power_of_ten(exponent: int) -> str:
-    """10 to this power."""
     return f"10{str(exponent).translate(POWERS)}"
 
 

@@ -230,10 +230,9 @@ def margin_rows(
 def sentence(flight: Excited, now: MeasuredLoop) -> str:
     assert now.phase
     phase, at = degrees(now.phase.value), hertz(now.phase.at)
-    gains = [
-        f"{way}wards {one}" if one.startswith("unknown") else f"{way} by {one}"
-        for way, one in zip(("up", "down"), now.gains(" dB"), strict=True)
-    ]
+    known = now.up is not None, now.down is not None or now.floor is not None
+    ways = zip(("up", "down"), known, now.gains(" dB"), strict=True)
+    gains = [f"{way} by {one}" if is_known else f"{way}wards {one}" for way, is_known, one in ways]
     by = "By the plant that was fitted, the" if now.by_plant else "The"
     if flight.changed:
         by = f"{listed(flight.changed)} changed in this log, so these may be the margins of no single loop. {by}"

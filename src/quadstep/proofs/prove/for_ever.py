@@ -79,12 +79,10 @@ def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> li
 
 
 def millimetres_up(metres: float) -> str:
-    """In millimetres, rounded up."""
     return f"{millimetres(metres)} mm" if metres >= NOTHING else f"below {1e3 * NOTHING:g} mm"
 
 
 def millimetres_down(metres: float) -> str:
-    """In millimetres, rounded down."""
     return f"{rounded_down(1e3 * metres, 3):.3g} mm"
 
 

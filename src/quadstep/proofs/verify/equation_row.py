@@ -20,8 +20,6 @@ from quadstep.numbers import Matrix, Vector, flatten
 
 
 class EquationVerdict(StrEnum):
-    """Verdict on an equation."""
-
     AS_PRINTED = "as printed"
     CORRECTED = "corrected"
     PROOF_STEP = "proof step, checked numerically"

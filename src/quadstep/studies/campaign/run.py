@@ -238,7 +238,6 @@ def following(decided: Decided, file: Path) -> list[str]:
 
 
 def decided_as_json(decided: Decided) -> dict[str, object]:
-    """For `--json`."""
     return {
         "target": decided.target,
         "decision": "below" if decided.below else "above" if decided.above else "undecided",

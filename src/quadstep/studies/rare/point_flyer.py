@@ -134,7 +134,6 @@ class PointFlyer:
 
 
 def failed_in_this_way(table: pa.Table, failure: Failure) -> NDArray[np.bool_]:
-    """Which flights failed in this way."""
     failed: NDArray[np.bool_] = ~table[SUCCESS].to_numpy()
     completed: NDArray[np.bool_] = table[OUTCOME].to_numpy() == OUTCOMES[0]
     of_this_kind = {Failure.ANY: failed, Failure.ABOVE: failed & completed, Failure.EARLY: failed & ~completed}

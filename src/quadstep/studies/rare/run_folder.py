@@ -20,8 +20,6 @@ Probability = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
 class RareTable(BaseModel):
-    """A table of rare.json."""
-
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
