@@ -235,6 +235,9 @@ def test_what_a_setpoint_does_not_tell_is_refused_with_the_reason(tmp_path):
     said = r"logged every 32 ms; margins need 20 ms or less: set bit 4 of SDLOG_PROFILE .high rate, 147 instead of 131."
     with pytest.raises(UserError, match=said):
         excited(bare, None)
+    time = STEP * np.arange(len(r))
+    with pytest.raises(UserError, match="flight in one mode; 5 gaps of 20 ms or more: log less, or to a"):
+        setpoints.read(PX4[0], time + 0.1 * (time // 5.0), (r, y, u), parameters(SOUND))
     bare.write_bytes(rate_loop(r[:40:5], y[:40:5], u[:40:5], 5 * STEP, parameters(SOUND)))  # 20 ms, but for rounding
     with pytest.raises(UserError, match="no 10 s of uninterrupted flight in one mode"):
         excited(bare, None)
@@ -253,7 +256,7 @@ def test_a_hover_in_gusts_is_no_excitation(tmp_path):
     still = flown(axes(), np.zeros((20_000, 3)), noise=0.01, gust=2.0)
     path = tmp_path / "hover.ulg"
     path.write_bytes(rate_loop(*(column[:, SOUND] for column in still), STEP, parameters(SOUND)))
-    with pytest.raises(UserError, match=r"setpoints explain 60 % of the commands .* without an excitation"):
+    with pytest.raises(UserError, match=r"excite the commands too little: no axis's explains 60 % .* snap the sticks often"):
         excited(path, None)
 
 

@@ -246,8 +246,8 @@ def refuse_narrow(path: Path, one: Excited) -> None:
     if wide(one.measured) < NARROWEST:
         heard = f"only between {omega[0]:.3g} and {omega[-1]:.3g} rad/s" if len(omega) > 1 else "nowhere"
         raise UserError(
-            f"{path}: the setpoints explain {100 * HEARD:g} % of the commands (coherence) {heard}, for no axis over more than "
-            f"a factor of {NARROWEST:g}: without an excitation its margins cannot be measured; snap the sticks often, "
+            f"{path}: setpoints excite the commands too little: no axis's explains {100 * HEARD:g} % of its command "
+            f"(coherence) over a factor of {NARROWEST:g} in frequency, the best {heard}; snap the sticks often, "
             + ADVICE[one.loop.form if one.loop else ""]
         )
 

@@ -95,7 +95,11 @@ def axis_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Ex
     levelled = latest(found.columns.get(LEVELLED), u.time, 1.0 if loop.attitude else 0.0)
     first, last = stretch(u.time, flown(found.columns, place, u.time), levelled, LONGEST_GAP * period)
     if last - first < 2 or u.time[last] - u.time[first] < SHORTEST:
-        raise UserError(f"{path}: {loop.command}: no {SHORTEST:g} s of uninterrupted flight in one mode")
+        gaps = int((np.diff(u.time) >= LONGEST_GAP * period).sum())
+        missing = (
+            f"; {gaps} gaps of {1e3 * LONGEST_GAP * period:.3g} ms or more: log less, or to a faster card" if gaps else ""
+        )
+        raise UserError(f"{path}: {loop.command}: no {SHORTEST:g} s of uninterrupted flight in one mode{missing}")
     time = np.arange(u.time[first], u.time[last], period)
     command = np.interp(time, u.time, u.value)
     setpoint, rate = (loop.unit * value for value in (latest(r, time + 0.25 * period, 0.0), np.interp(time, y.time, y.value)))
