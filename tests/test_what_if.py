@@ -14,7 +14,7 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.studies import what_if as run
 from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.objective import Row
-from quadstep.studies.what_if import answer, changes_of, unmodelled
+from quadstep.studies.what_if import answer, changes_of, left_out, unmodelled
 from quadstep.studies.what_if_report import Question, better_or_worse, changed_words, hidden_effects, in_flight
 from tests.commands import quadstep
 from tests.needs import CHROMIUM, needs, package
@@ -126,6 +126,9 @@ def test_two_files_differ_by_what_changes_between_them(tmp_path):
         names.append(str(tmp_path / f"{len(names)}.yaml"))
         (tmp_path / f"{len(names) - 1}.yaml").write_text(CrazyflieYaml.write(values, defaults))
     assert changes_of([names[1]], names[0]) == {"pid_rate.roll_kp": 250.0}
+    (said,) = left_out([names[1]], names[0])
+    assert said == f"{names[1]} does not have pid_rate.roll_kp: its default counts"
+    assert left_out([names[0]], names[1]) == ()
     assert changes_of([names[0]], LAW) == {"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}
     with pytest.raises(UserError, match=r"no parameter of .* differs between it and"):
         changes_of([names[0]], names[0])
@@ -146,6 +149,14 @@ def test_the_file_says_whose_parameters_they_are(tmp_path):
         answer(Question("mine.csv", {"MC_ROLL_P": 1.0}, "x500"), None)
     with pytest.raises(UserError, match=r"MC_ROLP_P is not a parameter of px4-cascade; did you mean MC_ROLL_P\?"):
         answer(Question("px4-cascade", {"MC_ROLP_P": 1.0}, "x500"), None)
+
+
+def test_values_that_are_one_in_f32_are_the_same(tmp_path):
+    file = tmp_path / "saved.params"
+    file.write_text("1\t1\tMC_ROLLRATE_P\t0.150000005960464478\t9\n1\t1\tMC_ROLL_P\t6\t9\n")
+    assert changes_of([str(file)], "px4-cascade") == {"MC_ROLL_P": 6.0}
+    with pytest.raises(UserError, match=r"MC_ROLLRATE_P is already 0\.15"):
+        answer(Question(str(file), {"MC_ROLLRATE_P": 0.15}, "x500"), None)
 
 
 def test_parameters_of_two_laws_and_one_twice_are_refused():

@@ -30,4 +30,5 @@ failed = {when: {part: 100 * share for part, share in one.items()} for when, one
 print(row("failed in gusts", failed, "{value:.3g} % ({low:.3g} to {high:.3g})"))
 for name, words in WORDS.items():
     print(row(words, found["metrics"][name], "{value:.3g}"))
+print(*(f"\nWarning: {one}" for one in found.get("warnings", ())), sep="\n")
 print("", "Intervals are 95 %. Report and page are the run's artifacts.", sep="\n")

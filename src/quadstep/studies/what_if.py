@@ -77,7 +77,7 @@ def differences(file: str, other: str) -> dict[str, float]:
         {**usual, **(read_parameters(Path(one), laws[0].parameter_file).values if one not in STOCK else {})}
         for one in (file, other)
     )
-    found = {name: after[name] for name in usual if after[name] != before[name]}
+    found = {name: after[name] for name in usual if not equal(after[name], before[name])}
     if not found:
         more = unmodelled([other], file)
         said = f"; {briefly(more)} {'does, but is' if len(more) == 1 else 'do, but are'} not modelled" if more else ""
@@ -85,16 +85,36 @@ def differences(file: str, other: str) -> dict[str, float]:
     return found
 
 
+def equal(one: float, other: float) -> bool:
+    """Whether an autopilot, which keeps parameters in f32, takes two values for the same."""
+    return bool(np.float32(one) == np.float32(other))
+
+
+def both_files(texts: Sequence[str], file: str) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """What two files of parameters have; nothing where no two files are compared. Raises UserError."""
+    if len(texts) != 1 or "=" in texts[0] or file in STOCK or texts[0] in STOCK:
+        return {}, {}
+    before, after = (read_parameters(Path(one), laws_of(file)[0].parameter_file).values for one in (file, texts[0]))
+    return before, after
+
+
+def left_out(texts: Sequence[str], file: str) -> tuple[str, ...]:
+    """What another file of parameters does not have though the first one has it, in words: defaults count, though a ground
+    station that loads such a file leaves the vehicle's. Raises UserError.
+    """
+    before, after = both_files(texts, file)
+    names = [name for name in differences(file, texts[0]) if name in before and name not in after] if before else []
+    count = "its default counts" if len(names) == 1 else "their defaults count"
+    return (f"{texts[0]} does not have {briefly(names)}: {count}",) if names else ()
+
+
 def unmodelled(texts: Sequence[str], file: str) -> tuple[str, ...]:
     """What else differs in another file of parameters, and no law uses; nothing where no two files are compared.
 
     Raises UserError.
     """
-    if len(texts) != 1 or "=" in texts[0] or file in STOCK or texts[0] in STOCK:
-        return ()
-    laws = laws_of(file)
-    before, after = (read_parameters(Path(one), laws[0].parameter_file).values for one in (file, texts[0]))
-    used = {key for law in laws for key in (*law.by_key(), *law.supported)}
+    before, after = both_files(texts, file)
+    used = {key for law in laws_of(file) for key in (*law.by_key(), *law.supported)} if before else ()
     return tuple(name for name in sorted({**before, **after}) if name not in used and before.get(name) != after.get(name))
 
 
@@ -199,10 +219,12 @@ def answer(
     content = question(asked, law, here)
     mission = check_mission(content, asked.file, here)
     now = {name: float(str(attrgetter(name)(mission.controller))) for name in asked.changes}
-    same = tuple(f"{name} is already {value:g}" for name, value in now.items() if asked.changes[name] == value)
+    same = tuple(f"{name} is already {value:g}" for name, value in now.items() if equal(asked.changes[name], value))
     if len(same) == len(now):
         raise UserError(briefly(same))
-    asked = asked._replace(changes={name: one for name, one in asked.changes.items() if one != now[name]}, same=same)
+    asked = asked._replace(
+        changes={name: one for name, one in asked.changes.items() if not equal(one, now[name])}, notes=(*asked.notes, *same)
+    )
     before = {f"controller.{name}": now[name] for name in asked.changes}
     after = {f"controller.{name}": value for name, value in asked.changes.items()}
     missions = (mission, check_mission(with_numbers(content, mission, after), asked.file, here))

@@ -39,7 +39,7 @@ class Question(NamedTuple):
     """A question. file: of parameters, or the law's name for its defaults. changes: by name. vehicle: a preset, or its file.
 
     wind: largest mean wind along each horizontal axis, and that which sets the turbulence [m/s]. within: further than this
-    from its place, a flight has failed [m]. unmodelled: what else changes, and no law uses. same: what does not, in words.
+    from its place, a flight has failed [m]. unmodelled: what else changes, and no law uses. notes: warnings.
     """
 
     file: str
@@ -50,7 +50,7 @@ class Question(NamedTuple):
     seed: int = 1
     within: float = 1.0
     unmodelled: tuple[str, ...] = ()
-    same: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 class Side(NamedTuple):
@@ -185,9 +185,9 @@ def hidden_effects(asked: Question) -> list[str]:
     """What the flights do not show of a change, as a warning."""
     more = asked.unmodelled
     if not more:
-        return list(asked.same)
+        return list(asked.notes)
     changed = "changes, too, and is" if len(more) == 1 else "change, too, and are"
-    return [f"{briefly(more)} {changed} not modelled: the flights do not show what comes of it", *asked.same]
+    return [f"{briefly(more)} {changed} not modelled: the flights do not show what comes of it", *asked.notes]
 
 
 def compared(difference: Estimate) -> str:
