@@ -9,6 +9,9 @@ from docs.site.pages import name_of, pages
 from quadstep.proofs.verify.registry import all_rows
 from quadstep.report.mathml import SOURCE, THIN, displayed, dollars, mathml, typeset
 
+CHILDREN = {"msub": 2, "msup": 2, "mover": 2, "mfrac": 2, "msubsup": 3, "munderover": 3}
+"""Of elements that a browser shows as a mere row where they have more."""
+
 FENCED = re.compile(r"^```.*?^```|^ {4}.*?$|`[^`\n]*`|<!--.*?-->", re.DOTALL | re.MULTILINE)
 
 
@@ -24,6 +27,7 @@ def inside(latex):
         ("-12.5", '<mo form="prefix">−</mo><mn>12.5</mn>'),
         ("a - b", "<mi>a</mi><mo>−</mo><mi>b</mi>"),
         (r"a \sin b", f"<mi>a</mi>{THIN}<mi>sin</mi><mo>&#8289;</mo>{THIN}<mi>b</mi>"),
+        (r"\cos^2 b", f"<msup><mi>cos</mi><mrow><mn>2</mn></mrow></msup><mo>&#8289;</mo>{THIN}<mi>b</mi>"),
         (r"\sin(b)", '<mi>sin</mi><mo>&#8289;</mo><mo stretchy="false">(</mo><mi>b</mi><mo stretchy="false">)</mo>'),
         (r"\Lambda_1", '<msub><mi mathvariant="normal">Λ</mi><mn>1</mn></msub>'),
         ("K_{r1}", "<msub><mi>K</mi><mrow><mi>r</mi><mn>1</mn></mrow></msub>"),
@@ -74,7 +78,9 @@ def test_every_formula_of_a_page_is_understood_and_well_formed(page):
     text = FENCED.sub("", page.read_text(encoding="utf-8"))
     assert text.replace("$$", "").count("$") % 2 == 0
     for found in SOURCE.finditer(text):
-        ElementTree.fromstring(mathml(found[1] or found[2], block=bool(found[1])))
+        made = ElementTree.fromstring(mathml(found[1] or found[2], block=bool(found[1])))
+        for kind, count in CHILDREN.items():
+            assert all(len(one) == count for one in made.iter(kind)), found[0]
 
 
 @pytest.mark.parametrize(

@@ -146,7 +146,12 @@ class Reader:
             ("under" if low else "") + ("over" if high else "") if over else ("sub" if low else "") + ("sup" if high else "")
         )
         high = f"<mrow>{high}</mrow>" if high else ""
-        return f"<m{kind}>{base}{low}{high}</m{kind}>" if low or high else base
+        applied = self.applied() if first.removeprefix("\\") in FUNCTIONS else ""
+        return f"<m{kind}>{base}{low}{high}</m{kind}>{applied}" if low or high else base
+
+    def applied(self) -> str:
+        """What stands between a function and its argument."""
+        return "<mo>&#8289;</mo>" + (THIN if self.peek() not in ("(", r"\left") else "")
 
     def thing(self) -> str:  # noqa: PLR0911 (a table of cases)
         """One letter, number, operator or command."""
@@ -176,7 +181,7 @@ class Reader:
             upright = ' mathvariant="normal"' if name[0].isupper() or name == "infty" else ""
             return f"<mi{upright}>{GREEK[name]}</mi>"
         if name in FUNCTIONS:
-            return f"<mi>{name}</mi><mo>&#8289;</mo>" + (THIN if self.peek() not in ("(", "_", "^", r"\left") else "")
+            return f"<mi>{name}</mi>" if self.peek() in ("_", "^") else f"<mi>{name}</mi>{self.applied()}"
         if name in SPACES:
             return f'<mspace width="{SPACES[name]}"></mspace>'
         if name in LARGE:
