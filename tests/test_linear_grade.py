@@ -300,3 +300,9 @@ def test_a_loop_that_bends_only_where_it_does_not_matter_is_graded_beside_other_
     found = quick_grade(hover("betaflight-rates", "hummingbird"))
     assert found["grade"] == SOUND
     assert found["why"].startswith("least gain margin ")
+
+
+def test_an_estimator_in_wind_is_graded_without_moving_its_covariance_to_what_is_none():
+    noise = {"position_noise": 0.02, "gyro_noise": 0.01, "accelerometer_noise": 0.1}
+    found = grade(hover("lqr", "x500", sensors={**noise, "latency": 0.02, "estimator": True}, wind={"mean": [6.0, 2.0, 0.0]}))
+    assert found.word == SOUND, found.why  # a mode of its covariance was said to grow by e in 3 ms

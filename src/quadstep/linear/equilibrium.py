@@ -232,7 +232,7 @@ def with_near(rest: Rest) -> Rest:
     if not near:
         return rest
     tried = " and ".join(filter(None, (rest.tried, f"{MOVED} states within {1e3 * NEAR:g} mm of it")))
-    return rest._replace(pieces=(*rest.pieces, *nearby(*place, rest.period.places)), tried=tried, near=near)
+    return rest._replace(pieces=(*rest.pieces, *nearby(*place, rest.period)), tried=tried, near=near)
 
 
 def better(loops: Loops, flown: LoopState, first: int, period: Reduced, change: Array, size: float) -> LoopState:

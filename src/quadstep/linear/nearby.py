@@ -33,8 +33,15 @@ LATER = 4
 
 def nonlinear_states(loops: Loops, flown: LoopState, first: int, period: Reduced) -> tuple[str, ...]:
     """The states whose slopes over a period are others near the rest `flown` at tick `first`."""
-    missed = map_difference(period.map, differences(loops, flown, first, period.places, NEAR)).max(axis=1)
-    return tuple(period.period.names[place] for place in np.flatnonzero(~(missed <= STRAIGHT)))
+    moved = movable(period)
+    near = differences(loops, flown, first, period.places[moved], NEAR)
+    missed = map_difference(period.map[np.ix_(moved, moved)], near).max(axis=1)
+    return tuple(period.period.names[moved[place]] for place in np.flatnonzero(~(missed <= STRAIGHT)))
+
+
+def movable(period: Reduced) -> NDArray[np.intp]:
+    """Which states are moved: all but an estimator's covariance, which would be none then, with negative variances."""
+    return np.flatnonzero(["covariance" not in period.period.names[place] for place in range(len(period.places))])
 
 
 def map_difference(exact: Array, other: Array) -> Array:
@@ -57,10 +64,11 @@ def differences(loops: Loops, flown: LoopState, first: int, places: NDArray[np.i
     return (ends[:, :count] - ends[:, count:]) / (2.0 * steps)
 
 
-def nearby(loops: Loops, flown: LoopState, first: int, places: NDArray[np.intp]) -> list[Reduced]:
-    """The loop linearised at states near its rest, without those where slopes do not exist. What is at these places is moved
-    before the last step of a period, so that what has to have length one does.
+def nearby(loops: Loops, flown: LoopState, first: int, period: Reduced) -> list[Reduced]:
+    """The loop linearised at states near its rest, without those where slopes do not exist. States are moved before the last
+    step of a period, so that what has to have length one does.
     """
+    places = period.places[movable(period)]
     last = first + loops.count - 1
     before = loops.tasks(loops.fly(flown, first, last), last, loops.p)[0]
     values = np.array(states(before))
