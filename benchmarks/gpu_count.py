@@ -8,7 +8,7 @@ import re
 from typing import NamedTuple
 
 from quadstep.engines.gpu_sweep import NEWEST, assembly
-from quadstep.engines.scored import Scored
+from quadstep.engines.scored import ScoredLoop
 from quadstep.interfaces.closed_loop import Ticks
 
 KINDS = {
@@ -51,7 +51,7 @@ class Bound(NamedTuple):
     steps: float
 
 
-def counted(program: str, loop: Scored, ticks: Ticks, architecture: int = NEWEST) -> dict[str, float]:
+def counted(program: str, loop: ScoredLoop, ticks: Ticks, architecture: int = NEWEST) -> dict[str, float]:
     """Instructions by kind of one step of a `ptx.program`, those of a task spread over the steps between its runs."""
     weights = {task.name: 1.0 / every for task, every in zip(loop.tasks, ticks.every, strict=True)}
     counts: dict[str, float] = dict.fromkeys(KINDS, 0.0)

@@ -13,7 +13,7 @@ from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.proofs.prove.hold import Departure, described, invariant_set
 from quadstep.proofs.prove.report import rounded_down, up
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
 
 PLACE = [0.0, 0.0, 5.0]
@@ -36,7 +36,7 @@ def row(law: str) -> str:
     """A law, the box of starts, the set, or the one line why there is none."""
     begun = time.process_time()
     try:
-        loop = Sampled(hovering(law).plan())
+        loop = SampledLoop(hovering(law).plan())
         found = invariant_set(loop, Unknown())
     except UserError as error:
         found = str(error)

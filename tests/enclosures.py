@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import image, seeded
 
 
@@ -31,7 +31,7 @@ def outside(law, centres, radius, points, seed=1):
     return most, found.rest
 
 
-def states(loop: Sampled, count, size, seed=2):
+def states(loop: SampledLoop, count, size, seed=2):
     """Some states about the start of a flight, (numbers, count), and the samples at which they are taken."""
     rng = np.random.default_rng(seed)
     start = np.array([loop.start[place] for place in loop.places])

@@ -10,7 +10,7 @@ import scipy.stats
 
 from quadstep.io.errors import UserError
 from quadstep.mission.check import check
-from quadstep.mission.distributions import Correlated
+from quadstep.mission.distributions import CorrelatedKeys
 from quadstep.numbers.noise import inverse_normal, probability
 from quadstep.studies.campaign.schema import CampaignFile
 from tests.campaigns import distribution, of
@@ -151,7 +151,7 @@ def test_a_correlated_set_has_its_covariance_in_either_notation():
 def test_three_correlated_keys():
     matrix = np.array([[4.0, 1.0, -0.5], [1.0, 2.0, 0.3], [-0.5, 0.3, 1.0]])
     one = correlated(keys=["a", "b", "c"], mean=[0.0, 1.0, 2.0], covariance=matrix.tolist())
-    assert isinstance(one, Correlated)
+    assert isinstance(one, CorrelatedKeys)
     u = np.random.default_rng(5).uniform(size=(3, 200_000))
     drawn = np.array(one.quantiles(list(u)))
     np.testing.assert_allclose(np.cov(drawn), matrix, atol=0.04)

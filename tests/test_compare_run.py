@@ -195,8 +195,8 @@ def test_the_same_command_again_flies_nothing_and_gives_the_same_tables(done, mo
     _, out, file = done
     names = ("cells.csv", "pairs.csv", "gains.json", "results.md")
     before = {name: (out / name).read_bytes() for name in names}
-    monkeypatch.setattr(jobs, "worked", lambda job: pytest.fail(f"{job.label} is known"))
-    monkeypatch.setattr(jobs, "worked", lambda job: pytest.fail(f"{job.label} is known"))
+    monkeypatch.setattr(jobs, "do_job", lambda job: pytest.fail(f"{job.label} is known"))
+    monkeypatch.setattr(jobs, "do_job", lambda job: pytest.fail(f"{job.label} is known"))
     assert quadstep("compare", file, "--out", out).code == 0
     assert before == {name: (out / name).read_bytes() for name in before}
 
@@ -214,7 +214,7 @@ def test_gains_found_once_can_be_brought_along(done, tmp_path, monkeypatch):
 
 def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     _, out, file = done
-    real, left = jobs.worked, [4]
+    real, left = jobs.do_job, [4]
 
     def stopped(job):
         left[0] -= 1
@@ -222,7 +222,7 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return real(job)
 
-    monkeypatch.setattr(jobs, "worked", stopped)
+    monkeypatch.setattr(jobs, "do_job", stopped)
     left[0] = 0
     early = quadstep("compare", file, "--out", tmp_path / "out")
     assert (early.code, (tmp_path / "out").exists()) == (130, False)
@@ -380,7 +380,7 @@ def test_equal_missions_share_what_is_kept_and_compare_as_equal(tmp_path):
 def test_equal_controllers_that_fail_are_each_a_problem(monkeypatch, tmp_path):
     cell = study(SMALLEST).cell(Situation("research-2.6kg", "up", "calm"), "firm", {"type": "geometric"})
     equal = [jobs.linearising(cell._replace(controller=name)) for name in ("firm", "again")]
-    monkeypatch.setattr(jobs, "worked", lambda _: jobs.Worked(b"", "no idea"))
+    monkeypatch.setattr(jobs, "do_job", lambda _: jobs.JobResult(b"", "no idea"))
     with parts_in(tmp_path) as kept:
         run = ComparisonRun(kept, How(keep_going=True))
         run.work("linearising", equal)
@@ -524,7 +524,7 @@ def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
     ],
 )  # fmt: skip
 def test_bad_input_is_one_line_before_anything_flies(tmp_path, monkeypatch, text, said):
-    monkeypatch.setattr(jobs, "worked", lambda job: pytest.fail("it must not fly"))
+    monkeypatch.setattr(jobs, "do_job", lambda job: pytest.fail("it must not fly"))
     result = quadstep("compare", written(tmp_path, text), "--out", tmp_path / "out")
     assert result.refused, result
     assert said in result.err

@@ -12,7 +12,7 @@ from quadstep.control.registry import controllers
 from quadstep.numbers.affine import HALF_UNIT, MOST_SUMMED, UP
 from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, UndefinedError
 from quadstep.numbers.functions import sinc
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import seeded
 from quadstep.vehicle.paper import State
 from tests.enclosures import outside, spread, states
@@ -161,7 +161,7 @@ LAWS = {name: {} for name in controllers(State)}
 @pytest.mark.parametrize("size", [1e-6, 1e-3])
 def test_a_sample_of_every_law_of_the_papers_plant_stays_in_its_enclosure(name, size):
     path = {"type": "minimum-jerk", "end": [1.0, 0.5, 2.0], "duration": 3.0}
-    loop = Sampled(Mission(path=path, controller={"type": name}).plan())
+    loop = SampledLoop(Mission(path=path, controller={"type": name}).plan())
     centres, ticks = states(loop, 3, 1e-2)
     most, rest = outside(lambda x: loop.step(x, ticks), centres, size, points=6)
     assert most <= 0.0

@@ -27,7 +27,7 @@ from quadstep.proofs.prove.check_loop import CheckedLoop
 from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped_image, starts_of
 from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.rest import path_rests, rest
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 from tests.planar_proofs import forged
@@ -87,7 +87,7 @@ def test_flights_from_the_corners_and_within_stay_in_the_set(proved):
     most = 0.0
     for way in corners + inner:
         place = [5.0 * (axis == 2) + found.start * one for axis, one in enumerate(way)]
-        loop = Sampled(mission(place, type="geometric").plan())
+        loop = SampledLoop(mission(place, type="geometric").plan())
         states, _ = loop.flown()
         assert tuple(loop.names) == found.states
         off = states[1:] - found.rest
@@ -160,20 +160,20 @@ def test_a_broken_certificate_is_one_line(tmp_path, proved, name):
 
 
 def test_a_loop_that_does_not_return_is_not_proved():
-    loop = Sampled(mission(type="geometric", k_Omega=[1.0, 1.0, 1.0]).plan())
+    loop = SampledLoop(mission(type="geometric", k_Omega=[1.0, 1.0, 1.0]).plan())
     assert path_rests(loop)
     assert isinstance(invariant_set(loop, Unknown()), Departure)
 
 
 def test_estimates_that_nothing_moves_are_named():
-    found = invariant_set(Sampled(mission(type="geometric-adaptive").plan()), Unknown())
+    found = invariant_set(SampledLoop(mission(type="geometric-adaptive").plan()), Unknown())
     assert isinstance(found, str)
     assert "drag.0" in found
     assert "do not return on their own" in found
 
 
 def test_a_law_that_rests_on_an_edge_has_no_slopes_there():
-    found = invariant_set(Sampled(mission(type="mpc").plan()), Unknown())
+    found = invariant_set(SampledLoop(mission(type="mpc").plan()), Unknown())
     assert isinstance(found, str)
     assert " more have no slopes" in found
     assert "the loop rests exactly on an edge of the law" in found
@@ -181,7 +181,7 @@ def test_a_law_that_rests_on_an_edge_has_no_slopes_there():
 
 def test_a_combination_of_estimates_that_stays_is_named():
     law = hovering("filtered-backstepping")
-    assert "weights_" in invariant_set(Sampled(law.plan()), Unknown())
+    assert "weights_" in invariant_set(SampledLoop(law.plan()), Unknown())
 
 
 PAPER = """\
@@ -211,7 +211,7 @@ def test_hover_of_the_papers_plant_holds_under_unknown_forces_and_torques(tmp_pa
 
 
 def test_flights_pushed_at_random_stay_in_the_papers_set():
-    loop = Sampled(Mission(**tomllib.loads(PAPER)).plan())
+    loop = SampledLoop(Mission(**tomllib.loads(PAPER)).plan())
     kept = invariant_set(loop, PUSHED)
     rng, flights = np.random.default_rng(3), 16
     x = [np.full(flights, one) for one in loop.at_rest(loop.like)]
@@ -231,11 +231,13 @@ def test_flights_pushed_at_random_stay_in_the_papers_set():
 
 def test_a_path_that_moves_is_no_hover():
     way = {"type": "minimum-jerk", "end": [1.0, 0.0, 1.0], "duration": 2.0}
-    assert not path_rests(Sampled(Mission(path=way, controller={"type": "backstepping", "nets": {"enabled": False}}).plan()))
+    assert not path_rests(
+        SampledLoop(Mission(path=way, controller={"type": "backstepping", "nets": {"enabled": False}}).plan())
+    )
 
 
 def test_a_rest_is_one_and_its_slopes_are_those_of_flights():
-    loop = Sampled(mission(type="geometric").plan())
+    loop = SampledLoop(mission(type="geometric").plan())
     at = rest(loop)
     live, step = list(at.live), 1e-6
     after = np.array(loop.step(at.state.tolist(), float(loop.span)))

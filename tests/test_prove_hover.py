@@ -10,7 +10,7 @@ from quadstep.io import errors
 from quadstep.mission.read import plan_mission
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.proofs.prove.linear_maps import spectrum
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from tests.commands import quadstep, write
 
 FAILS = Path(__file__).parent.parent / "examples" / "theorem_fails.toml"
@@ -23,7 +23,7 @@ def loop_of(**controller):
         content["controller"].update(controller)
         mission = type(mission).model_validate(content)
     plan = plan_mission(mission, FAILS)
-    loop = Sampled(plan)
+    loop = SampledLoop(plan)
     return loop, hover(mission, plan, loop)
 
 

@@ -12,7 +12,7 @@ from quadstep.io.documents import parse_toml
 from quadstep.mission.read import check_mission, plan_mission, read_mission
 from quadstep.numbers import vector
 from quadstep.proofs.prove.certificate_file import read_certificate, read_set
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import Unknown, started
 from tests.commands import quadstep, write
 from tests.planar_proofs import SET, TUBE, forged
@@ -94,7 +94,7 @@ OPTIONS = {
 
 
 def loop_of(folder, text):
-    return Sampled(
+    return SampledLoop(
         plan_mission(check_mission(parse_toml(text, "mission"), "mission", folder), folder / "mission.toml", folder)
     )
 
@@ -164,7 +164,7 @@ def test_what_sensors_still_owe_moves_with_the_start(tmp_path):
 def test_the_enclosure_of_a_start_holds_its_starts(law):
     text = LATE.replace('"pid"\nvelocity = 20.0', f'"{law}"').replace("latency = 0.04", "latency = 0.04\nestimator = true")
     mission = check_mission(parse_toml(text, "mission"), "mission")
-    loop, unknown = Sampled(mission.plan()), Unknown(start=1e-2, start_velocity=0.1, start_attitude=0.2, start_rates=0.3)
+    loop, unknown = SampledLoop(mission.plan()), Unknown(start=1e-2, start_velocity=0.1, start_attitude=0.2, start_rates=0.3)
     found = loop.starts(unknown)
     moving = 0
     for shares in CORNERS:
@@ -214,7 +214,7 @@ def test_the_twelve_states_of_the_benchmark_meet_its_demands(tmp_path):
     assert np.max(z + box) < 1.4
     assert np.min((z - box)[later]) > 0.9
     assert 0.98 < z[-1] - box[-1] < z[-1] + box[-1] < 1.02
-    loop, most = Sampled(plan_mission(read_mission(QUAD), QUAD)), []
+    loop, most = SampledLoop(plan_mission(read_mission(QUAD), QUAD)), []
     for shares in CORNERS[::7]:
         off = flown(loop, begun(loop, Unknown(**starts), shares), len(z))[:-1] - found.flown[:-1]
         most.append(np.abs(off[:, 2] / box).max())

@@ -13,7 +13,7 @@ from quadstep.proofs.prove.certificate_file import read_certificate
 from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES
 from quadstep.proofs.prove.checker import STRIDE, block, check_certificate, from_the_start, grown, passage
 from quadstep.proofs.prove.linear_maps import coordinates
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.tube import SAMPLES, Tube, tube
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
@@ -28,7 +28,7 @@ UNKNOWN = Unknown(force=2.3e-4, torque=2.3e-4, mass=0.003, inertia=0.02, start=1
 def loop():
     controller = {"type": "backstepping", "nets": {"enabled": False}}
     path = {"type": "minimum-jerk", "end": [1.0, 0.5, 0.5], "duration": 4.0}
-    return Sampled(Mission(path=path, controller=controller, simulation={"duration": 0.5}).plan())
+    return SampledLoop(Mission(path=path, controller=controller, simulation={"duration": 0.5}).plan())
 
 
 @pytest.fixture(scope="module")

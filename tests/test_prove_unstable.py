@@ -16,11 +16,11 @@ from quadstep.numbers import Vector, maximum, minimum, sqrt, where
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.hold import Departure, escape, escaped, inner, invariant_set, narrow
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
-from quadstep.proofs.prove.invariant import Growth, Set
+from quadstep.proofs.prove.invariant import Growth, SetArithmetic
 from quadstep.proofs.prove.jet import bounded, jets
 from quadstep.proofs.prove.linear_maps import modes
 from quadstep.proofs.prove.rest import rest
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 
@@ -50,7 +50,7 @@ def loop_of(controller, **more):
         "controller": {"type": "pid", **controller},
         **more,
     }
-    return Sampled(Mission.model_validate(content).plan())
+    return SampledLoop(Mission.model_validate(content).plan())
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def found():
     loop = loop_of(FAST)
     at = rest(loop)
     chosen = modes(at.slopes)
-    arithmetic = Set(loop, at, chosen, Unknown())
+    arithmetic = SetArithmetic(loop, at, chosen, Unknown())
     return loop, arithmetic, escape(arithmetic, int(np.argmax(np.abs(chosen.values))))
 
 
@@ -108,7 +108,7 @@ def test_a_set_of_a_stable_loop_shows_nothing():
     loop = loop_of({})
     at = rest(loop)
     chosen = modes(at.slopes)
-    arithmetic = Set(loop, at, chosen, Unknown())
+    arithmetic = SetArithmetic(loop, at, chosen, Unknown())
     mode, slowest = int(np.argmax(np.abs(chosen.values))), np.abs(chosen.values) >= np.abs(chosen.values).max()
     radii, growth = narrow(arithmetic, slowest, arithmetic.even(1e-2 / np.abs(chosen.spread).max(axis=0)))
     assert escaped(arithmetic, mode, slowest, radii, growth, inner(arithmetic, slowest, radii)) is None
@@ -141,7 +141,7 @@ def test_coordinates_that_are_astray_make_the_start_larger_or_show_nothing():
 def test_a_bad_inverse_of_the_modes_shows_nothing(found, error):
     """One that would pass if only the set, and not its image, were taken for astray."""
     loop, arithmetic, _ = found
-    bad = Set(loop, arithmetic.at, arithmetic.modes, Unknown())
+    bad = SetArithmetic(loop, arithmetic.at, arithmetic.modes, Unknown())
     bad.into = bad.into + error * np.ones_like(bad.into)
     bad.astray = np.abs(np.eye(len(bad.into)) - bad.into @ bad.modes.spread @ bad.parted) + arithmetic.astray
     assert escape(bad, int(np.argmax(np.abs(bad.modes.values)))) is None
@@ -231,7 +231,7 @@ def settled(folder, law, axis, away, duration, within):
     mission = check_mission(content, "mission", folder)
     plan = mission.plan(folder)
     assert abs(fly(plan).table(axis)[-1, 0] - PLACE["xyz".index(axis)]) < within
-    loop = Sampled(plan)
+    loop = SampledLoop(plan)
     at = hover(mission, plan, loop)
     assert is_equilibrium(loop, at)
     return loop, at

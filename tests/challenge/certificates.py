@@ -14,7 +14,7 @@ from quadstep.mission.read import check_mission, plan_mission
 from quadstep.proofs.prove.certificate_file import read_unknown
 from quadstep.proofs.prove.report import VerdictKind
 from quadstep.proofs.prove.run import check
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from tests.challenge.search import Attempt, Search
 from tests.planar_proofs import SET, TUBE, forged, proved
 from tests.started import begun, flown
@@ -152,7 +152,7 @@ CHANGES: tuple[Change, ...] = (any_number, any_number, a_swap, a_claim, coordina
 def broken(content: Content, folder: Path) -> float:
     """How far flights get towards breaking a claim that was confirmed: the largest share of the claimed bounds."""
     mission = check_mission(parse_toml(content["mission"], "mission"), "mission", folder)
-    loop = Sampled(plan_mission(mission, folder / "mission.toml", folder))
+    loop = SampledLoop(plan_mission(mission, folder / "mission.toml", folder))
     unknown, claim = read_unknown(content["unknown"]), np.array(content["position[m]"])
     samples, centre = min(loop.samples, 100), flown(loop, loop.at_rest(loop.like), min(loop.samples, 100))
     if "radii" in content:

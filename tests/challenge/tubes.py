@@ -16,10 +16,10 @@ from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Vector, atan2, vector
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.hold import Hold, everywhere
-from quadstep.proofs.prove.invariant import Set, largest
+from quadstep.proofs.prove.invariant import SetArithmetic, largest
 from quadstep.proofs.prove.linear_maps import coordinates, modes
 from quadstep.proofs.prove.rest import rest
-from quadstep.proofs.prove.sampled import Sampled
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.tube import SAMPLES, Tube, tube
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.vehicle.planar import Planar, PlanarCommand, plane
@@ -76,7 +76,7 @@ class RandomPlanar(Planar):
         return found._replace(velocity=found.velocity - lost * state.velocity)
 
 
-def random_loop(random: np.random.Generator, still: bool) -> tuple[Sampled, str]:
+def random_loop(random: np.random.Generator, still: bool) -> tuple[SampledLoop, str]:
     """still: a path at rest, and programs that are smooth."""
     end = [0.0, 0.0, 5.0] if still else [0.2, 0.0, 5.1]
     path = {"type": "step" if still else "minimum-jerk", "start": [0.0, 0.0, 5.0], "end": end, "duration": 4.0}
@@ -89,7 +89,7 @@ def random_loop(random: np.random.Generator, still: bool) -> tuple[Sampled, str]
     law = RandomLaw(programs=tuple(one for one, _ in made), share=share, delay=delay, keeps=0.0 if still else 0.5)
     loop = replace(plan.loop, controller=law, plant=RandomPlanar(drag=drag))
     text = " | ".join(one for _, one in made)
-    return Sampled(plan._replace(loop=loop)), f"share {share}, delay {delay}, programs {text}, drag {said}"
+    return SampledLoop(plan._replace(loop=loop)), f"share {share}, delay {delay}, programs {text}, drag {said}"
 
 
 def random_unknown(random: np.random.Generator, most: float) -> Unknown:
@@ -98,7 +98,7 @@ def random_unknown(random: np.random.Generator, most: float) -> Unknown:
 
 
 def shares_of(
-    loop: Sampled, unknown: Unknown, shares: np.ndarray, centre: np.ndarray, bounds: np.ndarray, into: np.ndarray
+    loop: SampledLoop, unknown: Unknown, shares: np.ndarray, centre: np.ndarray, bounds: np.ndarray, into: np.ndarray
 ) -> np.ndarray:
     """The deviation of a flight as shares of its bounds, (samples, bounds). centre: (samples + 1, states)."""
     off = (flown(loop, begun(loop, unknown, shares), len(centre) - 1) - centre) @ into.T
@@ -151,7 +151,7 @@ def tubes(seed: int) -> Iterable[Attempt]:
         yield Attempt(most, f"{unknown}, from {way.tolist()}, {text}")
 
 
-def in_set(loop: Sampled, found: Hold, rows: np.ndarray) -> np.ndarray:
+def in_set(loop: SampledLoop, found: Hold, rows: np.ndarray) -> np.ndarray:
     """|z| of states as shares of the set's radii, (states, modes)."""
     live = list(found.at.live)
     z = (rows - found.at.state)[:, live] @ np.linalg.inv(found.modes.spread).T
@@ -162,7 +162,7 @@ def in_set(loop: Sampled, found: Hold, rows: np.ndarray) -> np.ndarray:
     return size / radii
 
 
-def edge(random: np.random.Generator, loop: Sampled, found: Hold) -> Iterator[float]:
+def edge(random: np.random.Generator, loop: SampledLoop, found: Hold) -> Iterator[float]:
     """How far states on the set's edge are out a sample later, as shares of its radii, by ascent."""
     count, radii = len(found.found.radii), found.found.radii
     later = float(loop.span * int(random.integers(1, 100)))
@@ -199,7 +199,7 @@ def sets(seed: int) -> Iterable[Attempt]:
                 chosen = modes(at.slopes)
                 if not np.all(np.abs(chosen.values) < 1.0 - 1e-6):
                     continue
-                arithmetic = Set(loop, at, chosen, unknown, True)
+                arithmetic = SetArithmetic(loop, at, chosen, unknown, True)
                 radii = largest(arithmetic)
         except (UserError, UndefinedError, np.linalg.LinAlgError):
             continue

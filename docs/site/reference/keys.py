@@ -18,7 +18,7 @@ from quadstep.interfaces.controller import Measured
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.declared import declared_kind
 from quadstep.mission.derived import ControllerSection, NetsSection, section_of
-from quadstep.mission.distributions import Choice, Correlated, Grid, LogNormal, Normal, Sobol, Uniform
+from quadstep.mission.distributions import Choice, CorrelatedKeys, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.mission.fields import Quantity, as_diagonal, non_negative, positive
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
@@ -67,7 +67,7 @@ FILES = {
 
 HOMES: dict[Model, str] = {
     AirframeSection: "vehicle-file",
-    **dict.fromkeys((Uniform, Sobol, Normal, LogNormal, Choice, Grid, Correlated), "campaign-file"),
+    **dict.fromkeys((Uniform, Sobol, Normal, LogNormal, Choice, Grid, CorrelatedKeys), "campaign-file"),
 }
 """Tables that several kinds of file have, and the page that has them."""
 

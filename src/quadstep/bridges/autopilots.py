@@ -25,7 +25,7 @@ from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import FORMATS
-from quadstep.mission.derived import BuiltController, Modelled
+from quadstep.mission.derived import BuiltController, ModelledVehicle
 from quadstep.mission.fields import Quantity
 from quadstep.mission.own_controller import FIRST_WAIT, PilotedSection
 from quadstep.numbers import Number, Vector
@@ -287,7 +287,7 @@ class AutopilotSection(PilotedSection):
         for one in CONNECTIONS.values():
             one.pilot = partial(kind.station, one, motors, plan, model, found, where, said)
 
-    def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
+    def build(self, vehicle: ModelledVehicle, folder: Path) -> BuiltController:
         model = vehicle.model()
         kind = KINDS[self.type]
         handle = connection(self.type, address(self.connect, kind.port), kind.order(model))

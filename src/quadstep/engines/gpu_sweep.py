@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from quadstep.engines import kernel
 from quadstep.engines.cuda import PROCESSORS, Device, DeviceKernel, Memory, Module, NoDeviceError, OutOfDeviceMemoryError
 from quadstep.engines.loop import Numbers
-from quadstep.engines.scored import Scored
+from quadstep.engines.scored import ScoredLoop
 from quadstep.engines.sweep import Batch, SweepResults
 from quadstep.engines.sweep_trace import Generate, SweepTrace
 from quadstep.interfaces.closed_loop import Advance, Ticks
@@ -51,7 +51,7 @@ def prepare() -> llvm.Target:
 
 
 def ptx(
-    loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool = False,
+    loop: ScoredLoop, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool = False,
     architecture: int = NEWEST, generate: Generate | None = None,
 ) -> str:  # fmt: skip
     """PTX of a kernel `sweep`, see `SweepTrace`. architecture: compute capability times ten, 90 for 9.0."""
@@ -61,7 +61,7 @@ def ptx(
 
 
 def program(
-    loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool = False,
+    loop: ScoredLoop, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool = False,
     generate: Generate | None = None,
 ) -> str:  # fmt: skip
     """The kernel as LLVM text, not yet optimised."""
@@ -144,7 +144,7 @@ class GpuSweep(Batch):
     """
 
     def __init__(
-        self, loop: Scored, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
+        self, loop: ScoredLoop, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
         varying: Sequence[int], double: bool = False, registers: int | None = None,
         generate: Generate | None = None,
     ) -> None:  # fmt: skip

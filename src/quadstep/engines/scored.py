@@ -1,7 +1,7 @@
 """Metrics summed during the flight, so that a flight leaves a handful of numbers instead of a log.
 
-`Scored` is a closed loop around another: its cycle is the other's plus the sums so far; its last task adds a sample to them.
-It flies on every engine.
+`ScoredLoop` is a closed loop around another: its cycle is the other's plus the sums so far; its last task adds a sample to
+them. It flies on every engine.
 """
 
 import math
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from quadstep.engines.eager import always
 from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Clock, Task, Ticks
-from quadstep.interfaces.log import FlightLog, Metric, Summed, added, started
+from quadstep.interfaces.log import FlightLog, Metric, RunningMetric, added, started
 from quadstep.interfaces.plant import Plant
 from quadstep.metrics.reductions import Sums
 from quadstep.metrics.registry import LARGEST as FARTHEST
@@ -44,7 +44,7 @@ class Score(NamedTuple):
 
     samples: Number
     sums: tuple[Sums, ...]
-    own: tuple[Summed, ...] = ()
+    own: tuple[RunningMetric, ...] = ()
 
 
 class ScoredCycle(NamedTuple):
@@ -55,7 +55,7 @@ class ScoredCycle(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Scored:
+class ScoredLoop:
     """A loop and the sums over it. begin: the time from which samples count [s]. own: metrics of the user's own.
 
     What is summed comes from its `position_error`, `inputs` and `weight_norms`.
@@ -104,7 +104,7 @@ class Scored:
             score = rebuild(score, iter(kept))
         return cycle._replace(score=score), 0.0
 
-    def own_sums(self, cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> tuple[Summed, ...]:
+    def own_sums(self, cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> tuple[RunningMetric, ...]:
         """The user's own metrics, updated with the row that the log would have now."""
         row = self.row(cycle, parameters, clock.time)
         return added(self.own, cycle.score.own, dict(zip(self.columns, row, strict=True)))
@@ -120,14 +120,16 @@ def lifted_task(task: Task) -> Callable[[ScoredCycle, Numbers, Clock], tuple[Sco
     return run
 
 
-def scored(loop: Loop, ticks: Ticks, period: float, begin: float = 0.0, own: tuple[Metric, ...] = ()) -> tuple[Scored, Ticks]:
+def scored(
+    loop: Loop, ticks: Ticks, period: float, begin: float = 0.0, own: tuple[Metric, ...] = ()
+) -> tuple[ScoredLoop, Ticks]:
     """The loop with a score every `period` [s] from `begin` [s] on, rounded to whole steps, and the clock for both.
 
     There are no rows but the first.
     """
     every = max(1, round(period / ticks.step))
     begin = max(0.0, begin - 0.5 * ticks.step)
-    return Scored(loop, begin, own), ticks._replace(every=(*ticks.every, every), log=ticks.last + 1)
+    return ScoredLoop(loop, begin, own), ticks._replace(every=(*ticks.every, every), log=ticks.last + 1)
 
 
 def score_names(plant: Plant, own: Iterable[Metric] = ()) -> tuple[str, ...]:

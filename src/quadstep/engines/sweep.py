@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from quadstep.engines.kernel import Kernel, Kernels, compile_sweep, host_width, object_code, structure
 from quadstep.engines.loop import Numbers
-from quadstep.engines.scored import Score, Scored, metrics
+from quadstep.engines.scored import Score, ScoredLoop, metrics
 from quadstep.engines.sweep_trace import OUTCOME, SweepTrace
 from quadstep.interfaces.closed_loop import Advance, Ticks
 from quadstep.io import code_cache
@@ -86,7 +86,7 @@ class Batch:
     """
 
     def __init__(
-        self, loop: Scored, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
+        self, loop: ScoredLoop, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
         varying: Sequence[int], double: bool = False,
     ) -> None:  # fmt: skip
         self.loop, self.ticks, self.varying, self.double = loop, ticks, tuple(varying), double
@@ -176,7 +176,7 @@ def completed(
 
 
 def prepare(
-    loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool, width: int
+    loop: ScoredLoop, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool, width: int
 ) -> Kernel:
     """The kernel for flights of this structure, traced and compiled on first request."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten((start, parameters)))
@@ -224,7 +224,9 @@ def width(double: bool) -> int:
     return 4 if double else 8
 
 
-def sweep_module(loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool) -> bytes:
+def sweep_module(
+    loop: ScoredLoop, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool
+) -> bytes:
     """A module that exports `sweep`, see `SweepTrace`: pointers are i32, counters i64. Raises UserError for a loop that calls
     what only Python has.
     """

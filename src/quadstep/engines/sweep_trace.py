@@ -6,7 +6,7 @@ from typing import TypeAlias, cast
 from llvmlite import ir
 
 from quadstep.engines.loop import Numbers
-from quadstep.engines.scored import Scored
+from quadstep.engines.scored import ScoredLoop
 from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.numbers import Number, Table, flatten, leaf_names
 from quadstep.numbers.functions import number
@@ -46,7 +46,7 @@ class SweepTrace(Ticking):
     """
 
     def __init__(
-        self, loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int],
+        self, loop: ScoredLoop, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int],
         double: bool, width: int, gpu: bool = False, frozen: bool = False, generate: Generate | None = None,
     ):  # fmt: skip
         counters = COUNTERS if not gpu else ("first", *COUNTERS[2:]) if generate else COUNTERS[2:]

@@ -9,7 +9,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from quadstep.engines.loop import Numbers
-from quadstep.engines.scored import Scored
+from quadstep.engines.scored import ScoredLoop
 from quadstep.engines.sweep import Sweep, places
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
@@ -29,7 +29,7 @@ class PredictionBatch:
         names = ["first", "history", *(leaf for one in free for leaf in one.leaves)]
         ticks = Ticks(period, (1,), 10**9, int(starts.history.max()) + max(loop.horizons))
         start: tuple[()] = ()
-        scored = cast(Scored, loop)  # its score is the result
+        scored = cast(ScoredLoop, loop)  # its score is the result
         given = cast(Numbers, parameters)  # nor is there a controller
         where = places(start, given, [PREFIX + name for name in names])
         self.sweep = Sweep(scored, ticks, start, given, where, double=True)

@@ -134,17 +134,19 @@ class Metric(ABC):
         return f"{self.name}[{self.unit}]" if self.unit else self.name
 
 
-class Summed(NamedTuple):
+class RunningMetric(NamedTuple):
     """A metric so far. value: of the sums."""
 
     sums: object
     value: Number
 
 
-def started(metrics: Sequence[Metric]) -> tuple[Summed, ...]:
-    return tuple(Summed(one.start(), 0.0) for one in metrics)
+def started(metrics: Sequence[Metric]) -> tuple[RunningMetric, ...]:
+    return tuple(RunningMetric(one.start(), 0.0) for one in metrics)
 
 
-def added(metrics: Sequence[Metric], before: Sequence[Summed], sample: Mapping[str, Number]) -> tuple[Summed, ...]:
+def added(
+    metrics: Sequence[Metric], before: Sequence[RunningMetric], sample: Mapping[str, Number]
+) -> tuple[RunningMetric, ...]:
     sums = [one.add(last.sums, sample) for one, last in zip(metrics, before, strict=True)]
-    return tuple(Summed(now, one.value(now)) for one, now in zip(metrics, sums, strict=True))
+    return tuple(RunningMetric(now, one.value(now)) for one, now in zip(metrics, sums, strict=True))

@@ -75,7 +75,7 @@ def did_you_mean(given: object, names: Sequence[str]) -> str:
     return "".join(f"; did you mean {one}?" for one in near)
 
 
-class Shortened(reprlib.Repr):
+class ShortRepr(reprlib.Repr):
     """Values as Python writes them, of a few levels and entries only."""
 
     def __init__(self) -> None:
@@ -89,7 +89,7 @@ class Shortened(reprlib.Repr):
 
 def shorten(value: object) -> str:
     """A given value, cut to fit a line."""
-    text = Shortened().repr(value)
+    text = ShortRepr().repr(value)
     return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan
 from quadstep.linear.equilibrium import Rest, aside, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, MarginLimits, Margins, margins
-from quadstep.linear.modes import STILL, Modes, Pole, Reduced, poles
+from quadstep.linear.modes import STILL, Modes, Pole, ReducedPeriod, poles
 from quadstep.linear.sampled import WANTED, linearising
 from quadstep.linear.states import Array, Channel
 from quadstep.linear.transfer import frequencies, loci, opened
@@ -46,7 +46,7 @@ class StepResponse(NamedTuple):
         return math.inf if last >= len(self.t) else float(self.t[last])
 
 
-def steps(loop: Reduced, poles: list[Pole]) -> list[StepResponse]:
+def steps(loop: ReducedPeriod, poles: list[Pole]) -> list[StepResponse]:
     names, rows = loop.period.pose
     inputs = [WANTED.index(name) for name in names]
     slowest = poles[0].time_constant
@@ -78,7 +78,7 @@ class Analysis(NamedTuple):
     channels: tuple[Channel, ...]
     poles: list[Pole]
     margins: tuple[Margins, ...]
-    loop: Reduced
+    loop: ReducedPeriod
     not_held: tuple[str, ...]
     limits: MarginLimits
     bends: tuple[str, ...] = ()
@@ -126,7 +126,7 @@ def limits(mission: Mission) -> MarginLimits:
     return MarginLimits(asked.gain, asked.phase, asked.least_delay(mission.latency))
 
 
-def of_loop(loop: Reduced, asked: MarginLimits = TEXTBOOK) -> Analysis:
+def of_loop(loop: ReducedPeriod, asked: MarginLimits = TEXTBOOK) -> Analysis:
     """The analysis of a linearised period."""
     channels = loop.period.channels
     modes = Modes(loop)

@@ -8,7 +8,7 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.plant import Reference
-from quadstep.linear.modes import Reduced, reduced
+from quadstep.linear.modes import ReducedPeriod, reduced
 from quadstep.linear.nearby import MOVED, NEAR, changed, clock_states, later_ticks, nearby, nonlinear_states
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.states import (
@@ -62,8 +62,8 @@ class Rest(NamedTuple):
     loops: Loops
     flown: LoopState
     first: int
-    period: Reduced
-    pieces: tuple[Reduced, ...] = ()
+    period: ReducedPeriod
+    pieces: tuple[ReducedPeriod, ...] = ()
     tried: str = ""
     near: tuple[str, ...] = ()
     later: tuple[float, ...] = ()
@@ -235,7 +235,7 @@ def with_near(rest: Rest) -> Rest:
     return rest._replace(pieces=(*rest.pieces, *nearby(*place, rest.period)), tried=tried, near=near)
 
 
-def better(loops: Loops, flown: LoopState, first: int, period: Reduced, change: Array, size: float) -> LoopState:
+def better(loops: Loops, flown: LoopState, first: int, period: ReducedPeriod, change: Array, size: float) -> LoopState:
     """After a step of Newton's method: the longest share of it after which the loop moves less than `size`, or else least."""
     tried: list[tuple[float, LoopState]] = []
     for share in SHARES:
@@ -246,13 +246,13 @@ def better(loops: Loops, flown: LoopState, first: int, period: Reduced, change: 
     return min(tried, key=lambda pair: pair[0])[1]
 
 
-def with_change(flown: LoopState, period: Reduced, change: Array) -> LoopState:
+def with_change(flown: LoopState, period: ReducedPeriod, change: Array) -> LoopState:
     values = np.array(states(flown))
     values[period.places] += change
     return with_states(flown, values.tolist())
 
 
-def largest_change(loops: Loops, flown: LoopState, first: int, period: Reduced) -> float:
+def largest_change(loops: Loops, flown: LoopState, first: int, period: ReducedPeriod) -> float:
     """The largest change of a state over a period, relative to 1; infinite where it is not finite."""
     values, after = (np.array(states(one))[period.places] for one in (flown, loops.fly(flown, first, first + loops.count)))
     size = largest(still(after - values, loops.count * loops.h), values)

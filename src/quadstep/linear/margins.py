@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.linear.states import Array
-from quadstep.linear.transfer import FEW, Complex, Opened, eigenvalue_near, heard_at, loci, loci_near, transfer
+from quadstep.linear.transfer import FEW, Complex, OpenedLoop, eigenvalue_near, heard_at, loci, loci_near, transfer
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
 
 MOST_STEPS, FOUND, NUDGE = 20, 1e-10, 1e-6
@@ -24,7 +24,7 @@ FAR = 0.2
 """A result that differs more than this from the phase margin's, as a share of it, is rejected."""
 
 
-def delay_contribution(one: Opened, z: complex, delay: float) -> Complex:
+def delay_contribution(one: OpenedLoop, z: complex, delay: float) -> Complex:
     """Contribution of a delay [s] to each tick of a period, from the law's samples in it; shape (ticks, samples)."""
     hold, steps = one.hold, delay / one.step
     whole, part = int(steps), steps - int(steps)
@@ -37,14 +37,14 @@ def earlier(hold: Array, z: complex, ticks: int) -> Complex:
     return hold[place] * (z ** periods.astype(float))[:, None]
 
 
-def excess(one: Opened, omega: float, delay: float) -> complex:
+def excess(one: OpenedLoop, omega: float, delay: float) -> complex:
     """The eigenvalue of T M nearest to 1, less 1."""
     z = complex(np.exp(1j * omega * one.length))
     through = transfer(one, np.array([omega]), delay_contribution(one, z, delay))[0, 0]
     return eigenvalue_near(through, 1.0) - 1.0
 
 
-def delay_margin(one: Opened, omega: float, by_phase: float) -> float:
+def delay_margin(one: OpenedLoop, omega: float, by_phase: float) -> float:
     """The delay [s] of one channel's command that puts a pole on the unit circle.
 
     omega, by_phase: the frequency [rad/s] and the delay [s] by the phase margin.
@@ -117,7 +117,7 @@ class Margins(NamedTuple):
         return -20.0 * math.log10(self.gain_down) if self.gain_down else math.inf
 
 
-def margins(one: Opened, omega: Array, grid: Complex) -> Margins:
+def margins(one: OpenedLoop, omega: Array, grid: Complex) -> Margins:
     """Margins of a stable loop. one: with a single channel; grid: its loci at the frequencies omega [rad/s]."""
     branches = continuous_loci(grid)
     real = list(crossings(one, omega, branches, lambda g: g.imag))
@@ -163,7 +163,7 @@ def continuous_loci(grid: Complex) -> Complex:
 
 
 def crossings(
-    one: Opened, omega: Array, branches: Complex, of: Callable[[Complex], NDArray[np.floating]]
+    one: OpenedLoop, omega: Array, branches: Complex, of: Callable[[Complex], NDArray[np.floating]]
 ) -> Iterator[tuple[float, complex]]:
     """Frequencies [rad/s] at which a branch g crosses of(g) = 0, and g there: all refined at once by regula falsi, which
     halves the value at an end that stays twice (Illinois).
@@ -192,7 +192,7 @@ def crossings(
         yield float(at[i]), complex(g[i])
 
 
-def nearest(one: Opened, at: Array, guesses: Complex) -> Complex:
+def nearest(one: OpenedLoop, at: Array, guesses: Complex) -> Complex:
     """The loci of a single channel nearest to guesses, each at its own frequency [rad/s]."""
     if len(one.due) > FEW:
         return np.array([loci_near(one, at[i : i + 1], complex(guess))[0, 0] for i, guess in enumerate(guesses)])
@@ -200,7 +200,7 @@ def nearest(one: Opened, at: Array, guesses: Complex) -> Complex:
     return found[np.arange(len(at)), np.abs(found - guesses[:, None]).argmin(axis=1)]
 
 
-def minimum(one: Opened, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:
+def minimum(one: OpenedLoop, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:
     """The least of(g) over all frequencies and values: on the grid, then refined."""
     with np.errstate(all="ignore"):
         values = np.nan_to_num(of(grid), nan=np.inf)

@@ -19,7 +19,7 @@ from quadstep.linear.sampled import Period, Tick
 from quadstep.linear.states import Array, short
 
 
-class Reduced(NamedTuple):
+class ReducedPeriod(NamedTuple):
     """A period of fewer states, and their indices among all states. commands: rows of the channels' commands among them."""
 
     period: Period
@@ -31,7 +31,7 @@ class Reduced(NamedTuple):
         return self.period.map
 
 
-def reduced(period: Period) -> Reduced:
+def reduced(period: Period) -> ReducedPeriod:
     """The channels that act, and the states on which they and the pose depend, even through others, without constants."""
     count = len(period.names)
     commands = np.arange(count - len(period.channels), count)
@@ -52,7 +52,7 @@ def reduced(period: Period) -> Reduced:
     grid = np.ix_(places, places)
     acting = np.flatnonzero(np.any([tick.acting.any(axis=0) for tick in period.ticks], axis=0))
     shown = {id(tick): tick_of(tick, places, grid, acting) for tick in period.ticks}
-    return Reduced(
+    return ReducedPeriod(
         period._replace(
             ticks=tuple(shown[id(tick)] for tick in period.ticks),
             names=tuple(period.names[place] for place in places),
@@ -116,7 +116,7 @@ def scales(matrix: Array) -> Array:
 class Modes:
     """The modes of a linearised period. factors: the eigenvalues of its map."""
 
-    def __init__(self, loop: Reduced) -> None:
+    def __init__(self, loop: ReducedPeriod) -> None:
         whole = loop.map
         most, self.pose = np.eye(len(whole)), loop.period.pose
         for tick in loop.period.ticks:
@@ -201,7 +201,7 @@ class Pole(NamedTuple):
         return -self.real / self.frequency if self.frequency else 0.0
 
 
-def poles(loop: Reduced, modes: Modes) -> list[Pole]:
+def poles(loop: ReducedPeriod, modes: Modes) -> list[Pole]:
     """The poles, growing ones first, then the slowest first."""
     names = short(loop.period.names)
     found = []

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.linear.modes import Reduced, reduced, scales
+from quadstep.linear.modes import ReducedPeriod, reduced, scales
 from quadstep.linear.sampled import Loops, approached
 from quadstep.linear.states import SAME, Array, LoopState, relative_difference, states, with_states
 from quadstep.numbers import Number
@@ -31,7 +31,7 @@ LATER = 4
 """Instants, evenly up to the end of the flight, at which a loop is compared with what it was before."""
 
 
-def nonlinear_states(loops: Loops, flown: LoopState, first: int, period: Reduced) -> tuple[str, ...]:
+def nonlinear_states(loops: Loops, flown: LoopState, first: int, period: ReducedPeriod) -> tuple[str, ...]:
     """The states whose slopes over a period are others near the rest `flown` at tick `first`."""
     moved = movable(period)
     near = differences(loops, flown, first, period.places[moved], NEAR)
@@ -39,7 +39,7 @@ def nonlinear_states(loops: Loops, flown: LoopState, first: int, period: Reduced
     return tuple(period.period.names[moved[place]] for place in np.flatnonzero(~(missed <= STRAIGHT)))
 
 
-def movable(period: Reduced) -> NDArray[np.intp]:
+def movable(period: ReducedPeriod) -> NDArray[np.intp]:
     """Which states are moved: all but an estimator's covariance, which would be none then, with negative variances."""
     return np.flatnonzero(["covariance" not in period.period.names[place] for place in range(len(period.places))])
 
@@ -64,7 +64,7 @@ def differences(loops: Loops, flown: LoopState, first: int, places: NDArray[np.i
     return (ends[:, :count] - ends[:, count:]) / (2.0 * steps)
 
 
-def nearby(loops: Loops, flown: LoopState, first: int, period: Reduced) -> list[Reduced]:
+def nearby(loops: Loops, flown: LoopState, first: int, period: ReducedPeriod) -> list[ReducedPeriod]:
     """The loop linearised at states near its rest, without those where slopes do not exist. States are moved before the last
     step of a period, so that what has to have length one does.
     """

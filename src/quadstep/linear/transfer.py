@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.linear.modes import Reduced, scales
+from quadstep.linear.modes import ReducedPeriod, scales
 from quadstep.linear.states import Array
 
 Complex = NDArray[np.complex128]
@@ -50,9 +50,9 @@ class Modal(NamedTuple):
 
 
 class Through(NamedTuple):
-    """What T is made of at any frequency, from some inputs. b, d: as `Opened` has them, from these. by_mode, where the modes
-    are known: how they show in the commands, how they follow from the inputs, and terms of the series in 1 / z from the first
-    on, shape (terms, channels, samples, inputs).
+    """What T is made of at any frequency, from some inputs. b, d: as `OpenedLoop` has them, from these. by_mode, where the
+    modes are known: how they show in the commands, how they follow from the inputs, and terms of the series in 1 / z from the
+    first on, shape (terms, channels, samples, inputs).
     """
 
     b: Complex
@@ -61,7 +61,7 @@ class Through(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Opened:
+class OpenedLoop:
     """The channels, each to be opened. a: map of a period of the closed loop, shape (n, n). b: from what is added to a command
     during each tick, shape (channels, n, ticks); c: to the command at each sample of the law, shape (channels, samples, n);
     d: straight through, shape (channels, samples, ticks). due: ticks at which the law samples. step: of the integrator [s].
@@ -91,7 +91,7 @@ class Opened:
         """How the ticks follow from the samples of the law, shape (ticks, samples)."""
         return hold(self.due, self.ticks)
 
-    def only(self, channel: int) -> "Opened":
+    def only(self, channel: int) -> "OpenedLoop":
         own = slice(channel, channel + 1)
         return replace(self, b=self.b[own], c=self.c[own], d=self.d[own])
 
@@ -121,7 +121,7 @@ def hold(due: Sequence[int], ticks: int) -> Array:
     return (latest[:, None] == np.arange(len(due))).astype(np.float64)
 
 
-def opened(loop: Reduced) -> Opened:
+def opened(loop: ReducedPeriod) -> OpenedLoop:
     """The loop with each channel ready to be opened."""
     period, count, channels = loop.period, len(loop.period.names), len(loop.commands)
     ticks = len(period.ticks)
@@ -139,7 +139,7 @@ def opened(loop: Reduced) -> Opened:
         whole, added = tick.step @ whole, np.tensordot(tick.step, added, 1)
         added[:, k] -= tick.acting
     c, d = np.array(rows).transpose(1, 0, 2), np.array(through).transpose(1, 0, 2)
-    return Opened(whole, added.transpose(2, 0, 1), c, d, tuple(due), period.step, modal(whole))
+    return OpenedLoop(whole, added.transpose(2, 0, 1), c, d, tuple(due), period.step, modal(whole))
 
 
 def modal(a: Array) -> Modal | None:
@@ -181,7 +181,7 @@ def series(a: Array, rest: Array, z: complex) -> Complex:
     return total
 
 
-def frequencies(loop: Reduced) -> Array:
+def frequencies(loop: ReducedPeriod) -> Array:
     """Frequencies up to half of a period's sampling rate [rad/s]: logarithmically spaced, and around the closed loop's poles.
 
     Each frequency stands for as many as the law has samples in a period; the more there are, the fewer are needed.
@@ -200,7 +200,7 @@ def frequencies(loop: Reduced) -> Array:
     return every[np.append(np.diff(every) > alike * every[1:], True)]
 
 
-def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> Complex:
+def transfer(one: OpenedLoop, omega: Array, onto: Array | Complex | None = None) -> Complex:
     """T of each channel at these frequencies [rad/s], shape (frequencies, channels, samples, samples).
 
     onto: how the ticks of a period follow from its inputs, shape (ticks, inputs); default: from the held samples of the law.
@@ -216,12 +216,12 @@ def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> 
     return complex_((felt * weights[:, None, None, :]) @ driven + np.tensordot(powers, fading, 1) + d)
 
 
-def loci(one: Opened, omega: Array) -> Complex:
+def loci(one: OpenedLoop, omega: Array) -> Complex:
     """-L of each channel, shape (frequencies, channels, samples): its values unordered if the law runs several times."""
     return closed_response(np.linalg.eigvals(transfer(one, omega)).astype(np.complex128))
 
 
-def loci_near(one: Opened, omega: Array, g: complex) -> Complex:
+def loci_near(one: OpenedLoop, omega: Array, g: complex) -> Complex:
     """-L of a single channel, shape (frequencies, values): all values or, if there are many, the one followed from g."""
     if len(one.due) <= FEW:
         return loci(one, omega)[:, 0]
@@ -232,7 +232,7 @@ def loci_near(one: Opened, omega: Array, g: complex) -> Complex:
     return closed_response(np.array(found))
 
 
-def heard_at(one: Opened, omega: float, g: complex) -> float:
+def heard_at(one: OpenedLoop, omega: float, g: complex) -> float:
     """The frequency [rad/s] at which the law's samples oscillate in the mode of a single channel's g: over a whole period all
     frequencies that differ by whole turns are the same.
     """
@@ -274,7 +274,7 @@ def mode_near(matrix: Complex, value: complex) -> tuple[complex, Complex]:
     return value, vector
 
 
-def harmonic(one: Opened, omega: Array) -> Complex:
+def harmonic(one: OpenedLoop, omega: Array) -> Complex:
     """L of each channel at these frequencies, up to half the law's rate, shape (frequencies, channels): among the values of L,
     the one whose eigenvector is nearest to the samples of exp(i omega t).
     """

@@ -118,7 +118,7 @@ FEW = 5
 """Of many names, those that a line has."""
 
 
-class Completed(NamedTuple):
+class CompletedTable(NamedTuple):
     """table: with what the file says where the table itself says nothing. notes: what is to be said of the rest. left: the
     parameters that the law does without.
     """
@@ -128,11 +128,11 @@ class Completed(NamedTuple):
     left: tuple[str, ...] = ()
 
 
-def completed(law: type[Controller], table: Mapping[str, object], folder: Path) -> Completed:
+def completed(law: type[Controller], table: Mapping[str, object], folder: Path) -> CompletedTable:
     """The table of a law. folder: where the file is looked up. Raises ValueError for a file that cannot be used."""
     name = table.get(KEY)
     if not law.parameter_file or not isinstance(name, str):
-        return Completed(dict(table))
+        return CompletedTable(dict(table))
     try:
         found = read_parameters(folder / name, law.parameter_file)
     except UserError as error:
@@ -143,7 +143,7 @@ def completed(law: type[Controller], table: Mapping[str, object], folder: Path) 
     groups = {group(key) for key in law.by_key()}
     left = found.values.keys() - law.by_key().keys() - law.supported.keys()
     near_first = tuple(sorted(left, key=lambda one: (group(one) not in groups, one)))
-    return Completed(under(merged, known), tuple(notes(law, found, name, near_first)), near_first)
+    return CompletedTable(under(merged, known), tuple(notes(law, found, name, near_first)), near_first)
 
 
 def refuse_unknown(law: type[Controller], found: AutopilotParameters, name: str) -> None:

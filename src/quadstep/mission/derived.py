@@ -26,7 +26,7 @@ from quadstep.interfaces.plant import Model
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.mission.clock import PERIODS, STEP
-from quadstep.mission.data_files import KEY, Completed, check_order, completed, out_of_range_note
+from quadstep.mission.data_files import KEY, CompletedTable, check_order, completed, out_of_range_note
 from quadstep.mission.fields import (
     MOST,
     Diagonal,
@@ -105,7 +105,7 @@ class BuiltController(NamedTuple):
     gains: Any
 
 
-class Modelled(Protocol):
+class ModelledVehicle(Protocol):
     """A vehicle."""
 
     def model(self) -> Model: ...
@@ -119,7 +119,7 @@ class ControllerSection(Section):
     """Whether it is the user's own."""
 
     type: str
-    _saved: Completed = PrivateAttr(Completed({}))
+    _saved: CompletedTable = PrivateAttr(CompletedTable({}))
     """What came of a file of parameters."""
 
     @property
@@ -140,7 +140,7 @@ class ControllerSection(Section):
         values = {key: attrgetter(key)(self) for key in self.controller.by_key()}
         return self.controller.undecided(model, values, self.table.learning(folder) if self.table else None)
 
-    def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
+    def build(self, vehicle: ModelledVehicle, folder: Path) -> BuiltController:
         """The law and its gains. folder: where files are looked up that a key names. Raises UserError."""
         model = vehicle.model()
         law, gains = self.controller.for_vehicle(model), self.gains(model, folder).decided()
@@ -160,7 +160,7 @@ class ControllerSection(Section):
             raise UserError(f"controller: {self.type}: conditions: should return a list of Condition, not {found!r:.60}")
         return [one for one in found if one.warned]
 
-    def warnings(self, vehicle: Modelled) -> list[str]:
+    def warnings(self, vehicle: ModelledVehicle) -> list[str]:
         """What a file of parameters has that is not flown, values beyond the autopilot's own ranges, and the conditions that
         these gains break, a line each.
         """

@@ -186,7 +186,7 @@ def as_rows(rows: object) -> object:
     return tuple(as_tuple(row) for row in rows) if isinstance(rows, list) else rows
 
 
-class Correlated(Section):
+class CorrelatedKeys(Section):
     """Keys that are jointly normal, by deviations and correlation, or by covariance; positive definite in either case."""
 
     keys: Annotated[
@@ -207,7 +207,7 @@ class Correlated(Section):
     ] = None
 
     @model_validator(mode="after")
-    def _fitting(self) -> "Correlated":
+    def _fitting(self) -> "CorrelatedKeys":
         count = len(self.keys)
         if len(set(self.keys)) < count:
             raise ValueError("keys: name each only once")
@@ -261,5 +261,5 @@ def is_value(table: dict[str, object]) -> bool:
 Varied = Annotated[
     dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what varies from flight to flight, as in a campaign")
 ]
-Together = Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary jointly")]
+Together = Annotated[tuple[CorrelatedKeys, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary jointly")]
 """Tables `vary` and `correlated` of files that fly many flights."""

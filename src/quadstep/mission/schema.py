@@ -26,7 +26,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.registry import AT_REST, DELAYS, EFFORTS, LEAST_GAIN, LEAST_PHASE, Metrics
 from quadstep.metrics.verdict import graded
 from quadstep.mission.clock import ClockSection
-from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
+from quadstep.mission.derived import ControllerSection, ModelledVehicle, with_usual_rates
 from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain, with_value
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.own_thing import check_names, own_metrics
@@ -162,9 +162,9 @@ class Mission(Section, metaclass=MissionMeta):
         return with_usual_rates(clock, law, keys) if law else clock
 
     @property
-    def modelled(self) -> Modelled:
+    def modelled(self) -> ModelledVehicle:
         """The vehicle that the controller is built for."""
-        return cast(Modelled, self.vehicle)
+        return cast(ModelledVehicle, self.vehicle)
 
     @property
     @abstractmethod

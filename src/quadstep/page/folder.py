@@ -84,7 +84,7 @@ TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
 
 
-class Opening(NamedTuple):
+class ReportOpening(NamedTuple):
     """What a report begins with, as plain text; empty where it does not say so."""
 
     title: str = ""
@@ -125,7 +125,7 @@ def result_in(root: Path, folder: Path) -> ResultFolder | None:
     if not shown:
         return None
     content = manifest(folder)
-    begins = report_opening(folder / REPORT) if REPORT in found else Opening()
+    begins = report_opening(folder / REPORT) if REPORT in found else ReportOpening()
     name = content.get("name")
     title = name if isinstance(name, str) else begins.title or folder.name
     kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
@@ -185,14 +185,14 @@ def grade(content: dict[str, object]) -> str:
     return stated if isinstance(stated, str) and stated in {*FlightGrade} else ""
 
 
-def report_opening(report: Path) -> Opening:
+def report_opening(report: Path) -> ReportOpening:
     try:
         with report.open(encoding="utf-8", errors="replace") as file:
             head = file.read(HEAD)
     except OSError:  # gone meanwhile, or not ours to read
-        return Opening()
+        return ReportOpening()
     found = (one.search(head) for one in (TITLE, KIND, ANSWER))
-    return Opening(*(unescape(TAG.sub("", one[1])) if one else "" for one in found))
+    return ReportOpening(*(unescape(TAG.sub("", one[1])) if one else "" for one in found))
 
 
 def manifest(folder: Path) -> dict[str, Any]:

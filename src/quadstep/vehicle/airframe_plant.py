@@ -13,7 +13,7 @@ from quadstep.vehicle.rotor import (
     Battery,
     Drag,
     RotorParameters,
-    Turning,
+    RotorState,
     electrical_power,
     ground_effect,
     hub_drag,
@@ -129,7 +129,7 @@ def derivative(
         if effects.drag:
             hub_air = air + cross(state.rates, place)
         rate = speed_rate(rotor, speed, wanted, fastest)
-        rotors.append((mount, Turning(speed, rate, share, cushion, hub_air)))
+        rotors.append((mount, RotorState(speed, rate, share, cushion, hub_air)))
     loads = rotor_loads(rotor, airframe.drag, rotors, effects)
     force = loads.force + parasitic_drag(airframe.drag, air) if effects.drag else loads.force
     torque = loads.torque

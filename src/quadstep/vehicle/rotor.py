@@ -113,7 +113,7 @@ class RotorParameters(NamedTuple):
     radius: Number
 
 
-class Turning(NamedTuple):
+class RotorState(NamedTuple):
     """The state of one rotor.
 
     speed: w [rad/s]. rate: of w [rad/s^2]. share: of its forces, left after a fault [-]. cushion: factor of the ground on its
@@ -144,7 +144,9 @@ def speed_rate(rotor: RotorParameters, speed: Number, wanted: Number, fastest: N
     return gap * where(gap > 0.0, 1.0 / rotor.rise, 1.0 / rotor.fall)
 
 
-def rotor_loads(rotor: RotorParameters, drag: Drag, rotors: Iterable[tuple[Mount, Turning]], effects: Effects) -> RotorLoads:
+def rotor_loads(
+    rotor: RotorParameters, drag: Drag, rotors: Iterable[tuple[Mount, RotorState]], effects: Effects
+) -> RotorLoads:
     """Sums over the rotors, each at r with axis a, turning at w, its hub moving by v through the air.
 
     Force: (k_f w^2 + k_h |v across a|^2) a - w K v. Torque: r x force - s (k_m w^2 + J_r w_dot) a + k_flap w v x a. Spin:

@@ -20,7 +20,7 @@ from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan, Flown, on_lanes
 from quadstep.engines.loop import Loop, Numbers
 from quadstep.export.arm import compile_c
-from quadstep.export.c.header import Clocked, Exported, c_name, header
+from quadstep.export.c.header import Exported, SampleClock, c_name, header
 from quadstep.export.c.law import Subject, measured_part, recorded
 from quadstep.export.c.source import parameters, source
 from quadstep.export.c.structs import fields_of
@@ -34,7 +34,7 @@ from quadstep.numbers import Number, flatten, leaf_names, rebuild
 from quadstep.numbers.scan import call, raise_pending, register, release
 
 
-class Planned(Protocol):
+class LawsAndNumbers(Protocol):
     """A flight as laws and numbers."""
 
     @property
@@ -59,7 +59,7 @@ def refuse_opaque(controller: Controller) -> None:
         )
 
 
-def subject_of(plan: Planned) -> Subject:
+def subject_of(plan: LawsAndNumbers) -> Subject:
     """The law of a flight with its gains, and its vehicle's response to commands. Raises UserError for an opaque law."""
     loop, parameters = plan.loop, plan.parameters
     refuse_opaque(loop.controller)
@@ -67,13 +67,13 @@ def subject_of(plan: Planned) -> Subject:
     return Subject(loop.controller, parameters.gains, loop.plant, parameters, measured, loop.reference(0.0, parameters))
 
 
-def clock_of(plan: Planned) -> Clocked:
+def clock_of(plan: LawsAndNumbers) -> SampleClock:
     every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
     sampled = (*plan.loop.controller.loops(), "law")
-    return Clocked(plan.ticks.step, {name: every[name] for name in sampled}, plan.ticks.last)
+    return SampleClock(plan.ticks.step, {name: every[name] for name in sampled}, plan.ticks.last)
 
 
-def exported(plan: Planned, precise: bool, about: tuple[str, ...] = (), logged: bool = False) -> Exported:
+def exported(plan: LawsAndNumbers, precise: bool, about: tuple[str, ...] = (), logged: bool = False) -> Exported:
     """The law in C. Raises UserError if it cannot be written in C."""
     subject = subject_of(plan)
     name = c_name(subject.controller.name or type(subject.controller).__name__)
@@ -96,7 +96,7 @@ class CompiledGains(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Compiled(Controller):
+class CompiledLaw(Controller):
     """The law in C. inner: the law in Python. shape: names of all leaves of memory and command.
 
     told: fields of a measurement. memory, command: of the right structure.
@@ -218,7 +218,7 @@ def memoised(function: Callable[[Array], list[float]]) -> Callable[[Array], list
 
 
 @contextmanager
-def through_c(plan: Planned, precise: bool) -> Iterator[tuple[Compiled, CompiledGains]]:
+def through_c(plan: LawsAndNumbers, precise: bool) -> Iterator[tuple[CompiledLaw, CompiledGains]]:
     """A controller and gains that fly the plan's own controller as compiled C while the block runs.
 
     Raises UserError for a law that cannot be written in C, and if there is no C compiler.
@@ -232,7 +232,7 @@ def through_c(plan: Planned, precise: bool) -> Iterator[tuple[Compiled, Compiled
             memory = controller.start(law.subject.measured, law.subject.gains)
             told = tuple(fields_of(measured_part(law.subject.measured)))
             shape = tuple(leaf_names((memory, law.code.asked)))
-            yield Compiled(controller, shape, told, memory, law.code.asked), CompiledGains(float(handle))
+            yield CompiledLaw(controller, shape, told, memory, law.code.asked), CompiledGains(float(handle))
             raise_pending(handle)
         finally:
             release(handle)

@@ -28,7 +28,7 @@ STATUS = (
 """Bits of the status that the functions return; 0: no error."""
 
 
-class Clocked(NamedTuple):
+class SampleClock(NamedTuple):
     """When samples are due. step [s]. every: steps from one sample to the next, for each loop and the law, by name. last: tick
     of the flight's end.
     """
@@ -52,7 +52,7 @@ class Exported(NamedTuple):
     code: Code
     name: str
     precise: bool
-    clocked: Clocked
+    clocked: SampleClock
     about: tuple[str, ...] = ()
     most_age: float = 0.1
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.identify.logs.series import Packed, Topics, by_topic, columns_of, layout_of, rows_of
+from quadstep.identify.logs.series import PackedMessages, Topics, by_topic, columns_of, layout_of, rows_of
 from quadstep.io import files
 
 HEAD = b"\xa3\x95"
@@ -47,7 +47,7 @@ def read(path: Path, wanted: list[str]) -> Topics:
     return Topics.told(found, damaged, told)
 
 
-def parameters(logged: Packed) -> dict[str, list[float]]:
+def parameters(logged: PackedMessages) -> dict[str, list[float]]:
     """All that the vehicle's parameters were, by name."""
     rows = rows_of(logged)
     if not {"Name", "Value"} <= set(rows.dtype.names or ()):
@@ -59,10 +59,10 @@ def parameters(logged: Packed) -> dict[str, list[float]]:
     return found
 
 
-def walked(content: bytes, topics: list[str]) -> tuple[dict[str, Packed], dict[str, dict[str, str]], int]:
+def walked(content: bytes, topics: list[str]) -> tuple[dict[str, PackedMessages], dict[str, dict[str, str]], int]:
     """The messages of the topics, the letters of their fields, and how many places are damaged."""
     lengths = {FORMAT: FORMAT_LENGTH}
-    found: dict[int, Packed] = {}
+    found: dict[int, PackedMessages] = {}
     names: dict[str, int] = {}
     letters: dict[str, dict[str, str]] = {}
     at, damaged = 0, 0
@@ -78,7 +78,7 @@ def walked(content: bytes, topics: list[str]) -> tuple[dict[str, Packed], dict[s
                 lengths[number] = size
                 if name in topics and name not in names:
                     try:
-                        found[number], names[name] = Packed(layout(fields, size), bytearray()), number
+                        found[number], names[name] = PackedMessages(layout(fields, size), bytearray()), number
                         letters[name] = dict(fields)
                     except (KeyError, ValueError):
                         damaged += 1

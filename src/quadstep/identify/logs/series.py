@@ -148,7 +148,7 @@ LARGEST = 65535
 """Bytes of a message."""
 
 
-class Packed(NamedTuple):
+class PackedMessages(NamedTuple):
     """Messages of one topic. content: their bytes, one message after the other."""
 
     layout: np.dtype[np.void]
@@ -185,7 +185,7 @@ def unpacked(rows: NDArray[np.void], field: str) -> Floats | None:
     return numbers
 
 
-def rows_of(packed: Packed) -> NDArray[np.void]:
+def rows_of(packed: PackedMessages) -> NDArray[np.void]:
     return np.frombuffer(packed.content, packed.layout)
 
 

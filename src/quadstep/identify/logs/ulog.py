@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.logs.series import Packed, Topics, by_topic, columns_of, layout_of, rows_of
+from quadstep.identify.logs.series import PackedMessages, Topics, by_topic, columns_of, layout_of, rows_of
 from quadstep.io import files
 from quadstep.io.errors import UserError
 
@@ -25,11 +25,11 @@ Formats = dict[str, list[tuple[str, int, str]]]
 """Type, count (0: not an array) and name of each field, by the name of a layout."""
 
 
-class Logged(NamedTuple):
+class LoggedTopic(NamedTuple):
     """A topic with its id in the log. most: bytes that a message may have, with what pads its end."""
 
     topic: str
-    packed: Packed
+    packed: PackedMessages
     most: int
 
 
@@ -47,12 +47,12 @@ def read(path: Path, wanted: list[str]) -> Topics:
     return Topics.told(columns_of(path, rows, fields), damaged, told)
 
 
-def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[Logged], dict[str, list[float]], int]:
+def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[LoggedTopic], dict[str, list[float]], int]:
     """The messages of the topics, all that parameters were, and how many places are damaged. Raises UserError."""
     if not content.startswith(MAGIC):
         raise UserError(f"{path}: cannot be read as a ULog: damaged, or another kind of file")
     formats: Formats = {}
-    found: dict[bytes, Logged] = {}
+    found: dict[bytes, LoggedTopic] = {}
     parameters: dict[str, list[float]] = {}
     resume = header_of(topics, [])
     at, damaged = START, 0
@@ -80,7 +80,7 @@ def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[Logged],
     return list(found.values()), parameters, damaged
 
 
-def header_of(topics: Iterable[str], found: Iterable[tuple[bytes, Logged]]) -> re.Pattern[bytes]:
+def header_of(topics: Iterable[str], found: Iterable[tuple[bytes, LoggedTopic]]) -> re.Pattern[bytes]:
     """What begins a message that is wanted: a layout or an id of a topic, or a sample of one that has an id."""
     names = b"|".join(re.escape(topic.encode()) for topic in topics)
     samples = [(one.packed.layout.itemsize + 2).to_bytes(2, "little") + b"D" + number for number, one in found]
@@ -107,7 +107,7 @@ def tell(body: bytes, parameters: dict[str, list[float]]) -> bool:
     return True
 
 
-def add(body: bytes, topics: list[str], formats: Formats, found: dict[bytes, Logged]) -> bool:
+def add(body: bytes, topics: list[str], formats: Formats, found: dict[bytes, LoggedTopic]) -> bool:
     """Takes in the id of a topic, if it is wanted and the first. Returns whether its layout is known."""
     number, topic = body[:2], body[2:].decode("latin-1")
     if topic not in topics or number in found or any(one.topic == topic for one in found.values()):
@@ -117,7 +117,7 @@ def add(body: bytes, topics: list[str], formats: Formats, found: dict[bytes, Log
         padded = layout(fields, formats, 0).itemsize
         while fields and fields[-1][2].startswith("_padding"):
             fields = fields[:-1]
-        found[number] = Logged(topic, Packed(layout(fields, formats, 0), bytearray()), padded)
+        found[number] = LoggedTopic(topic, PackedMessages(layout(fields, formats, 0), bytearray()), padded)
     except (KeyError, ValueError):
         return False
     return True

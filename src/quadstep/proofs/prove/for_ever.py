@@ -10,7 +10,7 @@ from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Departure, Hold, described, number_extents
 from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, millimetres, off, rounded_down, under, up
 from quadstep.proofs.prove.rest import LONGEST
-from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
 
 COLUMNS = ("", "verdict", "begins within", "stays within")
@@ -20,7 +20,7 @@ NOTHING = 1e-15
 
 
 def held_for_ever(
-    name: str, path: Path, text: str, loop: Sampled, unknown: Unknown, kept: Hold, out: Path | None
+    name: str, path: Path, text: str, loop: SampledLoop, unknown: Unknown, kept: Hold, out: Path | None
 ) -> ProofVerdict:
     """Hover in a set that no flight leaves. path, text: the mission's file and what it says."""
     axes, start = loop.loop.plant.axes, kept.found.start
@@ -44,7 +44,7 @@ def held_for_ever(
     return ProofVerdict(name, VerdictKind.PROVED if enough else VerdictKind.OPEN, rows, says, out, COLUMNS)
 
 
-def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Departure) -> ProofVerdict:
+def left_hover(name: str, loop: SampledLoop, unknown: Unknown, found: Departure) -> ProofVerdict:
     """Hover that flights leave from a start close to it."""
     axes, begins, box = loop.loop.plant.axes, number_extents(loop, found.begun), number_extents(loop, found.reach)
     rows = [

@@ -26,11 +26,11 @@ from quadstep.io.errors import UserError
 from quadstep.numbers import flatten
 from quadstep.numbers.affine import HALF_UNIT, UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.invariant import Growth, InvariantSet, Set, largest
+from quadstep.proofs.prove.invariant import Growth, InvariantSet, SetArithmetic, largest
 from quadstep.proofs.prove.linear_maps import ROUNDING, Eigenbasis, modes
 from quadstep.proofs.prove.report import up
 from quadstep.proofs.prove.rest import RestingLoop, rest
-from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
 
 LARGEST, SMALLEST, STEP = 100.0, 1e-9, 10.0**-0.5
@@ -62,7 +62,7 @@ class Escape(NamedTuple):
     samples: int
 
 
-def escape(at: Set, mode: int) -> Escape | None:
+def escape(at: SetArithmetic, mode: int) -> Escape | None:
     """The proof that flights leave along this mode, by the largest set that shows it; None if there is none."""
     grows = np.abs(at.modes.values) >= 1.0
     size = LARGEST
@@ -80,7 +80,7 @@ def escape(at: Set, mode: int) -> Escape | None:
     return None
 
 
-def narrow(at: Set, grows: NDArray[np.bool_], radii: Array) -> tuple[Array, Growth]:
+def narrow(at: SetArithmetic, grows: NDArray[np.bool_], radii: Array) -> tuple[Array, Growth]:
     """The set with radii as small as can be of the modes that decay, and its image. Raises UndefinedError."""
     least = radii * NARROW
     current = np.where(grows, radii, least)
@@ -93,7 +93,7 @@ def narrow(at: Set, grows: NDArray[np.bool_], radii: Array) -> tuple[Array, Grow
     return current, at.after(current)
 
 
-def escaped(at: Set, mode: int, grows: NDArray[np.bool_], radii: Array, found: Growth, box: Array) -> Escape | None:
+def escaped(at: SetArithmetic, mode: int, grows: NDArray[np.bool_], radii: Array, found: Growth, box: Array) -> Escape | None:
     """The start along the mode from which flights leave the set with these radii, and so the box, if this shows it."""
     radius = float(radii[mode])
     own = float(found.lines[mode, mode] - at.astray[mode, mode] * radius)  # counted there, as if the image were in the set
@@ -115,14 +115,14 @@ def escaped(at: Set, mode: int, grows: NDArray[np.bool_], radii: Array, found: G
     return Escape(begun, box, int(samples) + 1)  # it is outside where that is exceeded
 
 
-def inner(at: Set, grows: NDArray[np.bool_], radii: Array) -> Array:
+def inner(at: SetArithmetic, grows: NDArray[np.bool_], radii: Array) -> Array:
     """A box of the moving numbers in which the modes that grow are within their radii."""
     shape = at.reach @ radii
     reached = state_bounds(at, np.abs(at.into) @ shape)
     return shape * (1.0 - EXACT) / float((reached / radii)[grows].max())
 
 
-def state_bounds(at: Set, seen: Array) -> Array:
+def state_bounds(at: SetArithmetic, seen: Array) -> Array:
     """Bounds of |z| from those of |T e|, e = V z; infinite where T is too far from the inverse of V."""
     astray = at.astray.sum(axis=1) * UP
     if not astray.max() < ASTRAY:
@@ -160,7 +160,7 @@ class Departure(NamedTuple):
     seconds: float
 
 
-def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | Departure | str:
+def invariant_set(loop: SampledLoop, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | Departure | str:
     """The largest set that is found, or the proof that flights leave, or the reason why there is neither."""
     try:
         at = rest(loop)
@@ -175,13 +175,13 @@ def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] =
     fastest = int(np.argmax(sizes > (1.0 - ROUNDING) * sizes.max()))  # the first of equal ones
     if sizes[fastest] >= 1.0:
         rate = float(np.log(sizes[fastest])) / loop.period
-        return prove_departure(Set(loop, at, chosen, unknown), fastest) or (
+        return prove_departure(SetArithmetic(loop, at, chosen, unknown), fastest) or (
             f"the loop does not return to its rest: a mode grows at {rate:.3g} 1/s"
         )
     why = ""
     for patient, own in ((False, True), (False, False), (True, True), (True, False)):
         try:
-            arithmetic = Set(loop, at, chosen, unknown, own)
+            arithmetic = SetArithmetic(loop, at, chosen, unknown, own)
             found = largest(arithmetic, told, patient)
         except UndefinedError as error:
             found = str(error)
@@ -191,7 +191,7 @@ def invariant_set(loop: Sampled, unknown: Unknown, told: Callable[[int], None] =
     return why
 
 
-def prove_departure(arithmetic: Set, mode: int) -> Departure | None:
+def prove_departure(arithmetic: SetArithmetic, mode: int) -> Departure | None:
     """The proof that flights leave along this mode, if there is one."""
     found, at = escape(arithmetic, mode), arithmetic.at
     if found is None:
@@ -213,7 +213,7 @@ def everywhere(at: RestingLoop, live: Array) -> Array:
     return reach
 
 
-def described(loop: Sampled, reach: Array) -> list[tuple[str, str]]:
+def described(loop: SampledLoop, reach: Array) -> list[tuple[str, str]]:
     """The extent of a set besides the position: quantity, and how far it may be from its rest, rounded up.
 
     reach: of the loop's numbers.
@@ -227,7 +227,7 @@ def described(loop: Sampled, reach: Array) -> list[tuple[str, str]]:
     return [(name, f"{up(value, 3) if value else 0.0:.3g} {unit}".replace(" °", "°")) for name, value, unit in found]
 
 
-def vehicle_numbers(loop: Sampled, reach: Array) -> dict[str, list[float]]:
+def vehicle_numbers(loop: SampledLoop, reach: Array) -> dict[str, list[float]]:
     """The entries of a vector of the loop's numbers that are the vehicle's, by quantity."""
     groups: dict[str, list[float]] = {}
     moving = len(flatten(loop.like.state))
@@ -237,7 +237,7 @@ def vehicle_numbers(loop: Sampled, reach: Array) -> dict[str, list[float]]:
     return groups
 
 
-def number_extents(loop: Sampled, reach: Array) -> dict[str, tuple[list[float], str]]:
+def number_extents(loop: SampledLoop, reach: Array) -> dict[str, tuple[list[float], str]]:
     """The same number by number: quantity, its numbers, their unit. An attitude as a quaternion counts with twice its vector
     part, the turns about the axes to first order.
     """

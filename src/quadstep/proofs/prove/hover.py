@@ -22,7 +22,7 @@ from quadstep.numbers.enclosure import UndefinedError
 from quadstep.numbers.operation import Kind, Operation, Rule
 from quadstep.proofs.prove.jet import Jet, bounded, jets
 from quadstep.proofs.prove.linear_maps import Spectrum, spectrum
-from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.sampled import Array, SampledLoop
 
 Operand: TypeAlias = "ExactNumber | float"
 
@@ -153,7 +153,7 @@ def resting(reference: Reference) -> bool:
     return not any(rates)
 
 
-def hover(mission: Mission, plan: FlightPlan, loop: Sampled) -> Hover | None:
+def hover(mission: Mission, plan: FlightPlan, loop: SampledLoop) -> Hover | None:
     """Hover at the path's end; None if the path is not at rest there. Raises UserError."""
     tick = float(loop.samples * loop.span)
     reference = loop.loop.path.reference(tick * loop.ticks.step, loop.parameters.path)
@@ -166,14 +166,14 @@ def hover(mission: Mission, plan: FlightPlan, loop: Sampled) -> Hover | None:
     return Hover(loop.at_rest(loop.loop.start(start, plan.parameters)), tick, tuple(map(float, position)))
 
 
-def is_equilibrium(loop: Sampled, at: Hover) -> bool:
+def is_equilibrium(loop: SampledLoop, at: Hover) -> bool:
     """Whether the loop stays there in exact arithmetic, number by number."""
     after = loop.step([exact(value) for value in at.state], at.tick)
     pairs = [(exact(a).value, exact(b).value) for a, b in zip(after, at.state, strict=True)]
     return all(a is not None and a == b for a, b in pairs)
 
 
-def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
+def jacobian(loop: SampledLoop, at: Hover) -> tuple[Array, Array]:
     """Midpoint and radius of the Jacobian, (states, states), for the law in exact arithmetic. Raises UndefinedError."""
     count = len(at.state)
     middle, radius = np.zeros((count, count)), np.zeros((count, count))
@@ -187,7 +187,7 @@ def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
     return middle, radius
 
 
-def instability(loop: Sampled, at: Hover) -> Instability | None:
+def instability(loop: SampledLoop, at: Hover) -> Instability | None:
     """Proof that hover is not a stable equilibrium; None if it cannot be shown this way."""
     try:
         if not is_equilibrium(loop, at):

@@ -23,7 +23,7 @@ from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import Operand, UndefinedError
 from quadstep.proofs.prove.linear_maps import ComplexArray, Eigenbasis, products
 from quadstep.proofs.prove.rest import RestingLoop, always, next_numbers
-from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import (
     CONSTANTS,
     PUSHES,
@@ -70,10 +70,10 @@ class InvariantSet(NamedTuple):
     limit: str
 
 
-class Set:
+class SetArithmetic:
     """The set's own arithmetic, for one loop, its rest and its modes."""
 
-    def __init__(self, loop: Sampled, at: RestingLoop, found: Eigenbasis, unknown: Unknown, own: bool = False) -> None:
+    def __init__(self, loop: SampledLoop, at: RestingLoop, found: Eigenbasis, unknown: Unknown, own: bool = False) -> None:
         self.loop, self.at, self.modes, self.unknown, self.own = loop, at, found, unknown, own
         count = len(at.live)
         self.place = list(at.live)
@@ -196,7 +196,7 @@ class GrowthGuess(NamedTuple):
         return least
 
 
-def first_guess(at: Set) -> tuple[GrowthGuess, float]:
+def first_guess(at: SetArithmetic) -> tuple[GrowthGuess, float]:
     """From a box of starts as large as the law has values and contracting slopes for; nothing is said of third order.
 
     And the largest box of starts that it reaches [m], 0 for none.
@@ -220,7 +220,7 @@ def first_guess(at: Set) -> tuple[GrowthGuess, float]:
         side *= 0.1
 
 
-def largest(at: Set, told: Callable[[int], None] = lambda _: None, patient: bool = False) -> InvariantSet | str:
+def largest(at: SetArithmetic, told: Callable[[int], None] = lambda _: None, patient: bool = False) -> InvariantSet | str:
     """The largest set that is found, or why there is none. patient: a guess whose slopes do not contract, from too far out, is
     dropped for the one before. Raises UndefinedError.
     """

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from quadstep.numbers import leaf_names
 from quadstep.numbers.affine import HALF_UNIT, UP
 from quadstep.numbers.enclosure import Enclosure, UndefinedError
-from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import (
     CONSTANTS,
     PUSHES,
@@ -55,7 +55,9 @@ class Block(NamedTuple):
     rest: Array
 
 
-def block(loop: Sampled, flown: Array, unknown: Unknown, coordinates: Coordinates, box: Array, first: int, past: int) -> Block:
+def block(
+    loop: SampledLoop, flown: Array, unknown: Unknown, coordinates: Coordinates, box: Array, first: int, past: int
+) -> Block:
     """The block, for all states within `box` (in z) of the flown ones. Raises UndefinedError."""
     count, samples = len(box), past - first
     known = count + PUSHES + CONSTANTS
@@ -99,7 +101,7 @@ def through(rows: Array, maps: BoundedMatrix) -> Array:
     return (np.abs(rows @ maps.middle) + rounded) * UP
 
 
-def coordinates(loop: Sampled, flown: Array, unknown: Unknown) -> Coordinates:
+def coordinates(loop: SampledLoop, flown: Array, unknown: Unknown) -> Coordinates:
     """The torque in place of the rates, as far as it is linear in the state half way, so that cancellations in it are seen.
 
     Used if the inertia, by which the torque is divided, is unknown; else, and if there is no torque that every rate

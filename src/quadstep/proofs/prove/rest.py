@@ -12,7 +12,7 @@ from quadstep.engines.loop import Numbers
 from quadstep.io.errors import UserError
 from quadstep.numbers import Number
 from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, Operand, UndefinedError, ball
-from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import image, seeded
 from quadstep.vehicle.multirotor import Multirotor
 
@@ -58,7 +58,7 @@ class RestingLoop(NamedTuple):
 
 
 def next_numbers(
-    loop: Sampled, at: RestingLoop, numbers: Sequence[Enclosure | float], tick: Operand, p: Numbers
+    loop: SampledLoop, at: RestingLoop, numbers: Sequence[Enclosure | float], tick: Operand, p: Numbers
 ) -> list[Operand]:
     """The moving numbers one sample after all `numbers`. Raises UndefinedError if others do not behave as they should."""
     with np.errstate(all="ignore"):
@@ -79,13 +79,13 @@ def next_numbers(
     return [found[place] for place in at.live]
 
 
-def always(loop: Sampled) -> Enclosure:
+def always(loop: SampledLoop) -> Enclosure:
     """All ticks after the first sample, as one enclosure."""
     middle = 0.5 * (LONGEST / loop.ticks.step + loop.span)
     return ball(np.array([middle]), middle - loop.span)
 
 
-def path_rests(loop: Sampled) -> bool:
+def path_rests(loop: SampledLoop) -> bool:
     """Whether the path is at rest at all ticks after the first sample."""
     wanted = loop.loop.path.reference(cast(Number, always(loop) * loop.ticks.step), loop.parameters.path)
     still = not any(map(may_move, (*wanted.velocity, *wanted.acceleration, wanted.yaw_rate)))
@@ -97,7 +97,7 @@ def may_move(x: object) -> bool:
     return bool(x.size.any()) if isinstance(x, Enclosure) else x != 0.0
 
 
-def rest(loop: Sampled) -> RestingLoop:
+def rest(loop: SampledLoop) -> RestingLoop:
     """Raises UserError where there is none, UndefinedError."""
     state, count = np.array(loop.at_rest(loop.like)), len(loop.places)
     tick, unit = np.array([float(loop.span)]), np.eye(count)
@@ -161,7 +161,7 @@ def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:
         raise UserError(f"{named} have no slopes: the loop rests exactly on an edge of the law (a limit, a sign, a `where`)")
 
 
-def reduced(loop: Sampled, at: RestingLoop) -> RestingLoop:
+def reduced(loop: SampledLoop, at: RestingLoop) -> RestingLoop:
     """The places without the first number of the vehicle's quaternion, which the plant normalises at every step."""
     names = loop.names
     if not isinstance(loop.loop.plant, Multirotor) or QUATERNION not in names:

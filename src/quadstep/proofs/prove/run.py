@@ -28,7 +28,7 @@ from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
 from quadstep.proofs.prove.report import UNTIL, ProofVerdict, TubeRecord, VerdictKind, millimetres, rounded_down, under, up
 from quadstep.proofs.prove.rest import path_rests
-from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.report.bars import bar
@@ -64,7 +64,7 @@ def prove_mission(
     try:
         check_equilibrium(mission)
         check_unknown(plan, unknown)
-        loop = Sampled(plan)
+        loop = SampledLoop(plan)
         at = hover(mission, plan, loop)
         loop.starts(unknown)
     except UserError as error:
@@ -118,7 +118,7 @@ def prove_mission(
     )
 
 
-def closed_tube(loop: Sampled, error: Array, result: Tube | OpenTube, chosen: Coordinates) -> TubeRecord:
+def closed_tube(loop: SampledLoop, error: Array, result: Tube | OpenTube, chosen: Coordinates) -> TubeRecord:
     """A tube as far as it is closed. error: flown less desired position, (samples + 1, axes) [m]."""
     count, blocks = len(result.position), len(result.boxes)
     time: Array = np.arange(count, dtype=np.float64) * loop.period
@@ -127,7 +127,7 @@ def closed_tube(loop: Sampled, error: Array, result: Tube | OpenTube, chosen: Co
     return TubeRecord(axes, time, error[:count], result.position, tuple(loop.names), time[::SAMPLES][:blocks], boxes)
 
 
-def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
+def refuse_singular(path: Path, loop: SampledLoop, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
     """Raises UserError if the law has no bounded value on the requested starts."""
     try:
         columns, weights = beginning(loop, unknown)
@@ -173,7 +173,7 @@ def counted(to: Callable[[int], None]) -> Callable[[int], None]:
     return more
 
 
-def path_samples(loop: Sampled, count: int) -> Array:
+def path_samples(loop: SampledLoop, count: int) -> Array:
     """The path at every sample, (samples, axes) [m]."""
     time = np.arange(count) * float(loop.span) * loop.ticks.step
     position = loop.loop.path.reference(time, loop.parameters.path).position  # type: ignore[arg-type]
@@ -187,7 +187,7 @@ def not_for_ever(why: str) -> list[str]:
 
 
 def still_open(
-    name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: OpenTube, off: Array, why: str
+    name: str, plan: FlightPlan, loop: SampledLoop, unknown: Unknown, result: OpenTube, off: Array, why: str
 ) -> ProofVerdict:
     """The verdict on a tube that did not close: what was closed, and what was not."""
     closed = len(result.position)

@@ -123,7 +123,7 @@ class RecordedLoop(Loop):
         return [leaves[place] for place in self.places]
 
 
-class Sampled:
+class SampledLoop:
     """A plan's closed loop from sample to sample, each of `span` steps.
 
     places: of the state's numbers among the leaves of the cycle; names: of these. Leaves on which the vehicle's motion never

@@ -16,7 +16,7 @@ import numpy as np
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.linear_maps import Block, Coordinates, after_each, block, block_powers, through
-from quadstep.proofs.prove.sampled import Array, Sampled
+from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, BoundedMatrix, Unknown, image, sum_rounding, summed
 
 SAMPLES = 25
@@ -114,7 +114,7 @@ class Past:
         self.size = self.magnitude()
 
 
-class Grown(NamedTuple):
+class BlockBounds(NamedTuple):
     """inside: bounds on z at all samples of a block. position: (samples, axes), after each one. box: what the nonlinear part
     has added to e by the block's end.
     """
@@ -124,7 +124,9 @@ class Grown(NamedTuple):
     box: Array
 
 
-def grown(one: Block, on: BoundedMatrix, coordinates: Coordinates, past: Past, recent: Past, start: Array, axes: int) -> Grown:
+def grown(
+    one: Block, on: BoundedMatrix, coordinates: Coordinates, past: Past, recent: Past, start: Array, axes: int
+) -> BlockBounds:
     """Bounds on e in a block, given those on z at its start: the least of what follows from the recent past, sharp for what
     is fast; from the sample before, sharp for what is slow; and, of the position, from the whole past at every stride.
     """
@@ -150,10 +152,10 @@ def grown(one: Block, on: BoundedMatrix, coordinates: Coordinates, past: Past, r
     for sample in range(len(added)):
         found[sample + 1] = np.minimum(found[sample + 1], (carry @ found[sample] + more) * UP)
     box = through(np.eye(count), begun).sum(axis=0) @ one.rest * UP
-    return Grown(found.max(axis=0) * UP, found[1:, :axes] * UP, box)
+    return BlockBounds(found.max(axis=0) * UP, found[1:, :axes] * UP, box)
 
 
-def beginning(loop: Sampled, unknown: Unknown) -> tuple[Array, Array]:
+def beginning(loop: SampledLoop, unknown: Unknown) -> tuple[Array, Array]:
     """The deviations of all starts: columns, each between its negative and itself, and their weights.
 
     Raises UserError, UndefinedError.
@@ -164,7 +166,7 @@ def beginning(loop: Sampled, unknown: Unknown) -> tuple[Array, Array]:
 
 
 def tube(
-    loop: Sampled, flown: Array, unknown: Unknown, coordinates: Coordinates, axes: int,
+    loop: SampledLoop, flown: Array, unknown: Unknown, coordinates: Coordinates, axes: int,
     progress: Callable[[int], None] = lambda _: None,
 ) -> Tube | OpenTube:  # fmt: skip
     """The tube of a flight. flown: its states before every sample, (samples + 1, states). axes: of the position."""

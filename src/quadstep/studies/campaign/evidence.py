@@ -42,7 +42,7 @@ WORST = ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]")
 
 
 def evidence(
-    done: FinishedCampaign, file: Path, engine: Engine, least: float | None, decided: run.Decided | None = None
+    done: FinishedCampaign, file: Path, engine: Engine, least: float | None, decided: run.DecidedRun | None = None
 ) -> Evidence:
     """Judge a finished campaign. least: share of flights that must succeed, None if nothing is required. decided: what
     `--until` has shown, if it was given. Raises UserError where nothing is statistical but something is required.
@@ -79,7 +79,7 @@ def evidence(
     ).required(None if least is None else JudgedShare(least, summary.success, summary.flights))
 
 
-def until_case(decided: run.Decided) -> Case:
+def until_case(decided: run.DecidedRun) -> Case:
     """The case that `--until` was to show."""
     low, high = decided.seen[-1].rate[1:]
     name = f"fewer than {decided.target:g} of the flights fail{decided.done.summary.meaning}, with 95 % confidence"

@@ -20,7 +20,7 @@ FLIGHTS = "flights"
 PACKAGES = ("numpy", "llvmlite", "pyarrow")
 
 
-class Named(BaseModel):
+class FlightFile(BaseModel):
     file: Annotated[str, Field(pattern=rf"^{FLIGHTS}/[0-9]{{5,9}}\.parquet$")]
     first: Annotated[int, Field(ge=0, lt=MOST_FLIGHTS)]
     past: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)]
@@ -36,7 +36,7 @@ class CampaignManifest(BaseModel):
     draws: int = 1
     flights: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)]
     chunk: Annotated[int, Field(ge=1, le=LARGEST_CHUNK)]
-    chunks: Annotated[list[Named], Field(max_length=MOST_CHUNKS)]
+    chunks: Annotated[list[FlightFile], Field(max_length=MOST_CHUNKS)]
     machines: list[dict[str, object]]
     files: list[str] = []
     metrics: list[str] = []

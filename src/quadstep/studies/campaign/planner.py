@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.engines.loop import Loop, Numbers
-from quadstep.engines.scored import Scored, scored
+from quadstep.engines.scored import ScoredLoop, scored
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io.errors import UserError
 from quadstep.mission.distributions import Grid
@@ -62,7 +62,7 @@ class PlannedBatch(NamedTuple):
     """
 
     members: NDArray[np.int64]
-    loop: Scored
+    loop: ScoredLoop
     ticks: Ticks
     start: Any
     parameters: Any

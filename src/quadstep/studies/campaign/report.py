@@ -32,7 +32,7 @@ from quadstep.studies.campaign.sensitivity import ExplainedResult, FlightParts, 
 from quadstep.studies.campaign.single import MOST_POINTS, draw_points, flown_again, others, write_flights
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
-from quadstep.studies.campaign.varied import Varied, bins, varied
+from quadstep.studies.campaign.varied import VariedKey, bins, varied
 
 GLANCE = {
     "outcomes": "How the flights ended and, where some ended early, when they did.",
@@ -49,7 +49,7 @@ MOST_PICTURES = 12
 """Most keys that get a figure: those that explain most."""
 
 
-class Explained(NamedTuple):
+class RankedKeys(NamedTuple):
     """The sensitivity indices of the keys for one result, largest first, and the strongest pair; said: why there are none."""
 
     shares: dict[str, Estimate]
@@ -57,7 +57,7 @@ class Explained(NamedTuple):
     said: str = ""
 
 
-class Reported(NamedTuple):
+class ReportSubject(NamedTuple):
     """What a report is of. path: of the campaign file, as given. out: a folder for its figures."""
 
     store: Store
@@ -76,12 +76,12 @@ def write_report(store: Store, campaign: Campaign, summary: CampaignSummary, pat
     """Write report.html, its figures and the table. path: of the campaign file, as given. Raises UserError."""
 
     def write(out: Path) -> None:
-        evidence(Reported(store, campaign, summary, path, out, sheet.with_svg())).write_report(out)
+        evidence(ReportSubject(store, campaign, summary, path, out, sheet.with_svg())).write_report(out)
 
     store.report(write)
 
 
-def evidence(of: Reported) -> Evidence:
+def evidence(of: ReportSubject) -> Evidence:
     """What the report says; draws its figures."""
     flown, summary, name = of.store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS]), of.summary, of.campaign.file.name
     through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
@@ -117,7 +117,7 @@ def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def distribution_section(of: Reported, flown: pa.Table, through: NDArray[np.bool_]) -> list[Section]:
+def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np.bool_]) -> list[Section]:
     """How the flights ended, and how far from the path they were."""
     times = {name: number(flown[TIME])[over_as(flown, name)] for name in of.summary.outcomes if name != OUTCOMES[0]}
     times = {name: some[np.isfinite(some)] for name, some in times.items()}
@@ -146,7 +146,7 @@ def limits_of(campaign: Campaign) -> dict[str, float]:
     return {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
 
 
-def key_sections(of: Reported, rmse: NDArray[np.float64], success: NDArray[np.bool_]) -> list[Section]:
+def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[np.bool_]) -> list[Section]:
     """What the result depends on: the ranking, then key by key."""
     campaign = of.campaign
     keys = campaign.file.keys
@@ -175,36 +175,36 @@ def ranked(keys: list[str], found: Mapping[str, Mapping[str, Estimate]]) -> dict
     return dict(sorted(ranking.items(), key=lambda item: -max((one.value for one in item[1].values()), default=-1.0)))
 
 
-def explained_error(columns: Mapping[str, Varied], rmse: NDArray[np.float64], campaign: Campaign) -> Explained:
+def explained_error(columns: Mapping[str, VariedKey], rmse: NDArray[np.float64], campaign: Campaign) -> RankedKeys:
     """Indices for the logarithm of the position RMSE of completed flights."""
     known = np.nan_to_num(rmse) > 0.0
     count = int(known.sum())
     if count < FEWEST:
-        return Explained({}, None, f"too few flights completed with an error above 0 ({count})")
+        return RankedKeys({}, None, f"too few flights completed with an error above 0 ({count})")
     return explained(
         ExplainedResult(np.log10(rmse[known])), {key: one.parts.among(known) for key, one in columns.items()}, campaign
     )
 
 
-def explained_failure(columns: Mapping[str, Varied], success: NDArray[np.bool_], campaign: Campaign) -> Explained:
+def explained_failure(columns: Mapping[str, VariedKey], success: NDArray[np.bool_], campaign: Campaign) -> RankedKeys:
     """Indices for failure, as 0 or 1, over all flights."""
     good, flights = int(success.sum()), len(success)
     for count, what in ((flights - good, "failed"), (good, "succeeded")):
         if count < FEWEST_EITHER:
-            return Explained({}, None, f"too few flights {what} ({count} of {flights})")
+            return RankedKeys({}, None, f"too few flights {what} ({count} of {flights})")
     return explained(ExplainedResult((~success).astype(float)), {key: one.parts for key, one in columns.items()}, campaign)
 
 
-def explained(result: ExplainedResult, parts: Mapping[str, FlightParts], campaign: Campaign) -> Explained:
+def explained(result: ExplainedResult, parts: Mapping[str, FlightParts], campaign: Campaign) -> RankedKeys:
     """The indices, and the strongest pair of the first keys, which has no meaning where keys are correlated."""
     shares = first_order(result, parts)
     if not shares:
-        return Explained({}, None, "it does not vary")
+        return RankedKeys({}, None, "it does not vary")
     most = {key: parts[key] for key in list(shares)[:MOST_PICTURES]}
-    return Explained(shares, None if campaign.file.correlated else strongest_interaction(result, most))
+    return RankedKeys(shares, None if campaign.file.correlated else strongest_interaction(result, most))
 
 
-def worst_section(of: Reported, flown: pa.Table) -> list[Section]:
+def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
     """Flights that can be seen to move; the worst: what was drawn, how to fly each again, and its picture, flown again."""
     summary, worst = of.summary, [one.flight for one in of.summary.worst]
     through = over_as(flown, OUTCOMES[0])
@@ -231,7 +231,7 @@ def worst_section(of: Reported, flown: pa.Table) -> list[Section]:
     return body
 
 
-def moving(of: Reported, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str]) -> list[Section]:
+def moving(of: ReportSubject, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str]) -> list[Section]:
     """The flights as points, some of which are links to the page where they move."""
     limits = limits_of(of.campaign)
     across, up = (PlottedMetric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))

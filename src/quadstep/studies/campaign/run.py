@@ -97,18 +97,18 @@ class Look(NamedTuple):
     tail: float
 
 
-class Seen(NamedTuple):
+class LookResult(NamedTuple):
     look: Look
     failures: int
     rate: Estimate
 
 
-class Decided(NamedTuple):
+class DecidedRun(NamedTuple):
     """A finished run. seen: its looks, in order."""
 
     done: FinishedCampaign
     target: float
-    seen: tuple[Seen, ...]
+    seen: tuple[LookResult, ...]
 
     @property
     def below(self) -> bool:
@@ -157,7 +157,7 @@ def parsed(text: str) -> float:
     return target
 
 
-def fly_until(asked: CampaignRequest, target: float) -> Decided:
+def fly_until(asked: CampaignRequest, target: float) -> DecidedRun:
     """Fly a campaign until its failures are known to be rarer than the target, or not to be; `flights` is a limit.
 
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
@@ -169,7 +169,7 @@ def fly_until(asked: CampaignRequest, target: float) -> Decided:
     known = Store.manifest_in(asked.folder) if asked.resume else None
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)
-    seen: list[Seen] = []
+    seen: list[LookResult] = []
     with opened(asked.folder, campaign, begun, asked.engine, asked.resume, asked.overwrite) as store:
         for place, look in enumerate(looks(target)):
             if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
@@ -183,7 +183,7 @@ def fly_until(asked: CampaignRequest, target: float) -> Decided:
                 break
         last = seen[-1]
         tail = last.look.tail if last.look.flights == store.flights else TAIL  # of a run resumed with more, theirs
-        return Decided(finish(store, campaign, asked, decision(target, seen, campaign.meaning), tail), target, tuple(seen))
+        return DecidedRun(finish(store, campaign, asked, decision(target, seen, campaign.meaning), tail), target, tuple(seen))
 
 
 def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:
@@ -197,14 +197,14 @@ def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None
         raise UserError(f"--flights {most}: --until needs at least {first.flights} flights, even if none of them fails")
 
 
-def look_at(store: Store, look: Look) -> Seen:
+def look_at(store: Store, look: Look) -> LookResult:
     """The failures so far, with the exact interval of this look."""
     success = store.read([SUCCESS])[SUCCESS].slice(0, look.flights)
     failures = look.flights - int(pc.sum(success).as_py() or 0)
-    return Seen(look, failures, exact_share(failures, look.flights, look.tail))
+    return LookResult(look, failures, exact_share(failures, look.flights, look.tail))
 
 
-def decision(target: float, seen: Sequence[Seen], meaning: str) -> str:
+def decision(target: float, seen: Sequence[LookResult], meaning: str) -> str:
     """Whether the target is shown, and by what. meaning: as `Campaign` has it."""
     last = seen[-1]
     if last.rate.high <= target:
@@ -217,7 +217,7 @@ def decision(target: float, seen: Sequence[Seen], meaning: str) -> str:
     )
 
 
-def following(decided: Decided, file: Path) -> list[str]:
+def following(decided: DecidedRun, file: Path) -> list[str]:
     """What to fly next if the target is not shown."""
     last, target = decided.seen[-1], decided.target
     if decided.below:
@@ -237,7 +237,7 @@ def following(decided: Decided, file: Path) -> list[str]:
     return [f"Next: {again}, which succeeds if no more than {more.failures} flights fail; expect {expected:.0f}."]
 
 
-def decided_as_json(decided: Decided) -> dict[str, object]:
+def decided_as_json(decided: DecidedRun) -> dict[str, object]:
     return {
         "target": decided.target,
         "decision": "below" if decided.below else "above" if decided.above else "undecided",

@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from quadstep.mission.distributions import Choice, Correlated, Distribution, Grid, LogNormal, Normal, Sobol, Uniform
+from quadstep.mission.distributions import Choice, CorrelatedKeys, Distribution, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.mission.fields import dotted
 from quadstep.studies.campaign.schema import CampaignFile
 from quadstep.studies.campaign.sensitivity import FlightParts, parts_of
@@ -28,7 +28,7 @@ DECADES = 20.0
 """Ratio of the ends above which an axis is logarithmic."""
 
 
-class Varied(NamedTuple):
+class VariedKey(NamedTuple):
     """A key. values: one number per flight, or the place of its value among `options`, texts; parts: for its index."""
 
     values: NDArray[Any]
@@ -49,7 +49,7 @@ class Bins(NamedTuple):
         return len(self.labels) if self.edges is None else len(self.edges) - 1
 
 
-def varied(column: pa.ChunkedArray, distribution: Distribution | None) -> Varied:
+def varied(column: pa.ChunkedArray, distribution: Distribution | None) -> VariedKey:
     """A key from its column. distribution: None for a key that is correlated with others."""
     if not isinstance(distribution, Choice | Grid):
         return numbers(column)
@@ -64,12 +64,12 @@ def varied(column: pa.ChunkedArray, distribution: Distribution | None) -> Varied
     places, texts = rank[places], texts_of([found[i] for i in order])
     if len(texts) > MOST_VALUES:
         places, texts = np.minimum(places, MOST_VALUES - 1), [*texts[: MOST_VALUES - 1], OTHERS]
-    return Varied(places, tuple(texts), FlightParts(places, len(texts), ordered))
+    return VariedKey(places, tuple(texts), FlightParts(places, len(texts), ordered))
 
 
-def numbers(column: pa.ChunkedArray) -> Varied:
+def numbers(column: pa.ChunkedArray) -> VariedKey:
     values = column.to_numpy().astype(float)
-    return Varied(values, None, parts_of(values))
+    return VariedKey(values, None, parts_of(values))
 
 
 def texts_of(values: Sequence[object]) -> list[str]:
@@ -114,7 +114,7 @@ def spans_decades(low: float, high: float) -> bool:
     return low > 0.0 and high > DECADES * low
 
 
-def bins(one: Varied, distribution: Distribution | None) -> Bins:
+def bins(one: VariedKey, distribution: Distribution | None) -> Bins:
     """The flights of a key in ranges of equal width, those at the ends merged until they have enough flights; or by value."""
     if one.options is not None:
         return Bins(one.values, None, one.options)
@@ -161,7 +161,7 @@ def in_words(one: Distribution) -> str:
     return f"normal, mean {one.mean:g}, deviation {one.deviation:g}{cut_off(one)}"
 
 
-def jointly(group: Correlated, place: int) -> str:
+def jointly(group: CorrelatedKeys, place: int) -> str:
     """How a key of a correlated group varies, in words."""
     others = ", ".join(key for key in group.keys if key != group.keys[place])
     deviation = float(np.linalg.norm(group.factor[place]))

@@ -37,7 +37,7 @@ DRAWN = "drawn"
 Subject_co = TypeVar("Subject_co", covariant=True)
 
 
-class Worked(NamedTuple):
+class JobResult(NamedTuple):
     """What a job gave: the content of its file, or what went wrong, in one line.
 
     price: of flights that were set up one by one, and why they were; empty where none was.
@@ -61,7 +61,7 @@ class Job(NamedTuple, Generic[Subject_co]):
     label: str
     controller: tuple[str, str]
     subject: Subject_co
-    work: Callable[[], Worked]
+    work: Callable[[], JobResult]
     flights: int = 0
     by_itself: bool = False
     journal: training.JournalPlace | None = None
@@ -98,7 +98,7 @@ def costing(cell: StudyCell) -> Job[StudyCell]:
     return Job(COSTS, decisive, cell.label, cell.who, cell, partial(measure, cell), by_itself=True)
 
 
-def fly(cell: StudyCell, seeds: int) -> Worked:
+def fly(cell: StudyCell, seeds: int) -> JobResult:
     """A row for each flight, the same columns whatever varies."""
     campaign = cell.campaign
     flyer = Flyer(campaign, OneThread)
@@ -109,40 +109,40 @@ def fly(cell: StudyCell, seeds: int) -> Worked:
     columns = {name: pa.array([text] * seeds).dictionary_encode() for name, text in whose.items()}
     columns["tuning"] = pa.array([1 + cell.repeat] * seeds)
     columns |= {name: table[name] for name in table.column_names if name not in values}
-    return Worked(parquet(pa.table({**columns, DRAWN: pa.array(rows)})), price=flyer.planner.price())
+    return JobResult(parquet(pa.table({**columns, DRAWN: pa.array(rows)})), price=flyer.planner.price())
 
 
-def search(task: training.TuningTask, journal: training.JournalPlace | None) -> Worked:
+def search(task: training.TuningTask, journal: training.JournalPlace | None) -> JobResult:
     return as_text({"controller": task.label, **training.train(task, journal)._asdict()})
 
 
-def bear(asked: robustness.Raise) -> Worked:
+def bear(asked: robustness.Raise) -> JobResult:
     return as_text(robustness.as_json(robustness.find(asked)))
 
 
-def linearise(cell: StudyCell) -> Worked:
+def linearise(cell: StudyCell) -> JobResult:
     """The margins of the loop, or why there are none."""
     return as_text(robustness.linear_of(cell)._asdict())
 
 
-def measure(cell: StudyCell) -> Worked:
+def measure(cell: StudyCell) -> JobResult:
     return as_text(cost.as_json(cost.cost_of(cell)))
 
 
-def as_text(content: object) -> Worked:
-    return Worked((json.dumps(content, indent=1) + "\n").encode())
+def as_text(content: object) -> JobResult:
+    return JobResult((json.dumps(content, indent=1) + "\n").encode())
 
 
-def worked(job: Job[object]) -> Worked:
+def do_job(job: Job[object]) -> JobResult:
     """Do a job; errors of the user's come back as lines."""
     try:
         return job.work()
     except UserError as error:
-        return Worked(b"", str(error))
+        return JobResult(b"", str(error))
     except Exception as error:
         if blamed(error) is None:
             raise
-        return Worked(b"", str(user_error(error)))
+        return JobResult(b"", str(user_error(error)))
 
 
 LOOK = 0.5
@@ -151,23 +151,23 @@ LOOK = 0.5
 Look = Callable[[], None]
 
 
-def work(jobs: Sequence[Job[object]], engine: Engine, look: Look) -> Iterator[tuple[Job[object], Worked]]:
+def work(jobs: Sequence[Job[object]], engine: Engine, look: Look) -> Iterator[tuple[Job[object], JobResult]]:
     """Jobs as they are done, in any order. look: called while others go on. Raises UserError where there is no cluster."""
     if not jobs:
         return iter(())
     return loaded(JOBS, engine)(jobs, look)
 
 
-def alone(jobs: Sequence[Job[object]]) -> Iterator[tuple[Job[object], Worked]]:
+def one_by_one(jobs: Sequence[Job[object]]) -> Iterator[tuple[Job[object], JobResult]]:
     """One after the other in this process, so that what is measured has the machine for itself."""
-    return ((job, worked(job)) for job in jobs)
+    return ((job, do_job(job)) for job in jobs)
 
 
-def on_cores(jobs: Sequence[Job[object]], look: Look) -> Iterator[tuple[Job[object], Worked]]:
+def on_cores(jobs: Sequence[Job[object]], look: Look) -> Iterator[tuple[Job[object], JobResult]]:
     """On this machine. Those that take longest come first, so that all cores end together."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     with drawing_pool(min(count, len(jobs))) as pool:
-        going = {pool.submit(worked, job): job for job in sorted(jobs, key=lambda job: -job.flights)}
+        going = {pool.submit(do_job, job): job for job in sorted(jobs, key=lambda job: -job.flights)}
         while going:
             done, _ = wait(going, LOOK, FIRST_COMPLETED)
             look()
@@ -175,7 +175,7 @@ def on_cores(jobs: Sequence[Job[object]], look: Look) -> Iterator[tuple[Job[obje
                 yield going.pop(future), future.result()
 
 
-def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[object], Worked]]:
+def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[object], JobResult]]:
     with connected() as ray:
 
         def quadstep_job(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
@@ -187,12 +187,12 @@ def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[o
         asked = needs()
         given, said = (lambda job: (asked, pickle.dumps(job))), (lambda job: f"the flights of {job.label}")
         for job, found in done_on(ray, quadstep_job, iter(jobs), given, said):
-            yield job, Worked(*found)
+            yield job, JobResult(*found)
 
 
 def on_worker(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
     """A job, on a node that has all it needs. Raises UserError."""
     refuse_others(f"--engine ray: node {platform.node()}", told)
     job: Job[object] = pickle.loads(packed)
-    content, wrong, price = worked(job)
+    content, wrong, price = do_job(job)
     return content, wrong, price

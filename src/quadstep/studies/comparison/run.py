@@ -23,7 +23,7 @@ from quadstep.studies.campaign.schema import digests
 from quadstep.studies.comparison import cost, robustness
 from quadstep.studies.comparison.cells import ComparisonStudy, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem, entrants, ranks, result, with_gains, write_gains
-from quadstep.studies.comparison.jobs import Job, Worked, alone, costing, flying, linearising, raising, work
+from quadstep.studies.comparison.jobs import Job, JobResult, costing, flying, linearising, one_by_one, raising, work
 from quadstep.studies.comparison.ranking import CellFlights, flown_of
 from quadstep.studies.comparison.report import write_results
 from quadstep.studies.comparison.robustness import Linear, Raise
@@ -93,7 +93,7 @@ class ComparisonRun:
 
         single = [job for job in missing if job.by_itself]
         others = [job for job in missing if job not in single]
-        for job, worked in itertools.chain(work(others, self.how.engine, look), alone(single)):
+        for job, worked in itertools.chain(work(others, self.how.engine, look), one_by_one(single)):
             del going[job.key]
             over += size(job)
             for one in (other for other in jobs if other.key == job.key) if worked.wrong else (job,):
@@ -105,7 +105,7 @@ class ComparisonRun:
         found = self.read(job, cost.from_json) if job.kind == COSTS else None
         return found is not None and found.failed
 
-    def keep(self, job: Job[object], worked: Worked) -> None:
+    def keep(self, job: Job[object], worked: JobResult) -> None:
         """Keep what a job gave; say once of each controller which keys make its flights be set up one by one."""
         if worked.price and job.controller not in self.priced:
             self.priced.add(job.controller)

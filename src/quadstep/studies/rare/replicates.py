@@ -14,7 +14,7 @@ from quadstep.studies.campaign.schema import Campaign, Method
 from quadstep.studies.rare.cross_entropy import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate, beyond, cross_entropy
 from quadstep.studies.rare.mixture import A_REPLICATE, Evaluate, Floats, Points, Random, joined
 from quadstep.studies.rare.point_flyer import Event, Failure, PointFlyer, values
-from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, Nearest, Repeated
+from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, Nearest, RepeatedFailures
 
 SHARE = 0.1
 """Share of the flights that each event keeps."""
@@ -179,10 +179,10 @@ def nearest(flights: PointFlyer, failures: Points) -> Nearest:
     )
 
 
-def failing_again(flights: PointFlyer, failures: Points, progress: Advance) -> Repeated:
+def failing_again(flights: PointFlyer, failures: Points, progress: Advance) -> RepeatedFailures:
     """How many of some failures fail again with different noise."""
     count = len(failures.noise)
     some = failures.at(np.unique(np.linspace(0, count - 1, min(count, AGAIN)).astype(np.int64)))
     failed = ~flights.fly(some._replace(noise=some.noise + A_REPLICATE // 2))[SUCCESS].to_numpy()
     progress(len(failed))
-    return Repeated(flights=len(failed), failures=int(failed.sum()))
+    return RepeatedFailures(flights=len(failed), failures=int(failed.sum()))

@@ -46,7 +46,7 @@ class Nearest(RareTable):
     deviations_by_key: dict[str, float]
 
 
-class Repeated(RareTable):
+class RepeatedFailures(RareTable):
     """Failures that were flown again with different noise, and how many of them failed again."""
 
     flights: Count
@@ -62,7 +62,7 @@ class FinishedPiece(RareTable):
     flights: Count
     events: Annotated[list[DoneEvent], Field(min_length=1)]
     nearest: Nearest | None = None
-    again: Repeated | None = None
+    again: RepeatedFailures | None = None
 
     @property
     def score(self) -> str:
