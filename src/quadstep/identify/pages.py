@@ -175,12 +175,12 @@ def predictions(out: Path, one: Followed, place: int, kind: str) -> Figure:
         lines = {"measured": measured.rates[kept, axis], f"predicted {AHEAD} samples earlier": predicted.rates[kept, axis]}
         panels.append(Panel(f"{name} rate", "rad/s", lines))
     rest = {name: (predicted.rates - measured.rates)[kept, axis] for axis, name in enumerate(AXES)}
-    panels.append(Panel("residual of the rates", "rad/s", rest))
+    panels.append(Panel("rate residual", "rad/s", rest))
     for axis, name in enumerate("xyz"):
         lines = {"measured": measured.velocity[kept, axis], "predicted": predicted.velocity[kept, axis]}
         panels.append(Panel(f"velocity along {name}", "m/s", lines))
     rest = {name: (predicted.velocity - measured.velocity)[kept, axis] for axis, name in enumerate("xyz")}
-    panels.append(Panel("residual of the velocity", "m/s", rest))
+    panels.append(Panel("velocity residual", "m/s", rest))
     caption = (
         f"{one.name} ({kind}): measured, and predicted {AHEAD} samples earlier. The residuals show what the vehicle does not "
         "explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."

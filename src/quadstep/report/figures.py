@@ -18,7 +18,7 @@ from quadstep.report.units import ANGLES, handy, label, of_angle, prefixed, pros
 
 Numbers = NDArray[np.float64]
 
-LONGEST_LABEL = 26
+LONGEST_LABEL = 18
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
 
 NAMES = 4

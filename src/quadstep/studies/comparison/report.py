@@ -88,7 +88,8 @@ def evidence(
     figures = {
         vehicle: Figure(
             str(name),
-            f"{metric} for every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the {found.high}",
+            f"{metric[0].upper()}{metric[1:]} of every controller in every situation{f' on {vehicle}' if vehicle else ''}: "
+            f"median, to the {found.high}",
             coded=many,  # squares, whose colours are values
         )
         for vehicle, name in drawn.items()
