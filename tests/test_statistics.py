@@ -62,3 +62,12 @@ def test_the_same_values_give_the_same_interval():
     values = np.random.default_rng(4).normal(size=30)
     assert mean(values) == mean(values)
     assert mean(values).low < values.mean() < mean(values).high
+
+
+def test_the_interval_of_a_mean_holds_it_where_a_few_values_lie_far_off_on_both_sides():
+    """As changes of flights do by a gain that hardly acts: the studentised bootstrap alone holds 88 % of these."""
+    random, held = np.random.default_rng(5), 0
+    for _ in range(200):
+        found = mean(np.where(random.random(150) < 0.02, 1.0, 1e-3) * random.normal(size=150))
+        held += found.low <= 0.0 <= found.high
+    assert held >= 0.93 * 200

@@ -41,15 +41,16 @@ def quantiles(seed: int) -> Iterable[Attempt]:
 
 
 def means(seed: int) -> Iterable[Attempt]:
-    """Of symmetric, skewed and two-humped draws; very heavy tails are beyond any interval of a mean."""
+    """Of symmetric, skewed and two-humped draws, and some with a few far off; heavier tails are beyond any interval."""
     random = np.random.default_rng(seed)
 
     def held() -> Iterator[bool]:
         while True:
             count = int(random.choice(SIZES[1:4]))
             humps = random.normal(size=count) + 3.0 * (random.random(count) < 0.5)
-            draws = ((random.normal(size=count), 0.0), (random.exponential(size=count), 1.0), (humps, 1.5))
-            values, truth = draws[int(random.integers(3))]
+            far = np.where(random.random(count) < 0.05, 1.0, 1e-3) * random.normal(size=count)
+            draws = ((random.normal(size=count), 0.0), (random.exponential(size=count), 1.0), (humps, 1.5), (far, 0.0))
+            values, truth = draws[int(random.integers(4))]
             found = statistics.mean(values)
             yield found.low <= truth <= found.high
 

@@ -59,10 +59,12 @@ def exact_share(count: int, total: int, tail: float) -> Estimate:
 
 
 def mean(values: NDArray[np.float64]) -> Estimate:
-    """The mean of independent values with its studentised bootstrap interval (Efron 1982); the same on every call.
+    """The mean of independent values, with an interval that holds both its studentised bootstrap interval (Efron 1982) and
+    Student's; the same on every call.
 
-    Of skewed values a plain bootstrap's interval is too narrow: of 16 exponential ones 90 % hold the mean. Fewer than
-    `FEWEST` values have no interval.
+    Of skewed values a plain interval is too narrow: of 16 exponential ones 90 % hold the mean. The studentised bootstrap's is
+    where a few values lie far off on both sides: of 150 changes of a position error by a gain that hardly acts, 76 % hold the
+    mean, with Student's 94 %. Fewer than `FEWEST` values have no interval.
     """
     return means([values])[0]
 
@@ -89,17 +91,22 @@ def equally_many(columns: Sequence[NDArray[np.float64]]) -> list[Estimate]:
             if spreads[place] != 0.0:
                 drawn = one.take(chosen)
                 apart[place, some], spread[place, some] = drawn.mean(axis=1) - values[place], drawn.std(axis=1, ddof=1)
-    return [studentised(*one) for one in zip(values, spreads, apart, spread, strict=True)]
+    wide = student_quantile(1.0 - TAIL, count - 1) / math.sqrt(count)
+    return [studentised(*one, wide) for one in zip(values, spreads, apart, spread, strict=True)]
 
 
-def studentised(value: float, spread: float, apart: NDArray[np.float64], spreads: NDArray[np.float64]) -> Estimate:
-    """A mean with its interval. spread: of the values. apart: means of resamples from it; spreads: of their values."""
+def studentised(
+    value: float, spread: float, apart: NDArray[np.float64], spreads: NDArray[np.float64], wide: float
+) -> Estimate:
+    """A mean with its interval. spread: of the values. apart: means of resamples from it; spreads: of their values. wide: half
+    of Student's interval, in spreads.
+    """
     away = np.where(apart == 0.0, 0.0, np.copysign(math.inf, apart))  # where all drawn values are equal
     away = np.divide(apart, spreads, out=away, where=spreads > 0.0)
     below, above = np.sort(away)[[math.floor(0.5 * (1.0 - LEVEL) * RESAMPLES), math.ceil(0.5 * (1.0 + LEVEL) * RESAMPLES) - 1]]
     if spread == 0.0:
         return Estimate(value, value, value)
-    return Estimate(value, value - float(above) * spread, value - float(below) * spread)
+    return Estimate(value, value - max(float(above), wide) * spread, value - min(float(below), -wide) * spread)
 
 
 def share_difference(gained: int, lost: int, total: int) -> Estimate:
