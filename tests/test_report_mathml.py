@@ -67,6 +67,7 @@ def test_a_number_stands_at_the_right_and_not_in_the_formula():
 
 def test_text_around_formulas_is_escaped_and_their_source_stays_inside():
     assert typeset("a & b") == "a &amp; b"
+    assert typeset("$x$'s, too") == f"""<span style="white-space:nowrap">{mathml("x")}&#x27;</span>s, too"""
     found = typeset("<$x<1$>")
     assert found.startswith("&lt;<math>")
     assert found.endswith("</math>&gt;")

@@ -1,5 +1,6 @@
 """Sphinx's settings. The source is what `docs.site.writing` makes; nothing is fetched from a network."""
 
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -7,7 +8,7 @@ from docutils import nodes
 
 import quadstep
 from quadstep.report.markup import FONTS
-from quadstep.report.mathml import displayed, mathml
+from quadstep.report.mathml import CLOSING, displayed, in_line
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -58,8 +59,17 @@ html_theme_options = {
 
 def put_inline(translator: "HTML5Translator", node: nodes.math) -> None:
     """A formula in a line of text."""
-    translator.body.append(mathml(node.astext()))
+    translator.body.append(in_line(node.astext(), escape(node.get("after", ""))))
     raise nodes.SkipNode
+
+
+def hold_punctuation(_app: "Sphinx", tree: nodes.document, _place: str) -> None:
+    """Keep what closes a clause with the formula before it."""
+    for node in list(tree.findall(nodes.math)):
+        following = node.next_node(descend=False, siblings=True)
+        if isinstance(following, nodes.Text) and (closing := CLOSING.match(following.astext())) and closing[0]:
+            node["after"] = closing[0]
+            following.parent.replace(following, nodes.Text(following.astext()[closing.end() :]))
 
 
 def put_displayed(translator: "HTML5Translator", node: nodes.math_block) -> None:
@@ -70,4 +80,5 @@ def put_displayed(translator: "HTML5Translator", node: nodes.math_block) -> None
 
 def setup(app: "Sphinx") -> None:
     """Formulas by quadstep's own MathML (docs/decisions/0019), as in reports and the article; no script, no font to load."""
+    app.connect("doctree-resolved", hold_punctuation)
     app.add_html_math_renderer("mathml", (put_inline, None), (put_displayed, None))

@@ -59,6 +59,9 @@ def displayed(latex: str) -> str:
     return f'<div class="equation" tabindex="0">{mathml(latex, block=True)}{number}</div>'
 
 
+CLOSING = re.compile(r"[,.;:!?)'’-]*")
+"""Punctuation after a formula."""
+
 SOURCE = re.compile(r"\$\$(.+?)\$\$|\$([^$\n]+?)\$", re.DOTALL)
 
 
@@ -66,9 +69,15 @@ def typeset(text: str, around: Callable[[str], str] = escape) -> str:
     """Text in which formulas stand between dollar signs, as HTML. around: makes HTML of what is between them."""
     parts, done = [], 0
     for found in SOURCE.finditer(text):
-        parts += [around(text[done : found.start()]), displayed(found[1]) if found[1] else mathml(found[2])]
-        done = found.end()
+        after = "" if found[1] else CLOSING.match(text, found.end())[0]  # type: ignore[index]
+        parts += [around(text[done : found.start()]), displayed(found[1]) if found[1] else in_line(found[2], around(after))]
+        done = found.end() + len(after)
     return "".join([*parts, around(text[done:])])
+
+
+def in_line(latex: str, after: str = "") -> str:
+    """A formula within a line. after: markup of punctuation, before which browsers would otherwise begin a new line."""
+    return f'<span style="white-space:nowrap">{mathml(latex)}{after}</span>' if after else mathml(latex)
 
 
 class Reader:
