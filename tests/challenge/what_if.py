@@ -46,7 +46,7 @@ def questions(seed: int, folder: Path) -> Iterator[Question]:
     while True:
         name, preset = str(random.choice(STOCK)), str(random.choice(PRESETS))
         table = preset_table(preset)
-        light, slow = random.uniform(0.85, 1.2), random.uniform(0.8, 1.3, 3)
+        light, slow = random.uniform(0.85, 1.2), random.uniform(0.8, 1.3)
         file = folder / f"{preset}-{random.integers(1_000_000)}.toml"
         inertia = [float(one) for one in slow * np.array(table["inertia"])]
         file.write_text(f'preset = "{preset}"\nmass = {float(light * table["mass"])!r}\ninertia = {inertia!r}\n')
