@@ -243,6 +243,16 @@ def test_what_a_setpoint_does_not_tell_is_refused_with_the_reason(tmp_path):
         excited(bare, None)
 
 
+def test_an_integral_that_drifts_through_a_log_is_no_other_controllers():
+    """A setpoint that drifts makes a parabola of the command, as slow as the log is long."""
+    r, y, u = (column[:, SOUND] for column in flight())
+    time, one = STEP * np.arange(len(r)), axes()
+    drift = 0.5 * np.linspace(-1.0, 1.0, len(r))
+    follows = u + one.p[SOUND] * drift + one.i[SOUND] * STEP * np.cumsum(drift)
+    found = setpoints.read(PX4[0], time, (r + drift, y, follows), parameters(SOUND))
+    assert measured(found.measured).phase.value.value == pytest.approx(truth(SOUND)[1], abs=math.radians(3.0))
+
+
 def test_a_setpoint_that_is_logged_too_slowly_is_blamed_for_it_and_not_the_sticks(tmp_path):
     path = tmp_path / "slow.ulg"
     r, y, u = (column[::5, SOUND] for column in flight())

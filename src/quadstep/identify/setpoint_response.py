@@ -9,7 +9,7 @@ import numpy as np
 from quadstep.identify.logs.flight import Flags, Floats, stretches
 from quadstep.identify.logs.series import Columns, Series, Topics, refuse_backward
 from quadstep.identify.rate_loops import AXES, RateLoop
-from quadstep.identify.response import Complex, amplitudes
+from quadstep.identify.response import CYCLES, Complex, amplitudes
 from quadstep.io.errors import UserError
 
 LANDED, LEVELLED, THROTTLE, STICK = (
@@ -122,10 +122,10 @@ def axis_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Ex
     given = big_r + answer
     excitation = np.fft.irfft(np.concatenate([[0.0], f * given + added]), len(time))
     told = np.concatenate([[False], amplitudes(given) > OWN * amplitudes(answer)])
-    slow = np.abs(s) < np.pi / (4.0 * period)
-    fed = big_u - added - damped
-    rest = fed - f * big_r + k * big_y
-    explained = 1.0 - float((np.abs(rest[slow]) ** 2).sum() / max(float((np.abs(fed[slow]) ** 2).sum()), 1e-300))
+    judged = slice(CYCLES - 1, int((np.abs(s) < np.pi / (4.0 * period)).sum()))  # an integral's ends leak into slower lines
+    fed = (big_u - added - damped)[judged]
+    rest = fed - (f * big_r - k * big_y)[judged]
+    explained = 1.0 - float((np.abs(rest) ** 2).sum() / max(float((np.abs(fed) ** 2).sum()), 1e-300))
     return Excitation(
         excitation, command, period, explained, told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate
     )
