@@ -83,4 +83,5 @@ def until_case(decided: run.DecidedRun) -> Case:
     """The case that `--until` was to show."""
     low, high = decided.seen[-1].rate[1:]
     name = f"fewer than {decided.target:g} of the flights fail{decided.done.summary.meaning}, with 95 % confidence"
-    return Case(name, None if decided.below else f"{name}: not shown; the probability is from {low:.3g} to {high:.3g}")
+    shown = "shown not to be so" if decided.above else "not shown"
+    return Case(name, None if decided.below else f"{name}: {shown}; the probability is from {low:.3g} to {high:.3g}")
