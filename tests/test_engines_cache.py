@@ -7,11 +7,13 @@ import subprocess
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from llvmlite import binding as llvm
 
+from quadstep.control import nested_saturation
 from quadstep.engines import kernel
 from quadstep.engines.kernel import MOST, Kernel, Kernels, Trace, fly_lanes, host, object_code
 from quadstep.interfaces.closed_loop import Ticks
@@ -66,21 +68,33 @@ def test_code_is_kept_and_used_again(folder, fly, monkeypatch):
 
 
 def test_known_code_is_found_without_writing_its_module_unless_that_is_gone(folder, fly, monkeypatch):
-    first, traced = fly(), []
-    monkeypatch.setattr(kernel, "Trace", lambda *given: traced.append(given) or Trace(*given))
+    first = fly()
+    monkeypatch.setattr(kernel, "Trace", traced := Mock(side_effect=Trace))
     np.testing.assert_array_equal(fly(), first)
-    assert traced == []
+    assert traced.call_count == 0
     compiled(folder)[0].unlink()
     np.testing.assert_array_equal(fly(), first)
-    assert len(traced) == 1
+    assert traced.call_count == 1
 
 
 def test_a_module_is_written_where_the_package_changed_and_its_code_is_found_if_it_says_the_same(folder, fly, monkeypatch):
-    first, traced = fly(), []
-    monkeypatch.setattr(kernel, "source_digest", lambda: "of another version")
-    monkeypatch.setattr(kernel, "Trace", lambda *given: traced.append(given) or Trace(*given))
+    first = fly()
+    monkeypatch.setattr(kernel, "source_digest", Mock(return_value="of another version"))
+    monkeypatch.setattr(kernel, "Trace", traced := Mock(side_effect=Trace))
     np.testing.assert_array_equal(fly(), first)
-    assert (len(traced), len(compiled(folder))) == (1, 1)
+    assert (traced.call_count, len(compiled(folder))) == (1, 1)
+
+
+def test_code_of_a_law_that_was_replaced_in_memory_is_not_taken_from_the_cache(folder, fly, monkeypatch):
+    first = fly()
+    with monkeypatch.context() as patched:
+        patched.setattr(nested_saturation, "nested", lambda *given: 0.0)
+        assert not kernel.structure(NESTED)
+        assert np.abs(fly() - first).max() > 0.0
+    np.testing.assert_array_equal(fly(), first)
+    name = kernel.structure(NESTED)
+    monkeypatch.setattr(nested_saturation, "SOME", 2.0, raising=False)
+    assert kernel.structure(NESTED) not in ("", name)
 
 
 def test_what_decides_the_code_of_a_loop_of_the_users_own_is_not_told():
