@@ -145,8 +145,8 @@ cli.main()
 """,
     "controllers --overwrite": """
 from pathlib import Path
-from quadstep.studies.comparison import study
-study.shipped_study = lambda: study.read_study(Path("study.toml"))
+from quadstep.studies.comparison import cells
+cells.shipped_study = lambda: cells.read_study(Path("study.toml"))
 from quadstep.commands import cli
 cli.main()
 """,

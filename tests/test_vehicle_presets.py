@@ -31,7 +31,7 @@ from tests.needs import package
 
 ROOT = Path(__file__).parent.parent
 ZERO = vector(0.0, 0.0, 0.0)
-IDENTIFIED = {"command", "imu", "prediction", "guided_prediction", "undetermined"}
+IDENTIFIED = {"command", "imu", "prediction", "guided_prediction", "undetermined", "identified_from"}
 """Tables that `quadstep identify` writes, for `quadstep replay` alone (docs/logs.md)."""
 
 EVERY = pytest.mark.parametrize("name", preset_names())

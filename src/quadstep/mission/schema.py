@@ -298,7 +298,7 @@ class Mission(Section, metaclass=MissionMeta):
         if warn:
             if built.own_plant:
                 try_plant(built.own_plant, loop, parameters, start)
-            if users := [one for one in self.own_metrics if one.name not in EFFORTS]:
+            if self.metrics and (users := [one for one in self.own_metrics if one.name not in EFFORTS]):
                 try_metrics(users, self.plant.columns)
             if self.controller.own:
                 try_controller(self.controller.type, loop, parameters, start, ticks, drawn)
