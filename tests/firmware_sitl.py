@@ -63,7 +63,10 @@ def instance(sitl: Sitl) -> tuple[int, list[int]]:
         ports = [first + number * by for first, by, _ in sitl.ports]
         with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
             for port, (_, _, kind) in zip(ports, sitl.ports, strict=True):
-                stack.enter_context(socket.socket(socket.AF_INET, kind)).bind(("127.0.0.1", port))
+                probe = stack.enter_context(socket.socket(socket.AF_INET, kind))
+                if kind == socket.SOCK_STREAM:  # the system keeps the port of a flight that has ended for a minute
+                    probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                probe.bind(("127.0.0.1", port))
             return number, ports
     raise AssertionError(f"no free ports for {sitl.title}")
 
