@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,8 @@ from docs.site.reference.python import page as python_page
 from docs.site.running import Ran, prepare
 from docs.site.runs import run_one
 from docs.site.writing import accessible, with_flights, with_further, with_links, with_listings
-from tests.needs import SITE, needs
+from tests.commands import write
+from tests.needs import CHROMIUM, SITE, needs
 
 PAGES = run_pages()
 COMMANDS = dict(commands())
@@ -294,6 +296,20 @@ def test_a_tutorial_runs(tmp_path):
     ran = run_one(DOCS / "tutorials" / "first-flight.md", tmp_path, "")
     assert {one.status for one in ran} <= {"ran", "checked"}
     assert (tmp_path / "docs-tutorials-first-flight" / "out" / "windy" / "page.html").is_file()
+
+
+@needs(SITE, CHROMIUM)
+def test_long_tables_go_on_over_the_page_on_paper(tmp_path, browsers):
+    furo = Path(find_spec("furo").origin).parent / "theme" / "furo" / "static" / "styles" / "furo.css"
+    style = "".join(f"<style>{one.read_text(encoding='utf-8')}</style>" for one in (furo, DOCS / "site/static/theme.css"))
+
+    text = "<tr><td><p>Eq. 1</p></td><td><p>counterexample</p></td></tr>" * 30
+    table = f'<h2>Rows</h2><div class="table-wrapper container"><table class="docutils"><tbody>{text}</tbody></table></div>'
+    page = browsers[False].page()
+    page.goto(write(tmp_path, f'<!doctype html>{style}<article role="main">{6 * table}</article>', "a.html").as_uri())
+    pages = len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True)))
+    assert pages < 6  # each takes over half a page: tables that are kept together would take one each
+    browsers[False].blank()
 
 
 @needs(SITE)
