@@ -8,7 +8,7 @@ import pytest
 from quadstep import Mission
 from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.modes import Modes, Pole, scales
-from quadstep.linear.states import Pose
+from quadstep.linear.states import Pose, said
 from quadstep.linear.tables import pole_rows
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
@@ -35,13 +35,30 @@ def test_slow_modes_are_not_taken_for_deviations_that_stay(preset, controller):
 def test_the_integral_of_a_tuned_law_is_its_slowest_mode():
     analysis = analyse_rest(Mission(vehicle={"preset": "x500"}, path=HOLD, controller=TUNED)).analysis
     assert all(set(pole.states) <= {f"integral.{i}" for i in range(3)} for pole in analysis.poles[:3])
-    assert pole_rows(analysis.poles)[0][-1].startswith("integral.")
+    assert pole_rows(analysis.poles, analysis.said)[0][-1].startswith("the law's integral along ")
 
 
 def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():
-    slow, swinging = (pole_rows([Pole(-1.939, imaginary, ("position.1",))])[0] for imaginary in (3e-14, 0.2))
+    slow, swinging = (pole_rows([Pole(-1.939, imaginary, ("position.1",))], ", ".join)[0] for imaginary in (3e-14, 0.2))
     assert (slow[0], slow[4]) == ("-1.939", "2")
     assert (swinging[0], swinging[4]) == ("-1.939 ± 0.2j", "2")
+
+
+@pytest.mark.parametrize(
+    ("names", "pose", "states", "words"),
+    [
+        (
+            [f"attitude.{i}" for i in range(4)], ("x", "y", "z", "yaw"),
+            ("integral.2", "velocity.1", "position.0", "velocity.0", "attitude.2", "rates.2", "observer.gain.1"),
+            "the law's integral along z, velocity along x and y, position along x, attitude about y and 2 more",
+        ),
+        (["attitude.2"], ("x", "y", "z", "yaw"), ("attitude.0", "rates.2"), "angle of yaw, rate of roll"),
+        (["pitch"], ("x", "z"), ("position.1", "pitch"), "position along z, pitch"),
+        (["q.0"], ("z",), ("rates.0", "attitude.0"), "rates.0, attitude.0"),  # of a plant that says no more of them
+    ],
+)  # fmt: skip
+def test_states_are_said_in_words(names, pose, states, words):
+    assert said(states, names, pose) == words
 
 
 def loop_of(whole, pose):

@@ -1,6 +1,7 @@
 """The full analysis of one linearised loop, and how it follows a step of its path: a metre, a radian of yaw."""
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from quadstep.linear.equilibrium import Rest, aside, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, MarginLimits, Margins, margins
 from quadstep.linear.modes import STILL, Modes, Pole, ReducedPeriod, poles
 from quadstep.linear.sampled import WANTED, linearising
-from quadstep.linear.states import Array, Channel
+from quadstep.linear.states import Array, Channel, said, short
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
 from quadstep.vehicle.multirotor import Multirotor
@@ -91,6 +92,10 @@ class Analysis(NamedTuple):
     @property
     def stable(self) -> bool:
         return all(pole.real * self.loop.period.length <= STILL for pole in self.poles)
+
+    def said(self, states: Iterable[str]) -> str:
+        """States as people say them, so many as a sentence takes."""
+        return said(states, short(self.loop.period.names), self.loop.period.pose.names)
 
     @property
     def holds(self) -> bool:

@@ -76,8 +76,9 @@ WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 
 def graded(found: Analysis) -> Grade:
     if not found.stable:
-        constant = -found.poles[0].time_constant
-        return Grade(UNSTABLE, f"a mode grows by a factor of {math.e:.3g} in {constant:.3g} s ({mode_states(found)})")
+        first = found.poles[0]
+        pace = f"by a factor of {math.e:.3g} in {-first.time_constant:.3g} s"
+        return Grade(UNSTABLE, f"a mode grows {pace} ({found.said(first.states)})")
     if found.not_held:
         return Grade(UNSTABLE, f"it does not hold {', '.join(found.not_held)}; a deviation there never decays")
     measures = least_of(found)
@@ -95,11 +96,6 @@ def graded(found: Analysis) -> Grade:
 def where(one: Measure) -> str:
     """The channel in brackets, of a margin that exists."""
     return f" ({one.channel})" if math.isfinite(one.value) else ""
-
-
-def mode_states(found: Analysis) -> str:
-    """The states in the slowest or fastest growing mode."""
-    return ", ".join(found.poles[0].states)
 
 
 SAME = 1e-4

@@ -142,7 +142,12 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     said = [*tables.sentences(found, but), *([] if found.stable else [flown_from_rest(mission)])]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = TableSection(
-        "Poles", "poles", tables.POLE_HEADER, tables.pole_rows(found.poles, None), shown="The slowest poles", most=tables.SHOWN
+        "Poles",
+        "poles",
+        tables.POLE_HEADER,
+        tables.pole_rows(found.poles, found.said, None),
+        shown="The slowest poles",
+        most=tables.SHOWN,
     )
     done = Evidence(
         name=mission.name,

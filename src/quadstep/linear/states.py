@@ -8,7 +8,7 @@ generalised Jacobian (Clarke, "Optimization and Nonsmooth Analysis", 1983, secti
 nearby. Each is had by following a small deviation of the state from tick to tick: at every edge it decides the side.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -20,6 +20,7 @@ from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.dual import NotDifferentiableError, Seeds, slopes_of
 from quadstep.numbers.rotations import yaw_pitch_roll
+from quadstep.report.units import listed
 from quadstep.vehicle.allocation import thrusts_of
 from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.multirotor import AirframeParameters, Multirotor
@@ -98,6 +99,33 @@ def short(names: Sequence[str]) -> list[str]:
         brief = name.partition(".")[2]
         found[name if brief in found or not brief[:1].isalpha() else brief] = None
     return list(found)
+
+
+TURNS = "yaw", "pitch", "roll"
+
+
+def said(states: Iterable[str], names: Sequence[str], pose: Sequence[str], most: int = 4) -> str:
+    """States as people say them, those of one kind together: velocity along x and y for `velocity.0` and `velocity.1`, and
+    those that only their law knows by their names. names: of all states; pose: of what the loop has to hold; most: kinds.
+    """
+    along = [name for name in pose if name != "yaw"]
+    kinds: dict[str, tuple[str, Sequence[str]]] = {
+        "position": ("position along", along), "velocity": ("velocity along", along),
+        "integral": ("the law's integral along", along), "outer.integral": ("the outer loop's integral along", along),
+        "integral_1": ("the integral of r1 along", along), "rate_integral": ("the rate loop's integral about", "xyz"),
+        "speeds": ("speed of rotor", "12345678"),
+    }  # fmt: skip
+    if "attitude.3" in names:  # a quaternion; its first entry is that of no axis
+        kinds |= {"attitude": ("attitude about", ("", *"xyz")), "rates": ("body rate about", "xyz")}
+    elif "yaw" in pose:
+        kinds |= {"attitude": ("angle of", TURNS), "rates": ("rate of", TURNS)}
+    words = {f"{kind}.{i}": (word, axis) for kind, (word, axes) in kinds.items() for i, axis in enumerate(axes) if axis}
+    found: dict[str, list[str]] = {}
+    for name in states:
+        word, axis = words.get(name, (name, ""))
+        found.setdefault(word, []).append(axis)
+    every = [f"{word} {listed(sorted(axes))}".strip() for word, axes in found.items()]
+    return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
 
 
 class Pose(NamedTuple):

@@ -44,9 +44,6 @@ LATER = "The loop changes with time: this is the worst of what it is at the star
 SHOWN = 10
 """Most poles in a table, the slowest first; the files have all."""
 
-NAMED = 4
-"""Most states named in a row."""
-
 ALIKE = 1e-4
 """Poles that differ by less than this share share a row."""
 
@@ -101,8 +98,8 @@ def grouped(poles: list[Pole]) -> list[Group]:
     return groups
 
 
-def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
-    """A row for each distinct pole, the slowest first."""
+def pole_rows(poles: list[Pole], said: Callable[[Iterable[str]], str], most: int | None = SHOWN) -> list[list[str]]:
+    """A row for each distinct pole, the slowest first. said: states as people say them."""
     return [
         [
             f"{pole.real:.4g}" + (f" ± {pole.imaginary:.4g}j" if pole.imaginary > ALIKE * pole.frequency else ""),
@@ -110,7 +107,7 @@ def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
             f"{pole.damping:.3f}",
             f"{pole.frequency:.4g}",
             str(count),
-            first(states),
+            said(states),
         ]
         for pole, count, states in grouped(poles)[:most]
     ]
@@ -127,19 +124,14 @@ def sentences(found: Analysis, but: str = "") -> list[str]:
     slowest = f"The slowest mode has a time constant of {number(found.poles[0].time_constant, '.3g')} s."
     still = dict.fromkeys(name for pole in found.poles if not pole.real and not pole.imaginary for name in pole.states)
     if still:
-        slowest = f"A mode neither grows nor decays: {first(still)} keep any value they are given."
+        slowest = f"A mode neither grows nor decays: {found.said(still)} keep any value they are given."
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
     bent = [f"{BENT.format(found.tried)} ({', '.join(found.bends)})."] if found.bends else []
     if found.near and not bent:
-        bent = [NEAR.format(first(short(found.near)), found.tried)]
+        bent = [NEAR.format(found.said(short(found.near)), found.tried)]
     return [answer, *later, slowest, sampled, *bent]
-
-
-def first(names: Iterable[str]) -> str:
-    every = list(names)
-    return ", ".join(every[:NAMED]) + (f" and {len(every) - NAMED} more" if len(every) > NAMED else "")
 
 
 def step_rows(steps: list[StepResponse]) -> list[list[str]]:
