@@ -420,7 +420,7 @@ def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
     out = tmp_path / "out"
     result = quadstep("compare", *files, "--seeds", 6, "--out", out)
     assert (result.code, result.err) == (0, "")
-    assert "2 controllers, 6 flights each in every situation.\n" in result.out
+    assert "2 missions, 6 flights each.\n" in result.out
     assert "cm; its 6 flights do not differ, so nothing is statistical.\n" in result.out
     assert "decided" not in result.out
     (pair,) = rows(out, "pairs.csv")
@@ -428,6 +428,8 @@ def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
     report = (out / "report.html").read_text(encoding="utf-8")
     answer = re.search(r'<p class="answer">(.*?)</p>', report)[1]
     assert re.match("(pid|geometric) has the smallest median position RMSE, .* 6 flights do not differ", answer)
+    assert "<small>2 missions</small>" in report and "All missions fly the same flights" in report
+    assert "everything else is the same" not in report  # missions differ in whatever they like
     assert "pairs decided" not in report
 
 

@@ -229,6 +229,11 @@ class Comparison(NamedTuple):
         return list(dict.fromkeys(one.controller for one in self.results))
 
     @property
+    def kind(self) -> str:
+        """What is compared: controllers that a study puts into situations, or missions, which have one without a name."""
+        return "controller" if any(one.label for one in self.ranked) else "mission"
+
+    @property
     def limitations(self) -> tuple[str, ...]:
         """Of the study, and of this run of it."""
         return (*self.notes, *self.left_out)

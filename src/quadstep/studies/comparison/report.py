@@ -97,7 +97,7 @@ def evidence(
     shown = list(figures.values())[:IN_SUMMARY]
     sections: list[Section] = [
         markup.listing(others),
-        markup.paragraph(f"{words.METHOD} {words.searches(found)} {words.tests(found)}"),
+        markup.paragraph(f"{words.METHOD.format(found.kind)} {words.searches(found)} {words.tests(found)}"),
         *([markup.heading("Limitations", "limits"), markup.listing(found.limitations)] if found.limitations else []),
         markup.links(links, "See the best two fly the same gust:")
         if links
@@ -129,12 +129,13 @@ def evidence(
         sections.append(TableSection("Margins", "margins", tables.MARGIN_HEADER, rows, RAISED, shown=title))
     if len(found.controllers) > 1:
         ranks = [(name, f"{rank:.2f}") for name, rank in found.overall().items()]
-        header = ("controller", f"mean rank over {words.ranked_in(found)}, from 0 (best) to 1")
+        header = (found.kind, f"mean rank over {words.ranked_in(found)}, from 0 (best) to 1")
         sections.append(TableSection("Pairwise comparison", "pairs", ("", *found.controllers), words.wins(found), PAIRS))
         sections.append(TableSection(header=header, rows=ranks))
     gains, title = " ".join([GAINS, *uncounted]), "Gains and cost"
     sections.append(TableSection(title, "gains", tables.WHO_HEADER, tables.who_rows(found), gains, shown=title))
-    differ = "Other differences between the controllers; everything else is the same for all:"
+    others_same = "; everything else is the same for all" if found.kind == "controller" else ""
+    differ = f"Other differences between the controllers{others_same}:"
     sections.append(TableSection(header=tables.DIFFERS_HEADER, rows=tables.differing_rows(found), text=differ))
     for vehicle in figures:
         label = vehicle or "missions"
@@ -157,8 +158,9 @@ def evidence(
 
 def facts(found: Comparison) -> list[markup.Fact]:
     """Who is best, and how much is decided."""
-    controllers, situations = counted(len(found.controllers), "controller"), counted(len(found.ranked), "situation")
-    flown = markup.Fact("flights", f"{found.seeds} each", f"{controllers} in {situations}")
+    who = counted(len(found.controllers), found.kind)
+    where = f" in {counted(len(found.ranked), 'situation')}" if found.kind == "controller" else ""
+    flown = markup.Fact("flights", f"{found.seeds} each", who + where)
     if len(found.controllers) < 2:
         return [flown]
     rank = min(found.overall().values())
@@ -227,12 +229,16 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
             "A disturbance is increased until flights fail, that is, are lost or exceed the error limit.",
             markdown_table(tables.MARGIN_HEADER, tables.margin_rows(found)),
         ]
-    parts += ["## Situation by situation", bullets(others), " ".join(filter(None, (words.METHOD, words.searches(found))))]
+    parts += [
+        "## Situation by situation",
+        bullets(others),
+        " ".join(filter(None, (words.METHOD.format(found.kind), words.searches(found)))),
+    ]
     if len(found.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
         parts += [
             "## Mean ranks",
-            markdown_table(("controller", f"over {words.ranked_in(found)}, from 0 (best) to 1"), ranked),
+            markdown_table((found.kind, f"over {words.ranked_in(found)}, from 0 (best) to 1"), ranked),
         ]
     parts += ["## Gains and cost", markdown_table(tables.WHO_HEADER, tables.who_rows(found)), *words.not_counted(found)]
     return "\n\n".join(parts) + "\n"

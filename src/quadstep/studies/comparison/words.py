@@ -19,7 +19,7 @@ MISSIONS = "the missions"
 """What the situation of a comparison of missions is called."""
 
 METHOD = (
-    "All controllers fly the same flights in a situation: the same path and draws, and the same wind and noise where "
+    "All {}s fly the same flights in a situation: the same path and draws, and the same wind and noise where "
     "simulation.step is the same. A lost flight counts as "
     "worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost flights, by McNemar's exact "
     "test; the p-values of all pairs in all situations get Holm's correction, so that with 95 % confidence no pair that is "
@@ -125,7 +125,8 @@ def of_all(found: Comparison) -> str:
     many = len(found.ranked)
     over = f" over {many} situations" if many > 1 else ""
     first, *others = found.leaders
-    text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
+    everywhere = " in every situation" if found.kind == "controller" else ""
+    text = f"{counted(len(found.controllers), found.kind)}, {counted(found.seeds, 'flight')} each{everywhere}."
     if many > 1:
         lost = [one.lost.value for one in found.results if one.controller == first and one.lost.value]
         who = first if others else "it"
@@ -216,7 +217,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     unit = unit_of(full)
     median = results[best].spreads[found.metric].median
     if not math.isfinite(median.value):
-        text = f"{where}: every controller loses at least half of its flights; tracking is not compared"
+        text = f"{where}: every {found.kind} loses at least half of its flights; tracking is not compared"
         return f"{text}. {lost_flights(results)}".strip()
     words = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE")
     share = results[best].lost.value
@@ -290,6 +291,6 @@ def tests(found: Comparison) -> str:
     """The size of what was corrected for."""
     certain = sum(one.friedman < ALPHA / max(1, len(found.ranked)) for one in found.ranked.values())
     return (
-        f"{counted(found.pairs, 'pair')} in each family of tests. By Friedman's test the controllers differ in {certain} of "
+        f"{counted(found.pairs, 'pair')} in each family of tests. By Friedman's test the {found.kind}s differ in {certain} of "
         f"{len(found.ranked)} situations (with Bonferroni's correction)."
     )
