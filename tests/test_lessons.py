@@ -166,7 +166,7 @@ def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypa
     check = next(one["source"] for one in made if one["metadata"].get("nbgrader", {}).get("grade_id") == "check-4-4")
     mission = read_mission(ROOT / LESSONS["04"])
     exec(check, {"exercise_4_4": mission.with_(path__duration=4.25)})
-    with pytest.raises(AssertionError, match=r"path\.duration should be at most 4\.3, but is 5"):
+    with pytest.raises(AssertionError, match=r"path\.duration should be at most 4\.3 s, but is 5 s$"):
         exec(check, {"exercise_4_4": mission})
 
 
@@ -175,7 +175,7 @@ def test_check_says_what_is_not_met_and_gives_a_hint(tmp_path):
     run = quadstep("check", "4.4", file, "--hint")
     assert run.code == 4
     assert "4.4 not solved" in run.out
-    assert "NOT MET: path.duration should be at most 4.3, but is 5" in run.out
+    assert "NOT MET: path.duration should be at most 4.3 s, but is 5 s\n" in run.out
     assert "Hint: Try durations between 4.2 and 4.3 s." in run.out
 
 

@@ -12,6 +12,9 @@ from quadstep.io.errors import LONGEST_VALUE, UserError, cut, did_you_mean, shor
 from quadstep.mission.fields import Quantity
 from quadstep.mission.presets import origin
 
+RANGES = "greater_than", "greater_than_equal", "less_than", "less_than_equal"
+"""Types of errors that a quantity's unit is said of."""
+
 INSIDE = "inside"
 """Type of an error that is within a table of another model: its context has that model and the problem."""
 
@@ -69,9 +72,10 @@ def describe(model: type[BaseModel], problem: Any) -> str:
         names = [name for option in options for name in types(option)]
         missing = f"missing; allowed: {', '.join(names)}"
         return f"{key}.type: {missing if kind == 'union_tag_not_found' else unknown_name('value', context['tag'], names)}"
-    field = models[-1].model_fields.get(keys[-1]) if keys else None
-    notes = (note for note in (field.metadata if field else ()) if isinstance(note, Quantity))
-    meaning = next((f": {note.meaning}{note.unit and f' [{note.unit}]'}" for note in notes), "")
+    field = models[-1].model_fields.get(keys[-1].partition("[")[0]) if keys else None
+    note = next((one for one in (field.metadata if field else ()) if isinstance(one, Quantity)), Quantity("", ""))
+    meaning = f": {note.meaning}{note.unit and f' [{note.unit}]'}" if note.meaning else ""
+    unit = f" {note.unit}" if note.unit and kind in RANGES else ""
     said = {
         "extra_forbidden": unknown(keys[-1] if keys else "", models[-1].model_fields),
         "missing": f"missing; it is needed{meaning}",
@@ -83,7 +87,7 @@ def describe(model: type[BaseModel], problem: Any) -> str:
     }.get(kind)
     if said is None:
         text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
-        said = text if kind == "value_error" or isinstance(given, dict) else f"{text}, not {shorten(given)}"
+        said = text if kind == "value_error" or isinstance(given, dict) else f"{text}, not {shorten(given)}{unit}"
     return f"{key}: {said}" if key else said
 
 

@@ -120,7 +120,7 @@ class Mission(Section, metaclass=MissionMeta):
     ('MultirotorMission', 2.0)
     >>> Mission(path={**circle, "radius": -2.0})
     Traceback (most recent call last):
-    quadstep.io.errors.UserError: Mission: path.radius: should be greater than 0, not -2.0
+    quadstep.io.errors.UserError: Mission: path.radius: should be greater than 0, not -2.0 m
     """
 
     if TYPE_CHECKING:

@@ -14,10 +14,10 @@ from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.linear.grade import Grade, grade
 from quadstep.metrics.registry import SOUND
-from quadstep.metrics.requirements import Requirement, judge, with_full_names
+from quadstep.metrics.requirements import Requirement, judge, quantity, with_full_names
 from quadstep.metrics.verdict import Case, scalars
 from quadstep.mission.check import check
-from quadstep.mission.fields import Finite, Name, Section, as_tuple, dotted, key_parts, plain
+from quadstep.mission.fields import Finite, Name, Section, as_tuple, dotted, key_parts, plain, unit
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.studies.interface import fly
@@ -154,8 +154,9 @@ def judge_flight(task: LessonTask, mission: Mission, content: object, measured: 
         value = at(mission, content, name)
         entries = value if isinstance(value, list) else [value]
         if all(isinstance(one, int | float) for one in entries):
-            largest, limit = max(entries), f"at most {most:g}"
-            cases.append(Case(f"{name} {limit}", wrong(name, limit, f"{largest:g}") if largest > most else None))
+            largest, of = max(entries), unit(mission, name)
+            limit = f"at most {quantity(most, of)}"
+            cases.append(Case(f"{name} {limit}", wrong(name, limit, quantity(largest, of)) if largest > most else None))
         else:
             (required,) = with_full_names([Requirement(name, most)], measured.numbers)
             cases.append(judge(required, measured.numbers, measured.lost).case)
