@@ -397,6 +397,8 @@ def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
     )
     assert not [one for one in ("#transport", "#controls", "#tabs", "#camera") if page.locator(one).is_visible()]
     assert page.locator("#summary").is_visible() and page.locator("#story").is_visible()
+    assert page.locator(".more").count() and not page.locator(".more").first.is_visible()  # what it would open is shown
+    assert page.locator(".claim .facts").first.is_visible()
     page.emulate_media(media="screen")
     page.evaluate("dispatchEvent(new Event('afterprint'))")
     assert page.locator("#transport").is_visible() and page.locator("html").get_attribute("data-theme") == "dark"

@@ -39,6 +39,22 @@ def page_file(tmp_path_factory):
     return write(tmp_path_factory.mktemp("page"), fly_missions([CASE_1]), "page.html")
 
 
+def test_a_symbol_in_a_title_is_set_as_in_a_legend(open_page):
+    page = open_page()
+    heading = page.locator("#plot-r1 h3")
+    assert (heading.inner_text(), heading.locator("sub").inner_text()) == ("Filtered position error |r1|", "1")
+    page.locator("#chooser summary").click()
+    assert page.locator(".pickable:has-text('|r1|') sub").inner_text() == "1"
+
+
+def test_the_numbers_of_an_axis_are_written_alike(open_page):
+    page = open_page()
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    said = page.locator(".plot:has-text('Norms of the weights') .on-paper text").all_text_contents()
+    assert {"0", "10⁻⁴", "2×10⁻⁴", "4×10⁻⁴"} <= {*said}
+    assert not [one for one in page.locator("main text").all_text_contents() if re.search(r"\de[−\d]", one)]
+
+
 def test_plots_share_cursor_zoom_and_hover(open_page):
     page = open_page()
     stage = page.locator("#plot-position .stage")
@@ -80,7 +96,7 @@ def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
     page.click("#plot-attitude button[aria-label^='log axis']")
     for kind, columns, title in (
         ("time", ["u", "norm_r1"], "u, norm_r1"),
-        ("phase", ["x", "x_dot"], "x_dot over x"),
+        ("phase", ["x", "x_dot"], "xdot over x"),
         ("spectrum", ["theta"], "Spectrum of θ"),
     ):
         page.select_option("#own-kind", kind)

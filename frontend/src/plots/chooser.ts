@@ -1,7 +1,7 @@
 // Above the plots: which of them to show, and a plot of one's own.
 
 import { byId, fill, h } from "../view/dom";
-import { flat } from "../view/notation";
+import { flat, rich } from "../view/notation";
 import type { Arrangement } from "./arrangement";
 import type { Kind } from "./custom";
 
@@ -47,7 +47,7 @@ export class Chooser {
     const labels = panels.map(({ id, title }) => {
       const box = this.boxes.get(id)!;
       box.addEventListener("change", () => this.arrangement.choose(id, box.checked));
-      return h("label", { class: "pickable" }, box, flat(title));
+      return h("label", { class: "pickable" }, box, h("span", {}, ...rich(title)));
     });
     fill(this.list, h("legend", {}, "Plots"), ...labels);
     if (held !== undefined) this.boxes.get(held)?.focus();

@@ -6,7 +6,7 @@ import { indexAt, trace } from "./curve";
 import { type Panel, strokeOf } from "./panel";
 import type { Range } from "./range";
 import type { Box, Surface } from "./surface";
-import { decades, labels, powerOfTen, ticks } from "./ticks";
+import { decade, decades, labels, ticks } from "./ticks";
 
 export interface Frame {
   readonly box: Box;
@@ -64,17 +64,17 @@ function drawAxes(surface: Surface, panel: Panel, frame: Frame, palette: Palette
   const bottom = box.top + box.height;
 
   const marks = panel.logarithmic
-    ? decades(value.least, value.most, box.height / 26).map((e) => ({ at: e, label: powerOfTen(e) }))
+    ? decades(value.least, value.most, box.height / 26).map((e) => ({ at: e, label: decade(e) }))
     : linearMarks(value, scale.factor, box.height / 26);
   for (const mark of marks) {
     const y = Math.round(box.top + box.height * (1 - (mark.at - value.least) / (value.most - value.least))) + 0.5;
     surface.polyline([box.left, y, right, y], grid);
-    surface.text(box.left - 7, y, mark.label, { ...small, align: "right" });
+    surface.text(box.left - 7, y, mark.label, { ...small, size: mark.label.length > 6 ? 9 : 11, align: "right" }); // −1.5×10⁻⁴ fits
   }
 
   const { across } = panel;
   const times = across?.logarithmic ? decades(time.least, time.most, box.width / 70) : ticks(time.least, time.most, box.width / 70);
-  const names = across?.logarithmic ? times.map(powerOfTen) : labels(times);
+  const names = across?.logarithmic ? times.map(decade) : labels(times);
   times.forEach((t, i) => {
     const x = Math.round(xOf(frame, t)) + 0.5;
     surface.polyline([x, bottom, x, bottom + 4], { ...grid, colour: palette.line });

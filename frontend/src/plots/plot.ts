@@ -2,6 +2,7 @@
 
 import { h } from "../view/dom";
 import { type Scale, join, number, plainUnit, scaleFor } from "../view/format";
+import { rich } from "../view/notation";
 import { type Palette, palette } from "../view/theme";
 import { CanvasSurface, lettered } from "./canvas";
 import { type Frame, drawFigure, plotBox, xOf, yOf } from "./figure";
@@ -61,7 +62,7 @@ export class Plot {
     this.values = undefined;
     this.greatest = largest(panel);
     const scale = this.scale();
-    this.heading.textContent = panel.title;
+    this.heading.replaceChildren(...rich(panel.title));
     this.note.textContent = panel.note;
     this.note.hidden = !panel.note;
     this.heading.dataset["unit"] = scale.unit ? `[${scale.unit}]` : "";

@@ -1,5 +1,7 @@
 // Round numbers along an axis.
 
+import { powerOfTen, scientific } from "../view/format";
+
 /** About `count` round numbers between least and most. */
 export function ticks(least: number, most: number, count: number): number[] {
   const step = roundStep((most - least) / Math.max(count, 1));
@@ -29,22 +31,19 @@ export function decades(least: number, most: number, count: number): number[] {
 export function labels(values: readonly number[]): string[] {
   const step = values.length > 1 ? Math.abs(values[1]! - values[0]!) : Math.abs(values[0] ?? 1) || 1;
   const largest = Math.max(...values.map(Math.abs), 0);
-  if (largest >= 1e5 || (largest > 0 && largest < 1e-3)) return values.map((v) => (v === 0 ? "0" : minus(trim(v.toExponential(1)))));
+  if (largest >= 1e5 || (largest > 0 && largest < 1e-3)) return values.map((v) => (Math.abs(v) < step * 1e-6 ? "0" : scientific(v, below(v, step))));
   const decimals = Math.min(Math.max(-Math.floor(Math.log10(step) + 1e-9), 0), 8);
   return values.map((value) => minus((Math.abs(value) < step * 1e-6 ? 0 : value).toFixed(decimals)));
 }
 
-const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-
-/** 10 to the power e, as text. */
-export function powerOfTen(e: number): string {
-  if (e >= 0 && e <= 3) return String(10 ** e);
-  const digits = [...String(Math.abs(e))].map((digit) => RAISED[Number(digit)]).join("");
-  return `10${e < 0 ? "⁻" : ""}${digits}`;
+/** A decade's label. */
+export function decade(e: number): string {
+  return e >= 0 && e <= 3 ? String(10 ** e) : powerOfTen(e);
 }
 
-function trim(text: string): string {
-  return text.replace(".0e", "e").replace("e+", "e");
+/** Decimals that the factor of v needs to tell it from a neighbour: decades between it and the step. */
+function below(v: number, step: number): number {
+  return Math.max(Math.floor(Math.log10(Math.abs(v)) + 1e-9) - Math.floor(Math.log10(step) + 1e-9), 0);
 }
 
 function minus(text: string): string {

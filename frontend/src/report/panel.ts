@@ -1,6 +1,6 @@
 // One set of axes of a figure: its curves as points, read off the drawing, and the drawing of a part of them.
 
-import { labels, powerOfTen, ticks } from "../plots/ticks";
+import { decade, labels, ticks } from "../plots/ticks";
 import { type Axis, share, valueAt } from "./scale";
 
 /** What Python says of a set of axes. box: left, top, width, height. ours: whether all that is drawn can be drawn anew. */
@@ -195,7 +195,7 @@ class Shape {
 function marks(axis: Axis, count: number): [number, string][] {
   if (axis.kind === "log" && axis.high / axis.low > 30) {
     const found: [number, string][] = [];
-    for (let e = Math.ceil(Math.log10(axis.low)); 10 ** e <= axis.high; e++) found.push([10 ** e, powerOfTen(e)]);
+    for (let e = Math.ceil(Math.log10(axis.low)); 10 ** e <= axis.high; e++) found.push([10 ** e, decade(e)]);
     return found;
   }
   const values = ticks(axis.low, axis.high, count).filter((one) => axis.kind !== "log" || one > 0);

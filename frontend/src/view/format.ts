@@ -49,7 +49,7 @@ export function number(x: number, digits = 4): string {
   if (!Number.isFinite(x)) return x > 0 ? "∞" : "−∞";
   if (x === 0) return "0";
   const size = Math.abs(x);
-  if (size >= 1e6 || size < 1e-4) return minus(x.toExponential(Math.max(digits - 2, 1)));
+  if (size >= 1e6 || size < 1e-4) return scientific(x, Math.max(digits - 2, 1));
   const decimals = Math.min(Math.max(digits - 1 - Math.floor(Math.log10(size)), 0), 8);
   return minus(x.toFixed(decimals));
 }
@@ -80,6 +80,25 @@ export function join(text: string, unit: string): string {
 /** A time on the clock, in hundredths. */
 export function seconds(t: number): string {
   return t.toFixed(2);
+}
+
+const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+
+/** 10 to the power e, as text. */
+export function powerOfTen(e: number): string {
+  const digits = [...String(Math.abs(e))].map((digit) => RAISED[Number(digit)]).join("");
+  return `10${e < 0 ? "⁻" : ""}${digits}`;
+}
+
+/** A number as a factor, with this many decimals, and a power of ten: 4.2×10⁻⁵, and 10⁻⁵ where the factor is a plain 1. */
+export function scientific(x: number, decimals: number): string {
+  const [factor, e] = x.toExponential(decimals).split("e") as [string, string];
+  return timesPower(factor, Number(e));
+}
+
+/** The same from its parts. */
+export function timesPower(factor: string, e: number): string {
+  return minus(/^-?1$/.test(factor) ? factor.slice(0, -1) : `${factor}×`) + powerOfTen(e);
 }
 
 function minus(text: string): string {

@@ -1,5 +1,7 @@
 // Symbols as the field writes them, out of names as code writes them: `K_r1 > m Lambda1` has a subscript and a capital lambda.
 
+import { timesPower } from "./format";
+
 const GREEK: Readonly<Record<string, string>> = {
   psi: "ψ",
   theta: "θ",
@@ -54,7 +56,7 @@ export function prose(text: string): string {
     .replace(/\^2/g, "²")
     .replace(/\^3/g, "³")
     .replace(/(?<=\d)e\+00\b/g, "")
-    .replace(/(?<=\d)e-0?(\d+)/g, "e−$1")
+    .replace(/(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d+)\b/g, (_, factor: string, e: string) => timesPower(factor, Number(e)))
     .replace(/'/g, "’");
 }
 
