@@ -102,6 +102,8 @@ def short(names: Sequence[str]) -> list[str]:
 
 
 TURNS = "yaw", "pitch", "roll"
+WHOLE = {"weights_1": "weights of the first net", "weights_2": "weights of the second net", "integral_2": "the integral of r2"}
+"""What is said without its entries: they are many, or not of the same axes in every law."""
 
 
 def said(states: Iterable[str], names: Sequence[str], pose: Sequence[str], most: int = 4) -> str:
@@ -122,8 +124,8 @@ def said(states: Iterable[str], names: Sequence[str], pose: Sequence[str], most:
     words = {f"{kind}.{i}": (word, axis) for kind, (word, axes) in kinds.items() for i, axis in enumerate(axes) if axis}
     found: dict[str, list[str]] = {}
     for name in states:
-        word, axis = words.get(name, (name, ""))
-        found.setdefault(word, []).append(axis)
+        word, axis = words.get(name) or (WHOLE.get(name.partition(".")[0], name), "")
+        found.setdefault(word, []).extend([axis] if axis else [])
     every = [f"{word} {listed(sorted(axes))}".strip() for word, axes in found.items()]
     return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
 
