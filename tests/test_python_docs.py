@@ -27,7 +27,7 @@ def test_the_listings_run_from_the_top_down(elsewhere, capsys):
     printed = capsys.readouterr().out
     assert printed.startswith("<Flight 'Around the mast': completed 17.5 s, position RMSE ")
     assert "<Flight 'Flight': lost (off_path) at" in printed
-    assert printed.endswith("Mission: path.radius: should be greater than 0, not -2.0\n")
+    assert printed.endswith("Mission: path.radius: should be greater than 0, not -2.0 m\n")
     rmse = [float(text) for text in re.findall(r"m/s: ([0-9.]+) mm", printed)]
     assert rmse == sorted(rmse)
     assert len(rmse) == 4
