@@ -65,7 +65,8 @@ def test_each_margin_is_held_against_its_limit(analysis):
     gain, phase, delay = (one.value for one in graded(analysis).measures)
     least = 20.0 * math.log10(min(min(one.gain_up, 1.0 / max(one.gain_down, 1e-9)) for one in analysis.margins))
     assert gain == pytest.approx(least)
-    assert (phase, delay) == (min(one.phase for one in analysis.margins), min(one.delay for one in analysis.margins))
+    smallest = min(one.phase for one in analysis.margins), min(one.delay for one in analysis.margins)
+    assert (phase, delay) == pytest.approx(smallest)  # of equal channels the first is named, whose last bits may differ
     assert graded(analysis._replace(limits=MarginLimits(gain, phase, delay))).word == SOUND
     for limit, what in (
         (MarginLimits(1.001 * gain, phase, delay), "gain"),
