@@ -9,24 +9,14 @@ import threading
 import time
 from pathlib import Path
 
+from tests.autopilots import CIRCLE
 from tests.commands import write
 from tests.needs import BETAFLIGHT
 
-GUSTY = """
-[vehicle]
-preset = "x500"
-[path]
-type = "circle"
-centre = [0.0, 0.0, 10.0]
-radius = 2.0
-period = 8.0
+GUSTY = f"""{CIRCLE.replace("30.0", "12.0")}
 [wind]
 mean = [3.0, 1.0, 0.0]
-turbulence = { intensity = "moderate" }
-[simulation]
-duration = 12.0
-control_period = 0.001
-step = 0.001
+turbulence = {{ intensity = "moderate" }}
 """
 
 

@@ -15,25 +15,11 @@ import pytest
 
 from quadstep.bridges.autopilots import KINDS
 from quadstep.mission.read import plan_mission, read_mission
-from tests.autopilots import FAKES, FakeMavlink, Hover, free_port
+from tests.autopilots import CIRCLE, FAKES, FakeMavlink, Hover, free_port
 from tests.commands import quadstep, strict_json, without_figures, write
 from tests.needs import ARDUCOPTER, COPTER, needs, package
 
 package("pymavlink")
-
-CIRCLE = """
-[vehicle]
-preset = "x500"
-[path]
-type = "circle"
-centre = [0.0, 0.0, 10.0]
-radius = 2.0
-period = 8.0
-[simulation]
-duration = 30.0
-control_period = 0.001
-step = 0.001
-"""
 
 MISSION = """
 [vehicle]

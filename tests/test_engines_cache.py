@@ -18,7 +18,7 @@ from quadstep.engines import kernel
 from quadstep.engines.kernel import MOST, Kernel, Kernels, Trace, fly_lanes, host, object_code
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io import code_cache
-from quadstep.io.code_identity import told
+from quadstep.io.code_identity import described
 from tests.flights import NESTED, nested_gains, parameters, state
 from tests.needs import SUPERUSER, needs
 
@@ -102,12 +102,12 @@ def test_what_decides_the_code_of_a_loop_of_the_users_own_is_not_told():
     class Mine(type(NESTED.controller)):
         pass
 
-    assert told(NESTED)
-    assert not told(replace(NESTED, controller=Mine()))
-    assert not told((NESTED, lambda t: t))
-    assert not told(np.zeros(2000))  # abridged
-    assert not told((np.array([0.1, 0.2]),))  # rounded
-    assert not told((NESTED, Mine))
+    assert described(NESTED)
+    assert not described(replace(NESTED, controller=Mine()))
+    assert not described((NESTED, lambda t: t))
+    assert not described(np.zeros(2000))  # abridged
+    assert not described((np.array([0.1, 0.2]),))  # rounded
+    assert not described((NESTED, Mine))
     names = {kernel.structure(NESTED, *rest) for rest in ((), (4,), (8,), ((4,),))}
     assert len(names) == 4
 

@@ -126,9 +126,9 @@ def test_two_files_differ_by_what_changes_between_them(tmp_path):
         names.append(str(tmp_path / f"{len(names)}.yaml"))
         (tmp_path / f"{len(names) - 1}.yaml").write_text(CrazyflieYaml.write(values, defaults))
     assert changes_of([names[1]], names[0]) == {"pid_rate.roll_kp": 250.0}
-    (said,) = left_out([names[1]], names[0])
+    (said,) = left_out([names[1]], names[0], changes_of([names[1]], names[0]))
     assert said == f"{names[1]} does not have pid_rate.roll_kp: its default counts"
-    assert left_out([names[0]], names[1]) == ()
+    assert left_out([names[0]], names[1], changes_of([names[0]], names[1])) == ()
     assert changes_of([names[0]], LAW) == {"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}
     with pytest.raises(UserError, match=r"no parameter of .* differs between it and"):
         changes_of([names[0]], names[0])

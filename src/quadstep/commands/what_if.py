@@ -103,7 +103,7 @@ def what_if(
     from quadstep.studies.what_if_report import Question
 
     changed, rest = changes_of(changes, parameters), unmodelled(changes, parameters)
-    asked = Question(parameters, changed, vehicle, wind, flights, seed, within, rest, left_out(changes, parameters))
+    asked = Question(parameters, changed, vehicle, wind, flights, seed, within, rest, left_out(changes, parameters, changed))
     folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", drawing.sheet()
     with bar("flying", "flights", 2 * flights) as shown:
         evidence = answer(asked, folder, overwrite, shown, drawn_on, page)

@@ -23,7 +23,7 @@ from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.interfaces.closed_loop import Advance, ClosedLoop, Ticks
 from quadstep.interfaces.log import FlightLog, finished
 from quadstep.io import code_cache
-from quadstep.io.code_identity import in_memory, told
+from quadstep.io.code_identity import described, in_memory
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.parts import source_digest
 from quadstep.numbers import Number, Table, flatten, in_matrix, leaf_names, rebuild
@@ -178,7 +178,7 @@ def structure(loop: ClosedLoop, *rest: object) -> str:
     """What decides the text of a loop's module, with the package's code; nothing where only the text itself tells. rest: what
     decides it besides, as text tells it.
     """
-    said, package = told(loop), in_memory()
+    said, package = described(loop), in_memory()
     return f"{source_digest()} {package} {said} {rest}" if said and package else ""
 
 

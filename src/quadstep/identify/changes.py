@@ -141,10 +141,8 @@ def tuned(
 def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too."""
     higher = (stepped(flight, {one.name: STEP}) for one in known_low_passes(flight, loop))
-    kept, least = (
-        [list(changed_responses(flight, loop, tried, flight.measured)) for tried in higher],
-        factor_limits(flight, loop)[0],
-    )
+    kept = [list(changed_responses(flight, loop, tried, flight.measured)) for tried in higher]
+    least = factor_limits(flight, loop)[0]
     for place in range(STEPS):
         for found in kept:
             if place < len(found):

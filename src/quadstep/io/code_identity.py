@@ -28,7 +28,7 @@ def own_code(part: object) -> frozenset[str]:
     return frozenset(own.union(*map(own_code, inner)))
 
 
-def told(part: object) -> str:
+def described(part: object) -> str:
     """What a part of a flight is where text tells it whole; nothing of users' code, and of what text leaves something out."""
     said = repr(part)
     return "" if own_code(part) or any(one in said for one in ("array(", " at 0x", "...", "<locals>")) else said

@@ -8,7 +8,7 @@ import hashlib
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
 
@@ -98,12 +98,12 @@ def both_files(texts: Sequence[str], file: str) -> tuple[Mapping[str, float], Ma
     return before, after
 
 
-def left_out(texts: Sequence[str], file: str) -> tuple[str, ...]:
-    """What another file of parameters does not have though the first one has it, in words: defaults count, though a ground
-    station that loads such a file leaves the vehicle's. Raises UserError.
+def left_out(texts: Sequence[str], file: str, changed: Iterable[str]) -> tuple[str, ...]:
+    """Which of the changed parameters another file does not have though the first one has them, in words: defaults count,
+    though a ground station that loads such a file leaves the vehicle's. Raises UserError.
     """
     before, after = both_files(texts, file)
-    names = [name for name in differences(file, texts[0]) if name in before and name not in after] if before else []
+    names = [name for name in changed if name in before and name not in after]
     count = "its default counts" if len(names) == 1 else "their defaults count"
     return (f"{texts[0]} does not have {briefly(names)}: {count}",) if names else ()
 
