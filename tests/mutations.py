@@ -138,14 +138,14 @@ def exchanged(module: str, tree: ast.Module) -> Iterator[None]:
     exec(compile(tree, str(here.__file__), "exec"), mutant.__dict__)
     running, changed = functions(here, name), functions(mutant, name)
     kept = {key: function.__code__ for key, function in running.items() if function.__code__ != changed[key].__code__}
-    told = kernel.told
+    described = kernel.described
     try:
-        kernel.told = lambda _: ""  # the files say nothing of these laws
+        kernel.described = lambda _: ""  # the files say nothing of these laws
         for key in kept:
             running[key].__code__ = changed[key].__code__
         yield
     finally:
-        kernel.told = told
+        kernel.described = described
         for key, code in kept.items():
             running[key].__code__ = code
 

@@ -113,7 +113,7 @@ def test_yaw_without_its_acceleration(monkeypatch):
 
     monkeypatch.setattr(CompletedBackstepping, "law", law)
     monkeypatch.setattr("quadstep.engines.kernel.KERNELS", Kernels())  # those that are there have the right law,
-    monkeypatch.setattr("quadstep.engines.kernel.told", lambda _: "")  # and so have the files
+    monkeypatch.setattr("quadstep.engines.kernel.described", lambda _: "")  # and so have the files
     flight = line(
         "turn", [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], controller={"type": "completed-backstepping"}, simulation={"duration": 8.0}
     )
