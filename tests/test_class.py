@@ -16,7 +16,9 @@ from quadstep.page.sharing import Access
 from quadstep.studies import classroom
 from quadstep.studies.class_server import MOST_AT_ONCE, class_server
 from quadstep.studies.classroom import (
+    LARGEST_FILE,
     MANIFEST,
+    MEMORY,
     SUBMISSION,
     Room,
     SubmissionResult,
@@ -151,6 +153,48 @@ def test_an_endless_mission_ends_with_its_time(room, tmp_path):
     found = flown_apart(text, ground, tmp_path / "flight", 1.0)
     assert found.said == "Your submission was not flown: it takes more memory, or more than 1 s of computing."
     assert not found.flown
+
+
+def hoards(text, ground, out):
+    return bytearray(2 * MEMORY)
+
+
+def fills(text, ground, out):
+    out.write_bytes(bytes(LARGEST_FILE + 1))
+
+
+def idles(text, ground, out):
+    time.sleep(PATIENCE)
+
+
+def fails(text, ground, out):
+    raise ValueError
+
+
+@pytest.mark.parametrize(
+    ("does", "said"),
+    [
+        (hoards, "it takes more than 4 GB of memory."),
+        (fills, "its files are larger than 100 MB: log less often, or for a shorter time."),
+        (idles, "it takes more memory, or more than 1 s of computing."),
+        (fails, "it is not a mission that can be flown."),
+    ],
+)
+def test_each_limit_of_a_flight_says_which_it_is(room, tmp_path, monkeypatch, does, said):
+    monkeypatch.setattr(classroom, "fly_submission", does)
+    monkeypatch.setattr(classroom, "SLOWER", 1)
+    found = flown_apart("", room.ground, tmp_path / "flight", 1.0 if does is idles else PATIENCE)
+    assert found == SubmissionResult(f"Your submission was not flown: {said}")
+    assert not (tmp_path / "flight").exists() or (tmp_path / "flight").stat().st_size == LARGEST_FILE
+
+
+def test_a_class_that_is_restarted_says_what_it_kept(room, tmp_path):
+    text = "[controller]\nK_r1 = 6.0\n"
+    flown(room, text)
+    ada, other = Room(tmp_path / "class.toml", tmp_path / "out").members.values()
+    assert ada.said == "The class was restarted: your flights were kept. What was still waiting has to be sent again."
+    assert (ada.text, ada.latest, ada.waits) == (text, 1, False)
+    assert other.said == "Nothing of yours has been flown yet."
 
 
 def test_names_and_metrics_of_a_class_are_checked(tmp_path, monkeypatch):
@@ -304,7 +348,9 @@ def test_one_address_cannot_keep_the_others_out(room, port):
     lines = [socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) for _ in range(3 * MOST_AT_ONCE)]
     try:
         with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as one:
-            assert one.recv(1) == b"", "one more is closed at once"
+            answer = one.makefile("rb").read().decode()
+            assert answer.startswith("HTTP/1.0 503 "), "one more is answered at once"
+            assert answer.endswith("\r\n\r\nToo many requests at once from your address: reload the page in a moment.\n")
     finally:
         for line in lines:
             line.close()

@@ -274,7 +274,7 @@ class Handler(BaseHTTPRequestHandler):
             return Answer(HTTPStatus.SEE_OTHER, KINDS[".txt"], headers={"Location": "/", "Set-Cookie": cookie})
         kept = [part.strip().partition("=") for part in self.headers.get("Cookie", "").split(";")]
         found = next((value for key, _, value in kept if key == name and opens(value)), None)
-        said = "This page needs the complete link, including its token.\n"
+        said = "This page needs a complete link that is still valid, including its token.\n"
         return Answer(HTTPStatus.FORBIDDEN, KINDS[".txt"], said) if found is None else found
 
     def reply(self, answer: Answer, body: bool = True) -> None:

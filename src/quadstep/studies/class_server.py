@@ -23,6 +23,12 @@ from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room, first_
 MOST_AT_ONCE = 8
 """Requests of one address that are answered at the same time."""
 
+BUSY = (
+    b"HTTP/1.0 503 Service Unavailable\r\nContent-Type: text/plain; charset=utf-8\r\nRetry-After: 3\r\n\r\n"
+    b"Too many requests at once from your address: reload the page in a moment.\n"
+)
+"""What further ones are told, whatever they ask."""
+
 ENCODED = 3
 """How much longer a form is than its text, at most."""
 
@@ -51,7 +57,10 @@ class ClassHandler(Handler):
             full = self.open[address] >= MOST_AT_ONCE
             self.open[address] += 1
         try:
-            if not full:
+            if full:
+                with contextlib.suppress(OSError):
+                    self.wfile.write(BUSY)
+            else:
                 super().handle()
         finally:
             with self.counting:

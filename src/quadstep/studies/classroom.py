@@ -5,6 +5,7 @@ size, which runs no code of users and opens no file that the submission names. A
 """
 
 import contextlib
+import errno
 import hmac
 import math
 import multiprocessing
@@ -50,7 +51,7 @@ from quadstep.studies.tuning.gains import filled_in
 
 SUBMISSION = files.FileKind("a submission", 64_000)
 SECRET = files.FileKind("the secret of a class", 64)
-SECRET_NAME = ".class"
+SECRET_NAME, MISSION_NAME = ".class", "mission.toml"
 LARGEST_FILE, MEMORY = 100_000_000, 4 << 30
 """What the process of a flight may write in a file, and its address space [bytes]."""
 
@@ -114,7 +115,7 @@ class Member:
     name: str
     folder: Path
     text: str = ""
-    said: str = "Nothing submitted yet."
+    said: str = "Nothing of yours has been flown yet."
     value: float | None = None
     best: int = 0
     latest: int = 0
@@ -167,6 +168,9 @@ class Room:
             if content:
                 completed = content.get("outcome") == Outcome.COMPLETED.name.lower()
                 member.counts(number, scalars(content).get(self.ground.metric) if completed else None)
+                member.said = "The class was restarted: your flights were kept. What was still waiting has to be sent again."
+                with contextlib.suppress(UserError):
+                    member.text = files.read_text(member.folder / f"{number}" / MISSION_NAME, SUBMISSION, links=False)
         return member
 
     def member(self, token: str) -> Member | None:
@@ -285,7 +289,7 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     log = fly(plan)
     metrics, warnings = mission.flight_metrics(log)
     out.mkdir(parents=True)
-    (out / "mission.toml").write_text(text, encoding="utf-8")
+    (out / MISSION_NAME).write_text(text, encoding="utf-8")
     write_log(out / "flight.csv", log)
     write_mission_page(out / "page.html", mission, plan, log, ground.folder, (metrics, warnings))
     about = {"name": mission.name, "warnings": [*plan.warnings, *warnings], **graded(metrics).as_json()}
@@ -307,10 +311,14 @@ def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Co
         result = fly_it()
     except UserError as error:
         result = SubmissionResult(f"Your submission was not flown: {cut(str(error), LONGEST_SENTENCE)}")
+    except MemoryError:
+        result = SubmissionResult(f"Your submission was not flown: it takes more than {MEMORY >> 30} GB of memory.")
+    except OSError as error:
+        large = f"its files are larger than {LARGEST_FILE // 10**6} MB: log less often, or for a shorter time."
+        said = large if error.errno == errno.EFBIG else f"this machine could not store its flight: {error.strerror}."
+        result = SubmissionResult(f"Your submission was not flown: {said}")
     except Exception:  # whatever a stranger's text does ends here
-        result = SubmissionResult(
-            "Your submission was not flown: it exceeds the class's limits, or has numbers that no flight can have."
-        )
+        result = SubmissionResult("Your submission was not flown: it is not a mission that can be flown.")
     theirs.send(result)
 
 
