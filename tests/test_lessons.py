@@ -151,6 +151,11 @@ def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypa
         assert named == [f"{kind}-{number}" for number in numbers for kind in ("exercise", "check")]
         assert len({one["id"] for one in made}) == len(made)
     made = notebook(lessons()[3])["cells"]
+    text = "\n".join(one["source"] for one in made)
+    assert "**Exercise 4.4.** Fly the lesson's path within 4.3 s" in text
+    assert "`exercise_4_4 = mission.with_(" in text, "nbgrader empties the cell that is to be filled"
+    assert "it reaches 45 degrees between 4 and 5 s" in text
+    assert "`duration = 4.25`" not in text, "the answers to what is graded stay on the site"
     assert [one["metadata"]["nbgrader"] for one in made if "nbgrader" in one["metadata"]][:2] == [
         {"schema_version": 3, "grade_id": "exercise-4-4", "grade": False, "solution": True, "locked": False, "task": False},
         {

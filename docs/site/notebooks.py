@@ -1,7 +1,7 @@
 """The lessons as notebooks: their text, their mission, and their Python; commands are shown.
 
-At the end a notebook has two cells for each exercise that grades itself, one to fill and one that grades it, which nbgrader
-knows by their metadata (version 3 of its schema).
+At the end a notebook has three cells for each exercise that grades itself: what it asks, one to fill, and one that grades it.
+nbgrader knows the last two by their metadata (version 3 of its schema) and empties the first of them.
 """
 
 import json
@@ -18,11 +18,13 @@ LESSONS = DOCS / "lessons"
 FOLD = re.compile(r"<details><summary>(.*)</summary>|</details>")
 """What is folded away on the site. A notebook has cells for it, whose code is hidden until asked for."""
 
-ANSWERS = "## Answers"
+ANSWERS, SOLVED = "## Answers", "<details><summary>4</summary>"
+"""Where the answers begin, and those that a notebook leaves out: students shall find them."""
 
 OWN = """## Your solutions
 
-Exercises 4 and 5 grade themselves: change the mission in the first cell of each, and run the second."""
+Exercises 4 and 5 grade themselves: write a mission in the first cell of each, and run the second. Their answers are on the
+lesson's page."""
 
 
 def cell(kind: str, text: str, number: int, hidden: bool) -> dict[str, Any]:
@@ -34,7 +36,7 @@ def cell(kind: str, text: str, number: int, hidden: bool) -> dict[str, Any]:
 
 def cells(page: Path) -> list[tuple[str, str]]:
     """The cells of a lesson in order: kind and text. Its mission is written beside the notebook first."""
-    text = page.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8").partition(SOLVED)[0]
     lines, found, at = text.split("\n"), [], 0
     for listing in listings(text):
         if listing.kind is Kind.PYTHON:
@@ -54,14 +56,15 @@ def headed(fold: re.Match[str]) -> str:
     return f"**{fold[1]}**" if fold[1] else ""
 
 
-def graded(name: str) -> list[dict[str, Any]]:
-    """The cell in which an exercise is solved, and the one that grades it."""
+def graded(name: str, asks: str) -> list[dict[str, Any]]:
+    """The cell that says what an exercise asks, the one in which it is solved, and the one that grades it."""
     number, mine = name.replace(".", "-"), f"exercise_{name.replace('.', '_')}"
     sources = {
-        "exercise": f"{mine} = mission  # change it: mission.with_(path__duration=9.0), say",
+        "exercise": f"{mine} = mission",
         "check": f'from quadstep.studies.lessons import grade_cell\n\ngrade_cell("{name}", {mine})',
     }
-    made = []
+    said = f"**Exercise {name}.** {asks} Assign your mission to `{mine}`: `{mine} = mission.with_(path__duration=9.0)`, say."
+    made = [{**cell("markdown", said, 0, False), "id": f"asks-{number}"}]
     for kind, source in sources.items():
         check = kind == "check"
         known = {"schema_version": 3, "grade_id": f"{kind}-{number}", "grade": check, "solution": not check, "locked": check}
@@ -80,7 +83,7 @@ def notebook(page: Path) -> dict[str, Any]:
     answers = next((place for place, (_, text) in enumerate(found) if ANSWERS in text), len(found))
     made = [cell(kind, text, place + 1, place > answers) for place, (kind, text) in enumerate(found)]
     made.append(cell("markdown", OWN, len(made) + 1, False))
-    made += [part for one in tasks(f"{int(page.name[:2])}") for part in graded(one.name)]
+    made += [part for one in tasks(f"{int(page.name[:2])}") for part in graded(one.name, one.asks)]
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
     return {"nbformat": 4, "nbformat_minor": 5, "metadata": kernel, "cells": made}
 
