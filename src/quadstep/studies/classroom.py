@@ -315,7 +315,7 @@ def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Co
         result = SubmissionResult(f"Your submission was not flown: it takes more than {MEMORY >> 30} GB of memory.")
     except OSError as error:
         large = f"its files are larger than {LARGEST_FILE // 10**6} MB: log less often, or for a shorter time."
-        said = large if error.errno == errno.EFBIG else f"this machine could not store its flight: {error.strerror}."
+        said = large if error.errno == errno.EFBIG else f"this machine could not store its flight: {error.strerror or error}."
         result = SubmissionResult(f"Your submission was not flown: {said}")
     except Exception:  # whatever a stranger's text does ends here
         result = SubmissionResult("Your submission was not flown: it is not a mission that can be flown.")
