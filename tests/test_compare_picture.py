@@ -7,13 +7,15 @@ import pytest
 from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.metrics.statistics import Estimate
+from quadstep.metrics.verdict import FlightGrade, Graded
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, Entrant, SituationResult
 from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
 from quadstep.studies.comparison.ranking import Effort, Pair, Ranked, Spread
+from quadstep.studies.comparison.report import facts
 from quadstep.studies.comparison.robustness import Linear, rows, unlinearised
-from quadstep.studies.comparison.tables import best
+from quadstep.studies.comparison.tables import best, cell_rows, matrix
 from quadstep.studies.comparison.training import Trained
 from quadstep.studies.comparison.words import missed_limits, of_all, of_situation
 
@@ -99,6 +101,42 @@ def test_nobody_wins_what_is_shared_and_who_flew_elsewhere_only_is_said_so():
     once = {WHERE: found.ranked[WHERE], second: Ranked({"law 1": 1.0, "law 2": 2.0}, 1.0, ())}
     elsewhere = found._replace(ranked=once)
     assert of_all(elsewhere).startswith("law 0 has the best mean rank over the 1 of 2 situations that it flew. 3 controllers")
+
+
+FAR = Graded(FlightGrade.FLEW_BUT, ("its error is large for its path",), ("large error",))
+AS_ASKED = Graded(FlightGrade.AS_ASKED)
+
+
+def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that_names_it():
+    found, second = comparison(2), WHERE._replace(path="circle")
+    ranked = found.ranked[WHERE]
+
+    def all_of(*grades):
+        names = [(where, name) for where in (WHERE, second) for name in found.controllers]
+        results = tuple(
+            result(name, 0.01 + 0.01 * (name != "law 0"))._replace(situation=where, grade=grade)
+            for (where, name), grade in zip(names, grades, strict=True)
+        )
+        return found._replace(situations=(WHERE, second), ranked={WHERE: ranked, second: ranked}, results=results)
+
+    one = all_of(AS_ASKED, FAR, FAR, AS_ASKED)
+    assert of_all(one).startswith(
+        "law 0 has the best mean rank; its median flight is not as asked in 1 of 2 situations, worst in crazyflie, circle, "
+        "calm: its error is large for its path. "
+    )
+    assert ", but" not in of_situation(one, WHERE, ranked)
+    assert of_situation(one, second, ranked).startswith("crazyflie, circle, calm: law 0 has the smallest median e, 1 cm (500 ")
+    assert ", but in its median flight, its error is large for its path" in of_situation(one, second, ranked)
+    none = all_of(FAR, FAR, FAR, Graded(FlightGrade.LOST))
+    assert of_all(none).startswith("No controller flies as asked in any situation: law 0 has the best mean rank; its median ")
+    assert of_situation(none, WHERE, ranked).startswith("crazyflie, hover, calm: no controller flies as asked: law 0 has the ")
+    header, (first, _) = matrix(none, "crazyflie")
+    assert dict(zip(header, first, strict=True))["law 0"] == "1 (1), large error"
+    assert [(row["grade"], row["grade_reasons"]) for row in cell_rows(one)][:2] == [
+        ("as asked", ""),
+        ("flew, but", "its error is large for its path"),
+    ]
+    assert facts(one)[1][:2] == ("flown as asked", "2 of 4")
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,12 @@ def normal(mean, seed, count=60):
     return np.abs(np.random.default_rng(seed).normal(mean, 0.1, count))
 
 
+def test_the_median_flight_is_one_that_was_flown_and_none_where_half_are_lost():
+    assert flown([3.0, 1.0, 2.0]).middle(METRIC) == 2
+    assert flown([3.0, 1.0, math.inf, 2.0]).middle(METRIC) == 3
+    assert flown([3.0, math.inf, math.inf]).middle(METRIC) is None
+
+
 def test_holm_as_his_paper_does_it():
     assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
     assert holm([0.5, 0.9]) == [1.0, 1.0]

@@ -19,6 +19,8 @@ from quadstep.io import parts
 from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.parts import parts_in
 from quadstep.io.results_folder import RUNNING
+from quadstep.metrics.verdict import graded
+from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import jobs, run
 from quadstep.studies.comparison.cells import FIRST, Situation, read_study
 from quadstep.studies.comparison.entrants import Comparison
@@ -39,6 +41,20 @@ high = 40.0
 flights = 20
 error = 0.6
 unit = "m/s"
+"""
+FAST = """
+[vehicle]
+preset = "x500"
+[path]
+type = "circle"
+centre = [0.0, 0.0, 4.0]
+radius = 3.0
+period = 1.5
+ramp = 1.0
+[simulation]
+duration = 2.0
+[sensors]
+position_noise = 0.005
 """
 LAW = """
 def controller(t, measured, reference):
@@ -88,6 +104,7 @@ def test_it_writes_tables_flights_gains_report_and_page(done):
     assert sum(name.startswith("flights/") for name in names) == 8  # of two frozen controllers, and one tuned twice
     for kind in ("margins/", "linear/", "costs/"):
         assert sum(name.startswith(kind) for name in names) == 3
+    assert sum(name.startswith("grades/") for name in names) == 6
     assert not [name for name in names if RUNNING in name]
     assert set(metrics(out)["files"]) == names
 
@@ -232,7 +249,7 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     assert result.code == 130
     assert f"finished flights are kept in {tmp_path / 'out'}; run the same command to continue" in result.err
     assert not (tmp_path / "out" / "metrics.json").exists()
-    left[0] = 20
+    left[0] = 30
     with monkeypatch.context() as patch:
         patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
         assert quadstep("compare", file, "--out", tmp_path / "out").code == 130
@@ -412,6 +429,36 @@ def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
     assert "[-, -]" in (out / "report.html").read_text(encoding="utf-8")
     for text in (result.out, (out / "results.md").read_text(encoding="utf-8")):
         assert "lost]" not in text
+
+
+def test_the_best_of_laws_that_do_not_follow_their_path_is_not_praised(tmp_path):
+    files = [write(tmp_path, f'{FAST}[controller]\ntype = "{name}"\n', f"{name}.toml") for name in ("pid", "geometric")]
+    out = tmp_path / "out"
+    result = quadstep("compare", *files, "--seeds", 6, "--out", out)
+    assert result.code == 0
+    report = (out / "report.html").read_text(encoding="utf-8")
+    answer = re.search(r'<p class="answer">(.*?)</p>', report)[1]
+    assert answer.startswith("No mission flies as asked: ")
+    assert "cm, but in its median flight, its error is large for its path (relative error " in answer
+    assert answer[1:].replace("\N{NO-BREAK SPACE}", " ") in result.out
+    assert "large error" in (out / "table.tex").read_text(encoding="utf-8")
+
+
+def test_a_cell_has_the_grade_that_fly_gives_its_median_flight(done):
+    _, out, file = done
+    graded_ones = [json.loads(path.read_text(encoding="utf-8")) for path in (out / "grades").iterdir()]
+    whole, there = read_study(file), Situation("research-2.6kg", "up", "windy")
+    cell = whole.cell(there, "firm", whole.knowing("research-2.6kg", {"type": "geometric"}))
+    mine = [
+        row for row in pq.read_table(out / "flights").to_pylist() if row["scenario"] == "windy" and row["controller"] == "firm"
+    ]
+    number = sorted(mine, key=lambda row: row["position_rmse[m]"])[5]["flight"]
+    again = replay(cell.campaign, number)
+    found = graded(again.mission.flight_metrics(fly(again.plan))[0])
+    (row,) = (one for one in metrics(out)["cells"] if (one["scenario"], one["controller"]) == ("windy", "firm"))
+    assert (row["grade"], row["grade_reasons"]) == (found.grade, "; ".join(found.reasons))
+    assert number in [one["flight"] for one in graded_ones]
+    assert len(graded_ones) == 6
 
 
 def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):

@@ -149,10 +149,11 @@ def read_sealed(path: Path, what: str = "a manifest written by quadstep", links:
     return content
 
 
-FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, NAMED, JOURNALS = "flights", "gains", "margins", "linear", "costs", "named", "journals"
+FLIGHTS, GAINS, MARGINS, GRADES, LINEAR, COSTS = "flights", "gains", "margins", "grades", "linear", "costs"
+NAMED, JOURNALS = "named", "journals"
 """Folders of results, of what is known of the user's files that decide them, and of what a search has flown so far."""
 
-ENDINGS = {FLIGHTS: "parquet"} | dict.fromkeys((GAINS, MARGINS, LINEAR, COSTS, NAMED), "json")
+ENDINGS = {FLIGHTS: "parquet"} | dict.fromkeys((GAINS, MARGINS, GRADES, LINEAR, COSTS, NAMED), "json")
 
 
 GO_ON = "finished parts are kept; run the same command to continue"

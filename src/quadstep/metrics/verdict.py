@@ -98,10 +98,13 @@ RULES = (
 
 
 class Graded(NamedTuple):
-    """reasons: why it is not as asked, one clause each; empty for a flight that is, and for one that was lost."""
+    """reasons: why it is not as asked, one clause each; empty for a flight that is, and for one that was lost. labels: the
+    same in a word or two.
+    """
 
     grade: FlightGrade
     reasons: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, object]:
         return {"grade": self.grade.value, "grade_reasons": list(self.reasons)}
@@ -124,12 +127,9 @@ def graded(metrics: Mapping[str, object]) -> Graded:
         return Graded(FlightGrade.LOST)
     measured = scalars(dict(metrics))
     values = ((rule, measured.get(rule.metric)) for rule in RULES)
-    reasons = tuple(
-        rule.text.format(f"{rule.factor * value:.3g}")
-        for rule, value in values
-        if value is not None and not value <= rule.most
-    )
-    return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons)
+    broken = [(rule, value) for rule, value in values if value is not None and not value <= rule.most]
+    reasons = tuple(rule.text.format(f"{rule.factor * value:.3g}") for rule, value in broken)
+    return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons, tuple(rule.label for rule, _ in broken))
 
 
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

@@ -13,6 +13,7 @@ from quadstep.io.errors import MissingExtraError, UserError
 from quadstep.io.parts import Parts
 from quadstep.io.user_code import in_one_line
 from quadstep.metrics.statistics import Estimate
+from quadstep.metrics.verdict import Graded
 from quadstep.studies.comparison import ranking, training
 from quadstep.studies.comparison.cells import ComparisonStudy, Situation
 from quadstep.studies.comparison.cost import Cost
@@ -185,7 +186,7 @@ def write_gains(path: Path, found: list[Entrant]) -> None:
 
 
 class SituationResult(NamedTuple):
-    """A controller in a situation. spreads: by metric."""
+    """A controller in a situation. spreads: by metric. grade: of its median flight; None where an autopilot flies it."""
 
     situation: Situation
     controller: str
@@ -193,6 +194,7 @@ class SituationResult(NamedTuple):
     lost: Estimate
     spreads: dict[str, Spread]
     effort: Effort
+    grade: Graded | None = None
 
 
 class Comparison(NamedTuple):
@@ -270,9 +272,11 @@ class Comparison(NamedTuple):
         return min((1 + len(one.others) for one in self.entrants if one.trained), default=0)
 
 
-def result(situation: Situation, controller: str, flown: CellFlights, metrics: Mapping[str, str]) -> SituationResult:
+def result(
+    situation: Situation, controller: str, flown: CellFlights, metrics: Mapping[str, str], grade: Graded | None
+) -> SituationResult:
     spreads = {name: spread(flown, name) for name in metrics}
-    return SituationResult(situation, controller, len(flown.lost), losses(flown), spreads, effort(flown))
+    return SituationResult(situation, controller, len(flown.lost), losses(flown), spreads, effort(flown), grade)
 
 
 def ranks(flown: Mapping[Situation, Mapping[str, CellFlights]], metric: str) -> dict[Situation, Ranked]:

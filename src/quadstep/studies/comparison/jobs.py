@@ -16,9 +16,10 @@ from typing import Generic, NamedTuple, TypeVar
 import pyarrow as pa
 
 from quadstep.engines.engine import JOBS, Engine, loaded
+from quadstep.engines.fly import fly_all
 from quadstep.engines.kernel import host
 from quadstep.io.errors import UserError
-from quadstep.io.parts import COSTS, FLIGHTS, GAINS, JOURNALS, LINEAR, MARGINS, key
+from quadstep.io.parts import COSTS, FLIGHTS, GAINS, GRADES, JOURNALS, LINEAR, MARGINS, key
 from quadstep.io.results_folder import RUNNING
 from quadstep.io.user_code import blamed, user_error
 from quadstep.report.pool import drawing_pool
@@ -26,6 +27,7 @@ from quadstep.studies.campaign.cluster import OneThread, done_on, needs, refuse_
 from quadstep.studies.campaign.cluster_connection import connected
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import Flyer, drawn_column
+from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison import cost, robustness, training
 from quadstep.studies.comparison.cells import FIRST, StudyCell
@@ -87,6 +89,12 @@ def raising(asked: robustness.Raise) -> Job[robustness.Raise]:
     return Job(MARGINS, decisive, asked.label, who, asked, partial(bear, asked), flights, asked.law.one_at_a_time)
 
 
+def grading(cell: StudyCell, flight: int) -> Job[StudyCell]:
+    """What a flight of a cell is graded by, which takes its log."""
+    decisive = key(GRADES, cell.campaign.fingerprint, flight)
+    return Job(GRADES, decisive, cell.label, cell.who, cell, partial(measure_flight, cell, flight), 1)
+
+
 def linearising(cell: StudyCell) -> Job[StudyCell]:
     """The loop of a cell at rest."""
     return Job(LINEAR, key(LINEAR, cell.campaign.fingerprint, ""), cell.label, cell.who, cell, partial(linearise, cell))
@@ -118,6 +126,13 @@ def search(task: training.TuningTask, journal: training.JournalPlace | None) -> 
 
 def bear(asked: robustness.Raise) -> JobResult:
     return as_text(robustness.as_json(robustness.find(asked)))
+
+
+def measure_flight(cell: StudyCell, flight: int) -> JobResult:
+    """The metrics of a flight that was flown again."""
+    one = replay(cell.campaign, flight)
+    (log,) = fly_all([one.plan])
+    return as_text({"flight": flight, **one.mission.flight_metrics(log)[0]})
 
 
 def linearise(cell: StudyCell) -> JobResult:

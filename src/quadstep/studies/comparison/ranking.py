@@ -48,6 +48,12 @@ class CellFlights(NamedTuple):
         """A metric in which a lost flight is worse than any other."""
         return np.where(self.lost, math.inf, self.metrics[name])
 
+    def middle(self, name: str) -> int | None:
+        """The place of the median flight; None where it is lost."""
+        ranked = self.ranked(name)
+        place = int(np.argsort(ranked, kind="stable")[(len(ranked) - 1) // 2])
+        return None if self.lost[place] else place
+
 
 class Spread(NamedTuple):
     """A metric of a cell. mean: over completed flights, NaN without any; median, high: quantiles of 50 % and 95 % of all."""

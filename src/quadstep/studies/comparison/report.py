@@ -18,8 +18,8 @@ from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.publish import markdown_table
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
-from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flyer import Flyer
+from quadstep.studies.campaign.planner import planner
+from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import robustness, tables, words
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
@@ -84,6 +84,7 @@ def evidence(
     said = [*uncounted, *(one for one in (first, *others) if one not in problems), *found.left_out]
     if len(found.ranked) == 1 and len(found.controllers) > 1:  # who is best there is the answer
         first, others = others[0].removeprefix(f"{words.MISSIONS}: "), [first, *others[1:]]
+        first = f"N{first[1:]}" if first.startswith(f"no {found.kind} ") else first
     metric, many = words.title(found.metrics[found.metric]), len(found.controllers) > MANY
     figures = {
         vehicle: Figure(
@@ -166,8 +167,10 @@ def facts(found: Comparison) -> list[markup.Fact]:
     rank = min(found.overall().values())
     decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
     first = markup.Fact("best mean rank", words.several(found.leaders), f"{rank:.2f}, from 0 (best) to 1")
+    graded = sum(one.grade is not None for one in found.results)
+    asked = markup.Fact("flown as asked", f"{words.as_asked(found.results)} of {graded}", "median flights, one of each cell")
     pairs = markup.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
-    return [first, pairs, flown] if found.pairs else [first, flown]
+    return [first, *([asked] if graded else []), *([pairs] if found.pairs else []), flown]
 
 
 def as_json(found: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, object]:
@@ -305,9 +308,7 @@ def fly_side_by_side(
 ) -> ShownFlight:
     """The first flight of a situation, under the best controller and under its rivals."""
     campaign = best.subject.campaign
-    flyer = Flyer(campaign)
-    drawn = {name: one.at(0) for name, one in draw(campaign.file, np.array([FIRST])).items()}
-    mission, plan = flyer.planner.mission(drawn, FIRST), flyer.planner.plan(drawn, FIRST)
+    drawn, mission, plan = replay(campaign, FIRST)
     log = fly(plan)
     metrics, warnings = mission.flight_metrics(log)
     name = situation.label or found.name
@@ -315,7 +316,7 @@ def fly_side_by_side(
     for rival, job in rivals.items():
         theirs = job.subject.campaign
         if theirs.content.get("vehicle") == campaign.content.get("vehicle"):
-            others[rival] = Flyer(theirs).planner.mission(drawn).controller
+            others[rival] = planner(theirs).mission(drawn).controller
     return ShownFlight(
         identity(name, taken), name, found.name, mission, plan, log, metrics, campaign.folder,
         warnings=tuple(warnings), called=best.subject.controller, rivals=others,

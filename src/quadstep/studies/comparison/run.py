@@ -14,6 +14,7 @@ from quadstep.engines.engine import Engine
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.parts import COSTS, LINEAR, Parts, changed, code_digest, digest_of, parts_in
+from quadstep.metrics.verdict import FlightGrade, Graded, graded
 from quadstep.report.evidence import Evidence
 from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing
@@ -21,9 +22,9 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted, listed
 from quadstep.studies.campaign.schema import digests
 from quadstep.studies.comparison import cost, robustness
-from quadstep.studies.comparison.cells import ComparisonStudy, Situation, StudyCell
+from quadstep.studies.comparison.cells import FIRST, ComparisonStudy, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem, entrants, ranks, result, with_gains, write_gains
-from quadstep.studies.comparison.jobs import Job, JobResult, costing, flying, linearising, one_by_one, raising, work
+from quadstep.studies.comparison.jobs import Job, JobResult, costing, flying, grading, linearising, one_by_one, raising, work
 from quadstep.studies.comparison.ranking import CellFlights, flown_of
 from quadstep.studies.comparison.report import write_results
 from quadstep.studies.comparison.robustness import Linear, Raise
@@ -187,11 +188,14 @@ def concluded(
 
     about: what is known of it already. others: jobs whose parts belong to it too. Raises UserError.
     """
-    asked = laws(flights)
+    again, asked = regraded(flights, flown, about.metric), laws(flights)
+    run.work("grading", again)
     run.work("linearising and costing", asked)
+    grades = {(one.subject.situation, one.subject.controller): run.read(one, graded) for one in again}
+    grades |= {cell: Graded(FlightGrade.LOST) for cell, one in each(flown).items() if one.middle(about.metric) is None}
     found = about._replace(
         situations=tuple(flown),
-        results=tuple(result(place, name, one, about.metrics) for place, many in flown.items() for name, one in many.items()),
+        results=tuple(result(*cell, one, about.metrics, grades.get(cell)) for cell, one in each(flown).items()),
         ranked=ranks(flown, about.metric),
         costs=costs(run, asked),
         linear=linearised(run, asked),
@@ -199,8 +203,24 @@ def concluded(
         left_out=(*about.left_out, *unpaired(flights)),
     )
     told = write_results(out, found, flights, run.how.sheet)
-    run.publish(out, [*others, *flights, *asked])
+    run.publish(out, [*others, *flights, *again, *asked])
     return FinishedComparison(found, told, folder)
+
+
+def each(flown: Mapping[Situation, Mapping[str, CellFlights]]) -> dict[tuple[Situation, str], CellFlights]:
+    """The flights of every cell."""
+    return {(place, name): one for place, many in flown.items() for name, one in many.items()}
+
+
+def regraded(
+    flights: Sequence[Job[StudyCell]], flown: Mapping[Situation, Mapping[str, CellFlights]], metric: str
+) -> list[Job[StudyCell]]:
+    """The median flight of every cell, with the best gains, as what grades it: none where it is lost, and none of an
+    autopilot, which may not be there any more.
+    """
+    best = [job.subject for job in flights if not job.subject.repeat and not job.subject.law.one_at_a_time]
+    places = [(cell, flown[cell.situation][cell.controller].middle(metric)) for cell in best]
+    return [grading(cell, FIRST + place) for cell, place in places if place is not None]
 
 
 def cells(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entrant]) -> list[StudyCell]:

@@ -31,6 +31,10 @@ def cell_rows(found: Comparison) -> Iterator[Row]:
                 row |= {f"{name}_{what}_low{unit}": estimate.low, f"{name}_{what}_high{unit}": estimate.high}
         row["rank"] = ranked.ranks[one.controller]
         row |= {
+            "grade": one.grade and one.grade.grade.value,
+            "grade_reasons": "; ".join(one.grade.reasons) if one.grade else None,
+        }
+        row |= {
             "energy[J]": one.effort.energy,
             "rotor_activity[N/s]": one.effort.activity,
             "saturation": one.effort.saturation,
@@ -75,11 +79,11 @@ def write_tables(out: Path, found: Comparison) -> None:
 
 
 def short(found: Comparison, one: SituationResult) -> str:
-    """A cell in few words: median, 95 % quantile, and what is lost."""
+    """A cell in few words: median, 95 % quantile, what is lost, and why its median flight is not as asked."""
     spread, factor = one.spreads[found.metric], unit_of(found.metrics[found.metric]).factor
     parts = [f"{factor * value:.3g}" if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]
     lost = f", {share_lost(one)}" if one.lost.value > 0.0 else ""
-    return f"{parts[0]} ({parts[1]}){lost}"
+    return ", ".join([f"{parts[0]} ({parts[1]}){lost}", *(one.grade.labels if one.grade else ())])
 
 
 def matrix(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
@@ -103,6 +107,7 @@ def full_rows(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str
         "controller",
         "rank",
         "lost",
+        "median flight",
         *(f"{what} {name}" for name in names for what in ("median", "95 %", "mean")),
     ]
     rows = []
@@ -113,7 +118,7 @@ def full_rows(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str
                 one.controller,
                 f"{found.ranked[one.situation].ranks[one.controller]:.2f}",
             ]
-            row.append(percent(one.lost))
+            row += [percent(one.lost), ", ".join(one.grade.labels or [one.grade.grade]) if one.grade else NOTHING]
             for name, full in found.metrics.items():
                 spread, factor = one.spreads[name], unit_of(full).factor
                 mean = f"{factor * spread.mean:.3g}" if math.isfinite(spread.mean) else NOTHING

@@ -1,12 +1,13 @@
 """What a comparison has found, in words: what is decided, and what is not."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
+from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import counted, listed, prose
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
@@ -133,8 +134,12 @@ def of_all(found: Comparison) -> str:
         loses = f", though {who} loses flights in {len(lost)} of {many} situations" if lost else ""
         loses += f", up to {end_percent(100.0 * max(lost))} % of them" if lost else ""
         flown = sum(one.controller == first for one in found.results)
+        loses += fall_short(
+            [one for one in found.results if one.controller == first], found.metric, f"{first}'s" if others else "its"
+        )
         some = f" over the {flown} of {many} situations that {who} flew" if flown < many else ""
         leads = f"{several(found.leaders)} share" if others else f"{first} has"
+        leads = f"No {found.kind} flies as asked in any situation: {leads}" if as_asked(found.results) == 0 else leads
         chance = (
             f"is shown to be better by less than {100.0 * NEGLIGIBLE:g} % only"
             if won
@@ -223,15 +228,19 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     share = results[best].lost.value
     who, has = ("each", "share") if len(tied) > 1 else ("it", "has")
     loses = f", though {who} loses {end_percent(100.0 * share)} % of its flights," if share else ""
-    text = f"{where}: {several(tied)}{loses} {has} the smallest median {words}, "
+    nobody = f"no {found.kind} flies as asked: " if as_asked(results.values()) == 0 and len(results) > 1 else ""
+    text = f"{where}: {nobody}{several(tied)}{loses} {has} the smallest median {words}, "
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
-        text += f"{value}; its {found.seeds} flights do not differ, so nothing is statistical"
+        text += (
+            f"{value}{falls_short(results, best, tied)}; its {found.seeds} flights do not differ, so nothing is statistical"
+        )
         return f"{text}. {lost_flights(results)}".strip()
     if math.isnan(median.low):
         text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
     else:
         text += f"{interval_text(median, unit.factor)} {unit.name}"
+    text += falls_short(results, best, tied)
     text += with_grade(found, best, situation.vehicle) if len(found.ranked) == len(tied) == 1 else ""
     beaten: list[str] = []
     better: list[str] = []
@@ -250,6 +259,29 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     if better:
         text += f"; flight by flight {several(better)} {'is' if len(better) == 1 else 'are'} better"
     return f"{text}. {lost_flights(results)}".strip()
+
+
+def as_asked(results: Iterable[SituationResult]) -> int | None:
+    """Of how many cells the median flight is as asked; None where no flight is graded."""
+    grades = [one.grade.grade for one in results if one.grade]
+    return grades.count(FlightGrade.AS_ASKED) if grades else None
+
+
+def fall_short(results: Sequence[SituationResult], metric: str, whose: str) -> str:
+    """In how many situations the median flights of a controller are not as asked, and why in that of the largest error."""
+    short = [one for one in results if one.grade and one.grade.reasons]
+    if not short:
+        return ""
+    worst = max(short, key=lambda one: one.spreads[metric].median.value)
+    why = f"{worst.situation.label}: {listed(worst.grade.reasons if worst.grade else ())}"
+    return f"; {whose} median flight is not as asked in {len(short)} of {len(results)} situations, worst in {why}"
+
+
+def falls_short(results: Mapping[str, SituationResult], best: str, tied: Sequence[str]) -> str:
+    """Why the median flight of the best is not as asked, to follow its error."""
+    grade = results[best].grade
+    whose = "its median flight" if len(tied) == 1 else f"the median flight of {best}"
+    return f", but in {whose}, {listed(grade.reasons)}" if grade and grade.reasons else ""
 
 
 SEVERAL = 8
