@@ -249,6 +249,7 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
     text = ask(port, "/", ada)[2]
     assert re.search(r"<td>1</td><td>Group 2</td><td[^>]*>12.3.mm</td>", text)
     assert "Waiting to be flown" in text
+    assert '<h2 id="submit">Submit</h2>' in text, "no level of headings is left out"
     assert "the smallest position RMSE wins. You may change only controller." in text
     room.members[other].waits = False
     assert "[controller]\nK_r1 = 3.0\n</textarea>" in ask(port, "/", other)[2]

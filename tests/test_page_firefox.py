@@ -96,20 +96,20 @@ def test_figures_of_the_article_follow_keyboard_and_finger(firefox, tmp_path):
         before = firefox.evaluate(drawn, name)
         firefox.press(f"#{name} input", ("\ue014" if name == "lyapunov" else "\ue012") * 8)  # arrows
         assert firefox.evaluate(LATER, name, before, "") != before, name
-    before = firefox.evaluate(drawn, "inversion")
     where = """
-        const handle = document.querySelector("#inversion .handle");
+        const handle = document.querySelector(`#${arguments[0]} .handle`);
         handle.scrollIntoView({ block: "center", behavior: "instant" });
         const { x, y, width, height } = handle.getBoundingClientRect();
         return [Math.round(x + width / 2), Math.round(y + height / 2)];
     """
-    x, y = firefox.evaluate(where)
-    moves = [{"type": "pointerMove", "x": x, "y": y + down} for down in (0, 60, 120, 170)]
-    steps = [moves[0], {"type": "pointerDown", "button": 0}, *moves[1:], {"type": "pointerUp", "button": 0}]
-    finger = {"type": "pointer", "id": "finger", "parameters": {"pointerType": "touch"}, "actions": steps}
-    firefox.ask("WebDriver:PerformActions", actions=[finger])
-    after = firefox.evaluate(LATER, "inversion", before, "misses by")
-    assert "misses by" in after and after != before
+    for name, said in (("sliding", "r₁ at the start −"), ("inversion", "misses by")):
+        before = firefox.evaluate(drawn, name)
+        x, y = firefox.evaluate(where, name)
+        moves = [{"type": "pointerMove", "x": x, "y": y + down} for down in (0, 60, 120, 170)]
+        steps = [moves[0], {"type": "pointerDown", "button": 0}, *moves[1:], {"type": "pointerUp", "button": 0}]
+        finger = {"type": "pointer", "id": "finger", "parameters": {"pointerType": "touch"}, "actions": steps}
+        firefox.ask("WebDriver:PerformActions", actions=[finger])
+        assert firefox.evaluate(LATER, name, before, said) != before
     assert firefox.errors(file) == []
 
 

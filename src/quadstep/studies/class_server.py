@@ -17,7 +17,7 @@ from quadstep.io import files
 from quadstep.page.serve import KINDS, POLICY, Answer, Handler, Server, bound_server
 from quadstep.page.sharing import Access
 from quadstep.report import units
-from quadstep.report.markup import page_text, paragraph, subheading, table
+from quadstep.report.markup import heading, page_text, paragraph, table
 from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room, first_text
 
 MOST_AT_ONCE = 8
@@ -34,13 +34,15 @@ ENCODED = 3
 
 FIELD = "mission"
 FORM = (
-    f'<form method="post" action="/submit"><textarea name="{FIELD}" rows="12" aria-label="Mission (TOML)" spellcheck="false">'
+    f'<form method="post" action="/submit"><textarea name="{FIELD}" rows="12" wrap="off" spellcheck="false" '
+    'aria-label="Mission (TOML)">'
     "{}</textarea><button>Submit</button></form>"
 )
 STYLE = """<style>
 textarea { width: 100%; font: 13px/1.5 monospace; padding: 10px 12px; }
 textarea, button { color: inherit; background: var(--panel); border: 1px solid var(--line); border-radius: 8px; }
 button { font: inherit; font-weight: 600; padding: 8px 18px; margin-top: 8px; cursor: pointer; }
+@media print { #submit, #submit ~ * { display: none; } }
 </style>"""
 
 
@@ -130,7 +132,7 @@ def board(room: Room, member: Member) -> str:
     body = [
         paragraph(f"{member.name}. {member.said}", escape), mine,
         table(("", "student", words), rows, escape) if rows else paragraph("Nobody has flown it yet."),
-        subheading("Submit"),
+        heading("Submit", "submit"),
         paragraph(f"All fly the same mission; the smallest {words} wins. You may change only {free}.", escape),
         '<p>Remove the # before a gain and change it, or send a whole mission like <a href="/mission.toml">the '
         "class's</a>; what you leave out is taken from there. Code is never run.</p>",
