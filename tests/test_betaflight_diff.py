@@ -117,8 +117,8 @@ def test_two_texts_differ_by_what_changes_between_them(tmp_path):
     files = [tmp_path / f"{one}.txt" for one in "01"]
     for one in files:
         one.write_text(DIFF.replace("{profile}", one.stem))
-    assert changes_of([str(files[1])], str(files[0])) == {"p_roll": 33.0, "dterm_lpf1_type": 0.0}
-    assert changes_of(["betaflight-rates"], str(files[1])) == {
+    assert changes_of([str(files[1])], str(files[0])).values == {"p_roll": 33.0, "dterm_lpf1_type": 0.0}
+    assert changes_of(["betaflight-rates"], str(files[1])).values == {
         "p_roll": 45.0, "gyro_lpf1_static_hz": 250.0, "dshot_idle_value": 550.0, "airmode": 1.0
     }  # fmt: skip
 

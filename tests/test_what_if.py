@@ -14,7 +14,7 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.studies import what_if as run
 from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.objective import Row
-from quadstep.studies.what_if import answer, changes_of, left_out, unmodelled
+from quadstep.studies.what_if import answer, changes_of
 from quadstep.studies.what_if_report import Question, better_or_worse, changed_words, hidden_effects, in_flight
 from tests.commands import quadstep
 from tests.needs import CHROMIUM, needs, package
@@ -76,9 +76,8 @@ def test_what_is_not_modelled_and_changes_too_is_named(tmp_path):
     files = [str(tmp_path / name) for name in ("before.param", "after.param", "slew.param")]
     for file, (gain, slew) in zip(files, ((0.135, 25), (0.1, 50), (0.135, 50)), strict=True):
         Path(file).write_text(f"ATC_RAT_RLL_P,{gain}\nATC_RAT_RLL_SMAX,{slew}\nFRAME_CLASS,1\n")
-    assert changes_of(files[1:2], files[0]) == {"ATC_RAT_RLL_P": 0.1}
-    assert unmodelled(files[1:2], files[0]) == ("ATC_RAT_RLL_SMAX",)
-    assert unmodelled(["ATC_RAT_RLL_P=0.1"], files[0]) == ()
+    assert changes_of(files[1:2], files[0]) == ({"ATC_RAT_RLL_P": 0.1}, ("ATC_RAT_RLL_SMAX",), ())
+    assert changes_of(["ATC_RAT_RLL_P=0.1"], files[0]) == ({"ATC_RAT_RLL_P": 0.1}, (), ())
     question = Question(files[0], {"ATC_RAT_RLL_P": 0.1}, "x500", flights=2, unmodelled=("ATC_RAT_RLL_SMAX",))
     assert "ATC_RAT_RLL_SMAX changes, too, and is not modelled" in hidden_effects(question)[0]
     with pytest.raises(UserError, match=r"differs between it and .*before.param; ATC_RAT_RLL_SMAX does, but is not modelled$"):
@@ -113,7 +112,7 @@ WRONG = {
 @pytest.mark.parametrize("change", WRONG)
 def test_a_question_without_sense_is_refused_in_one_line(tmp_path, change):
     with pytest.raises(UserError) as error:
-        answer(Question(LAW, changes_of([change], LAW), "crazyflie"), tmp_path / "out")
+        answer(Question(LAW, changes_of([change], LAW).values, "crazyflie"), tmp_path / "out")
     assert WRONG[change] in str(error.value)
     assert "\n" not in str(error.value)
     assert not (tmp_path / "out" / "metrics.json").exists()
@@ -125,11 +124,10 @@ def test_two_files_differ_by_what_changes_between_them(tmp_path):
     for values in ({"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}, {"posCtlPid.xKp": 1.5, "pid_attitude.yawMaxDelta": 1.0}):
         names.append(str(tmp_path / f"{len(names)}.yaml"))
         (tmp_path / f"{len(names) - 1}.yaml").write_text(CrazyflieYaml.write(values, defaults))
-    assert changes_of([names[1]], names[0]) == {"pid_rate.roll_kp": 250.0}
-    (said,) = left_out([names[1]], names[0], changes_of([names[1]], names[0]))
-    assert said == f"{names[1]} does not have pid_rate.roll_kp: its default counts"
-    assert left_out([names[0]], names[1], changes_of([names[0]], names[1])) == ()
-    assert changes_of([names[0]], LAW) == {"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}
+    said = f"{names[1]} does not have pid_rate.roll_kp: its default counts"
+    assert changes_of([names[1]], names[0]) == ({"pid_rate.roll_kp": 250.0}, ("pid_attitude.yawMaxDelta",), (said,))
+    assert changes_of([names[0]], names[1]).notes == ()
+    assert changes_of([names[0]], LAW) == ({"pid_rate.roll_kp": 200.0, "posCtlPid.xKp": 1.5}, (), ())
     with pytest.raises(UserError, match=r"no parameter of .* differs between it and"):
         changes_of([names[0]], names[0])
     found = answer(Question(names[1], {"pid_rate.roll_kp": 240.0}, "crazyflie", flights=2), tmp_path / "out")
@@ -142,7 +140,7 @@ def test_the_file_says_whose_parameters_they_are(tmp_path):
     files = [tmp_path / name for name in texts]
     for file in files:
         file.write_text(texts[file.name])
-    assert changes_of([str(files[1])], str(files[0])) == {"MC_ROLL_P": 6.5, "MC_YAW_P": 3.0}
+    assert changes_of([str(files[1])], str(files[0])).values == {"MC_ROLL_P": 6.5, "MC_YAW_P": 3.0}
     found = answer(Question(str(files[0]), {"MC_ROLLRATE_K": 0.1}, "x500", flights=2), tmp_path / "out").record
     assert (found["law"], found["before"]) == ("px4-cascade", {"MC_ROLLRATE_K": 1.0})
     with pytest.raises(UserError, match=r"mine.csv: should be a file of an autopilot's parameters \(.yaml, .params"):
@@ -154,7 +152,7 @@ def test_the_file_says_whose_parameters_they_are(tmp_path):
 def test_values_that_are_one_in_f32_are_the_same(tmp_path):
     file = tmp_path / "saved.params"
     file.write_text("1\t1\tMC_ROLLRATE_P\t0.150000005960464478\t9\n1\t1\tMC_ROLL_P\t6\t9\n")
-    assert changes_of([str(file)], "px4-cascade") == {"MC_ROLL_P": 6.0}
+    assert changes_of([str(file)], "px4-cascade").values == {"MC_ROLL_P": 6.0}
     with pytest.raises(UserError, match=r"MC_ROLLRATE_P is already 0\.15"):
         answer(Question(str(file), {"MC_ROLLRATE_P": 0.15}, "x500"), None)
 

@@ -165,7 +165,7 @@ def by_sticks(
     one: PilotFunction, motors: Address, plan: FlightPlan, model: Model, found: AutopilotSettings, where: str, said: Told
 ) -> GroundStation:
     """By the sticks of a remote control, with Betaflight's console."""
-    return Sticks(plan, model, console(where), found.frame, motors.port, partial(last_of, one), said)
+    return Sticks(plan, model, console(where), found.frame, motors.port, lambda: one.last, said)
 
 
 KINDS = {
@@ -241,10 +241,6 @@ def connection(autopilot: str, where: Address, order: tuple[int, ...]) -> int:
     handle = register(piloted)
     CONNECTIONS[handle] = piloted
     return handle
-
-
-def last_of(piloted: PilotFunction) -> list[float]:
-    return piloted.last
 
 
 def checked_address(text: str) -> str:

@@ -99,11 +99,11 @@ def what_if(
     check_range("--flights", flights, 2, MOST)
     check_seed(seed)
     start_server()
-    from quadstep.studies.what_if import answer, changes_of, left_out, unmodelled
+    from quadstep.studies.what_if import answer, changes_of
     from quadstep.studies.what_if_report import Question
 
-    changed, rest = changes_of(changes, parameters), unmodelled(changes, parameters)
-    asked = Question(parameters, changed, vehicle, wind, flights, seed, within, rest, left_out(changes, parameters, changed))
+    values, *more = changes_of(changes, parameters)
+    asked = Question(parameters, values, vehicle, wind, flights, seed, within, *more)
     folder, drawn_on = out or Path("out") / f"{Path(parameters).stem}-what-if", drawing.sheet()
     with bar("flying", "flights", 2 * flights) as shown:
         evidence = answer(asked, folder, overwrite, shown, drawn_on, page)

@@ -63,11 +63,6 @@ EXPLAINED = {
 }
 
 
-def guided_start(observer: Observer) -> Observer:
-    """Start of the search for an observer that knows setpoints."""
-    return observer._replace(leak=vector(8.0, 5.0), spring=50.0, path=5.0, drift=3.5)
-
-
 Say = Callable[[str], None]
 
 
@@ -116,7 +111,9 @@ def identify(
         p = with_values(p, dict.fromkeys(("airframe.drag.rotor.0", "airframe.drag.rotor.1"), told["drag.rotor[0]"].value))
     if fresh and "drag.flapping" in told:
         p = with_values(p, {"airframe.drag.flapping": max(told["drag.flapping"].value, 1e-12)})
-    p = p._replace(observer=vehicle_alone(p.observer))
+    still_air = vector(0.0, 0.0)
+    alone = p.observer._replace(authority=vector(1.0, 1.0), leak=still_air, spring=0.0, path=0.0, drift=0.0, delay=0.0)
+    p = p._replace(observer=alone)  # without its model of the control loop: commands are trusted fully
     free = (*DYNAMIC, *GAINS)
     short = problem_of(flights, vehicle, p, SHORT, free)
     prior = priors(free, p, told)
@@ -142,7 +139,7 @@ def identify(
     guided = None
     if all(setpoint_of(flight)[flight.flying, 3].mean() > 0.9 for flight in flights):
         say("predictor with setpoints")
-        begun = guided_start(p.observer) if start_guided is None else start_guided
+        begun = start_guided or p.observer._replace(leak=vector(8.0, 5.0), spring=50.0, path=5.0, drift=3.5)
         knowing = p._replace(observer=begun)
         if fresh:
             knowing = predictor(flights, vehicle, knowing, (*GAINS, *ANSWERS, *GUIDANCE), 8, True)
@@ -193,11 +190,6 @@ def predictor(
 def about(one: Fitted, value: float) -> Fitted:
     """A parameter at another value, with an interval that holds both."""
     return one._replace(value=value, low=min(one.low, value), high=max(one.high, value))
-
-
-def vehicle_alone(observer: Observer) -> Observer:
-    """The observer without its model of the control loop: commands are trusted fully."""
-    return observer._replace(authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0)
 
 
 def in_step(free: Sequence[Free], point: Floats, found: StandardErrors, told: dict[str, AverageEstimate]) -> float:

@@ -239,17 +239,13 @@ def better(loops: Loops, flown: LoopState, first: int, period: ReducedPeriod, ch
     """After a step of Newton's method: the longest share of it after which the loop moves less than `size`, or else least."""
     tried: list[tuple[float, LoopState]] = []
     for share in SHARES:
-        one = with_change(flown, period, share * change)
+        values = np.array(states(flown))
+        values[period.places] += share * change
+        one = with_states(flown, values.tolist())
         tried.append((largest_change(loops, one, first, period), one))
         if tried[-1][0] < size:
             return one
     return min(tried, key=lambda pair: pair[0])[1]
-
-
-def with_change(flown: LoopState, period: ReducedPeriod, change: Array) -> LoopState:
-    values = np.array(states(flown))
-    values[period.places] += change
-    return with_states(flown, values.tolist())
 
 
 def largest_change(loops: Loops, flown: LoopState, first: int, period: ReducedPeriod) -> float:

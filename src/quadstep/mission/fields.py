@@ -47,19 +47,20 @@ def as_tuple(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-def as_triple(value: object) -> tuple[object, ...]:
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        raise ValueError(f"should be a list of three numbers, not {value!r:.60}")
-    return tuple(value)
+def list_of(count: int, words: str) -> BeforeValidator:
+    """Refuses what is no list with so many entries."""
+
+    def listed(value: object) -> tuple[object, ...]:
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise ValueError(f"should be {words}, not {value!r:.60}")
+        return tuple(value)
+
+    return BeforeValidator(listed)
 
 
-def as_diagonal(value: object) -> tuple[object, ...]:
+def as_diagonal(value: object) -> object:
     """One number stands for three equal ones."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return (value, value, value)
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        raise ValueError(f"should be a number or a list of three, not {value!r:.60}")
-    return tuple(value)
+    return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
 def non_negative(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -97,12 +98,6 @@ def long_enough(value: float) -> float:
     return value
 
 
-def as_pair(value: object) -> tuple[object, ...]:
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise ValueError(f"should be a list of two numbers, not {value!r:.60}")
-    return tuple(value)
-
-
 def in_radians(values: tuple[float, ...]) -> tuple[float, ...]:
     """Refuses angles of more than a turn, which are meant in degrees."""
     for value in values:
@@ -119,10 +114,12 @@ Duration = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False), AfterVal
 
 NonNegative = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), at_least(LEAST)]
 
-Triple = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_triple)]
-Pair = Annotated[tuple[Finite, Finite], BeforeValidator(as_pair)]
+Triple = Annotated[tuple[Finite, Finite, Finite], list_of(3, "a list of three numbers")]
+Pair = Annotated[tuple[Finite, Finite], list_of(2, "a list of two numbers")]
 Angles = Annotated[Triple, AfterValidator(in_radians)]
-Diagonal = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_diagonal)]
+Diagonal = Annotated[
+    tuple[Finite, Finite, Finite], list_of(3, "a number or a list of three"), BeforeValidator(as_diagonal)
+]  # the last one looks at it first
 PositiveDiagonal = Annotated[Diagonal, AfterValidator(positive)]
 NonNegativeDiagonal = Annotated[Diagonal, AfterValidator(non_negative)]
 

@@ -52,16 +52,6 @@ class MarginsSection(Section):
         return DELAYS * latency if self.delay is None else self.delay
 
 
-def as_it_is(law: Controller, periods: Mapping[str, float]) -> Controller:  # noqa: ARG001 (others need it)
-    """A controller that is given nothing beside its law."""
-    return law
-
-
-def no_warnings(duration: float) -> list[str]:  # noqa: ARG001 (others need it)
-    """Nothing is known that speaks against it."""
-    return []
-
-
 Grading: TypeAlias = Callable[["Mission"], Mapping[str, str]]
 """Gives "grade" and "why" of a mission's loop at rest; empty where it cannot in less than about a second."""
 
@@ -86,9 +76,9 @@ class Built(NamedTuple):
     sensing: Suite | None = None
     guided: bool = False
     late: int = 0
-    fitted: Callable[[Controller, Mapping[str, float]], Controller] = as_it_is
+    fitted: Callable[[Controller, Mapping[str, float]], Controller] = lambda law, _: law
     own_plant: str = ""
-    warnings: Callable[[float], list[str]] = no_warnings
+    warnings: Callable[[float], list[str]] = lambda _: []
 
 
 if TYPE_CHECKING:

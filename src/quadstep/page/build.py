@@ -22,7 +22,7 @@ from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.page.flights import RECORDED_NUMBERS, ShownFlight, flight, outcomes, rules
 from quadstep.page.laws import Laws
-from quadstep.page.model import FORMAT, ClaimView, Link, Sharing, identity
+from quadstep.page.model import FORMAT, ClaimView, Link, Sharing, identity, numbers_text
 from quadstep.page.story import Story, story_view
 
 
@@ -71,7 +71,7 @@ def page_data(
         "intro": intro,
         "links": sharing.value(list(links)),
         "laws": laws.facts(),
-        "presets": laws.encoded_presets(),
+        "presets": {name: numbers_text(values) for name, values in laws.presets.items()},
         "tables": laws.tables,
         "outcomes": outcomes(),
         "rules": rules(),

@@ -62,11 +62,6 @@ def net_row(loop: ClosedLoop, cycle: object, p: object, time: Number) -> list[Nu
     return [*outer.mu_1, *weights, *(on * output(memory.weights_1, outer.mu_1)), *(-force)]
 
 
-def neurons_of(row: list[Number]) -> int:
-    """How many neurons the net of a row has."""
-    return max(0, (len(row) - 6) // 4)
-
-
 class Law(NamedTuple):
     """A compiled loop.
 
@@ -134,7 +129,7 @@ def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...], showin
     fixed = [*(f"P[{place}]" for place in range(len(names))), "h", *(f"h{number}" for number in range(len(loop.tasks)))]
     text = script(Writer(record, fixed), sections, size, list(loop.columns), len(tables), len(loop.tasks), len(net))
     tasks = [task.name for task in loop.tasks]
-    neurons = neurons_of(net) if showing is net_row else 0
+    neurons = max(0, (len(net) - 6) // 4) if showing is net_row else 0
     return Law(text, names, leaf_names(start), tables, list(loop.columns.items()), tasks, neurons)
 
 
@@ -271,10 +266,6 @@ class Laws:
             }
             for name, law in self.laws.items()
         }
-
-    def encoded_presets(self) -> dict[str, str]:
-        """The presets as the page reads them."""
-        return {name: numbers_text(values) for name, values in self.presets.items()}
 
     def script(self) -> str:
         entries = ",\n".join(f"{name}:{law.text}" for name, law in self.laws.items())

@@ -15,7 +15,7 @@ from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, draw_map, table
-from quadstep.studies.envelope_request import MapAxis, Request, as_typed
+from quadstep.studies.envelope_request import Request, as_typed
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
@@ -98,17 +98,13 @@ def panels(asked: Request, cells: Cells) -> Iterator[MapPanel]:
         flyable, rmse = cells.flyable[place], cells.rmse[place][cells.flyable[place]]
         counts = zip(CAUSES, cells.causes[place].reshape(-1, len(CAUSES)).sum(axis=0).tolist(), strict=True)
         yield MapPanel(
-            panel_name(asked.by, place),
+            f"{asked.by.key} = {as_typed(asked.by.values[place])}" if asked.by else "",
             flyable.size,
             int(flyable.sum()),
             float(cells.share[place].mean()),
             {cause: count for cause, count in counts if count},
             (float(rmse.min()), float(rmse.max())) if rmse.size else None,
         )
-
-
-def panel_name(by: MapAxis | None, place: int) -> str:
-    return f"{by.key} = {as_typed(by.values[place])}" if by else ""
 
 
 def as_json(found: Envelope) -> dict[str, object]:
@@ -126,14 +122,8 @@ def as_json(found: Envelope) -> dict[str, object]:
         "vary": {key: one.model_dump(exclude_none=True) for key, one in file.vary.items() if key not in keys(asked)},
         "correlated": [one.model_dump(exclude_none=True) for one in file.correlated],
         "mission": json.loads(json.dumps(asked.campaign.content, default=str)),
-        "panels": [panel_as_json(panel) for panel in found.panels],
+        "panels": [dict(zip((*MapPanel._fields[:-1], "rmse[m]"), one, strict=True)) for one in found.panels],
     }
-
-
-def panel_as_json(panel: MapPanel) -> dict[str, object]:
-    """A panel with the unit in its key."""
-    *others, _ = panel._asdict().items()
-    return {**dict(others), "rmse[m]": panel.rmse}
 
 
 def keys(asked: Request) -> list[str]:

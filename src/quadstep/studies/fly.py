@@ -101,7 +101,7 @@ def fly_mission(
     if piloting is not None:
         mission = under(piloting, mission)
         plan = plan_mission(mission, path)
-    found = autopilot_matching(mission, plan)
+    found = mission.controller.matching(plan) if isinstance(mission.controller, PilotedSection) else None
     pilot = piloting or Piloting("")
     if found is not None:
         pilot.said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
@@ -132,11 +132,6 @@ def keep(found: Matching, folder: Path, said: Callable[[str], None]) -> None:
         said(f"warning: {error}")
 
 
-def autopilot_matching(mission: Mission, plan: FlightPlan) -> Matching | None:
-    """What the autopilot that flies a mission must be told of its vehicle; None where none flies it."""
-    return mission.controller.matching(plan) if isinstance(mission.controller, PilotedSection) else None
-
-
 def under(piloting: Piloting, mission: Mission) -> Mission:
     """The mission with an autopilot in its controller's place. Raises UserError."""
     autopilot, connect = piloting.autopilot, piloting.connect
@@ -159,12 +154,11 @@ def fly_planned(
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = fly_logged(plan, engine, told)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
-        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
+        ending = ending_state(plan, log)
+        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, ending, told, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(
-        mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission), ending_state(plan, log)
-    )
+    summary = summarise(mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission), ending)
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -173,11 +167,11 @@ def fly_planned(
 
 def write_results(
     out: Path, pool: DrawingPool, mission: Mission, plan: FlightPlan, log: FlightLog, engine: Engine,
-    beside: Path, told: Told = lambda *_: None, sheet: Sheet | None = None, why: str = "",
+    beside: Path, ending: Metrics, told: Told = lambda *_: None, sheet: Sheet | None = None, why: str = "",
     grading: Grading = ungraded,
 ) -> tuple[Metrics, tuple[str, ...]]:  # fmt: skip
-    """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. why: it
-    ended early, if known.
+    """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. ending:
+    the state that ended it. why: it ended early, if known.
     """
     (out / "figures").mkdir()
     sheet = (sheet or Sheet()).shown()
@@ -195,7 +189,6 @@ def write_results(
 
     write_mission_page(out / "page.html", mission, plan, log, beside, measured)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
-    ending = ending_state(plan, log)
     described = {**({"ending": ending} if ending else {}), "mission": json.loads(mission.model_dump_json())}
     write_json(out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, **described})
     told("drawing figures", 0, len(jobs))

@@ -130,7 +130,8 @@ class Flight(FlightLog):
         if self.mission is None:
             raise UserError("only the flight of a mission can be saved, not the flight of a plan")
         with publishing(Path(folder), fingerprint([self.plan]), overwrite) as out, drawing_pool() as pool:
-            write_results(out, pool, self.mission, self.plan, self, self.engine, self.mission.folder)
+            ending = ending_state(self.plan, self)
+            write_results(out, pool, self.mission, self.plan, self, self.engine, self.mission.folder, ending)
 
     def __repr__(self) -> str:
         metrics = self.metrics()

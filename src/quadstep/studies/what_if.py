@@ -8,9 +8,10 @@ import hashlib
 import io
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,7 +51,18 @@ MOST_KEPT = 10_000
 Content = dict[str, object]
 
 
-def changes_of(texts: Sequence[str], file: str) -> dict[str, float]:
+class Changed(NamedTuple):
+    """values: of changed parameters. unmodelled: what else differs in another file of parameters, and no law uses. notes:
+    which of the changed ones it does not have though the first file has them: defaults count, though a ground station that
+    loads such a file leaves the vehicle's.
+    """
+
+    values: dict[str, float]
+    unmodelled: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def changes_of(texts: Sequence[str], file: str) -> Changed:
     """`NAME=VALUE`, each name once; or another file of parameters, whose values are compared with those of `file`.
 
     Raises UserError.
@@ -66,56 +78,33 @@ def changes_of(texts: Sequence[str], file: str) -> dict[str, float]:
         if name in found:
             raise UserError(f"{name} is given twice")
         found[name] = number
-    return found
+    return Changed(found)
 
 
-def differences(file: str, other: str) -> dict[str, float]:
+def differences(file: str, other: str) -> Changed:
     """What differs in another file of parameters, or in a law's defaults by its name. Raises UserError for nothing."""
     laws = laws_of(file)
     usual = {key: gain.fixed for law in laws for key, (_, gain) in law.by_key().items() if isinstance(gain.fixed, float)}
     before, after = (
-        {**usual, **(read_parameters(Path(one), laws[0].parameter_file).values if one not in STOCK else {})}
-        for one in (file, other)
+        read_parameters(Path(one), laws[0].parameter_file).values if one not in STOCK else None for one in (file, other)
     )
-    found = {name: after[name] for name in usual if not equal(after[name], before[name])}
+    old, new = ({**usual, **(one or {})} for one in (before, after))
+    found = {name: new[name] for name in usual if not equal(new[name], old[name])}
+    more, lacking = [], []
+    if before is not None and after is not None:
+        used = {key for law in laws for key in (*law.by_key(), *law.supported)}
+        more = [name for name in sorted({**before, **after}) if name not in used and before.get(name) != after.get(name)]
+        lacking = [name for name in found if name in before and name not in after]
     if not found:
-        more = unmodelled([other], file)
         said = f"; {briefly(more)} {'does, but is' if len(more) == 1 else 'do, but are'} not modelled" if more else ""
         raise UserError(f"{other}: no parameter of {', '.join(law.name for law in laws)} differs between it and {file}{said}")
-    return found
+    count = "its default counts" if len(lacking) == 1 else "their defaults count"
+    return Changed(found, tuple(more), (f"{other} does not have {briefly(lacking)}: {count}",) if lacking else ())
 
 
 def equal(one: float, other: float) -> bool:
     """Whether an autopilot, which keeps parameters in f32, takes two values for the same."""
     return bool(np.float32(one) == np.float32(other))
-
-
-def both_files(texts: Sequence[str], file: str) -> tuple[Mapping[str, float], Mapping[str, float]]:
-    """What two files of parameters have; nothing where no two files are compared. Raises UserError."""
-    if len(texts) != 1 or "=" in texts[0] or file in STOCK or texts[0] in STOCK:
-        return {}, {}
-    before, after = (read_parameters(Path(one), laws_of(file)[0].parameter_file).values for one in (file, texts[0]))
-    return before, after
-
-
-def left_out(texts: Sequence[str], file: str, changed: Iterable[str]) -> tuple[str, ...]:
-    """Which of the changed parameters another file does not have though the first one has them, in words: defaults count,
-    though a ground station that loads such a file leaves the vehicle's. Raises UserError.
-    """
-    before, after = both_files(texts, file)
-    names = [name for name in changed if name in before and name not in after]
-    count = "its default counts" if len(names) == 1 else "their defaults count"
-    return (f"{texts[0]} does not have {briefly(names)}: {count}",) if names else ()
-
-
-def unmodelled(texts: Sequence[str], file: str) -> tuple[str, ...]:
-    """What else differs in another file of parameters, and no law uses; nothing where no two files are compared.
-
-    Raises UserError.
-    """
-    before, after = both_files(texts, file)
-    used = {key for law in laws_of(file) for key in (*law.by_key(), *law.supported)} if before else ()
-    return tuple(name for name in sorted({**before, **after}) if name not in used and before.get(name) != after.get(name))
 
 
 def laws_of(file: str) -> list[type[Controller]]:

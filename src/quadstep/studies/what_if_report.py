@@ -131,7 +131,7 @@ def evidence(
         TableSection("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
         TableSection(
             "In gusts", "gusts", HEADER,
-            [failed_row(failed), *(metric_row(one) for one in measured)],
+            [["fail", *(units.percent(*one) for one in failed[:2]), points(failed[2])], *map(metric_row, measured)],
             f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
         ),
         TableSection("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST),
@@ -308,10 +308,6 @@ def cells(name: str, gain: Gain, old: float, new: float) -> tuple[str, ...]:
     return name, units.number(old), units.number(new), f"{gain.unit}; {gain.meaning}"
 
 
-def failed_row(failed: tuple[Estimate, Estimate, Estimate]) -> list[str]:
-    return ["fail", units.percent(*failed[0]), units.percent(*failed[1]), points(failed[2])]
-
-
 def points(one: Estimate) -> str:
     return f"{100.0 * one.value:+.3g} [{100.0 * one.low:+.3g}, {100.0 * one.high:+.3g}] points".replace("-", "−")
 
@@ -329,12 +325,10 @@ def recorded(one: Row) -> dict[str, object]:
 
 def margin_rows(sides: tuple[Side, Side]) -> list[list[str]]:
     """The grades, and the least margins where both have some."""
-    words = ["grade", *(one.grade.word for one in sides)]
-    pairs = zip(*(one.grade.measures for one in sides), strict=False)
-    return [
-        words,
-        *([f"{old.what} margin", *(f"{one.text(one.value)} ({one.channel})" for one in (old, new))] for old, new in pairs),
-    ]
+    rows = [["grade", *(one.grade.word for one in sides)]]
+    for both in zip(*(one.grade.measures for one in sides), strict=False):
+        rows.append([f"{both[0].what} margin", *(f"{one.text(one.value)} ({one.channel})" for one in both)])
+    return rows
 
 
 def step_rows(steps: Sequence[dict[str, float]], instead: Sequence[str]) -> list[list[str]]:

@@ -21,7 +21,6 @@ from quadstep.io.errors import ToolError, UserError
 from quadstep.metrics.statistics import finite
 from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
 from quadstep.numbers.structure import replaced
-from quadstep.studies.comparison.cells import StudyCell
 from quadstep.studies.comparison.schema import Content
 
 SAMPLES, REPEATS = 50_000, 12
@@ -168,11 +167,6 @@ def nanoseconds(*plans: FlightPlan) -> list[float]:
             sweep.fly(np.zeros((1, 0)), threads=1)
             took[place] = min(took[place], time.process_time() - started)
     return [1e9 * one / SAMPLES for one in took]
-
-
-def cost_of(cell: StudyCell) -> Cost:
-    """Of a cell's controller. Raises UserError."""
-    return cost(cell.mission.plan(cell.campaign.folder, warn=False))
 
 
 def as_json(found: Cost) -> Content:

@@ -86,7 +86,7 @@ def raising(asked: robustness.Raise) -> Job[robustness.Raise]:
     """What a controller bears of a disturbance, in about so many flights."""
     decisive, who = key("margin", *asked.decisive), (asked.vehicle, asked.controller)
     flights = asked.entry.flights * (robustness.HALVINGS + 3)
-    return Job(MARGINS, decisive, asked.label, who, asked, partial(bear, asked), flights, asked.law.one_at_a_time)
+    return Job(MARGINS, decisive, asked.label, who, asked, partial(withstand, asked), flights, asked.law.one_at_a_time)
 
 
 def grading(cell: StudyCell, flight: int) -> Job[StudyCell]:
@@ -124,7 +124,7 @@ def search(task: training.TuningTask, journal: training.JournalPlace | None) -> 
     return as_text({"controller": task.label, **training.train(task, journal)._asdict()})
 
 
-def bear(asked: robustness.Raise) -> JobResult:
+def withstand(asked: robustness.Raise) -> JobResult:
     return as_text(robustness.as_json(robustness.find(asked)))
 
 
@@ -141,7 +141,7 @@ def linearise(cell: StudyCell) -> JobResult:
 
 
 def measure(cell: StudyCell) -> JobResult:
-    return as_text(cost.as_json(cost.cost_of(cell)))
+    return as_text(cost.as_json(cost.cost(cell.mission.plan(cell.campaign.folder, warn=False))))
 
 
 def as_text(content: object) -> JobResult:

@@ -30,15 +30,9 @@ def cell_rows(found: Comparison) -> Iterator[Row]:
                 row |= {f"{name}_{what}{unit}": estimate.value}
                 row |= {f"{name}_{what}_low{unit}": estimate.low, f"{name}_{what}_high{unit}": estimate.high}
         row["rank"] = ranked.ranks[one.controller]
-        row |= {
-            "grade": one.grade and one.grade.grade.value,
-            "grade_reasons": "; ".join(one.grade.reasons) if one.grade else None,
-        }
-        row |= {
-            "energy[J]": one.effort.energy,
-            "rotor_activity[N/s]": one.effort.activity,
-            "saturation": one.effort.saturation,
-        }
+        graded = one.grade
+        row |= {"grade": graded and graded.grade.value, "grade_reasons": "; ".join(graded.reasons) if graded else None}
+        row |= dict(zip(("energy[J]", "rotor_activity[N/s]", "saturation"), one.effort, strict=True))
         yield {name: cell(value) for name, value in row.items()}
 
 
@@ -101,30 +95,19 @@ def matrix(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]
 
 def full_rows(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
     """Header and rows: every cell of a vehicle with all its intervals."""
-    names = [title(full) for full in found.metrics.values()]
-    header = [
-        "situation",
-        "controller",
-        "rank",
-        "lost",
-        "median flight",
-        *(f"{what} {name}" for name in names for what in ("median", "95 %", "mean")),
-    ]
+    names = [f"{what} {title(full)}" for full in found.metrics.values() for what in ("median", "95 %", "mean")]
     rows = []
     for one in found.results:
         if one.situation.vehicle == vehicle:
-            row = [
-                ", ".join(filter(None, one.situation[1:])),
-                one.controller,
-                f"{found.ranked[one.situation].ranks[one.controller]:.2f}",
-            ]
-            row += [percent(one.lost), ", ".join(one.grade.labels or [one.grade.grade]) if one.grade else NOTHING]
+            rank = found.ranked[one.situation].ranks[one.controller]
+            row = [", ".join(filter(None, one.situation[1:])), one.controller, f"{rank:.2f}", percent(one.lost)]
+            row.append(", ".join(one.grade.labels or [one.grade.grade]) if one.grade else NOTHING)
             for name, full in found.metrics.items():
                 spread, factor = one.spreads[name], unit_of(full).factor
                 mean = f"{factor * spread.mean:.3g}" if math.isfinite(spread.mean) else NOTHING
                 row += [interval_text(spread.median, factor), interval_text(spread.high, factor), mean]
             rows.append(row)
-    return header, rows
+    return ["situation", "controller", "rank", "lost", "median flight", *names], rows
 
 
 def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
@@ -144,16 +127,9 @@ def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
 TIMES = "times.csv"
 EFFORT_HEADER = ("situation", "controller", "energy [J]", "rotor activity [N/s]", "rotors saturated")
 WHO_HEADER = (
-    "vehicle",
-    "controller",
-    "gains",
-    "tuned",
-    "flights",
-    "flights per gain",
-    f"instructions ({BOARD})",
-    "memory [B]",
+    "vehicle", "controller", "gains", "tuned", "flights", "flights per gain", f"instructions ({BOARD})", "memory [B]",
     "numbers [B]",
-)
+)  # fmt: skip
 DIFFERS_HEADER = ("vehicle", "controller", "commands", "measures also", "looks ahead", "sample times")
 MARGIN_HEADER = ("margin", "vehicle", "controller", "50 % fail at", "5 % fail at", "other flights failing at the 50 % point")
 

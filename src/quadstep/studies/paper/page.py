@@ -148,19 +148,11 @@ def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView
         )  # fmt: skip
 
     for key, mission in main_cases().items():
-        add(
-            key.replace("_", "-"), case_name(key, mission), CASES, mission, plans.cases[key], study.cases[key], study.logs[key]
-        )
+        title = mission.name + {"case3_adaptive": ", adaptive", "case3_nested": ", nested [11]"}.get(key, "")
+        add(key.replace("_", "-"), title, CASES, mission, plans.cases[key], study.cases[key], study.logs[key])
     for key, mission in further_flights().items():
-        add(
-            key.replace(" ", "-"),
-            key.replace("case", "Case "),
-            VARIANTS,
-            mission,
-            plans.further[key],
-            study.further[key],
-            None,
-        )
+        name, title = key.replace(" ", "-"), key.replace("case", "Case ")
+        add(name, title, VARIANTS, mission, plans.further[key], study.further[key], None)
     for (duration, scale, nets), mission in stress_flights().items():
         title = f"{duration:g} s, disturbance x {scale:g}, nets {'on' if nets else 'off'}"
         case = (duration, scale, nets)
@@ -170,14 +162,7 @@ def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView
     return found
 
 
-def case_name(key: str, mission: LagrangeMission) -> str:
-    """Case 3 has two controllers."""
-    return mission.name + {"case3_adaptive": ", adaptive", "case3_nested": ", nested [11]"}.get(key, "")
-
-
 def as_reported(plan: FlightPlan, metrics: Metrics) -> FlightLog:
     """How a flight of which only metrics are kept ended, without its rows."""
-    columns = plan.loop.columns
-    return FlightLog(
-        columns, np.zeros((0, len(columns))), Outcome[str(metrics["outcome"]).upper()], metric(metrics, "ended[s]"), None
-    )
+    columns, outcome = plan.loop.columns, Outcome[str(metrics["outcome"]).upper()]
+    return FlightLog(columns, np.zeros((0, len(columns))), outcome, metric(metrics, "ended[s]"), None)

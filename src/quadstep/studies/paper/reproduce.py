@@ -137,6 +137,7 @@ def choices() -> list[Chosen]:
     vehicle, clock, limits = mission.vehicle, mission.simulation, mission.limits
     gains = mission.controller.model_dump()
     nets = gains["nets"]
+    position, attitude = (", ".join(f"{one:g}" for one in CASE_3_START[part]) for part in ("position", "attitude"))
     return [
         Chosen("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly alike"),
         Chosen("C(eta, eta_dot)", "C eta_dot by Eq. 2", "Christoffel's C gives the same and is the one the proof needs"),
@@ -160,7 +161,7 @@ def choices() -> list[Chosen]:
                "halving the step moves Case 1 by less than 1e-6 m"),
         Chosen("t_f", f"{CASE_TIME:g} s in every case, {FIGURE_3_TIME:g} s in Fig. 3", "given for Case 1; Eq. 75 has 10 s"),
         Chosen("start of Cases 1 and 2", "at rest on the path", "as described"),
-        Chosen("start of Case 3", start_text(),
+        Chosen("start of Case 3", f"({position}) m off, psi, theta, phi = ({attitude}) rad",
                "from rest on the path x, y, theta, phi stay zero for ever, yet the paper plots their errors"),
         Chosen("gains of [11]", f"{next(iter(NESTED_GAINS))}, a_psi = (2.374, 0.08), b = (2, 1, 0.2, 0.1)",
                "printed in scripts that reproduce it; the other altitude gains are flown too"),
@@ -213,12 +214,6 @@ def study_metrics(study: PaperStudy) -> dict[str, object]:
     }
 
 
-def start_text() -> str:
-    """Where Case 3 begins."""
-    position, attitude = (", ".join(f"{one:g}" for one in CASE_3_START[part]) for part in ("position", "attitude"))
-    return f"({position}) m off, psi, theta, phi = ({attitude}) rad"
-
-
 def keyed(flights: Mapping[tuple[str, int, int], Metrics] | Mapping[tuple[str, str], Metrics]) -> dict[str, Metrics]:
     return {"; ".join(map(str, key)): metrics for key, metrics in flights.items()}
 
@@ -226,29 +221,9 @@ def keyed(flights: Mapping[tuple[str, int, int], Metrics] | Mapping[tuple[str, s
 def stress_cell(metrics: Metrics) -> str:
     """One stress flight in a table: RMSE and largest tilt, or when and why it ended."""
     if completed(metrics):
-        return (
-            f"{units.quantity(metric(metrics, 'position_rmse[m]'), 'm')}, "
-            f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
-        )
+        error, tilt = metric(metrics, "position_rmse[m]"), metric(metrics, "largest_tilt[rad]")
+        return f"{units.quantity(error, 'm')}, {math.degrees(tilt):.3g}°"
     return f"diverged at {metric(metrics, 'ended[s]'):.2f} s: {str(metrics['outcome']).replace('_', ' ')}"
-
-
-def stress_table(study: PaperStudy) -> tuple[list[str], list[list[str]]]:
-    """Header and rows: t_f down, scale and nets across."""
-    columns = [(scale, nets) for scale in STRESS_SCALES for nets in (True, False)]
-    header = ["t_f", *(f"scale {scale:g}, nets {'on' if nets else 'off'}" for scale, nets in columns)]
-    return header, [
-        [f"{t:g} s", *(stress_cell(study.stress[t, scale, nets]) for scale, nets in columns)] for t in STRESS_TIMES
-    ]
-
-
-def start_table(claims: list[Claim]) -> tuple[list[str], list[list[str]]]:
-    """Header and rows: starts and gains of [11] down, the claims of Case 3 across."""
-    compared = [claim for claim in claims if "by_start" in claim.values]
-    starts = compared[0].values["by_start"]
-    return ["start; gains of [11]", *(claim.name for claim in compared)], [
-        [start, *(claim.values["by_start"][start] for claim in compared)] for start in starts
-    ]
 
 
 def short(value: float) -> str:
@@ -268,12 +243,8 @@ def case_rows(study: PaperStudy) -> list[list[str]]:
         settling = "never" if None in settled else f"{max(cast('list[float]', settled)):.2f} s"
         torque = max(metric(m, f"tau_{a}", "largest[N m]") for a in ("psi", "theta", "phi"))
         weights = max(cast("dict[str, float]", m["largest_weight_norm"]).values())
-        effort = [
-            f"{metric(m, 'u', 'largest[N]'):.2f} N",
-            f"{metric(m, 'u', 'total_variation[N]'):.2g} N",
-            f"{short(torque)} N m",
-        ]
-        rows.append([name, errors, settling, *effort, f"{weights:.2g}"])
+        thrust, varied = metric(m, "u", "largest[N]"), metric(m, "u", "total_variation[N]")
+        rows.append([name, errors, settling, f"{thrust:.2f} N", f"{varied:.2g} N", f"{short(torque)} N m", f"{weights:.2g}"])
     return rows
 
 
@@ -308,8 +279,13 @@ CASES_HEADER = (
 
 def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Evidence:
     """What was found. flying: whether page.html stands beside the report."""
-    header, rows = stress_table(study)
-    start_header, start_rows = start_table(claims)
+    columns = [(scale, nets) for scale in STRESS_SCALES for nets in (True, False)]
+    header = ["t_f", *(f"scale {scale:g}, nets {'on' if nets else 'off'}" for scale, nets in columns)]
+    rows = [[f"{t:g} s", *(stress_cell(study.stress[t, scale, nets]) for scale, nets in columns)] for t in STRESS_TIMES]
+    compared = [claim for claim in claims if "by_start" in claim.values]
+    start_header = ["start; gains of [11]", *(claim.name for claim in compared)]
+    starts = compared[0].values["by_start"]
+    start_rows = [[start, *(claim.values["by_start"][start] for claim in compared)] for start in starts]
     judged = [(c.name, c.sentence, c.measured, (c.verdict, VERDICT_CLASS[c.verdict])) for c in claims]
     return Evidence(
         name="The paper, flown and judged",
