@@ -12,7 +12,7 @@ from quadstep.io.files import write_beside
 from quadstep.io.places import place
 from quadstep.mission.clock import PERIODS, STEP, ClockSection
 from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind, is_plant
-from quadstep.mission.derived import section_of, usual_step
+from quadstep.mission.derived import ControllerSection, section_of, usual_step
 from quadstep.mission.lagrange import LagrangeMission, VehicleSection
 from quadstep.mission.listings import controller_lines, load_preset, number_lines
 from quadstep.mission.multirotor import MultirotorMission
@@ -21,6 +21,14 @@ from quadstep.mission.own_thing import NumbersSection, unknown_type
 from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
 from quadstep.vehicle.paper import State
+
+MARGINS = """
+[margins]                   # required of a sound loop (quadstep linear)
+# gain = 6.0                # dB, upwards and downwards
+# phase = 0.5235987755982988 # rad: 30 degrees
+# delay = 0.02              # example [s]; default: twice the latency of sensors and commands
+"""
+"""The end of every template."""
 
 TEMPLATE = """\
 # A quadstep mission on the paper's plant, with the paper's controller. Fly it: quadstep fly THIS_FILE
@@ -87,11 +95,6 @@ LOOPS# log_period = 0.01         # s, a multiple of step
 # distance = 100.0          # from the path [m]
 # rate = 100.0              # of an Euler angle [rad/s]
 # pitch = 1.57              # |theta| [rad], below pi/2
-
-[margins]                   # required of a sound loop (quadstep linear)
-# gain = 6.0                # dB, upwards and downwards
-# phase = 0.5235987755982988 # rad: 30 degrees
-# delay = 0.02              # example [s]; default: twice the latency of sensors and commands
 """
 
 
@@ -163,11 +166,6 @@ LOOPS# air_period = 0.01         # of the turbulence [s]
 [limits]                    # when a flight counts as lost
 # distance = 100.0          # from the path [m]
 # rate = 100.0              # about a body axis [rad/s]
-
-[margins]                   # required of a sound loop (quadstep linear)
-# gain = 6.0                # dB, upwards and downwards
-# phase = 0.5235987755982988 # rad: 30 degrees
-# delay = 0.02              # example [s]; default: twice the latency of sensors and commands
 """
 
 
@@ -197,11 +195,6 @@ duration = 4.0              # s
 
 [limits]                    # when a flight counts as lost
 {limits}
-
-[margins]                   # required of a sound loop (quadstep linear)
-# gain = 6.0                # dB, upwards and downwards
-# phase = 0.5235987755982988 # rad: 30 degrees
-# delay = 0.02              # example [s]; default: twice the latency of sensors and commands
 """
 
 
@@ -221,27 +214,34 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
     write_beside(path, text)
 
 
+def chosen(controller: str | None, measures: type, folder: Path, usual: str = "") -> tuple[type[ControllerSection], list[str]]:
+    """The table of a controller, unless named that of `usual`, or of the first; and the others' names. Raises UserError."""
+    known = controllers(measures)
+    own = own_section(controller, measures, folder) if controller and controller not in known else None
+    name = controller or usual or next(iter(known))
+    if own is None and name not in known:
+        raise UserError(f"--controller: {unknown_type(name, known, CONTROLLERS)}")
+    return own or section_of(known[name]), [other for other in known if other != name]
+
+
 def plant_template(kind: str, controller: str | None, folder: Path) -> str:
     """The text of a mission for a plant that declares itself. Raises UserError."""
     mission = declared_kind(kind, folder)
     fields = mission.model_fields
     vehicle = cast(type[OwnVehicleSection], fields["vehicle"].annotation)
-    known = controllers(mission.measures)
-    own = own_section(controller, mission.measures, folder) if controller and controller not in known else None
-    name = controller or next(iter(known), None)
-    if name is None:
+    if not controller and not controllers(mission.measures):
         raise UserError(f"--controller: the package has none for {kind}; name your own, FILE.py:NAME")
-    if own is None and name not in known:
-        raise UserError(f"--controller: {unknown_type(name, known, CONTROLLERS)}")
-    section = own or section_of(known[name])
-    model = vehicle(type=kind).model()
-    return at_its_rates(PLANT_TEMPLATE, section.controller).format(
-        kind=kind,
-        label=vehicle.plant.label or kind,
-        numbers="\n".join(number_lines(vehicle)),
-        controller="\n".join(controller_lines(section, model, [other for other in known if other != name])),
-        loops=loop_line(section.controller, mission),
-        limits="\n".join(number_lines(cast(type[NumbersSection], fields["limits"].annotation))),
+    section, others = chosen(controller, mission.measures, folder)
+    return (
+        at_its_rates(PLANT_TEMPLATE, section.controller).format(
+            kind=kind,
+            label=vehicle.plant.label or kind,
+            numbers="\n".join(number_lines(vehicle)),
+            controller="\n".join(controller_lines(section, vehicle(type=kind).model(), others)),
+            loops=loop_line(section.controller, mission),
+            limits="\n".join(number_lines(cast(type[NumbersSection], fields["limits"].annotation))),
+        )
+        + MARGINS
     )
 
 
@@ -275,17 +275,11 @@ def template(preset: str | None = None, controller: str | None = None, folder: P
         return plant_template(preset, controller, folder)
     if preset is not None and preset not in preset_names() and place(preset) is None:
         raise UserError(f"--vehicle: {unknown_type(preset, (*preset_names(), *PLANTS), PLANTS_OF_OTHERS)}")
-    measures = Measured if preset else State
-    known = controllers(measures)
-    own = own_section(controller, measures, folder) if controller and controller not in known else None
-    name = controller or ("rotation-backstepping" if preset else "backstepping")
-    if own is None and name not in known:
-        raise UserError(f"--controller: {unknown_type(name, known, CONTROLLERS)}")
-    section = own or section_of(known[name])
+    measures, usual = (Measured, "rotation-backstepping") if preset else (State, "backstepping")
+    section, others = chosen(controller, measures, folder, usual)
     period = {**Controller.rates, **section.controller.rates}["law"]
     model = load_preset(preset, folder).build(period=period).model() if preset else VehicleSection().model()
-    lines = "\n".join(controller_lines(section, model, [other for other in known if other != name]))
+    lines = "\n".join(controller_lines(section, model, others))
     text = (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)
-    return at_its_rates(text, section.controller).replace(
-        "LOOPS", loop_line(section.controller, MultirotorMission if preset else LagrangeMission)
-    )
+    kind = MultirotorMission if preset else LagrangeMission
+    return at_its_rates(text, section.controller).replace("LOOPS", loop_line(section.controller, kind)) + MARGINS

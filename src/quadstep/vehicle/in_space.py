@@ -44,22 +44,9 @@ def log_row(
     inertia = effective_inertia(state.attitude, vehicle.inertia, kinematics)
     kinetic = 0.5 * (vehicle.mass * (r1 @ r1) + r2 @ (inertia @ r2))
     forces = allocate(vehicle.rotors, command.thrust, command.torque)
-    return [
-        t,
-        *state.position,
-        *state.attitude,
-        *state.velocity,
-        *state.rates,
-        *wanted,
-        *command.desired_attitude,
-        command.thrust,
-        *command.torque,
-        *forces,
-        *command.weight_norms,
-        kinetic + command.stored,
-        r1.norm(),
-        r2.norm(),
-    ]
+    motion = (*state.position, *state.attitude, *state.velocity, *state.rates, *wanted, *command.desired_attitude)
+    inputs = (command.thrust, *command.torque, *forces)
+    return [t, *motion, *inputs, *command.weight_norms, kinetic + command.stored, r1.norm(), r2.norm()]
 
 
 def airframe_columns(rotors: int) -> dict[str, str]:

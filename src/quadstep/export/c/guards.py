@@ -80,10 +80,8 @@ def guards(exported: Exported) -> list[str]:
         ),
         "enter": enter_body(exported, memory),
         **{
-            loop: (
-                f"    uint32_t status = {upper}_OK;\n{refuse(loop)}"
-                f"    else\n    {{\n        {loop}_step({call});\n    }}\n    return status;\n"
-            )
+            loop: f"    uint32_t status = {upper}_OK;\n{refuse(loop)}"
+            f"    else\n    {{\n        {loop}_step({call});\n    }}\n    return status;\n"
             for loop in loops(exported)
         },
         "law": (

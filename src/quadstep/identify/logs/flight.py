@@ -15,22 +15,11 @@ Floats: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
 
 WIDTHS = {
-    "position": 3,
-    "velocity": 3,
-    "attitude": 4,
-    "rates": 3,
-    "acceleration": 3,
-    "voltage": 1,
-    "setpoint": 3,
-    "setpoint_yaw": 1,
-    "reference_rates": 3,
-    "estimated_position": 3,
-    "estimated_velocity": 3,
-    "estimated_attitude": 4,
-    "law_thrust": 1,
-    "law_torque": 3,
-    "law_samples": 2,
-}
+    "position": 3, "velocity": 3, "attitude": 4, "rates": 3, "acceleration": 3, "voltage": 1,
+    "setpoint": 3, "setpoint_yaw": 1, "reference_rates": 3,
+    "estimated_position": 3, "estimated_velocity": 3, "estimated_attitude": 4,
+    "law_thrust": 1, "law_torque": 3, "law_samples": 2,
+}  # fmt: skip
 """Numbers in each channel except the motors, which have one per rotor."""
 
 UNEVEN = 0.1

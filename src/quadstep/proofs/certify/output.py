@@ -124,20 +124,21 @@ def rate_record(c: FlightCertificate) -> dict[str, object]:
 
 def coupling_record(c: FlightCertificate) -> dict[str, object]:
     """The term -r1^T delta that the proof leaves out."""
-    ratio, h = c.coupling_ratio, c.history
+    ratio, h, k_min = c.coupling_ratio, c.history, c.conditions.k_min
     tilt = np.sqrt(np.square(h.e2[:, 1:]).sum(axis=1))
     bound = h.thrust * tilt + lengths(h.lag)
+    mean = (
+        float((lengths(h.r1) * lengths(h.delta)).mean() / (k_min * np.square(c.r).mean()))
+        if k_min > 0.0 and c.r.any()
+        else None
+    )
     return {
         "largest_delta[N]": float(lengths(h.delta).max()),
         "largest_delta_of_filter[N]": float(lengths(h.lag).max()),
         "largest_term[W]": float(np.abs(c.lyapunov.coupling).max()),
         "largest_ratio": finite(ratio.max()) if len(ratio) else None,
         "median_ratio": finite(float(np.median(ratio))) if len(ratio) else None,
-        "ratio_in_the_mean": finite(
-            float((lengths(h.r1) * lengths(h.delta)).mean() / (c.conditions.k_min * np.square(c.r).mean()))
-        )
-        if c.conditions.k_min > 0.0 and c.r.any()
-        else None,
+        "ratio_in_the_mean": finite(work / dissipated) if dissipated > 0.0 else None,
         "share_within_u_e2_and_filter": share(lengths(h.delta) <= bound * (1.0 + 1e-9) + 1e-9),
     }
 

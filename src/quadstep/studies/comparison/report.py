@@ -67,10 +67,9 @@ LOOPS = (
     "smallest margin over all channels. An estimator is left out, together with the fix latency that it compensates. "
     "`quadstep linear` gives details."
 )
-RAISED = (
-    "A disturbance is increased until flights fail, that is, are lost or exceed the error limit. The last column is the share "
-    "of an equal number of other flights that fail at the 50 % point."
-)
+MEDIANS = "{}: median ({}) of {}; a lost flight ranks worse than any other."
+FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
+RAISED = f"{FAILING} The last column is the share of an equal number of other flights that fail at the 50 % point."
 PAIRS = "Number of situations in which the row's controller is significantly better than the column's / undecided / worse."
 
 
@@ -105,25 +104,14 @@ def evidence(
         else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
     for vehicle, figure in figures.items():
-        text = (
-            f"{metric}: median ({found.high}) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other."
-        )
+        text = MEDIANS.format(metric, found.high, counted(found.seeds, "flight"))
         title = f"{vehicle + ': ' if vehicle else ''}{metric}, median ({found.high})"
         label = vehicle or "Missions"
         sections.append(TableSection(label, identity(label, ()), *tables.matrix(found, vehicle), text, shown=title))
         sections += [] if figure in shown else [figure]
     if found.linear:
-        title = "Linear loop at rest, smallest margins over all channels"
-        sections.append(
-            TableSection(
-                "Linear margins",
-                "linear",
-                robustness.HEADER,
-                robustness.rows(found.linear),
-                LOOPS,
-                shown=title,
-            )
-        )
+        rows, title = robustness.rows(found.linear), "Linear loop at rest, smallest margins over all channels"
+        sections.append(TableSection("Linear margins", "linear", robustness.HEADER, rows, LOOPS, shown=title))
         sections.append(markup.listing(robustness.unlinearised(found.linear)))
     if found.margins:
         rows, title = tables.margin_rows(found), "Margins, 95 % intervals"
@@ -189,13 +177,8 @@ def as_json(found: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, o
         "overall": found.overall(),
         "friedman": {situation.label: one.friedman for situation, one in found.ranked.items()},
         "controllers": [
-            {
-                "vehicle": one.vehicle,
-                "controller": one.name,
-                "gains": one.origin,
-                "tuned": one.trained and one.trained._asdict(),
-            }
-            for one in found.entrants
+            {"vehicle": one.vehicle, "controller": one.name, "gains": one.origin, "tuned": trained and trained._asdict()}
+            for one, trained in ((one, one.trained) for one in found.entrants)
         ],
         "margins": [
             {"margin": row[0], "vehicle": row[1], "controller": row[2], "half": row[3], "few": row[4], "checked": row[5]}
@@ -222,16 +205,12 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
         metric = words.title(found.metrics[found.metric])
         parts += [
             f"## {vehicle or 'Missions'}",
-            f"{metric}: median ({found.high}) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other.",
+            MEDIANS.format(metric, found.high, counted(found.seeds, "flight")),
             f"![{metric} for every situation and controller]({drawn[vehicle].as_posix()}.png)",
             markdown_table(*turned(*tables.matrix(found, vehicle))),
         ]
     if found.margins:
-        parts += [
-            "## Margins",
-            "A disturbance is increased until flights fail, that is, are lost or exceed the error limit.",
-            markdown_table(tables.MARGIN_HEADER, tables.margin_rows(found)),
-        ]
+        parts += ["## Margins", FAILING, markdown_table(tables.MARGIN_HEADER, tables.margin_rows(found))]
     parts += [
         "## Situation by situation",
         bullets(others),
@@ -239,10 +218,8 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
     ]
     if len(found.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
-        parts += [
-            "## Mean ranks",
-            markdown_table((found.kind, f"over {words.ranked_in(found)}, from 0 (best) to 1"), ranked),
-        ]
+        header = (found.kind, f"over {words.ranked_in(found)}, from 0 (best) to 1")
+        parts += ["## Mean ranks", markdown_table(header, ranked)]
     parts += ["## Gains and cost", markdown_table(tables.WHO_HEADER, tables.who_rows(found)), *words.not_counted(found)]
     return "\n\n".join(parts) + "\n"
 
