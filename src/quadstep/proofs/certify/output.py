@@ -127,11 +127,7 @@ def coupling_record(c: FlightCertificate) -> dict[str, object]:
     ratio, h, k_min = c.coupling_ratio, c.history, c.conditions.k_min
     tilt = np.sqrt(np.square(h.e2[:, 1:]).sum(axis=1))
     bound = h.thrust * tilt + lengths(h.lag)
-    mean = (
-        float((lengths(h.r1) * lengths(h.delta)).mean() / (k_min * np.square(c.r).mean()))
-        if k_min > 0.0 and c.r.any()
-        else None
-    )
+    work, dissipated = float((lengths(h.r1) * lengths(h.delta)).mean()), k_min * float(np.square(c.r).mean())
     return {
         "largest_delta[N]": float(lengths(h.delta).max()),
         "largest_delta_of_filter[N]": float(lengths(h.lag).max()),
