@@ -11,17 +11,9 @@ from typing import ClassVar
 from tests.patience import PATIENCE
 
 CIRCLE = """
-[vehicle]
-preset = "x500"
-[path]
-type = "circle"
-centre = [0.0, 0.0, 10.0]
-radius = 2.0
-period = 8.0
-[simulation]
-duration = 30.0
-control_period = 0.001
-step = 0.001
+vehicle = { preset = "x500" }
+path = { type = "circle", centre = [0.0, 0.0, 10.0], radius = 2.0, period = 8.0 }
+simulation = { duration = 30.0, control_period = 0.001, step = 0.001 }
 """
 
 HOVERING = """

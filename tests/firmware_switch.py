@@ -219,15 +219,9 @@ def taken_off(ground: Ground, shell: Callable[..., str]) -> None:
     ground.until(lambda: bool(ground.place[2] < -2.2))
 
 
-HOVER = """[vehicle]
-preset = "x500"
-[path]
-type = "circle"
-centre = [0.0, 0.0, 10.0]
-radius = 0.001
-period = 10.0
-[simulation]
-duration = 5.0
+HOVER = """vehicle = { preset = "x500" }
+path = { type = "circle", centre = [0.0, 0.0, 10.0], radius = 0.001, period = 10.0 }
+simulation = { duration = 5.0 }
 """
 
 

@@ -6,30 +6,16 @@ from quadstep.io.parts import sealed
 from tests.commands import quadstep, write
 
 TUBE = """\
-[vehicle]
-type = "planar"
-[path]
-type = "minimum-jerk"
-start = [0.0, 0.0, 5.0]
-end = [0.5, 0.0, 5.5]
-duration = 2.0
-[simulation]
-duration = 0.2
-[controller]
-type = "planar-pd"
+vehicle = { type = "planar" }
+path = { type = "minimum-jerk", start = [0.0, 0.0, 5.0], end = [0.5, 0.0, 5.5], duration = 2.0 }
+simulation = { duration = 0.2 }
+controller = { type = "planar-pd" }
 """
 SET = """\
-[vehicle]
-type = "planar"
-[path]
-type = "step"
-start = [0.0, 0.0, 5.0]
-end = [0.0, 0.0, 5.0]
-duration = 3.0
-[simulation]
-guidance_period = 0.002
-[controller]
-type = "planar-pd"
+vehicle = { type = "planar" }
+path = { type = "step", start = [0.0, 0.0, 5.0], end = [0.0, 0.0, 5.0], duration = 3.0 }
+simulation = { guidance_period = 0.002 }
+controller = { type = "planar-pd" }
 """
 
 

@@ -293,15 +293,9 @@ def test_frame_and_motors_of_the_vehicle_are_named(vehicle, frame, motors):
 # Setpoints
 
 ORBIT = """
-[vehicle]
-preset = "x500"
-[path]
-type = "circle"
-centre = [0.0, 0.0, 5.0]
-radius = 2.0
-period = 6.0
-[simulation]
-duration = 0.5
+vehicle = { preset = "x500" }
+path = { type = "circle", centre = [0.0, 0.0, 5.0], radius = 2.0, period = 6.0 }
+simulation = { duration = 0.5 }
 """
 
 

@@ -16,17 +16,9 @@ from tests.commands import quadstep, without_figures, write
 from tests.needs import BETAFLIGHT_SITL, needs
 
 MISSION = """
-[vehicle]
-preset = "x500"
-[path]
-type = "circle"
-centre = [0.0, 0.0, 5.0]
-radius = 0.3
-period = 5.0
-[simulation]
-duration = 1.5
-control_period = 0.001
-step = 0.001
+vehicle = { preset = "x500" }
+path = { type = "circle", centre = [0.0, 0.0, 5.0], radius = 0.3, period = 5.0 }
+simulation = { duration = 1.5, control_period = 0.001, step = 0.001 }
 """
 
 

@@ -22,16 +22,9 @@ from tests.needs import ARDUCOPTER, COPTER, needs, package
 package("pymavlink")
 
 MISSION = """
-[vehicle]
-preset = "x500"
-[path]
-type = "circle"
-centre = [0.0, 0.0, 5.0]
-radius = 0.1
-period = 5.0
-[simulation]
-duration = 4.0
-control_period = 0.004
+vehicle = { preset = "x500" }
+path = { type = "circle", centre = [0.0, 0.0, 5.0], radius = 0.1, period = 5.0 }
+simulation = { duration = 4.0, control_period = 0.004 }
 """
 
 

@@ -20,10 +20,7 @@ from tests.patience import PATIENCE
 SANDBOX = Path(__file__).parent / "sandbox.sh"
 BARE = 12345
 MISSION = """name = "Up"
-[path]
-type = "minimum-jerk"
-end = [0.0, 0.0, 1.0]
-duration = 2.0
+path = { type = "minimum-jerk", end = [0.0, 0.0, 1.0], duration = 2.0 }
 """
 
 

@@ -15,15 +15,9 @@ pytestmark = needs(CORTEX_M)
 TOOLS = (arm.COMPILER, arm.SIZE, arm.MACHINE)
 
 MISSION = """
-[vehicle]
-preset = "crazyflie"
-[path]
-type = "step"
-end = [0.2, 0.0, 0.3]
-time = 0.1
-duration = 0.2
-[controller]
-type = "pid"
+vehicle = { preset = "crazyflie" }
+path = { type = "step", end = [0.2, 0.0, 0.3], time = 0.1, duration = 0.2 }
+controller = { type = "pid" }
 """
 
 

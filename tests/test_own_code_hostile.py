@@ -47,15 +47,9 @@ class Hover(Controller):
 """
 MISSION = """
 name = "Hover"
-[vehicle]
-preset = "x500"
-[path]
-type = "minimum-jerk"
-start = [0.0, 0.0, 5.0]
-end = [0.01, 0.0, 5.0]
-duration = 0.1
-[controller]
-type = "law.py:Hover"
+vehicle = { preset = "x500" }
+path = { type = "minimum-jerk", start = [0.0, 0.0, 5.0], end = [0.01, 0.0, 5.0], duration = 0.1 }
+controller = { type = "law.py:Hover" }
 """
 WELL = "return Command(gains.mass * gains.gravity, torque), memory"
 

@@ -298,11 +298,7 @@ def test_a_wind_is_of_real_vehicles_only(folder):
 # Metrics
 
 STEP = """
-[path]
-type = "step"
-end = [0.0, 0.0, 0.5]
-time = 0.1
-duration = 3.0
+path = { type = "step", end = [0.0, 0.0, 0.5], time = 0.1, duration = 3.0 }
 """
 
 MEASURED = 'metrics = ["metrics.py:SettlingTime", "metrics.py:Climb"]\n'

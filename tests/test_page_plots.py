@@ -17,12 +17,8 @@ CASE_1 = Path(__file__).parent.parent / "examples" / "case1.toml"
 
 
 STILL = """name = "Still"
-[vehicle]
-preset = "crazyflie"
-[path]
-type = "minimum-jerk"
-end = [0.5, 0.0, 0.5]
-duration = 1.0
+vehicle = { preset = "crazyflie" }
+path = { type = "minimum-jerk", end = [0.5, 0.0, 0.5], duration = 1.0 }
 """
 
 

@@ -40,10 +40,7 @@ from tests.patience import PATIENCE
 
 MISSION = """
 name = "A <b>bold</b> name & more"
-[path]
-type = "minimum-jerk"
-end = [0.0, 0.0, 1.0]
-duration = 1.0
+path = { type = "minimum-jerk", end = [0.0, 0.0, 1.0], duration = 1.0 }
 """
 SECRET = "a secret beside the folder"
 

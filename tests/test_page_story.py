@@ -28,10 +28,7 @@ And goes on.
 A second paragraph.
 """
 MISSION = """name = "a"
-[path]
-type = "minimum-jerk"
-end = [1.0, 0.0, 0.0]
-duration = 1.0
+path = { type = "minimum-jerk", end = [1.0, 0.0, 0.0], duration = 1.0 }
 """
 
 

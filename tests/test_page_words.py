@@ -12,22 +12,13 @@ package("playwright")
 pytestmark = needs(CHROMIUM)
 
 WINDY = """name = "Windy"
-[vehicle]
-preset = "crazyflie"
-[path]
-type = "minimum-jerk"
-end = [0.5, 0.0, 0.5]
-duration = 1.12
-[controller]
-type = "rotation-backstepping"
-[wind]
-mean = [8.0, 0.0, 0.0]
+vehicle = { preset = "crazyflie" }
+path = { type = "minimum-jerk", end = [0.5, 0.0, 0.5], duration = 1.12 }
+controller = { type = "rotation-backstepping" }
+wind = { mean = [8.0, 0.0, 0.0] }
 """
 HASTY = """name = "Hasty"
-[path]
-type = "minimum-jerk"
-end = [20.0, 5.0, 10.0]
-duration = 3.0
+path = { type = "minimum-jerk", end = [20.0, 5.0, 10.0], duration = 3.0 }
 """
 WEAK = """name = "Weak"
 [vehicle.rotors]

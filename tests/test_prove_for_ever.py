@@ -185,14 +185,8 @@ def test_a_combination_of_estimates_that_stays_is_named():
 
 
 PAPER = """\
-[path]
-type = "step"
-start = [0.0, 0.0, 5.0]
-end = [0.0, 0.0, 5.0]
-duration = 2.0
-[controller]
-type = "backstepping"
-nets.enabled = false
+path = { type = "step", start = [0.0, 0.0, 5.0], end = [0.0, 0.0, 5.0], duration = 2.0 }
+controller = { type = "backstepping", nets.enabled = false }
 """
 
 

@@ -23,18 +23,10 @@ LINE = {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 2.0}
 CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 1.0, "period": 6.0, "turns": 0.5}
 TOML = """\
 name = "Circle"
-[vehicle]
-preset = "crazyflie"
-[path]
-type = "circle"
-centre = [0.0, 0.0, 3.0]
-radius = 1.0
-period = 6.0
-turns = 0.5
-[controller]
-type = "pid"
-[wind]
-mean = [1.0, 0.0, 0.0]
+vehicle = { preset = "crazyflie" }
+path = { type = "circle", centre = [0.0, 0.0, 3.0], radius = 1.0, period = 6.0, turns = 0.5 }
+controller = { type = "pid" }
+wind = { mean = [1.0, 0.0, 0.0] }
 """
 
 

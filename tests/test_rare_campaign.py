@@ -38,20 +38,10 @@ class Far(Metric):
 
 MISSION = """
 metrics = ["far.py:Far"]
-[path]
-type = "minimum-jerk"
-end = [0.1, 0.0, 0.0]
-duration = 1.0
-[controller]
-type = "backstepping"
-nets = { enabled = false }
-[start]
-position = [0.0, 0.0, 0.0]
-[simulation]
-step = 1e-4
-control_period = 1e-4
-log_period = 1e-4
-duration = 2e-4
+path = { type = "minimum-jerk", end = [0.1, 0.0, 0.0], duration = 1.0 }
+controller = { type = "backstepping", nets = { enabled = false } }
+start = { position = [0.0, 0.0, 0.0] }
+simulation = { step = 1e-4, control_period = 1e-4, log_period = 1e-4, duration = 2e-4 }
 """
 
 VARY = """

@@ -15,16 +15,10 @@ from tests.sheets import SHEET
 from tests.terminals import ASCII, in_terminal, with_streams
 
 CALM = """
-[vehicle]
-preset = "research-2.6kg"
-[controller]
-type = "geometric"
-[path]
-type = "minimum-jerk"
-end = [0.0, 0.0, 0.0]
-duration = 0.5
-[simulation]
-duration = 0.5
+vehicle = { preset = "research-2.6kg" }
+controller = { type = "geometric" }
+path = { type = "minimum-jerk", end = [0.0, 0.0, 0.0], duration = 0.5 }
+simulation = { duration = 0.5 }
 """
 NAME = "Übung 飛行 ±"
 REAL = f"name = '{NAME}'\n{campaigns.NOISY}"

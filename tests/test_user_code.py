@@ -39,16 +39,9 @@ class Hover(Controller):
         return Command(gains.mass * up, -0.5 * measured.rates), memory
 """
 MISSION = """
-[vehicle]
-preset = "x500"
-[path]
-type = "step"
-start = [0.0, 0.0, 2.0]
-end = [0.0, 0.0, 2.0]
-time = 0.2
-duration = 1.0
-[controller]
-type = "law.py:Hover"
+vehicle = { preset = "x500" }
+path = { type = "step", start = [0.0, 0.0, 2.0], end = [0.0, 0.0, 2.0], time = 0.2, duration = 1.0 }
+controller = { type = "law.py:Hover" }
 """
 
 

@@ -58,9 +58,13 @@ def list_of(count: int, words: str) -> BeforeValidator:
     return BeforeValidator(listed)
 
 
-def as_diagonal(value: object) -> object:
+def as_diagonal(value: object) -> tuple[object, ...]:
     """One number stands for three equal ones."""
-    return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return (value, value, value)
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise ValueError(f"should be a number or a list of three, not {value!r:.60}")
+    return tuple(value)
 
 
 def non_negative(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -117,9 +121,7 @@ NonNegative = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), at_l
 Triple = Annotated[tuple[Finite, Finite, Finite], list_of(3, "a list of three numbers")]
 Pair = Annotated[tuple[Finite, Finite], list_of(2, "a list of two numbers")]
 Angles = Annotated[Triple, AfterValidator(in_radians)]
-Diagonal = Annotated[
-    tuple[Finite, Finite, Finite], list_of(3, "a number or a list of three"), BeforeValidator(as_diagonal)
-]  # the last one looks at it first
+Diagonal = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_diagonal)]
 PositiveDiagonal = Annotated[Diagonal, AfterValidator(positive)]
 NonNegativeDiagonal = Annotated[Diagonal, AfterValidator(non_negative)]
 
