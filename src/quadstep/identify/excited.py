@@ -117,7 +117,8 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
         raise UserError(
             f"{path}: which columns contain an excitation and the command that it was added to? give --columns X,Y"
         )
-    found = read_topics(path, list(columns) if columns else [EXCITATION, *columns_of(loops), *symptom_columns(loops[0].form)])
+    symptoms = [one for loop in loops[:1] for one in (*COLUMNS[loop.form], SINKING.get(loop.form)) if one]
+    found = read_topics(path, list(columns) if columns else [EXCITATION, *columns_of(loops), *symptoms])
     if columns is None and EXCITATION not in found.columns:
         return by_setpoint(path, found, loops)
     given, commands = (EXCITATION, [one.command for one in loops]) if columns is None else (columns[0], [columns[1]])
@@ -151,11 +152,6 @@ def motors(one: Excited, loop: RateLoop) -> tuple[Floats, Floats] | None:
     if len(time) < FEWEST:
         return None
     return time, np.stack([(latest(motor, time, 0.0) - low) / (high - low) for motor, (low, high) in spinning], axis=1)
-
-
-def symptom_columns(form: str) -> list[str]:
-    """What symptoms are looked for in."""
-    return [*COLUMNS[form], *filter(None, [SINKING.get(form)])]
 
 
 def damage_note(found: Topics) -> str:

@@ -203,13 +203,9 @@ def predictions_of(
             result[name] = {key: [] for key in "pvqw"}
             continue
         _, states = predictions([flight], vehicle, p, [rows], guided=guided, longest=MASKED_HISTORY)
-        stacked = {
-            "p": [state.position for state in states],
-            "v": [state.velocity for state in states],
-            "q": [state.attitude[:, [1, 2, 3, 0]] for state in states],
-            "w": [state.rates for state in states],
-        }
-        result[name] = {key: np.stack(values, axis=1).tolist() for key, values in stacked.items()}
+        parts = [(one.position, one.velocity, one.attitude[:, [1, 2, 3, 0]], one.rates) for one in states]
+        stacked = zip("pvqw", zip(*parts, strict=True), strict=True)
+        result[name] = {key: np.stack(values, axis=1).tolist() for key, values in stacked}
     return result
 
 
@@ -293,9 +289,6 @@ def law_of(flight: FlightRecord, section: AirframeSection) -> str:
     p = numbers_of(section, [flight])
     speeds = rotor_speeds(flight.motors, voltage_of(flight), p.curve, flight.speeds)
     ratios = (p.airframe.rotor.thrust * speeds**2).sum(axis=1) / asked
-    known = np.isfinite(ratios)
-    return (
-        f"{said}; the logged commands make {np.median(ratios[known]):.3f} times the thrust that it asked for."
-        if known.any()
-        else f"{said}."
-    )
+    known = ratios[np.isfinite(ratios)]
+    made = f"; the logged commands make {np.median(known):.3f} times the thrust that it asked for" if len(known) else ""
+    return f"{said}{made}."

@@ -184,9 +184,8 @@ class Handler(BaseHTTPRequestHandler):
         if refused or self.advise is None:
             return refused or Answer(HTTPStatus.METHOD_NOT_ALLOWED, KINDS[".txt"], "Nothing can be sent here.\n")
         if not self.taking.acquire(blocking=False):
-            return Answer(
-                HTTPStatus.SERVICE_UNAVAILABLE, KINDS[".txt"], "Another log is being read; try again when it is done.\n"
-            )
+            said = "Another log is being read; try again when it is done.\n"
+            return Answer(HTTPStatus.SERVICE_UNAVAILABLE, KINDS[".txt"], said)
         name = re.sub(r"[^\w.-]", "_", unquote(self.path.removeprefix(DROPPED)))[-MOST_LETTERS:].lstrip(".") or "log"
         try:
             with tempfile.TemporaryDirectory(prefix="quadstep-log-") as place:
@@ -206,11 +205,7 @@ class Handler(BaseHTTPRequestHandler):
         refusal, listed = self.refused_length(files.LOG.most), f"http://{self.headers.get('Host')}"
         cases = (
             (self.access.shared or not self.path.startswith(DROPPED), 405, "Nothing can be sent here."),
-            (
-                self.headers.get("Origin") != listed,
-                403,
-                "Logs can be sent only from this server's list.",
-            ),
+            (self.headers.get("Origin") != listed, 403, "Logs can be sent only from this server's list."),
             (refusal == 411, 411, "The request must state the log's length in bytes."),
             (refusal == 413, 413, f"A log may have at most {files.LOG.most} bytes."),
         )

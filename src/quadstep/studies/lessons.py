@@ -85,7 +85,9 @@ def check_tasks(asked: list[LessonTask], mission: Mission) -> list[CheckedTask]:
     strange = [differing_keys(one, mission, content) for one in asked]
     if all(strange):
         return [CheckedTask(one, cases, True) for one, cases in zip(asked, strange, strict=True)]
-    measured = fly_task(mission, any(one.grade for one in asked))
+    flight, rest = fly(mission), any(one.grade for one in asked)
+    lost = None if flight.outcome is Outcome.COMPLETED else f"was lost at {flight.ended:g} s"
+    measured = MeasuredMission(scalars(flight.metrics()), grade(mission) if rest else None, lost)
     return [
         CheckedTask(one, cases or judge_flight(one, mission, content, measured), bool(cases))
         for one, cases in zip(asked, strange, strict=True)
@@ -97,13 +99,6 @@ def grade_cell(name: str, mission: Mission) -> None:
     (found,) = check_tasks(tasks(name), mission)
     if not found.solved:
         raise AssertionError("; ".join(case.failure for case in found.cases if case.failure))
-
-
-def fly_task(mission: Mission, rest: bool) -> MeasuredMission:
-    """What a flight of a mission measures. rest: whether its loop at rest is graded as well."""
-    flight = fly(mission)
-    lost = None if flight.outcome is Outcome.COMPLETED else f"was lost at {flight.ended:g} s"
-    return MeasuredMission(scalars(flight.metrics()), grade(mission) if rest else None, lost)
 
 
 def differing_keys(task: LessonTask, mission: Mission, content: object) -> tuple[Case, ...]:

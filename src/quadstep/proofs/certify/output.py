@@ -8,7 +8,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.reductions import rmse
 from quadstep.metrics.statistics import finite
 from quadstep.proofs.certify.certificate import FlightCertificate
-from quadstep.proofs.plain import Array, Mask, lengths
+from quadstep.proofs.plain import Mask, lengths
 
 
 def kind(c: FlightCertificate) -> str:
@@ -157,6 +157,8 @@ def flight_record(c: FlightCertificate) -> dict[str, object]:
 def record(c: FlightCertificate) -> dict[str, Any]:
     """Everything, with units in the keys; r mixes m/s and rad/s as the paper does."""
     k, (first, second) = c.conditions, c.ideal.fits
+    pairs = zip(c.ideal.fits, (c.history.mu_1, c.history.mu_2), strict=True)
+    targets = [fit.residual + mu @ fit.weights for fit, mu in pairs]  # what the ideal weights say and the error they leave
     return {
         "kind": kind(c),
         "verdict": verdict(c),
@@ -186,7 +188,7 @@ def record(c: FlightCertificate) -> dict[str, Any]:
             "eps_N": c.residual_bound,
             "ridges": [finite(first.ridge), finite(second.ridge)],
             "norm_W": [float(np.linalg.norm(first.weights)), float(np.linalg.norm(second.weights))],
-            "largest_target": [float(lengths(t).max()) for t in target_rows(c)],
+            "largest_target": [float(lengths(t).max()) for t in targets],
             "least_squares": {"W_B": c.weight_bound_plain, "eps_N": c.residual_bound_plain, "b_r": finite(c.b_r_plain)},
             "condition_numbers": [finite(value) for value in c.ideal.conditions],
             "W1": first.weights.tolist(),
@@ -197,12 +199,6 @@ def record(c: FlightCertificate) -> dict[str, Any]:
         "lyapunov": rate_record(c),
         "coupling": coupling_record(c),
     }
-
-
-def target_rows(c: FlightCertificate) -> list[Array]:
-    """The nets' targets at each sample: what the ideal weights say and the error they leave."""
-    pairs = zip(c.ideal.fits, (c.history.mu_1, c.history.mu_2), strict=True)
-    return [fit.residual + mu @ fit.weights for fit, mu in pairs]
 
 
 def brief(value: float | None) -> str:

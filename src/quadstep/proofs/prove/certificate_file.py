@@ -60,31 +60,16 @@ def seen_from(certificate: Path, mission: Path) -> str:
 
 def write_certificate(path: Path, found: Certificate) -> None:
     """Write the file. Raises UserError."""
-    write_file(
-        path,
-        FORMAT,
-        found,
-        {
-            "samples_per_block": found.block,
-            "position[m]": found.position.tolist(),
-            "spread": found.spread.tolist(),
-            "boxes": found.boxes.tolist(),
-            "flown": packed(found.flown),
-        },
-    )
+    proved: dict[str, object] = {"samples_per_block": found.block, "position[m]": found.position.tolist()}
+    proved |= {"spread": found.spread.tolist(), "boxes": found.boxes.tolist(), "flown": packed(found.flown)}
+    write_file(path, FORMAT, found, proved)
 
 
 def write_file(path: Path, form: str, found: Certificate | SetCertificate, proved: Mapping[str, object]) -> None:
     """Write a certificate of either form: its claim, then what proves it. Raises UserError."""
-    claim = {
-        "format": form,
-        "quadstep": __version__,
-        "mission": found.mission,
-        "folder": found.folder,
-        "unknown": written(found.unknown),
-        "states": list(found.states),
-    }
-    write_beside(path, sealed({**claim, **proved}).decode(), parents=True)
+    claim = {"format": form, "quadstep": __version__, "mission": found.mission, "folder": found.folder}
+    states = {"unknown": written(found.unknown), "states": list(found.states)}
+    write_beside(path, sealed({**claim, **states, **proved}).decode(), parents=True)
 
 
 def refuse_unsealed(path: Path, content: Mapping[str, object]) -> None:
@@ -193,23 +178,19 @@ class SetCertificate(NamedTuple):
 def write_set(path: Path, found: SetCertificate) -> None:
     """Write the file. Raises UserError."""
     names = found.states
-    write_file(
-        path,
-        SET_FORMAT,
-        found,
-        {
-            "rest": found.rest.tolist(),
-            "live": [names[place] for place in found.live],
-            "twins": {names[place]: names[other] for place, other in found.twins.items()},
-            "unit": names[found.unit] if found.unit >= 0 else "",
-            "spread": found.spread.tolist(),
-            "pairs": list(found.pairs),
-            "radii": found.radii.tolist(),
-            "own_start": found.own,
-            "start[m]": found.start,
-            "position[m]": found.position.tolist(),
-        },
-    )
+    proved = {
+        "rest": found.rest.tolist(),
+        "live": [names[place] for place in found.live],
+        "twins": {names[place]: names[other] for place, other in found.twins.items()},
+        "unit": names[found.unit] if found.unit >= 0 else "",
+        "spread": found.spread.tolist(),
+        "pairs": list(found.pairs),
+        "radii": found.radii.tolist(),
+        "own_start": found.own,
+        "start[m]": found.start,
+        "position[m]": found.position.tolist(),
+    }
+    write_file(path, SET_FORMAT, found, proved)
 
 
 def is_set(path: Path) -> bool:

@@ -192,14 +192,10 @@ def still_open(
     """The verdict on a tube that did not close: what was closed, and what was not."""
     closed = len(result.position)
     position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
+    away = (off[:closed] + result.position).max(axis=0)
     rows = [
-        [
-            axis,
-            f"open after {seconds:g} s",
-            f"{millimetres(p)} mm{UNTIL}{seconds:g} s",
-            f"{millimetres(o)} mm{UNTIL}{seconds:g} s",
-        ]
-        for axis, p, o in zip(plan.loop.plant.axes, position, (off[:closed] + result.position).max(axis=0), strict=True)
+        [axis, f"open after {seconds:g} s", *(f"{millimetres(one)} mm{UNTIL}{seconds:g} s" for one in bounds)]
+        for axis, *bounds in zip(plan.loop.plant.axes, position, away, strict=True)
     ]
     says = [
         f"open: {under(unknown).rstrip(',')}, the bounds are proved until {seconds:g} s but not beyond: {result.why}.",

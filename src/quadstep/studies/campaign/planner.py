@@ -100,7 +100,7 @@ class Planner(Variants):
 
     def batches(self, flights: NDArray[np.int64], drawn: Mapping[str, DrawnColumn]) -> Iterator[PlannedBatch]:
         """The flights of these numbers with these values, in batches. Raises UserError for values that cannot be flown."""
-        numeric = [name for name, column in drawn.items() if self.is_numeric(column)]
+        numeric = [name for name, column in drawn.items() if all(type(one) is float for one in column.options or ())]
         options = [name for name in drawn if name not in numeric]
         for chosen, members in groups([drawn[name].values for name in options], len(flights)):
             fixed = {name: option(drawn[name], place) for name, place in zip(options, chosen, strict=True)}
@@ -198,10 +198,6 @@ class Planner(Variants):
         )
 
     # What can be built in one go
-
-    def is_numeric(self, drawn: DrawnColumn) -> bool:
-        """Whether a column holds numbers for a key that takes any number."""
-        return drawn.options is None or all(type(one) is float for one in drawn.options)
 
     def find_direct(self, fixed: dict[str, object], columns: Mapping[str, NDArray[np.float64]]) -> list[str]:
         """The keys that arrays can stand for, alone and together, giving exactly the numbers of flights built one by one."""

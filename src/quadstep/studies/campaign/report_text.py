@@ -231,13 +231,10 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
     """A table with a column per flight, and the command that replays it. path: of the campaign; folder: of its results."""
     flights = summary.worst
     names = list(dict.fromkeys(name for one in values for name in one))
+    ended = ["ended [s]", *("–" if one.time is None else f"{one.time:.4g}" for one in flights)]
     rows = [
         ["outcome", *(one.outcome for one in flights)],
-        *(
-            [["ended [s]", *(number_or_dash(one.time) for one in flights)]]
-            if any(one.time is not None for one in flights)
-            else []
-        ),
+        *([ended] if any(one.time is not None for one in flights) else []),
         ["RMSE", *(length(one.rmse) for one in flights)],
         ["largest error", *(length(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name]) if name in drawn else "–" for drawn in values)] for name in names),
@@ -254,19 +251,14 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
     ]
 
 
-def number_or_dash(value: float | None) -> str:
-    return "–" if value is None else f"{value:.4g}"
-
-
 def length(value: float | None) -> str:
     """A length [m] in a suitable unit, or a dash."""
     return "–" if value is None else units.quantity(value, "m", 4)
 
 
 def of_flight(one: WorstFlight) -> str:
-    if one.time is not None:
-        return f"Flight {one.flight}: {one.outcome} at {one.time:.4g} s"
-    return f"Flight {one.flight}: {one.outcome}, largest error {length(one.largest)}"
+    ended = f" at {one.time:.4g} s" if one.time is not None else f", largest error {length(one.largest)}"
+    return f"Flight {one.flight}: {one.outcome}{ended}"
 
 
 def differing(one: WorstFlight, log: FlightLog, campaign: Campaign) -> str:

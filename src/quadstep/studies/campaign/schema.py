@@ -50,11 +50,6 @@ def as_method(value: object) -> object:
     return Method(str(value))
 
 
-def as_names(value: object) -> object:
-    """One name stands for a list of one."""
-    return (value,) if isinstance(value, str) else as_tuple(value)
-
-
 class RareSection(Section):
     """How a small probability is estimated."""
 
@@ -62,7 +57,12 @@ class RareSection(Section):
         Method.CROSS_ENTROPY
     )
     score: Annotated[
-        Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)] | None,
+        Annotated[
+            tuple[str, ...],
+            BeforeValidator(lambda value: (value,) if isinstance(value, str) else as_tuple(value)),
+            Field(min_length=1),
+        ]
+        | None,
         Quantity("", "metrics that predict failure; default: the largest ratio to a limit in failure, or input variations"),
     ] = None
     flights: Annotated[int, Field(ge=200, le=200_000), Quantity("", "flights per level or fit")] = 1000

@@ -11,7 +11,7 @@ from matplotlib import rcParams
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from quadstep.engines.fly import FlightPlan, fly_all
+from quadstep.engines.fly import fly_all
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.io.run_record import REPORT
@@ -89,12 +89,6 @@ class FlownAgain(NamedTuple):
         return self.log is not None and len(self.log.rows) > 1
 
 
-def for_a_picture(plan: FlightPlan) -> FlightPlan:
-    """The same flight with no more rows than the figure can show."""
-    every = max(plan.ticks.log, -(-plan.ticks.last // MOST_ROWS))
-    return plan._replace(ticks=plan.ticks._replace(log=every))
-
-
 def flown_again(campaign: Campaign, flights: list[int]) -> list[FlownAgain]:
     """These flights with their logs, if they can be replayed."""
     replays: list[Replay | str] = []
@@ -103,7 +97,9 @@ def flown_again(campaign: Campaign, flights: list[int]) -> list[FlownAgain]:
             replays.append(replay(campaign, flight))
         except UserError as error:
             replays.append(str(error))
-    plans = [for_a_picture(one.plan) for one in replays if isinstance(one, Replay)]
+    ticked = [(one.plan, one.plan.ticks) for one in replays if isinstance(one, Replay)]
+    rows = [max(ticks.log, -(-ticks.last // MOST_ROWS)) for _, ticks in ticked]  # no more than the figure can show
+    plans = [plan._replace(ticks=ticks._replace(log=every)) for (plan, ticks), every in zip(ticked, rows, strict=True)]
     logs: Iterator[FlightLog] = iter(fly_all(plans))
     return [FlownAgain(one, next(logs)) if isinstance(one, Replay) else FlownAgain(None, None, one) for one in replays]
 

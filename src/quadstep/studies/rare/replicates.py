@@ -126,8 +126,10 @@ def fly_piece(flights: PointFlyer, piece: Piece, progress: Advance) -> FinishedP
     """A piece's results. progress: called with further flights. Raises UserError for values that cannot be flown."""
     file = flights.campaign.file
     name = file.rare.method if piece.kind is PieceKind.REPLICATE else file.rare.method.other
-    events = other_events(flights) if piece.kind is PieceKind.SCORE else flights.events()
-    flown = 0
+    events, flown = flights.events(), 0
+    if piece.kind is PieceKind.SCORE:  # any failure, predicted by the limited metrics and how much the inputs vary
+        limits = flights.scales(tuple(file.failure) or ("largest_error",))
+        events = [Event(Failure.ANY, {**limits, **flights.activity})]
 
     def counted(more: int) -> None:
         nonlocal flown
@@ -147,12 +149,6 @@ def fly_piece(flights: PointFlyer, piece: Piece, progress: Advance) -> FinishedP
         nearest=nearest(flights, failures) if len(failures.noise) else None,
         again=flown_again,
     )
-
-
-def other_events(flights: PointFlyer) -> list[Event]:
-    """Any failure, predicted by every candidate: the limited metrics and how much the inputs vary."""
-    limits = flights.scales(tuple(flights.campaign.file.failure) or ("largest_error",))
-    return [Event(Failure.ANY, {**limits, **flights.activity})]
 
 
 def recorded(event: Event, one: Replicate) -> DoneEvent:

@@ -91,7 +91,7 @@ def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: P
         facts=facts,
         figures=[Figure(LEVELS, SHOWN)],
         sections=[
-            TableSection("Replicates", "replicates", REPLICATES, replicate_rows(kept.pieces)),
+            TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, kept.pieces)]),
             nearest(summary),
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(header=("what varies", "how"), rows=[(key, variation_text(file, key)) for key in file.keys]),
@@ -105,17 +105,9 @@ def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: P
     )
 
 
-def replicate_rows(pieces: Sequence[FinishedPiece]) -> list[tuple[str, ...]]:
-    return [
-        (
-            one.kind,
-            one.method.value,
-            f"{one.probability:.3g}",
-            "; ".join(f"{event.failure}: {event.probability:.3g}, by {scored(event)}" for event in one.events),
-            f"{one.flights:,}",
-        )
-        for one in pieces
-    ]
+def replicate_row(one: FinishedPiece) -> tuple[str, ...]:
+    events = "; ".join(f"{event.failure}: {event.probability:.3g}, by {scored(event)}" for event in one.events)
+    return one.kind, one.method.value, f"{one.probability:.3g}", events, f"{one.flights:,}"
 
 
 def scored(event: DoneEvent) -> str:

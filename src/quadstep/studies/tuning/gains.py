@@ -101,17 +101,13 @@ def gain(key: str, wanted: Range | None, mission: Mission) -> TunedGain:
             f"{said}: is {value!r:.40}, which changes the structure of the flight; allowed: {', '.join(tunable(mission))}"
         )
     present = leaves[0].present
-    wanted = wanted or declared_range(".".join(one for one in rest if not one.isdigit()), present, mission)
+    if wanted is None:  # the range that the gain's own declaration gives it
+        name = ".".join(one for one in rest if not one.isdigit())
+        _, declared = mission.controller.controller.by_key().get(name, ("", LEARNING))
+        wanted = Range.model_validate(dict(zip(("low", "high", "scale"), declared.span(present, present), strict=True)))
     if not wanted.low <= present <= wanted.high:
         raise UserError(f"{said}: its present value {present:g} is outside low = {wanted.low:g} to high = {wanted.high:g}")
     return TunedGain(key, wanted, leaves)
-
-
-def declared_range(name: str, present: float, mission: Mission) -> Range:
-    """The range that a gain's own declaration gives it."""
-    _, declared = mission.controller.controller.by_key().get(name, ("", LEARNING))
-    low, high, scale = declared.span(present, present)
-    return Range.model_validate({"low": low, "high": high, "scale": scale})
 
 
 def shares(values: tuple[float, ...], said: str) -> list[float]:
