@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy
 
-from quadstep.numbers.affine import without_fresh_error
+from quadstep.numbers.affine import elementary_function
 from quadstep.numbers.dual import Seeds
 from quadstep.numbers.enclosure import Enclosure, ball
 from quadstep.numbers.kinds import ARRAYS, FLOATS, functions_of
@@ -39,7 +39,7 @@ def tanh_steps(kind, x):
 
 def tanh_enclosed(x: Enclosure) -> Enclosure:
     value = ARRAYS.tanh(x.centre)
-    return without_fresh_error(x, value, 1.0 - value * value, 0.39 * x.tight * x.tight, 1e-15)
+    return elementary_function(x, value, 1.0 - value * value, 0.39 * x.tight * x.tight, 1e-15)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -11,6 +11,7 @@ of the form itself. Without directions it is a ball. Arrays throughout: one oper
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple, TypeAlias, overload
 
 import numpy as np
@@ -302,25 +303,35 @@ class Third(NamedTuple):
     bend: Array
 
 
-def straight(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third, error: float = ROUNDING) -> Enclosure:
-    """A smooth function: its value and slope at the centre, and a bound on its deviation from that line.
-
-    error: of value and slope, and of the flown function, relative to 1 and their size.
+def smooth(
+    x: Enclosure, value: Array, slope: Array, bend: Array, third: Third | None, lost: Callable[[Array], Plain],
+    wide: float = 1.0,
+) -> Enclosure:  # fmt: skip
+    """A smooth function: its value and slope at the centre, and a bound on its deviation from that line, or its parabola where
+    there is room for one. lost: by rounding, from the reach. wide: factor on the bounds, for what they round themselves.
     """
-    size = np.abs(slope)
-    reach = size * x.reach + bend
-    lost = error * (np.abs(value) + reach + x.reach) + TINY
-    parts, bend = parabola(x, slope, bend, third)
-    return of_its_own(x.made(value, parts, size * x.rest + bend, reach, lost))
+    size, left, parts = np.abs(slope), bend, None if x.parts is None else slope * x.parts
+    reach = size * x.reach + bend * wide
+    if third is not None and x.fresh is not None and x.fresh.second and parts is not None:
+        parts, left = curved(parts, x, x, third.curve, bend)
+        left = left + third.bend * (1.0 + 1e-12)
+    return x.made(value, parts, size * x.rest + left * wide, reach, lost(reach))
 
 
-def parabola(x: Enclosure, slope: Array, bend: Array, third: Third | None) -> tuple[Array | None, Array]:
-    """Parts of a smooth function, and the remainder."""
-    parts = None if x.parts is None else slope * x.parts
-    if third is None or x.fresh is None or not x.fresh.second or parts is None:
-        return parts, bend
-    parts, bend = curved(parts, x, x, third.curve, bend)
-    return parts, bend + third.bend * (1.0 + 1e-12)
+def straight(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third) -> Enclosure:
+    """A smooth function that is flown in one operation, its rest as a separate direction."""
+    return of_its_own(smooth(x, value, slope, bend, third, lambda reach: ROUNDING * (np.abs(value) + reach + x.reach) + TINY))
+
+
+def elementary_function(
+    x: Enclosure, value: Array, slope: Array, bend: Array, also: Plain = 0.0, third: Third | None = None
+) -> Enclosure:
+    """A smooth function whose value and slope have the error of `elementary.py`. also: further error of the value."""
+
+    def lost(reach: Array) -> Plain:
+        return ELEMENTARY * (np.abs(value) + reach + x.reach) + also + TINY
+
+    return smooth(x, value, slope, bend, third, lost, 1.0 + 1e-12)
 
 
 def of_its_own(x: Enclosure) -> Enclosure:
@@ -354,27 +365,7 @@ def tangent(x: Enclosure, centre: Array, width: Array) -> Enclosure:
     square = value * value
     bend = width * width * square / (np.abs(centre) - width) * (1.0 + 1e-12)
     third = Third(square * value, bend * width * np.abs(value))
-    return without_fresh(x, value, -square, bend, third)
-
-
-def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third) -> Enclosure:
-    """A smooth function that uses no separate direction."""
-    size = np.abs(slope)
-    reach = size * x.reach + bend
-    lost = ROUNDING * 4.0 * (np.abs(value) + reach) + TINY
-    parts, bend = parabola(x, slope, bend, third)
-    return x.made(value, parts, size * x.rest + bend, reach, lost)
-
-
-def without_fresh_error(
-    x: Enclosure, value: Array, slope: Array, bend: Array, also: Plain = 0.0, third: Third | None = None
-) -> Enclosure:
-    """An elementary function: value and slope have the error of `elementary.py`. also: further error of the value."""
-    size = np.abs(slope)
-    reach = size * x.reach + bend * (1.0 + 1e-12)
-    lost = ELEMENTARY * (np.abs(value) + reach + x.reach) + also + TINY
-    parts, bend = parabola(x, slope, bend, third)
-    return x.made(value, parts, size * x.rest + bend * (1.0 + 1e-12), reach, lost)
+    return smooth(x, value, -square, bend, third, lambda reach: ROUNDING * 4.0 * (np.abs(value) + reach) + TINY)
 
 
 def finite(x: Array) -> Array:

@@ -25,10 +25,10 @@ from quadstep.numbers.affine import (
     UndefinedError,
     added,
     curved,
+    elementary_function,
     finite,
     merged,
     of_its_own,
-    without_fresh_error,
     zeros_like,
 )
 from quadstep.numbers.kinds import ARRAYS, Number, functions_of
@@ -113,7 +113,7 @@ def wave(x: Enclosure, value: Array, slope: Array) -> Enclosure:
     """A sine or cosine; its error, relative to 1, includes that of subtracting quarter turns from the angle."""
     third = Third(-0.5 * value, x.tight**3 / 6.0)
     reduction = np.where(np.abs(x.centre) + x.tight > 0.78, REDUCED, 0.0)
-    return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction, third)
+    return elementary_function(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction, third)
 
 
 declare(
@@ -157,7 +157,7 @@ def exp_enclosed(x: Enclosure) -> Enclosure:
     value = ARRAYS.exp(x.centre)
     most = finite(ARRAYS.exp(x.high)) * (1.0 + ELEMENTARY)
     third = Third(0.5 * value, x.tight**3 * most / 6.0)
-    return without_fresh_error(x, value, value, 0.5 * x.tight * x.tight * most, third=third)
+    return elementary_function(x, value, value, 0.5 * x.tight * x.tight * most, third=third)
 
 
 declare(
@@ -197,7 +197,7 @@ def limited(kind: Kind, x: float, least: float, most: float) -> float:
 def sigmoid_enclosed(x: Enclosure) -> Enclosure:
     value = ARRAYS.sigmoid(x.centre)
     bend = 0.0482 * x.tight * x.tight  # |s''| <= 1/(6 sqrt 3); |x s'| < 1/4, so that the exponent's rounding adds 2^-54
-    return without_fresh_error(x, value, value * (1.0 - value), bend, REDUCED)
+    return elementary_function(x, value, value * (1.0 - value), bend, REDUCED)
 
 
 declare(
@@ -244,7 +244,7 @@ def log_enclosed(x: Enclosure) -> Enclosure:
     near = x.centre < low  # a floor may lie above the centre, where the line is drawn: then all that lies between
     centre, least = np.where(near, high, x.centre), np.where(near, high, low)
     bend = np.where(near, 0.0, 0.5 * x.tight * x.tight / (least * least))
-    smooth = without_fresh_error(x, ARRAYS.log(centre), 1.0 / centre, bend)
+    smooth = elementary_function(x, ARRAYS.log(centre), 1.0 / centre, bend)
     if not np.any(near):
         return smooth
     least, most = ARRAYS.log(low), ARRAYS.log(high)

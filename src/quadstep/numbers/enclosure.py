@@ -24,10 +24,10 @@ from quadstep.numbers.affine import (
     UndefinedError,
     added,
     ball,
+    elementary_function,
     inverse,
     merged,
     straight,
-    without_fresh_error,
     zeros_like,
 )
 from quadstep.numbers.functions import sinc
@@ -78,7 +78,7 @@ def series(x: Enclosure, coefficients: Sequence[float]) -> Enclosure:
     bend = 0.5 * horner(np.abs(second).tolist(), most) * width * width * room
     left = horner(np.abs(slopes(coefficients, 3)).tolist(), most) * width * width * width / 6.0 * room
     third = Third(0.5 * horner(second, x.centre), left)
-    return without_fresh_error(x, value, slope, bend, 2.0 * ELEMENTARY + LEFT_OUT, third)
+    return elementary_function(x, value, slope, bend, 2.0 * ELEMENTARY + LEFT_OUT, third)
 
 
 def series_applies(x: Enclosure, most: float) -> bool:
@@ -141,7 +141,7 @@ class Enclosures(Kind):
         slope = np.where(small, -x.centre / 3.0, (ARRAYS.cos(safe) - ARRAYS.sin(safe) / safe) / safe)
         lost = 1e-9 * x.tight  # x^3 / 30 of the slope, and its cancellation
         value = np.asarray(sinc(x.centre))  # type: ignore[arg-type]
-        return without_fresh_error(x, value, slope, x.tight * x.tight / 6.0 + lost)
+        return elementary_function(x, value, slope, x.tight * x.tight / 6.0 + lost)
 
     def sqrt(self, x: Enclosure) -> Enclosure:
         """For a radicand that is a sum of squares and may vanish: anything between zero and the root of its largest value."""
