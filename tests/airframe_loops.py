@@ -21,47 +21,23 @@ NEAR = {"adrc": 2e-5, "state-space-backstepping": 2e-5}
 
 ESTIMATED = ("geometric", "backstepping", "rotation-backstepping", "indi")
 SENSORS = {
-    "gyro_noise": 0.002,
-    "gyro_bias": 0.005,
-    "gyro_walk": 1e-4,
-    "accelerometer_noise": 0.02,
-    "accelerometer_bias": 0.05,
-    "accelerometer_walk": 1e-3,
-    "position_noise": 0.002,
-    "velocity_noise": 0.02,
-    "attitude_noise": 0.005,
-    "fix_period": 0.01,
-    "latency": 0.022,
-    "imu_latency": 0.002,
-}
+    "gyro_noise": 0.002, "gyro_bias": 0.005, "gyro_walk": 1e-4, "accelerometer_noise": 0.02, "accelerometer_bias": 0.05,
+    "accelerometer_walk": 1e-3, "position_noise": 0.002, "velocity_noise": 0.02, "attitude_noise": 0.005, "fix_period": 0.01,
+    "latency": 0.022, "imu_latency": 0.002,
+}  # fmt: skip
 EVERYTHING = {
     "seed": 3,
     "vehicle": {"preset": "research-2.6kg", "ground": 0.0, "effects": {"battery": True, "ground": True}},
-    "path": {
-        "type": "figure-eight",
-        "length": 2.0,
-        "width": 1.0,
-        "period": 6.0,
-        "ramp": 1.0,
-        "centre": [0.0, 0.0, 1.0],
-        "yaw": 0.4,
-        "yaw_rate": 0.2,
-    },
-    "wind": {
-        "mean": [4.0, 1.0, 0.0],
-        "swing": [1.0, 0.0, 0.5],
-        "swing_frequency": 9.0,
-        "gust": {"velocity": [0.0, 3.0, 0.0], "start": 0.1, "length": 0.4},
-        "turbulence": {"wind_20": 4.0, "height": 6.0},
-    },
+    "path": {"type": "figure-eight", "length": 2.0, "width": 1.0, "period": 6.0, "ramp": 1.0, "centre": [0.0, 0.0, 1.0],
+        "yaw": 0.4, "yaw_rate": 0.2},
+    "wind": {"mean": [4.0, 1.0, 0.0], "swing": [1.0, 0.0, 0.5], "swing_frequency": 9.0,
+        "gust": {"velocity": [0.0, 3.0, 0.0], "start": 0.1, "length": 0.4}, "turbulence": {"wind_20": 4.0, "height": 6.0}},
     "sensors": SENSORS,
-    "events": [
-        {"type": "payload", "time": 0.2, "mass": 0.3, "position": [0.0, 0.02, -0.05]},
+    "events": [{"type": "payload", "time": 0.2, "mass": 0.3, "position": [0.0, 0.02, -0.05]},
         {"type": "centre-of-gravity", "time": 0.1, "until": 0.35, "shift": [0.005, 0.0, 0.0]},
-        {"type": "rotor", "time": 0.3, "rotor": 2, "efficiency": 0.9},
-    ],
+        {"type": "rotor", "time": 0.3, "rotor": 2, "efficiency": 0.9}],
     "simulation": {"duration": 0.5},
-}
+}  # fmt: skip
 STILL = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "time": 0.001, "duration": 0.3}
 PLAIN = {"vehicle": {"preset": "research-2.6kg", "effects": {"drag": False, "gyroscopic": False}}, "path": STILL}
 MASS, GRAVITY = 2.644, 9.81

@@ -303,40 +303,25 @@ def test_flights_do_not_depend_on_who_is_flown_with_them_or_before(tmp_path):
 
 REFUSED = {
     "a mass below zero": (SHORT, '"vehicle.mass" = {type="normal", mean=0.15, deviation=0.1}', "vehicle.mass"),
-    "inertia of no body": (
-        SHORT.replace("[path]", "[vehicle]\ninertia=[5.0,5.0,5.0]\n[path]"),
-        "".join(f'"vehicle.inertia.{i}" = ' + U % (2.2, 6) + "\n" for i in range(3)),
-        "triangle",
-    ),
+    "inertia of no body": (SHORT.replace("[path]", "[vehicle]\ninertia=[5.0,5.0,5.0]\n[path]"),
+        "".join(f'"vehicle.inertia.{i}" = ' + U % (2.2, 6) + "\n" for i in range(3)), "triangle"),
     "upside down": (SHORT, '"start.attitude.1" = ' + U % (-1.7, 1.7), "theta"),
     "a step after the end": (NOISY, '"path.time" = ' + U % (0.1, 0.5), "before duration"),
-    "a step after one of two ends": (
-        NOISY,
-        '"path.duration" = {type="grid", values=[2, 1]}\n"path.time" = ' + U % (0.5, 1.5),
-        "before duration",
-    ),
-    "a period between two": (
-        SHORT,
-        '"simulation.control_period" = {type="grid", values=[0.004, 0.006, 0.008]}',
-        "whole multiple",
-    ),
+    "a step after one of two ends": (NOISY, '"path.duration" = {type="grid", values=[2, 1]}\n"path.time" = ' + U % (0.5, 1.5),
+        "before duration"),
+    "a period between two": (SHORT, '"simulation.control_period" = {type="grid", values=[0.004, 0.006, 0.008]}',
+        "whole multiple"),
     "a flight of no length": (SHORT, '"simulation.duration" = {type="grid", values=[0.4, 0.001]}', "simulation.duration"),
     "an unknown word": (SHORT, '"vehicle.kinematics" = {type="grid", values=["standard", "other"]}', "kinematics"),
     "a list too short": (SHORT, '"path.end" = {type="choice", values=[[1.0, 2.0, 3.0], [1.0, 2.0]]}', "path.end"),
-    "no neurons": (
-        SHORT + '[controller]\ntype = "backstepping"\n',
-        '"controller.nets.neurons" = {type="grid", values=[5, 0]}',
-        "neurons",
-    ),
-    "a file that is not there": (
-        SHORT + '[controller]\ntype = "backstepping"\n',
-        '"controller.nets.weights" = {type="choice", values=["none.json"]}',
-        "none.json",
-    ),
+    "no neurons": (SHORT + '[controller]\ntype = "backstepping"\n', '"controller.nets.neurons" = {type="grid", values=[5, 0]}',
+        "neurons"),
+    "a file that is not there": (SHORT + '[controller]\ntype = "backstepping"\n',
+        '"controller.nets.weights" = {type="choice", values=["none.json"]}', "none.json"),
     "an event after the end": (EVENTS, '"events.1.time" = ' + U % (0.1, 0.9), "event"),
     "not a number among numbers": (SHORT, '"vehicle.mass" = {type="grid", values=[1.0, nan]}', "vehicle.mass"),
     "text for a number": (SHORT, '"vehicle.mass" = {type="grid", values=[1.0, "heavy"]}', "vehicle.mass"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -17,19 +17,9 @@ from tests.followed import EIGHT, FAST, error
 from tests.rigid import accelerations, moved, quaternion, told, turn
 
 QUICK = {
-    "k_1": 2.5,
-    "k_2": 6.0,
-    "k_3": (8.0, 8.0, 4.0),
-    "k_4": (28.0, 28.0, 14.0),
-    "c_1": 4.0,
-    "c_2": 1.0,
-    "c_3": 60.0,
-    "speed_filter": 30.0,
-    "turn_filter": (31.0, 31.0, 15.5),
-    "spin_filter": 100.0,
-    "learning_1": 16.0,
-    "learning_2": 80.0,
-}
+    "k_1": 2.5, "k_2": 6.0, "k_3": (8.0, 8.0, 4.0), "k_4": (28.0, 28.0, 14.0), "c_1": 4.0, "c_2": 1.0, "c_3": 60.0,
+    "speed_filter": 30.0, "turn_filter": (31.0, 31.0, 15.5), "spin_filter": 100.0, "learning_1": 16.0, "learning_2": 80.0,
+}  # fmt: skip
 MODEL = load_preset("research-2.6kg").model()
 LAW, GAINS = FilteredBackstepping(), FilteredBackstepping.gains(MODEL, QUICK)
 MASS, INERTIA, G, UP = MODEL.mass, array(MODEL.inertia), 9.81, np.array([0.0, 0.0, 1.0])

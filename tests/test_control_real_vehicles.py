@@ -39,21 +39,10 @@ ZERO = vector(0.0, 0.0, 0.0)
 HERE = Reference(ZERO, ZERO, ZERO, 0.0, 0.0)
 FAMILIES = ("indi-velocity", "geometric-l1", "geometric-adaptive", "adrc", "super-twisting", "flatness")
 KINDS = (
-    "geometric",
-    "pid",
-    "lqr",
-    "rotation-backstepping",
-    *FAMILIES,
-    "thrust-extended-backstepping",
-    "dynamic-linearisation",
-    "h-infinity-linearisation",
-    "loop-shaping",
-    "nested-saturation",
-    "hedged-backstepping",
-    "hedged-inversion",
-    "filtered-backstepping",
-    "backstepping",
-)
+    "geometric", "pid", "lqr", "rotation-backstepping", *FAMILIES, "thrust-extended-backstepping", "dynamic-linearisation",
+    "h-infinity-linearisation", "loop-shaping", "nested-saturation", "hedged-backstepping", "hedged-inversion",
+    "filtered-backstepping", "backstepping",
+)  # fmt: skip
 EXTENDED = ("thrust-extended-backstepping", "dynamic-linearisation", "h-infinity-linearisation", "loop-shaping")
 """Those whose thrust is a state, or follows from one: a sample changes its rate."""
 

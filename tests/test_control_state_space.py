@@ -15,15 +15,9 @@ GRAVITY = 9.81
 MODEL = load_preset("research-2.6kg").model()
 RNG = np.random.default_rng(11)
 KEYS = {
-    "A_0": (3.0, 4.0, 5.0),
-    "A_1": (2.0, 2.5, 3.0),
-    "A_2": (3.0, 3.5, 4.5),
-    "A_3": 6.0,
-    "A_4": 9.0,
-    "c_2": 1.7,
-    "c_4": 12.0,
+    "A_0": (3.0, 4.0, 5.0), "A_1": (2.0, 2.5, 3.0), "A_2": (3.0, 3.5, 4.5), "A_3": 6.0, "A_4": 9.0, "c_2": 1.7, "c_4": 12.0,
     "integral_bound": 50.0,
-}
+}  # fmt: skip
 GAINS = StateSpaceBackstepping.gains(MODEL, KEYS)
 WEIGHTS = 1.0, 1.0 / 1.7, 1.0 / 1.7**2, GRAVITY**2 / 12.0 / 1.7**2
 

@@ -28,14 +28,9 @@ def test_a_vehicle_from_a_random_data_sheet_hovers_with_margin(law):
 
 
 HEAVY = {
-    "name": "Small rotors",
-    "mass": 0.65,
-    "wheelbase": 0.27,
-    "layout": "hexa-plus",
-    "kv": 1440.0,
-    "cells": 7,
+    "name": "Small rotors", "mass": 0.65, "wheelbase": 0.27, "layout": "hexa-plus", "kv": 1440.0, "cells": 7,
     "motor_mass": 0.05,
-}
+}  # fmt: skip
 """Heavy for its propellers, whose torque turns it fifteen times more slowly than their thrust tilts it."""
 
 

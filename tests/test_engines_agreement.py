@@ -55,27 +55,18 @@ def test_engines_agree_in_every_column_of_case_1(quicker):
 
 FLIGHTS = {
     "backstepping": (CASE_1, parameters(6.0, vehicle=UNEQUAL), TILTED),
-    "printed kinematics": (
-        Loop(Lagrange(Kinematics.PRINTED), CASE_1.path, CASE_1.controller),
-        parameters(6.0, vehicle=UNEQUAL),
-        TILTED,
-    ),
-    "rotor limits": (
-        Loop(Lagrange(rotor_limits=True), CASE_1.path, CASE_1.controller),
-        parameters(6.0, vehicle=UNEQUAL),
-        state(),
-    ),
+    "printed kinematics": (Loop(Lagrange(Kinematics.PRINTED), CASE_1.path, CASE_1.controller),
+        parameters(6.0, vehicle=UNEQUAL), TILTED),
+    "rotor limits": (Loop(Lagrange(rotor_limits=True), CASE_1.path, CASE_1.controller), parameters(6.0, vehicle=UNEQUAL),
+        state()),
     "late learning": (CASE_1, parameters(6.0, gains=gains(start=1.0)), TILTED),
     "disturbed": (CASE_1, parameters(disturbance=Disturbance(0.7, vector(0.1, 0.2, 0.3), same(-0.2))), TILTED),
     "nested saturation": (NESTED, parameters(5.0, gains=nested_gains()), TILTED),
-    "nested saturation, printed": (
-        Loop(Lagrange(Kinematics.PRINTED), NESTED.path, NestedSaturation(Kinematics.PRINTED)),
-        parameters(5.0, vehicle=UNEQUAL, gains=nested_gains(inertia=UNEQUAL.inertia)),
-        TILTED,
-    ),
+    "nested saturation, printed": (Loop(Lagrange(Kinematics.PRINTED), NESTED.path, NestedSaturation(Kinematics.PRINTED)),
+        parameters(5.0, vehicle=UNEQUAL, gains=nested_gains(inertia=UNEQUAL.inertia)), TILTED),
     "waypoints": (Loop(Lagrange(), Piecewise(), Backstepping()), parameters(path=WAYPOINTS), state()),
     "orbit": (Loop(Lagrange(), Orbit(), Backstepping()), parameters(path=ORBIT), state((0.0, 1.0, 0.0))),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", FLIGHTS)

@@ -105,15 +105,9 @@ MEDDLING = {
     "1.4": [{"vehicle.mass": 1.1}, {"controller.K_r1": 9.0}, {"start.position": [0.0, 0.0, 2.1]}],
     "2.4": [{"vehicle.inertia": [1.0, 1.0, 1.0]}, {"simulation.duration": 2.0}],
     "3.5": [{"vehicle.mass": 0.8}],
-    "10.4": [
-        {"vehicle.mass": 2.0},
-        {"margins.gain": 0.0},
-        {"sensors.position_noise": 0.0},
-        {"wind.turbulence.wind_20": 0.0},
-        {"path.width": 0.1},
-        {"events": [*ROTOR, {"type": "rotor", "time": 3.1, "rotor": 1, "efficiency": 1.0}]},
-    ],
-}
+    "10.4": [{"vehicle.mass": 2.0}, {"margins.gain": 0.0}, {"sensors.position_noise": 0.0}, {"wind.turbulence.wind_20": 0.0},
+        {"path.width": 0.1}, {"events": [*ROTOR, {"type": "rotor", "time": 3.1, "rotor": 1, "efficiency": 1.0}]}],
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "changes"), [(name, one) for name, listed in MEDDLING.items() for one in listed])

@@ -13,27 +13,16 @@ from tests.missions import accepted_or_refused, garbage, places, replaced
 
 VALID = {
     "name": "Everything said",
-    "vehicle": {
-        "mass": 1.2,
-        "inertia": [4.0, 5.0, 6.0],
-        "gravity": 9.81,
-        "kinematics": "standard",
-        "rotors": {"arm": 0.2, "moment": 0.05, "limits": [0.0, 9.0]},
-    },
+    "vehicle": {"mass": 1.2, "inertia": [4.0, 5.0, 6.0], "gravity": 9.81, "kinematics": "standard",
+        "rotors": {"arm": 0.2, "moment": 0.05, "limits": [0.0, 9.0]}},
     "path": {"type": "minimum-jerk", "start": [0.0, 0.0, 0.0], "end": [1.0, 2.0, 3.0], "duration": 5.0, "yaw_end": 1.0},
-    "controller": {
-        "type": "backstepping",
-        "mass": 1.0,
-        "Lambda1": 1.0,
-        "K_r1": [3.0, 3.0, 3.0],
-        "filter_frequency": 100.0,
-        "nets": {"enabled": True, "start": 1.0, "neurons": 4, "seed": 3, "F1": 5.0, "kappa1": 0.01},
-    },
+    "controller": {"type": "backstepping", "mass": 1.0, "Lambda1": 1.0, "K_r1": [3.0, 3.0, 3.0], "filter_frequency": 100.0,
+        "nets": {"enabled": True, "start": 1.0, "neurons": 4, "seed": 3, "F1": 5.0, "kappa1": 0.01}},
     "start": {"position": [0.1, 0.0, 0.0], "attitude": [0.0, 0.1, 0.0]},
     "disturbance": {"scale": 1.0, "force": [0.1, 0.0, 0.0], "torque": [0.0, 0.0, 0.0]},
     "simulation": {"duration": 6.0, "step": 0.002, "control_period": 0.004, "log_period": 0.01},
     "limits": {"distance": 50.0, "rate": 60.0, "pitch": 1.5},
-}
+}  # fmt: skip
 
 OTHER_PATHS = [
     {"type": "waypoints", "waypoints": [{"t": 0.0, "position": [0.0, 0.0, 0.0]}, {"t": 2.0, "position": [1.0, 0.0, 0.0]}]},

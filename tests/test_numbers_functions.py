@@ -48,13 +48,8 @@ def test_float_square_root_below_zero_is_nan():
 
 
 LOGARITHMS = [
-    (0.0, -math.inf),
-    (-0.0, -math.inf),
-    (-1.0, math.nan),
-    (-math.inf, math.nan),
-    (math.nan, math.nan),
-    (math.inf, math.inf),
-]
+    (0.0, -math.inf), (-0.0, -math.inf), (-1.0, math.nan), (-math.inf, math.nan), (math.nan, math.nan), (math.inf, math.inf),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("x", "wanted"), LOGARITHMS)

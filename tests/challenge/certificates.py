@@ -23,22 +23,9 @@ Content = dict[str, Any]
 Change = Callable[[np.random.Generator, Content], str]
 
 VALUES = (
-    0.0,
-    -0.0,
-    -1.0,
-    1e-320,
-    -1e-320,
-    5e-324,
-    1e-310,
-    1e-200,
-    1e-99,
-    1e99,
-    1e200,
-    1.7e308,
-    -1.7e308,
-    float("nan"),
+    0.0, -0.0, -1.0, 1e-320, -1e-320, 5e-324, 1e-310, 1e-200, 1e-99, 1e99, 1e200, 1.7e308, -1.7e308, float("nan"),
     float("inf"),
-)
+)  # fmt: skip
 FACTORS = (-1.0, 0.0, 0.5, 0.9, 0.99, 1.01, 1.1, 2.0, 1e3, 1e-3, 1e60, 1e-60)
 
 

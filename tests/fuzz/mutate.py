@@ -22,21 +22,8 @@ VALUES: list[Any] = [
     {"type": "x"}, {"type": ["x"]}, {"file": "v.toml"}, {"preset": "crazyflie"}, datetime.date(2026, 1, 31),
 ]  # fmt: skip
 KEYS = [
-    "",
-    "type",
-    "file",
-    "preset",
-    "a" * 2000,
-    "\x1b[31m",
-    "\u202e",
-    "\x00",
-    "ключ",
-    "0",
-    "a.b",
-    "duration",
-    "mass",
-    "period",
-]
+    "", "type", "file", "preset", "a" * 2000, "\x1b[31m", "\u202e", "\x00", "ключ", "0", "a.b", "duration", "mass", "period",
+]  # fmt: skip
 SNIPPETS = [
     b"\x00", b"\xff", b"\xef\xbb\xbf", b"\r", b"\n", b"\\", b'"', b"'''", b'"""', b"[", b"]", b"[[", b"{", b"}", b"=", b",",
     b"#", b"1e999", b"nan", b"-inf", b"9" * 400, b"0x" + b"f" * 300, b"[" * 300, b"a." * 300, b"_", b"\t" * 200,

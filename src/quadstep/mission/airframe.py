@@ -35,13 +35,8 @@ NO_GROUND = -1e9
 """A height that no flight reaches [m]."""
 
 LAYOUTS = {
-    "x": (4, 0.5),
-    "plus": (4, 0.0),
-    "hexa-x": (6, 0.5),
-    "hexa-plus": (6, 0.0),
-    "octo-x": (8, 0.5),
-    "octo-plus": (8, 0.0),
-}
+    "x": (4, 0.5), "plus": (4, 0.0), "hexa-x": (6, 0.5), "hexa-plus": (6, 0.0), "octo-x": (8, 0.5), "octo-plus": (8, 0.0),
+}  # fmt: skip
 """Number of rotors, and how far rotor 1 stands to the left of straight ahead, in steps from one rotor to the next."""
 
 

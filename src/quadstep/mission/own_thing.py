@@ -158,18 +158,9 @@ def new_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSe
 
 
 TAKEN = (
-    "flight",
-    "outcome",
-    "ended",
-    "time_of_failure",
-    "success",
-    "name",
-    "version",
-    "engine",
-    "warnings",
-    "mission",
+    "flight", "outcome", "ended", "time_of_failure", "success", "name", "version", "engine", "warnings", "mission",
     "requirements",
-)
+)  # fmt: skip
 """What else is in results."""
 
 NAMED = re.compile(r"[A-Za-z_]\w{0,59}")

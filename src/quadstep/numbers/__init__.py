@@ -25,31 +25,8 @@ from quadstep.numbers.structure import Structure, Table, flatten, in_matrix, lea
 from quadstep.numbers.vectors import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
 
 __all__ = [
-    "Condition",
-    "Matrix",
-    "Number",
-    "Structure",
-    "Table",
-    "Vector",
-    "absolute",
-    "clip",
-    "flatten",
-    "in_matrix",
-    "largest",
-    "leaf_names",
-    "matrix",
-    "maximum",
-    "minimum",
-    "outer",
-    "power",
-    "rebuild",
-    "scan",
-    "shortcut",
-    "smallest",
-    "solve_symmetric",
-    "sqrt",
-    "total",
-    "vector",
-    "where",
-]
+    "Condition", "Matrix", "Number", "Structure", "Table", "Vector", "absolute", "clip", "flatten", "in_matrix", "largest",
+    "leaf_names", "matrix", "maximum", "minimum", "outer", "power", "rebuild", "scan", "shortcut", "smallest",
+    "solve_symmetric", "sqrt", "total", "vector", "where",
+]  # fmt: skip
 __all__ += elementary.__all__

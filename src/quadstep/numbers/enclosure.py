@@ -112,19 +112,9 @@ def turn_ratio(square: Operand, cosine: Operand) -> Enclosure | None:
 
 
 __all__ = [
-    "ENCLOSURES",
-    "PLAIN",
-    "Array",
-    "Choice",
-    "Enclosure",
-    "Fresh",
-    "Operand",
-    "Plain",
-    "Truth",
-    "UndefinedError",
-    "ball",
+    "ENCLOSURES", "PLAIN", "Array", "Choice", "Enclosure", "Fresh", "Operand", "Plain", "Truth", "UndefinedError", "ball",
     "inverse",
-]
+]  # fmt: skip
 
 
 class Enclosures(Kind):

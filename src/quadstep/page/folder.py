@@ -38,15 +38,8 @@ LARGEST_NUMBER = 1e30
 """In a row of a log that is drawn; differences and squares of larger ones leave the range of numbers."""
 
 REPORTS = (
-    "page.html",
-    "report.html",
-    "index.html",
-    "report.md",
-    "certificate.json",
-    "claims.json",
-    "flight.csv",
-    "metrics.json",
-)
+    "page.html", "report.html", "index.html", "report.md", "certificate.json", "claims.json", "flight.csv", "metrics.json",
+)  # fmt: skip
 """What of a result is linked, best first."""
 
 
