@@ -162,7 +162,6 @@ def memory(exported: Exported) -> str:
 
 
 def processors(exported: Exported, measured: Measurements) -> list[str]:
-    """What was measured on each processor."""
     parts = []
     for processor, found in measured.arm.items():
         clock, pace = CLOCKS[processor]

@@ -55,7 +55,6 @@ def c99_files(exported: Exported, plan: FlightPlan) -> dict[str, str]:
 
 
 def as_they_are(_: Exported, files: dict[str, str]) -> dict[str, str]:
-    """The files of C99 itself."""
     return files
 
 

@@ -132,7 +132,6 @@ def limits(mission: Mission) -> MarginLimits:
 
 
 def of_loop(loop: ReducedPeriod, asked: MarginLimits = TEXTBOOK) -> Analysis:
-    """The analysis of a linearised period."""
     channels = loop.period.channels
     modes = Modes(loop)
     found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held, asked, loop.period.bends)

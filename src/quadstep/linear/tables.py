@@ -135,7 +135,6 @@ def sentences(found: Analysis, but: str = "") -> list[str]:
 
 
 def step_rows(steps: list[StepResponse]) -> list[list[str]]:
-    """A row of `STEP_HEADER` for each step."""
     return [[one.name, f"{100.0 * one.overshoot:.1f}", number(one.settling, ".2f")] for one in steps]
 
 

@@ -158,8 +158,6 @@ class Final:
 
 
 class Mean:
-    """The mean of each entry."""
-
     @staticmethod
     def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
         return [float(entry.mean()) for entry in rows.T]
@@ -172,16 +170,12 @@ class LengthOfMean:
 
 
 class Least:
-    """The least of all entries."""
-
     @staticmethod
     def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
         return [float(rows.min())]
 
 
 class Greatest:
-    """The greatest of all entries."""
-
     @staticmethod
     def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
         return [float(rows.max())]

@@ -106,8 +106,6 @@ class BuiltController(NamedTuple):
 
 
 class ModelledVehicle(Protocol):
-    """A vehicle."""
-
     def model(self) -> Model: ...
 
 

@@ -40,7 +40,6 @@ class Range(Section):
         return (1.0 - place) * self.low + place * self.high
 
     def place(self, value: float) -> float:
-        """Where a value is."""
         if self.scale == "log":
             return log(value / self.low) / log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
@@ -60,7 +59,6 @@ class Constraint(Section):
         return self
 
     def keeps(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which of these keep it."""
         return values <= self.most if self.most is not None else values >= (self.least or 0.0)
 
     def slack(self, value: float) -> float:

@@ -77,7 +77,6 @@ def rules() -> list[dict[str, object]]:
 
 
 def words(outcome: Outcome) -> str:
-    """An outcome as a few words."""
     return REASONS.get(outcome, outcome.name.lower().replace("_", " "))
 
 

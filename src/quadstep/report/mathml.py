@@ -185,7 +185,6 @@ class Reader:
         return f"<mo>{escape({'-': '−', '*': '∗', '~': ' '}.get(token, token))}</mo>"
 
     def command(self, name: str) -> str:  # noqa: PLR0911 (a table of cases)
-        """What a command makes."""
         if name in GREEK:
             upright = ' mathvariant="normal"' if name[0].isupper() or name == "infty" else ""
             return f"<mi{upright}>{GREEK[name]}</mi>"

@@ -190,8 +190,6 @@ class RotorFault(NamedTuple):
 
 
 class Events(NamedTuple):
-    """All events of a flight."""
-
     payloads: tuple[Payload, ...] = ()
     faults: tuple[RotorFault, ...] = ()
 

@@ -35,8 +35,6 @@ from quadstep.numbers.scan import call, raise_pending, register, release
 
 
 class LawsAndNumbers(Protocol):
-    """A flight as laws and numbers."""
-
     @property
     def loop(self) -> Loop: ...
 

@@ -59,8 +59,6 @@ class EquationRow(NamedTuple):
 
 
 class JudgedRow(NamedTuple):
-    """A row with its evidence."""
-
     row: EquationRow
     evidence: Checks
 

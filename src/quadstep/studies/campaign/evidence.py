@@ -80,7 +80,6 @@ def evidence(
 
 
 def until_case(decided: run.DecidedRun) -> Case:
-    """The case that `--until` was to show."""
     low, high = decided.seen[-1].rate[1:]
     name = f"fewer than {decided.target:g} of the flights fail{decided.done.summary.meaning}, with 95 % confidence"
     shown = "shown not to be so" if decided.above else "not shown"

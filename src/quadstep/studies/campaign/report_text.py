@@ -179,7 +179,6 @@ FIRST_ORDER = (
 def ranking(
     campaign: Campaign, found: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]]
 ) -> list[TableSection]:
-    """The ranking, in words and as a table."""
     lines = []
     for name, (why, pair) in said.items():
         if why:

@@ -72,7 +72,6 @@ class Effort(NamedTuple):
 
 
 def flown_of(table: pa.Table, campaign: Campaign) -> CellFlights:
-    """The flights of a campaign's table."""
     lost = table[OUTCOME].to_numpy() != OUTCOMES[0]
     metrics = {}
     for name, full in campaign.thresholds.items():

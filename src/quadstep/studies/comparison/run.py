@@ -50,8 +50,6 @@ class How(NamedTuple):
 
 
 class FinishedComparison(NamedTuple):
-    """A comparison that is over, and where it is."""
-
     found: Comparison
     evidence: Evidence
     folder: Path

@@ -148,7 +148,6 @@ def warnings(found: RareSummary) -> list[str]:
 
 
 def as_json(found: RareSummary) -> dict[str, object]:
-    """The summary for rare.json and `--json`."""
     return {
         "probability": found.probability._asdict(),
         "replicates": list(found.replicates),
