@@ -1,5 +1,6 @@
 """ArduPilot's cascade: the autopilot's own loops say the same, and its parameters mean what they mean there."""
 
+import json
 import math
 import os
 from pathlib import Path
@@ -45,6 +46,13 @@ from tests.ardupilot_stock import LOOPS, firmware, motion, ours
 from tests.firmware_flights import recorded
 from tests.needs import ARDUPILOT_TREE, C_COMPILER, needs
 
+FLOWN = Path(__file__).parent / "golden" / "ardupilot_flight.json"
+"""0.2 s of a circle in a wind that the real ArduCopter (4.7.0-dev of October 2025) flew with preset `x500`, in this package's
+axes. Rows: the period, position, velocity and vertical acceleration as it had them, its setpoint's position, velocity and
+acceleration, the horizontal acceleration [m/s^2] and the throttle beyond the hover that it wanted. Before the first row: the
+error, slope and integral of the horizontal velocity; filtered target, error, slope and integral of the two vertical loops.
+"""
+
 NEAR = {**dict.fromkeys(LOOPS, 0.0), "all": 2e-6, "climb": 1e-5, "cascade": 2.5e-3, "limited": 2.5e-3}
 """Differences allowed: none, but where an integral next to zero is zero there, or terms are added in another order. The
 cascade is in f64 here: an angle of which the cosine is rounded to f32 is known to 3.5e-4 rad at 0, and counts 4.5 times.
@@ -87,6 +95,23 @@ def test_a_million_samples_are_ardupilots(tmp_path):
     for name in LOOPS:
         check(said, found, name)
     assert 0.2 < said["mixer"][..., 4].mean() < 0.8  # within limits and beyond
+
+
+def test_the_position_loops_say_what_ardupilot_said_in_flight():
+    """Its log tells accelerations to f32, and integrals grow in f32 there."""
+    said = json.loads(FLOWN.read_text(encoding="utf-8"))
+    g = gains(MOT_HOVER_LEARN=0.0, MOT_THST_HOVER=0.4611, MOT_SPIN_MIN=0.0, MOT_SPIN_MAX=1.0, MOT_THST_EXPO=1.0)
+    push = Matrix([vector(*one) for one in said["push"]] + [vector(0.0, 0.0)])
+    memory = begun(g, push=push, climb=PidMemory(*said["climb"]), acceleration=PidMemory(*said["acceleration"]))
+    for sample in said["samples"]:
+        (period,), position, velocity, (up,), *path, pushed, (throttle,) = np.split(sample, [1, 4, 7, 8, 11, 14, 17, 19])
+        wanted = Reference(*(vector(*one) for one in path), 0.0, 0.0)
+        now = measured(position=vector(*position), velocity=vector(*velocity))
+        made, push = horizontal(g, memory, now, wanted, period)
+        lift, climb, acceleration = vertical(g, memory, now, wanted, up, period)
+        assert list(made) == pytest.approx(list(pushed), abs=1e-6)
+        assert lift - hover_of(g) == pytest.approx(throttle, abs=1e-7)
+        memory = memory._replace(push=push, climb=climb, acceleration=acceleration)
 
 
 def gains(**values):
