@@ -95,7 +95,8 @@ def test_what_is_no_number_is_none():
 
 
 WRONG = {
-    "another version": (DIFF.replace("4.5.1", "4.3.2"), "is from Betaflight 4.3; only 4.5 is supported"),
+    "another version": (DIFF.replace("4.5.1", "4.3.2"), "is from Betaflight 4.3; only Betaflight 4.5 is supported"),
+    "INAV": ("# INAV/MATEKF405 7.1.2 Jun 2024\nset mc_p_pitch = 44\n", "is from INAV 7.1; only Betaflight 4.5 is supported"),
     "no such choice": (DIFF.replace("PT3", "PT4"), "dterm_lpf1_type is 'PT4'; allowed: PT1, BIQUAD, PT2, PT3"),
     "another file": ("params:\n", "line 1 is not output of Betaflight's `diff all`: 'params:'"),
     "empty": ("", "is not output of Betaflight's `diff all`"),

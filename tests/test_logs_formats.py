@@ -74,7 +74,7 @@ def test_ulog(tmp_path, flight, motors):
 def test_ardupilot(tmp_path, flight, motors):
     (tmp_path / "a.BIN").write_bytes(made_logs.ardupilot(flight, motors))
     same(read_log(tmp_path / "a.BIN"), flight, motors, 5e-3)
-    for bad, said in ((b"", "is empty"), (bytes(5000), "damaged, or without data")):
+    for bad, said in ((b"", "is empty"), (bytes(5000), "as an ArduPilot log: damaged, or another kind")):
         (tmp_path / "b.bin").write_bytes(bad)
         with pytest.raises(UserError, match=said):
             read_log(tmp_path / "b.bin")

@@ -63,7 +63,7 @@ def test_what_cfclient_saves_is_read_as_yaml_reads_it():
 def test_what_is_written_is_read_again_and_is_yaml():
     values, defaults = {"pid_rate.roll_kp": 212.5, "ctrlMel.kp_z": 1.5}, {"pid_rate.roll_kp": 250.0, "ctrlMel.kp_z": 1.25}
     text = CrazyflieYaml.write(values, defaults)
-    assert CrazyflieYaml.read(text) == (values, defaults, "")
+    assert CrazyflieYaml.read(text)[:3] == (values, defaults, "")
     assert yaml.safe_load(text)["params"]["ctrlMel.kp_z"] == {"default_value": 1.25, "is_stored": True, "stored_value": 1.5}
     assert CrazyflieYaml.read(CrazyflieYaml.write({}, {})).values == {}
 
@@ -181,6 +181,11 @@ def test_a_whole_file_is_a_short_warning_and_a_list_in_the_report(tmp_path):
 
 WRONG_QGC = {
     "of ArduPilot": ("ATC_RAT_RLL_P 0.1\n", "line 1 is not from a parameter file of QGroundControl: 'ATC_RAT_RLL_P 0.1'"),
+    "a mission": ('{\n    "fileType": "Plan"\n}\n', "QGroundControl: '{'; save one there: Vehicle Configuration, Parameters"),
+    "another vehicle's": (
+        "1\t1\tFW_RR_P\t0.05\t9\n",
+        "has none of PX4 v1.15's parameters that px4-cascade uses, such as MC_ROLLRATE_P; save those of a multirotor",
+    ),
     "another type": (QGC.replace("\t9\n", "\tfloat\n"), "line 6 is not from a parameter file of QGroundControl"),
     "twice": (QGC + "1\t1\tMC_AIRMODE\t0\t6\n", "line 8: MC_AIRMODE is given twice"),
     "no number": (QGC.replace("0.140000000596046448", "nan"), "line 6: MC_ROLLRATE_P should be a number, not 'nan'"),
@@ -211,15 +216,15 @@ def test_autopilots_files_are_written_as_they_are_read():
     assert text.splitlines()[1:] == ["1\t1\tMC_AIRMODE\t1\t6", "1\t1\tMPC_XY_P\t0.95\t9"]
     assert QgcParams.read(text).values == values
     assert ArduPilotParm.write({"B": 1.0, "A_1": 0.25}, {}) == "A_1 0.25\nB 1\n"
-    assert ArduPilotParm.read("#NOTE: x\nB,1\nA_1 \t 0.25 # mine\n").values == {"B": 1.0, "A_1": 0.25}
+    assert ArduPilotParm.read("#NOTE: x\r\nB,1 @READONLY\r\nA_1 \t 0.25 # mine\r\n").values == {"B": 1.0, "A_1": 0.25}
     for text in ("B\n", "b 1\n", "B 1 2\n", "B x\n", "B 1\nB 1\n", ""):
         with pytest.raises(UserError):
             ArduPilotParm.read(text)
 
 
 def test_a_mission_flies_with_what_a_ground_station_saved_of_ardupilot(tmp_path):
-    def read(text):
-        (tmp_path / "saved.param").write_text(text)
+    def read(text, encoding="utf-8-sig"):
+        (tmp_path / "saved.param").write_text(text, encoding)
         controller = {"type": "ardupilot-cascade", "parameters": "saved.param"}
         return check_mission({"vehicle": {"preset": "x500"}, "path": HOVER, "controller": controller}, "m.toml", tmp_path)
 
@@ -229,6 +234,11 @@ def test_a_mission_flies_with_what_a_ground_station_saved_of_ardupilot(tmp_path)
     assert found.controller.warnings(found.modelled) == ["saved.param: ardupilot-cascade does not use ATC_RAT_RLL_SMAX"]
     with pytest.raises(UserError, match="FRAME_CLASS is 6, and ardupilot-cascade flies only 1, 2, 3, 4, 5, 7, 12 or 14"):
         read("FRAME_CLASS 6\n")
+    for other in ("RLL2SRV_TCONST 0.5\nQ_ENABLE 0\n", "Q_A_RAT_RLL_P 0.25\n", "CRUISE_SPEED,2\nFRAME_CLASS,1\n"):
+        with pytest.raises(UserError, match=r"saved.param: has none of ArduPilot Copter 4.6's .*; save those of a multirotor"):
+            read(other)
+    with pytest.raises(UserError, match=r"not a text file in UTF-8; text in another encoding has to be saved as UTF-8"):
+        read("ATC_RAT_RLL_P,0.15\n", "utf-16")
     with pytest.raises(UserError, match=r"PSC_D_ACC_FLTE is from another release; .* Copter 4.6 calls it PSC_ACCZ_FLTE"):
         read("PSC_D_ACC_FLTE 20\n")
 

@@ -111,7 +111,7 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     Raises UserError where there is none, or where it tells nothing of the loop.
     """
     if not of_topics(path):
-        raise UserError(f"{path}: should be a log of topics: .bin, .ulg, .bbl or .mcap")
+        raise UserError(f"{path}: should be a log of topics, from the vehicle itself: .bin, .ulg, .bbl or .mcap")
     loops = LOOPS.get(path.suffix.lower(), ())
     if columns is None and not loops:
         raise UserError(

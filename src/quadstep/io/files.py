@@ -104,7 +104,7 @@ def read_text(path: Path, kind: FileKind, links: bool = True) -> str:
     try:
         return read_bytes(path, kind, links).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise UserError(f"{path}: not a text file in UTF-8") from None
+        raise UserError(f"{path}: not a text file in UTF-8; text in another encoding has to be saved as UTF-8") from None
 
 
 def is_file(path: Path) -> bool:

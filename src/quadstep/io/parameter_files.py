@@ -20,12 +20,13 @@ KIND = files.FileKind("a file of parameters", 1_000_000)
 
 class AutopilotParameters(NamedTuple):
     """values: by name, what the autopilot flies with. defaults: what the file says that its firmware has without it. version:
-    of its firmware, as "1.15", where the file says it.
+    of its firmware, as "1.15", where the file says it. whole: whether such a file has what is at its default, too.
     """
 
     values: Mapping[str, float]
     defaults: Mapping[str, float] = {}
     version: str = ""
+    whole: bool = False
 
 
 class Format(Protocol):
@@ -102,6 +103,7 @@ class QgcParams:
     """MAVLink's types of an int32 and a float."""
     AUTOPILOT = "1"
     """The component that flies; a gimbal's parameters may be in the same file."""
+    SAVED = "save one there: Vehicle Configuration, Parameters, Tools, Save to file"
     STACK = re.compile(r"^# Stack: (.*\S)", re.MULTILINE)
     VERSION = re.compile(r"^# Version: (\d+\.\d+)", re.MULTILINE)
     INTEGERS = ("CA_AIRFRAME", "CA_ROTOR_COUNT", "MC_AIRMODE", "MPC_ACC_DECOUPLE", "MPC_USE_HTE", "PWM_MAIN_FUNC")
@@ -119,9 +121,11 @@ class QgcParams:
             if len(fields) == 5 and fields[1] != QgcParams.AUTOPILOT:
                 continue
             if len(fields) != 5 or fields[4] not in (QgcParams.WHOLE, QgcParams.REAL):
-                raise UserError(f"line {number} is not from a parameter file of QGroundControl: {line.strip()!r:.60}")
+                raise UserError(
+                    f"line {number} is not from a parameter file of QGroundControl: {line.strip()!r:.60}; {QgcParams.SAVED}"
+                )
             once(values, fields[2], number_of(fields[3], f"line {number}: {fields[2]:.20}"), number)
-        return AutopilotParameters(some(values, "QGroundControl"), version=version[1] if version else "")
+        return AutopilotParameters(some(values, "QGroundControl"), version=version[1] if version else "", whole=True)
 
     @staticmethod
     def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:  # noqa: ARG004 (files do not say them)
@@ -134,10 +138,13 @@ class QgcParams:
 
 
 class ArduPilotParm:
-    """What ground stations save of ArduPilot's parameters: a name and a value a line, a comma or spaces between them."""
+    """What ground stations save of ArduPilot's parameters: a name and a value a line, a comma or spaces between them; in the
+    firmware's own files @READONLY may follow.
+    """
 
     suffixes = (".parm", ".param")
-    LINE = re.compile(r"([A-Z][A-Z0-9_]*)(?:\s*,\s*|\s+)(\S+)")
+    LINE = re.compile(r"([A-Z][A-Z0-9_]*)(?:\s*,\s*|\s+)(\S+)(?:\s+@READONLY)?")
+    SAVED = "save one with a ground station, such as Mission Planner: Config, Full Parameter List, Save to file"
 
     @staticmethod
     def read(text: str) -> AutopilotParameters:
@@ -146,9 +153,11 @@ class ArduPilotParm:
         for number, line in uncommented(text):
             found = ArduPilotParm.LINE.fullmatch(line.strip())
             if not found:
-                raise UserError(f"line {number} is not from a parameter file of ArduPilot: {line.strip()!r:.60}")
+                raise UserError(
+                    f"line {number} is not from a parameter file of ArduPilot: {line.strip()!r:.60}; {ArduPilotParm.SAVED}"
+                )
             once(values, found[1], number_of(found[2], f"line {number}: {found[1]:.20}"), number)
-        return AutopilotParameters(some(values, "ArduPilot"))
+        return AutopilotParameters(some(values, "ArduPilot"), whole=True)
 
     @staticmethod
     def write(values: Mapping[str, float], defaults: Mapping[str, float]) -> str:  # noqa: ARG004 (files do not say them)
@@ -240,7 +249,7 @@ class BetaflightDiff:
     """The text of `diff` or `diff all` of Betaflight 4.5. Feature AIRMODE counts as a setting `airmode`."""
 
     suffixes = (".txt",)
-    ABOUT = re.compile(r"^#\s*Betaflight /.*?\s(\d+\.\d+)\.\d+", re.MULTILINE)
+    ABOUT = re.compile(r"^#\s*(\w+)\s*/.*?\s(\d+\.\d+)\.\d+", re.MULTILINE)
     SET = re.compile(r"set (\w+) = (.*)")
     PROFILE = re.compile(r"(rateprofile|profile) (\d)")
     OTHER = re.compile(r"(batch (start|end)|[a-z]\w*( .*)?)")
@@ -249,8 +258,8 @@ class BetaflightDiff:
     def read(text: str) -> AutopilotParameters:
         """Of the profiles, those that the text chooses last. A setting that is no number is NaN, unless `CHOICES` has it."""
         about = BetaflightDiff.ABOUT.search(text)
-        if about and about[1] != VERSION:
-            raise UserError(f"is from Betaflight {about[1]}; only {VERSION} is supported")
+        if about and about.groups() != ("Betaflight", VERSION):
+            raise UserError(f"is from {about[1]} {about[2]}; only Betaflight {VERSION} is supported")
         found: dict[tuple[str, str], dict[str, float]] = {("", ""): {}}
         chosen = {"": "", "profile": "", "rateprofile": ""}
         place = ("", "")

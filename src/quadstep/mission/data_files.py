@@ -140,6 +140,11 @@ def completed(law: type[Controller], table: Mapping[str, object], folder: Path) 
     refuse_unknown(law, found, name)
     merged = {key: one for key, one in table.items() if key != KEY}
     known = {key: value for key, value in found.values.items() if key in law.by_key()}
+    if found.whole and not known:
+        raise ValueError(
+            f"{KEY}: {name}: has none of {law.source}'s parameters that {law.name} uses, such as {next(iter(law.by_key()))}; "
+            "save those of a multirotor"
+        )
     groups = {group(key) for key in law.by_key()}
     left = found.values.keys() - law.by_key().keys() - law.supported.keys()
     near_first = tuple(sorted(left, key=lambda one: (group(one) not in groups, one)))

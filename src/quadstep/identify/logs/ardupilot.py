@@ -6,6 +6,7 @@ import numpy as np
 
 from quadstep.identify.logs.series import PackedMessages, Topics, by_topic, columns_of, layout_of, rows_of
 from quadstep.io import files
+from quadstep.io.errors import UserError
 
 HEAD = b"\xa3\x95"
 FORMAT, FORMAT_LENGTH = 0x80, 89
@@ -26,10 +27,12 @@ TAIL = 528
 def read(path: Path, wanted: list[str]) -> Topics:
     """Columns of an ArduPilot log, of the first instance of each message (I, or C for the filter's core, is 0).
 
-    Raises UserError for too many numbers.
+    Raises UserError for too many numbers, and for a file that declares no message.
     """
-    fields = by_topic(wanted)
-    packed, letters, damaged = walked(files.read_bytes(path, files.LOG), [*fields, "PARM"])
+    fields, content = by_topic(wanted), files.read_bytes(path, files.LOG)
+    if bytes([*HEAD, FORMAT]) not in content:
+        raise UserError(f"{path}: cannot be read as an ArduPilot log: damaged, or another kind of file")
+    packed, letters, damaged = walked(content, [*fields, "PARM"])
     told = parameters(packed.pop("PARM")) if "PARM" in packed and "PARM" not in fields else {}
     rows = {}
     for topic, one in packed.items():
