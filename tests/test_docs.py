@@ -22,7 +22,7 @@ from docs.site.reference.files import page as files_page
 from docs.site.reference.python import page as python_page
 from docs.site.running import Ran, prepare
 from docs.site.runs import run_one
-from docs.site.writing import accessible, with_flights, with_further, with_links, with_listings
+from docs.site.writing import accessible, with_flights, with_further, with_links, with_listings, with_sections
 from tests.commands import write
 from tests.needs import CHROMIUM, SITE, needs
 
@@ -235,6 +235,17 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     )  # with the site's type, not an image's
     assert "Further" in with_further("a\n\n<!-- further -->", ["a.md", "new.md"])
     assert "lessons" not in with_further("<!-- further -->\nlessons/index\n", ["new.md", "lessons/a.md"]).split("```")[1]
+
+
+def test_a_page_of_many_sections_lists_them_after_its_introduction():
+    text = "# T\n\nAnswer.\n\n## `quadstep fly`, at 1 s\n\n```\n## no section\n```\n\n## B\n\n## C\n\n## D\n"
+    before, listed, after = re.split("^(?:::: ?.*)\n", with_sections(text), flags=re.MULTILINE)
+    assert before == "# T\n\nAnswer.\n\n"
+    assert listed.splitlines() == [
+        "- [`quadstep fly`, at 1 s](#quadstep-fly-at-1-s)", "- [B](#b)", "- [C](#c)", "- [D](#d)",
+    ]  # fmt: skip
+    assert after.strip() == text.removeprefix(before).strip()
+    assert with_sections(few := text.partition("## D")[0]) == few
 
 
 def test_the_site_is_made_for_readers_by_ear_and_keyboard():

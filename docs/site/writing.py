@@ -18,6 +18,9 @@ LEXERS = {Kind.SHELL: "bash", Kind.TOML: "toml", Kind.PYTHON: "python", Kind.TEX
 SHOWING = ("tutorials", "lessons")
 """Folders of pages that show what their commands print."""
 
+FEWEST_SECTIONS = 4
+"""Of a page that lists them."""
+
 MOST_LINES = 40
 """Of a command's output."""
 
@@ -70,6 +73,24 @@ def with_links(text: str, place: str, there: Mapping[str, str]) -> str:
         return f"[{found[0]}]({os.path.relpath(target, Path(place).parent)})" if target and target != place else found[0]
 
     return MENTION.sub(linked, text)
+
+
+def with_sections(text: str) -> str:
+    """A page of many sections with a list of them after its introduction, shown where there is no room for the theme's."""
+    names = re.findall(r"^## (.+)$", re.sub(r"^(`{3,}).*?^\1$", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE)
+    if len(names) < FEWEST_SECTIONS:
+        return text
+    places = [re.sub(r"[^\w -]", "", name.lower()).replace(" ", "-") for name in names]
+    before, after = re.split(r"^(?=## )", text, maxsplit=1, flags=re.MULTILINE)
+    return "\n".join(
+        [
+            before + ":::{container} sections",
+            *(f"- [{name}](#{where})" for name, where in zip(names, places, strict=True)),
+            ":::",
+            "",
+            after,
+        ]
+    )
 
 
 ACCESSIBLE = {
@@ -131,7 +152,7 @@ def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]]
     for path, place in found.items():
         folder, ran = results.get(path, (None, []))
         text = with_listings(path.read_text(encoding="utf-8"), ran, place.split("/")[0] in SHOWING)
-        text = with_further(text, there.values()) if place == "index.md" else text
+        text = with_further(text, there.values()) if place == "index.md" else with_sections(text)
         text = with_flights(with_links(text, place, there), folder, source / "flown", place)
         (source / place).parent.mkdir(parents=True, exist_ok=True)
         (source / place).write_text(text, encoding="utf-8")
