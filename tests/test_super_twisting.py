@@ -10,10 +10,13 @@ import pytest
 from quadstep import fly, read_mission
 from quadstep.engines.engine import Engine
 from quadstep.interfaces.controller import Measured
+from quadstep.io.errors import UserError
 from quadstep.io.places import Place
 from quadstep.io.user_code import load
 from quadstep.mission.own_controller import own_section
 from quadstep.numbers import vector
+from quadstep.studies.campaign.schema import read_campaign
+from quadstep.studies.rare.run_folder import opened
 from tests.campaigns import no_report
 from tests.commands import quadstep
 
@@ -75,7 +78,45 @@ def test_campaigns_know_it_by_its_content(folder):
     run = quadstep("campaign", campaign, "--out", out, "--resume")
     law.write_text(text)
     assert run.refused
-    assert "the campaign, its mission or a file it names has changed" in run.err
+    assert "cannot be resumed: super_twisting.py has changed; choose another --out" in run.err
+
+
+def test_what_is_not_continued_says_which_of_the_users_files_has_changed(folder, tmp_path):
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    law, other = tmp_path / "super_twisting.py", tmp_path / "constants.py"
+    law.write_text(f"import constants  # noqa: F401\n{law.read_text()}")
+    other.write_text("K = 1\n")
+    mission, out = tmp_path / "super_twisting.toml", tmp_path / "out"
+    axes = "--x", "controller.k_1=3:6:2", "--y", "controller.slope=1:2:2"
+    commands = {
+        "campaign": ("campaign", tmp_path / "campaign.toml"),
+        "map": ("envelope", mission, *axes, "--flights", "2"),
+        "tuned": ("tune", mission, "--budget", "480"),
+    }
+    with no_report():
+        for name, command in commands.items():
+            done(*command, "--out", out / name)
+    campaign = read_campaign(tmp_path / "campaign.toml")
+    with opened(out / "rare", campaign, resume=False, overwrite=False):
+        pass
+
+    def refused(said):
+        for name, command in commands.items():
+            run = quadstep(*command, "--out", out / name)
+            assert run.refused
+            assert said in run.err
+        with pytest.raises(UserError, match=said), opened(out / "rare", campaign, resume=True, overwrite=False):
+            pass
+
+    other.write_text("K = 1  # of no consequence\n")
+    with opened(out / "rare", campaign, resume=True, overwrite=False):
+        pass
+    other.write_text("K = 2\n")
+    refused("constants.py has changed")
+    law.write_text(f"{law.read_text()}L = 3\n")
+    refused("constants.py and super_twisting.py have changed")
+    run = quadstep("fly", tmp_path / "campaign.toml", "--flight", "3", "--results", out / "campaign", "--out", out / "third")
+    assert "since constants.py and super_twisting.py have changed" in run.err
 
 
 def test_it_is_mapped_tuned_and_flown_as_tuned(folder):

@@ -13,7 +13,7 @@ from quadstep.engines.fly import fingerprint
 from quadstep.io import user_code
 from quadstep.io.code_identity import own_code
 from quadstep.io.errors import UserError
-from quadstep.io.places import Place, digest, place
+from quadstep.io.places import Place, digests, place
 from quadstep.io.user_code import load
 from tests.commands import quadstep, quadstep_process
 
@@ -69,10 +69,10 @@ def test_what_names_a_thing_of_the_users(text, where):
 def test_a_file_is_run_once_for_each_content(folder):
     first = load(Place("law.py", "K"), folder)
     assert (first, load(Place("law", "Hover"), folder)) == (4.0, load(Place("law.py", "Hover"), folder))
-    before = digest(Place("law.py", "Hover"), folder)
+    before = digests(Place("law.py", "Hover"), folder)
     (folder / "helper.py").write_text("K = 5.0\n")
     assert load(Place("law.py", "K"), folder) == 5.0
-    assert digest(Place("law.py", "Hover"), folder) != before
+    assert digests(Place("law.py", "Hover"), folder) != before
     (folder / "unrelated.py").write_text("x = 1\n")
     assert load(Place("law.py", "K"), folder) == 5.0
 
@@ -217,7 +217,7 @@ def test_two_folders_have_their_own_helpers(folder, tmp_path_factory):
 
 def test_an_installed_module_is_found_and_has_a_digest(tmp_path):
     assert load(Place("json.decoder", "JSONDecoder"), tmp_path).__name__ == "JSONDecoder"
-    assert digest(Place("json.decoder", "JSONDecoder"), tmp_path) == digest(Place("json", "x"), tmp_path)
+    assert digests(Place("json.decoder", "JSONDecoder"), tmp_path) == digests(Place("json", "x"), tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -169,16 +169,17 @@ class Parts:
 
     def note(self, named: Mapping[str, str]) -> None:
         """Keep digests of the user's files, by name, and say which files have changed since parts were computed here."""
+        before = {}
         for name, digest in named.items():
             part, content = (NAMED, key(name)), json.dumps({"file": name, "digest": digest}).encode()
-            if self.read(*part) not in (None, content):
-                log.warning(
-                    "quadstep: note: %s: %s has changed since these results; what depends on it is computed again",
-                    self.folder.path,
-                    name,
-                )
+            if known := self.read(*part):
+                before[name] = digest if known == content else ""
             self.add(*part, content)
             self.named.append(part)
+        if changes := changed_files(before, {name: named[name] for name in before}):
+            log.warning(
+                "quadstep: note: %s: %s since these results; what depends on it is computed again", self.folder.path, changes
+            )
 
     def find(self, kind: str, key: str) -> str | None:
         """The name of a part in the folder; None where it is still to be computed."""
@@ -218,6 +219,16 @@ class Parts:
             assert content is not None
             (out / kind).mkdir(exist_ok=True)
             (out / kind / file_name(kind, key, content)).write_bytes(content)
+
+
+def changed_files(before: object, now: Mapping[str, str]) -> str:
+    """Which of the user's files have changed since results were computed, in words; empty where none has, or none is known.
+
+    before, now: digests by name.
+    """
+    known = before if isinstance(before, Mapping) else {}
+    names = [name for name in sorted({*known, *now}) if known and known.get(name) != now.get(name)]
+    return f"{' and '.join(names)} {'has' if len(names) == 1 else 'have'} changed" if names else ""
 
 
 def file_name(kind: str, key: str, content: bytes) -> str:

@@ -65,13 +65,17 @@ def place(text: object) -> Place | None:
     return Place(found["where"], found["name"]) if found else None
 
 
-def digest(found: Place, folder: Path) -> str:
-    """Of everything that the thing is made of: its file with those beside it that it imports, or the installed package.
+def digests(found: Place, folder: Path) -> dict[str, str]:
+    """Of everything that the thing is made of, by name: its file and those beside it that it imports, or an installed package.
 
     Raises UserError.
     """
     path = found.file(folder)
-    return code_of(sources(path)) if path else package_code(found.where.partition(".")[0])
+    if path is None:
+        top = found.where.partition(".")[0]
+        return {top: package_code(top)}
+    beside = Path(found.where if found.where.endswith(".py") else found.where.replace(".", "/")).parent
+    return {str(beside / one.name): code_of({one: content}) for one, content in sources(path).items()}
 
 
 def code_of(contents: Mapping[Path, bytes]) -> str:

@@ -6,12 +6,13 @@ import json
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import cast
 
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError, signals_ignored
 from quadstep.io.files import JSON, PAGE, WRITING, WRITTEN
-from quadstep.io.parts import GO_ON, OTHER_CODE
+from quadstep.io.parts import GO_ON, OTHER_CODE, changed_files
 from quadstep.io.results_folder import Folder, names_in, opened
 
 MANIFEST = "metrics.json"
@@ -24,14 +25,16 @@ OTHERS = {MANIFEST: "results of another kind", "export.json": "an exported law",
 
 
 @contextlib.contextmanager
-def publishing(path: Path, identity: str, overwrite: bool, name: str = MANIFEST, code: str = "") -> Iterator[Path]:
+def publishing(
+    path: Path, identity: str, overwrite: bool, name: str = MANIFEST, code: str = "", named: Mapping[str, str] | None = None
+) -> Iterator[Path]:
     """A temporary folder to write into, moved into the folder `path` when the block ends well, thrown away when it does not.
 
     identity: digest of what is being flown. name: of the file that is moved last and identifies the results. code: digest of
-    the code that made them, where parts of them are used again. Raises UserError if the folder cannot be written or holds
-    something else.
+    the code that made them, where parts of them are used again. named: digests of the user's files, by name, to say which have
+    changed. Raises UserError if the folder cannot be written or holds something else.
     """
-    said = {"fingerprint": identity, **({"code": code} if code else {})}
+    said = {"fingerprint": identity, **({"code": code} if code else {}), **({"named": named} if named else {})}
     try:
         with opened(path) as folder, contextlib.ExitStack() as stack:
             with folder.locked():
@@ -50,7 +53,9 @@ def publishing(path: Path, identity: str, overwrite: bool, name: str = MANIFEST,
         raise UserError(f"{path}: cannot be written: {error.strerror or error}{f'; {GO_ON}' if code else ''}") from None
 
 
-def replace(folder: Folder, draft: Folder, names: list[str], previous: list[str], last: str, said: Mapping[str, str]) -> None:
+def replace(
+    folder: Folder, draft: Folder, names: list[str], previous: list[str], last: str, said: Mapping[str, object]
+) -> None:
     """Move files into place, remove those of the previous result, and move the manifest last.
 
     Meanwhile the folder's manifest names the files of both, so that after a kill the same command replaces all of them.
@@ -75,7 +80,7 @@ def files_to_replace(path: Path, identity: str, overwrite: bool) -> list[str]:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def replaceable(folder: Folder, said: Mapping[str, str], overwrite: bool, name: str) -> list[str]:
+def replaceable(folder: Folder, said: Mapping[str, object], overwrite: bool, name: str) -> list[str]:
     """The files of the result that a folder holds. said: what identifies the new one, as in a manifest.
 
     Raises UserError where replacing it was not requested.
@@ -93,10 +98,12 @@ def replaceable(folder: Folder, said: Mapping[str, str], overwrite: bool, name: 
         except UserError as error:
             says = f" ({error})"
     found = any(not one.startswith(WRITING) for one in folder.names())
-    others = [key for key in said if content.get(key) != said[key]]
+    others = [key for key in ("fingerprint", "code") if content.get(key) != said.get(key, content.get(key))]
     if not overwrite and others and found:
         what = f"other results ({content['name']})" if content.get("name") else "other files"
         what, says = (f"this result, but {OTHER_CODE}", "") if others == ["code"] else (what, says)
+        changes = changed_files(content.get("named"), cast(Mapping[str, str], said.get("named", {})))
+        says += f"; {changes}" if changes else ""
         raise UserError(f"{folder.path}: holds {what}{says}; choose another --out, or replace them with --overwrite")
     return names_in(content.get("files"))
 

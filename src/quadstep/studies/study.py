@@ -69,7 +69,7 @@ def run(
 
     Raises UserError.
     """
-    with publishing(folder, study.identity, overwrite) as out:
+    with publishing(folder, study.identity, overwrite, named=study.campaign.named) as out:
         count = Count(progress, study.flights)
         fly: Fly[StudySpan] = loaded(CAMPAIGNS, engine)(study.campaign)
         starts = range(0, study.flights, MOST_AT_ONCE)

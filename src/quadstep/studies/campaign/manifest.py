@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from quadstep.engines.kernel import host
 from quadstep.io import __version__
-from quadstep.io.parts import OTHER_CODE, code_digest
+from quadstep.io.parts import OTHER_CODE, changed_files, code_digest
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS, draws
 from quadstep.studies.campaign.schema import Campaign
 
@@ -33,6 +33,7 @@ class CampaignManifest(BaseModel):
     model_config = ConfigDict(strict=True)
     name: str
     fingerprint: str
+    named: dict[str, str] = {}
     draws: int = 1
     flights: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)]
     chunk: Annotated[int, Field(ge=1, le=LARGEST_CHUNK)]
@@ -48,6 +49,7 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
         "name": campaign.file.name,
         "version": __version__,
         **identity(campaign),
+        "named": campaign.named,
         "draws": draws.VERSION,
         "seed": campaign.file.seed,
         "flights": flights,
@@ -82,18 +84,20 @@ def other_draws(manifest: Mapping[str, object]) -> str:
     )
 
 
-OTHERS = {"fingerprint": "the campaign, its mission or a file it names has changed", "code": OTHER_CODE}
-"""Why flights may differ, by the entry of a manifest that shows it."""
-
-
 def identity(campaign: Campaign) -> dict[str, str]:
     """What decides the flights of a campaign."""
     return {"fingerprint": campaign.fingerprint, "code": code_digest()}
+
+
+def differences(manifest: Mapping[str, object], campaign: Campaign) -> list[str]:
+    """Why flights may differ from those of a manifest."""
+    other = changed_files(manifest.get("named"), campaign.named) or "the campaign, its mission or a file it names has changed"
+    why = {"fingerprint": other, "code": OTHER_CODE}
+    return [why[entry] for entry, mine in identity(campaign).items() if manifest.get(entry) != mine]
 
 
 def cannot_continue(manifest: Mapping[str, object], campaign: Campaign) -> list[str]:
     """Reasons not to add flights to those of a manifest."""
     version = manifest.get("version")
     other = f"it was flown by quadstep {version}, this is {__version__}" if version != __version__ else ""
-    changed = [what for key, what in OTHERS.items() if manifest.get(key) != identity(campaign)[key]]
-    return [*filter(None, (other_draws(manifest), other)), *changed]
+    return [*filter(None, (other_draws(manifest), other)), *differences(manifest, campaign)]

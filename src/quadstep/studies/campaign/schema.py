@@ -11,11 +11,10 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.engines.scored import names_without_units
-from quadstep.io import files
+from quadstep.io import files, places
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import all_installed
 from quadstep.io.errors import UserError
-from quadstep.io.places import digest, place
 from quadstep.metrics.registry import LARGEST, RMSE
 from quadstep.mission.check import check
 from quadstep.mission.distributions import CorrelatedKeys, Distribution, Grid, by_key
@@ -242,19 +241,28 @@ class Campaign(NamedTuple):
     @property
     def fingerprint(self) -> str:
         """A digest of everything that affects a flight's result; the number of flights does not."""
-        decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission", "rare"})
-        text = json.dumps([decides, self.content, digests([decides, self.content], self.folder)], default=str)
+        text = json.dumps([self.decides, self.content, self.named], default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    @property
+    def decides(self) -> dict[str, object]:
+        """What the campaign itself says that affects a flight."""
+        return self.file.model_dump(exclude={"name", "flights", "failure", "mission", "rare"})
+
+    @property
+    def named(self) -> dict[str, str]:
+        """Digests of the user's files that it names, by name."""
+        return digests([self.decides, self.content], self.folder)
 
 
 def digests(content: object, folder: Path, depth: int = 0) -> dict[str, str]:
     """A digest of each file that a string in parsed TOML names, by name, and of those that these name or import in turn."""
     found, installed = {}, all_installed()
     for name in sorted(set(strings(content))):
-        named = place(name)
+        named = places.place(name)
         for own in [named] if named else installed.get(name, []):
             with contextlib.suppress(UserError):  # not a file of the user's, or flying will report it
-                found[own.where] = digest(own, folder)
+                found |= places.digests(own, folder)
         if named or name in installed:
             continue
         path = folder / name

@@ -47,7 +47,7 @@ def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: S
     """The loops of a campaign's first draws. Raises UserError."""
     campaign = read_campaign(path)
     count = min(campaign.flights, USUAL) if count is None else count
-    with publishing(folder, f"linear-draws-{count}-{campaign.fingerprint}", overwrite) as out:
+    with publishing(folder, f"linear-draws-{count}-{campaign.fingerprint}", overwrite, named=campaign.named) as out:
         found = collected(((f"flight {flight}", one) for flight, one in of_draws(campaign, count)), progress)
         done = Several(campaign.file.name, "draws", found, [float(flight) for flight in range(count)],
                        campaign.mission.shortfall(campaign.mission.plan(campaign.folder, warn=False)))  # fmt: skip

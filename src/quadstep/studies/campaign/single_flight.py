@@ -15,7 +15,7 @@ from quadstep.mission.schema import Mission
 from quadstep.report.screen import command
 from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.manifest import MANIFEST, OTHERS, CampaignManifest, identity, other_draws
+from quadstep.studies.campaign.manifest import MANIFEST, CampaignManifest, differences, other_draws
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 
@@ -71,7 +71,7 @@ def check_replay(campaign: Campaign, folder: Path, named: bool) -> tuple[int, st
         raise UserError(
             f"{folder}: cannot be replayed: {other}; replay it with that version, or fly the campaign again with --overwrite"
         )
-    others = [what for key, what in OTHERS.items() if same and same.get(key) != identity(campaign)[key]]
+    others = differences(same, campaign) if same else []
     warning = f"this flight may differ from that in {folder}, since {others[0]}" if others else ""
     bounded = campaign.file.flights or campaign.file.combinations > 1  # else the command line says how many
     return max(campaign.flights if bounded else MOST_FLIGHTS, found["flights"] if found else 0), warning

@@ -12,7 +12,7 @@ from quadstep.io.results_folder import Folder
 from quadstep.io.run_record import RunRecord
 from quadstep.io.run_record import opened as open_record
 from quadstep.studies.campaign import draws
-from quadstep.studies.campaign.manifest import OTHERS, cannot_continue, identity, machine
+from quadstep.studies.campaign.manifest import cannot_continue, identity, machine
 from quadstep.studies.campaign.schema import Campaign, Method
 
 Count = Annotated[int, Field(ge=0)]
@@ -80,6 +80,7 @@ class RareManifest(BaseModel):
     name: str
     version: str
     decides: dict[str, object]
+    named: dict[str, str] = {}
     seed: int
     precision: str
     campaign: str
@@ -128,8 +129,8 @@ def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> I
     def changed(manifest: Mapping[str, object]) -> list[str]:
         """Why a run cannot be resumed."""
         found = RareManifest.model_validate(manifest)
-        reasons = cannot_continue({**found.decides, "version": found.version}, campaign)
-        return reasons if found.decides == mine["decides"] else [*reasons, OTHERS["fingerprint"]]
+        reasons = cannot_continue({**found.decides, "named": found.named, "version": found.version}, campaign)
+        return reasons if reasons or found.decides == mine["decides"] else ["the campaign has changed"]
 
     with open_record(RareRecord, folder, mine, changed, resume, overwrite) as (kept, resumed):
         if resumed:
@@ -144,6 +145,7 @@ def new_manifest(campaign: Campaign) -> dict[str, object]:
         name=file.name,
         version=__version__,
         decides={**identity(campaign), "draws": draws.VERSION, "failure": dict(file.failure), "rare": rare},
+        named=campaign.named,
         seed=file.seed,
         precision=file.precision,
         campaign=campaign.text,

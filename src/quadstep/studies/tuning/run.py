@@ -1,8 +1,6 @@
 """`quadstep tune`: from a mission to one with better gains."""
 
 import contextlib
-import hashlib
-import json
 import math
 import os
 import shutil
@@ -16,8 +14,9 @@ from tomlkit.exceptions import TOMLKitError
 
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.io.files import ANY, is_file, read_bytes
+from quadstep.io.files import is_file
 from quadstep.io.parameter_files import FORMATS
+from quadstep.io.parts import digest_of
 from quadstep.io.places import place, sources
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Grading, ungraded
@@ -25,7 +24,7 @@ from quadstep.report.evidence import Evidence
 from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
-from quadstep.studies.campaign.schema import strings
+from quadstep.studies.campaign.schema import digests, strings
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
 from quadstep.studies.tuning.objective import Compared, compare
 from quadstep.studies.tuning.report import caution, draw_search, evidence
@@ -59,7 +58,8 @@ def tune(
     """
     wanted = read_request(path)
     check_budget(wanted, budget)
-    with publishing(folder, identity(wanted, budget, seed), overwrite) as out:
+    named = digests(wanted.content, path.parent)
+    with publishing(folder, digest_of(wanted.text, named, budget, seed), overwrite, named=named) as out:
         ground = CandidateFlyer(wanted, seed)
         found = Search([ground], budget - 2 * wanted.unseen, seed, progress).run()
         compared = on_unseen(ground, found, progress)
@@ -76,14 +76,6 @@ def tune(
         shown = evidence(wanted, found, compared, PICTURE, record, first)._replace(grade=grade)
         shown.write(out)
     return Tuned(wanted, found, compared, elsewhere, shown)
-
-
-def identity(wanted: TuningRequest, budget: int, seed: int) -> str:
-    """A digest of all that decides the result."""
-    named, elsewhere = named_files(wanted)
-    files = [hashlib.sha256(read_bytes(wanted.path.parent / name, ANY)).hexdigest() for name in [*named, *elsewhere]]
-    text = json.dumps([wanted.text, files, budget, seed])
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def on_unseen(ground: CandidateFlyer, found: SearchResult, progress: Progress) -> Compared:
