@@ -257,7 +257,8 @@ class Campaign(NamedTuple):
 
 def digests(content: object, folder: Path, depth: int = 0) -> dict[str, str]:
     """A digest of each file that a string in parsed TOML names, by name, and of those that these name or import in turn."""
-    found, installed = {}, all_installed()
+    found: dict[str, str] = {}
+    installed = all_installed()
     for name in sorted(set(strings(content))):
         named = places.place(name)
         for own in [named] if named else installed.get(name, []):
