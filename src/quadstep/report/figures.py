@@ -131,9 +131,9 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     across = (width - left - RIGHT - between * (columns - 1)) / columns
     legends = [0.15 * (legend_rows(panel, across + SPARE + SIDES) - 1) for panel in panels]
     more, gap = max(legends[::rows]), max([one for place, one in enumerate(legends) if place % rows], default=0.0)
-    inner = (1.25 if tight or columns > 1 else 1.6) * rows - 0.17
+    inner = (1.25 if tight or rows == 1 else 1.1) * rows - 0.17
     height = inner + 0.8 + more + gap * (rows - 1)
-    apart = 0.32 if not tight else 0.42
+    apart = 0.37 if not tight else 0.42
     apart += gap * (rows + apart * (rows - 1)) / inner  # of the height of a panel
     figure = Typeset(figsize=(width, height), dpi=sheet.dpi)
     top = 0.32 + more

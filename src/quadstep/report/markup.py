@@ -49,6 +49,10 @@ LOGO = (
     '<svg class="logo" viewBox="0 0 24 24" aria-hidden="true"><path d="M8.8 8.8l6.4 6.4M15.2 8.8l-6.4 6.4"/><circle cx="6" '
     'cy="6" r="4"/><circle cx="18" cy="6" r="4"/><circle cx="6" cy="18" r="4"/><circle cx="18" cy="18" r="4"/></svg>'
 )
+HEIGHT = re.compile(r'<svg [^>]*height="([\d.]+)pt"')
+TALL = 325.0
+"""Points of a figure's height above which it may fill a page of paper; others fill a third of one at most."""
+
 HEADINGS = re.compile(r'<h2 id="([^"]*)">(.*?)</h2>')
 FEWEST_HEADINGS = 3
 """For which a page has a list of contents."""
@@ -219,8 +223,10 @@ def inline_figure(drawing: str, caption: str, coded: bool = False, set_as: Calla
     """A figure from its markup. coded, set_as: as for `figure`."""
     role = "group" if "<a " in drawing else "img"  # of which links would be no part
     shown = f'<div class="drawn" tabindex="0" role="{role}" aria-label="{escape(caption)}">{drawing}</div>'
-    kind = ' class="coded"' if coded else ""
-    return f"<figure{kind}>{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
+    height = HEIGHT.search(drawing)
+    kinds = " ".join(["coded"] * coded + ["tall"] * (height is not None and float(height[1]) > TALL))
+    opened = f'<figure class="{kinds}">' if kinds else "<figure>"
+    return f"{opened}{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
 
 
 def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "") -> str:

@@ -38,15 +38,16 @@ def write_report(
         sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
-    content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2))
-    sections += [TableSection("Mission", "flown"), markup.verbatim(content, "all keys of the mission")]
+    content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2, exclude_none=True))
+    sections += [TableSection("Mission", "flown"), markup.verbatim(content, "every key of the mission that has a value")]
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
-    said = answer(log, metrics, why, counted + cut(mission), ending)
+    said, kept = answer(log, metrics, why, counted + cut(mission)), log.outcome is not Outcome.COMPLETED and len(log.rows)
     found = Evidence(
-        mission.name, "Flight", said, (), {}, facts(metrics, counted), drawn[:IN_SUMMARY], sections, warnings=warnings
-    )
+        mission.name, "Flight", said, (), {}, facts(metrics, counted), drawn[:IN_SUMMARY], sections,
+        more=[of_log(log, ending)] if kept else [], warnings=warnings,
+    )  # fmt: skip
     path.write_text(found.html(path.parent), encoding="utf-8")
 
 
@@ -60,11 +61,10 @@ def cut(mission: "Mission") -> str:
     return f"; {mission.cut}" if mission.cut else ""
 
 
-def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", ending: Metrics | None = None) -> str:
+def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -> str:
     """How it went, in a sentence. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`."""
     if log.outcome is not Outcome.COMPLETED:
-        said = f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
-        return f"{said} {of_log(log, ending)}" if len(log.rows) else said
+        return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
     off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."

@@ -197,7 +197,7 @@ def facts(verdict: ProofVerdict) -> list[markup.Fact]:
 
 def tube(traced: TubeRecord) -> Drawing:
     """Two panels for each axis, in millimetres: the flight off its path in its band, and half the width of the band."""
-    figure = Drawing(figsize=(COLUMN, 1.5 * len(traced.axes) + 0.4), layout="constrained")
+    figure = Drawing(figsize=(COLUMN, 1.25 * len(traced.axes) + 0.4), layout="constrained")
     panels = figure.subplots(len(traced.axes), 2, sharex=True, squeeze=False)
     for (path, band), axis, error, bound in zip(panels, traced.axes, 1e3 * traced.error.T, 1e3 * traced.bound.T, strict=True):
         path.fill_between(traced.time, error - bound, error + bound, color="#2166ac", alpha=0.3, linewidth=0.0)
@@ -213,7 +213,7 @@ def tube(traced: TubeRecord) -> Drawing:
 
 def widths(traced: TubeRecord) -> Drawing:
     """The widest box of each quantity, on a logarithmic scale."""
-    figure = Drawing(figsize=(7.2, 3.2), layout="constrained")
+    figure = Drawing(figsize=(COLUMN, 2.5), layout="constrained")
     panel = figure.subplots()
     names, boxes = quantities(traced)
     order = [place for place in np.argsort(-boxes.max(axis=0), kind="stable") if boxes[:, place].max() > 0.0][:LARGEST]

@@ -44,9 +44,9 @@ def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: in
     with drawing(sheet):
         columns = sheet.side_by_side(len(metrics), 2.2)
         rows, width = -(-len(metrics) // columns), min(0.4 + 4.3 * columns, COLUMN)
-        figure = new_figure(sheet, width, 5.6 * rows, 4.0 * rows)
+        figure = new_figure(sheet, width, 4.4 * rows, 4.0 * rows)
         grid = figure.subplots(2 * rows, columns, squeeze=False)
-        margins(figure, sheet, 0.75 / width, 0.09, 0.985, 0.95, 0.24, 0.1)
+        margins(figure, sheet, 0.75 / width, 0.5 / rows / 4.4, 0.985, 1.0 - 0.28 / rows / 4.4, 0.24, 0.1)
         pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
         for place, (above, below) in enumerate(pairs):
             if place >= len(metrics):

@@ -15,7 +15,7 @@ from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, drawing, legend_columns, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.units import prose
 from quadstep.studies.tuning.ground import TuningRequest
 from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain_sign
@@ -160,9 +160,9 @@ def row(one: Row) -> list[str]:
 def draw_search(path: Path, asked: TuningRequest, found: SearchResult, sheet: Sheet) -> None:
     """Write `path` in the sheet's formats."""
     with drawing(sheet):
-        figure = new_figure(sheet, 7.4, 5.2, 4.2)
+        figure = new_figure(sheet, COLUMN, 4.2, 4.2)
         top, bottom = figure.subplots(2, 1, sharex=True)
-        margins(figure, sheet, 0.11, 0.09, 0.97, 0.93, 0.2, 0.25)
+        margins(figure, sheet, 0.1, 0.115, 0.975, 0.91, 0.2, 0.3)
         draw_objective(top, found)
         draw_gains(bottom, asked, found)
         for axes, most in ((top, 3), (bottom, 4)):
