@@ -55,7 +55,10 @@ static void fly_on(const uint16_t *pwm, double step)
 
 static double yaw_of(void) { const double *q = body.q; return DEGREES * atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3])); }
 
-static void fly(const char *name, const setpoint_t *setpoint, double seconds, bool lost)
+enum lost { NOTHING = 0, PLACE, HEIGHT, POSITION, STATE };
+
+/* lost: what is not finite for the first half second */
+static void fly(const char *name, const setpoint_t *setpoint, double seconds, enum lost lost)
 {
     static control_t control;
     static uint32_t tick;
@@ -73,7 +76,13 @@ static void fly(const char *name, const setpoint_t *setpoint, double seconds, bo
         state.attitude.roll = (float)(DEGREES * atan2(2.0 * (q[0] * q[1] + q[2] * q[3]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])));
         state.attitude.pitch = (float)(-DEGREES * asin(2.0 * (q[0] * q[2] - q[3] * q[1]))); /* the firmware's is inverted */
         state.attitude.yaw = (float)yaw_of();
-        if (lost && i < 500) { state.position.x = NAN; }
+        if (lost != NOTHING && i < 500)
+        {
+            state.position.x = (lost == HEIGHT) ? state.position.x : NAN;
+            if (lost >= HEIGHT) { state.position.z = NAN; }
+            if (lost >= POSITION) { state.velocity.x = state.velocity.y = state.velocity.z = state.position.y = NAN; }
+            if (lost == STATE) { state.attitudeQuaternion.w = NAN; }
+        }
         controllerOutOfTree(&control, setpoint, &sensors, &state, tick);
         motors_thrust_uncapped_t uncapped; motors_thrust_pwm_t pwm;
         powerDistribution(&control, &uncapped);
@@ -103,7 +112,7 @@ static void circle(const char *name, const setpoint_t *start)
         at.acceleration.x = (float)(radius * (gain * s + speed * speed * c)); at.acceleration.y = (float)(radius * (gain * c - speed * speed * s));
         at.jerk.x = (float)(-radius * speed * speed * speed * s); at.jerk.y = (float)(-radius * speed * speed * speed * c);
         const double x = body.position[0] - (double)at.position.x, y = body.position[1] - (double)at.position.y, z = body.position[2] - (double)at.position.z;
-        fly(NULL, &at, 0.002, false);
+        fly(NULL, &at, 0.002, NOTHING);
         if (i >= 12500) { sum += x * x + y * y + z * z; farthest = fmax(farthest, sqrt(x * x + y * y + z * z)); ++count; }
     }
     printf("%s %.4f %.4f %.2f %.4f %.1f %.4f\n", name, body.position[2], sqrt(sum / count), yaw_of(), body.position[2], 0.0, farthest);
@@ -118,43 +127,46 @@ int main(void)
     setpoint_t place = {0};
     place.position.z = 1.0f;
     place.mode.x = place.mode.y = place.mode.z = place.mode.yaw = modeAbs;
-    fly("absolute", &place, 3.0, false);
+    fly("absolute", &place, 3.0, NOTHING);
     setpoint_t hover = {0}; /* of MotionCommander, the flow deck, a joystick */
     hover.position.z = 1.0f; hover.velocity.x = 0.3f; hover.velocity_body = true;
     hover.mode.x = hover.mode.y = modeVelocity; hover.mode.z = modeAbs; hover.mode.yaw = modeVelocity;
     hover.attitudeRate.yaw = 20.0f;
-    fly("hover", &hover, 3.0, false);
-    fly("back", &place, 4.0, false);
+    fly("hover", &hover, 3.0, NOTHING);
+    fly("back", &place, 4.0, NOTHING);
     setpoint_t level = {0}; /* the firmware's after half a second without a link */
     level.position.z = 1.0f; level.mode.z = modeAbs; level.mode.roll = level.mode.pitch = modeAbs; level.mode.yaw = modeVelocity;
-    fly("level", &level, 2.0, false);
-    fly("again", &place, 4.0, false);
+    fly("level", &level, 2.0, NOTHING);
+    fly("again", &place, 4.0, NOTHING);
     setpoint_t full = place; /* a full-state setpoint: its yaw is in its attitude */
     full.mode.yaw = modeDisable; full.mode.quat = modeAbs;
     full.attitudeQuaternion.w = full.attitudeQuaternion.z = 0.70710678f;
-    fly("full", &full, 4.0, false);
+    fly("full", &full, 4.0, NOTHING);
     setpoint_t turning = place;
     turning.mode.yaw = modeVelocity; turning.attitudeRate.yaw = 45.0f;
-    fly("turning", &turning, 2.0, false);
+    fly("turning", &turning, 2.0, NOTHING);
     turning.attitudeRate.yaw = 0.0f;
-    fly("turned", &turning, 2.0, false);
+    fly("turned", &turning, 2.0, NOTHING);
     setpoint_t wrong = place; /* a path that is not finite: hovers in place, by the firmware's own controller */
     wrong.velocity.x = NAN;
-    fly("wrong", &wrong, 2.0, false);
-    fly("righted", &place, 4.0, false);
+    fly("wrong", &wrong, 2.0, NOTHING);
+    fly("righted", &place, 4.0, NOTHING);
     circle("circle", &place);
-    fly("stopped", &place, 4.0, false);
+    fly("stopped", &place, 4.0, NOTHING);
     push[0] = 0.04; push[1] = -0.03; /* the firmware's own controller holds against a wind; the law takes over where it is */
     hover.velocity.x = 0.0f; hover.attitudeRate.yaw = 0.0f;
-    fly("leaning", &hover, 8.0, false);
+    fly("leaning", &hover, 8.0, NOTHING);
     place.position.x = (float)body.position[0]; place.position.y = (float)body.position[1]; place.position.z = (float)body.position[2];
     place.attitude.yaw = (float)yaw_of();
-    fly("entry", &place, 3.0, false);
+    fly("entry", &place, 3.0, NOTHING);
     circle("gusty", &place);
     push[0] = push[1] = 0.0;
     place.position.z = 3.0f;
-    fly(NULL, &place, 6.0, false);
-    fly("lost", &place, 4.0, true); /* no estimate for half a second */
-    fly("off", &(setpoint_t){0}, 0.1, false);
+    fly(NULL, &place, 6.0, NOTHING);
+    fly("lost", &place, 4.0, PLACE);
+    fly("deep", &place, 4.0, HEIGHT);
+    fly("blind", &place, 4.0, POSITION);
+    fly("gone", &place, 4.0, STATE);
+    fly("off", &(setpoint_t){0}, 0.1, NOTHING);
     return 0;
 }

@@ -5,8 +5,8 @@
  * up to jerk, yaw in degrees. Commands go out in newtons and newton metres.
  *
  * The law flies setpoints that are absolute in x, y and z. All others (hover, velocity, height, level, motors off) are flown by
- * the firmware's own controllerPid, as is a hover in place after HOLD samples that the law rejected although state and gyro are
- * sound. Where these are not finite or the gyro's sample is old, the last command is held for HOLD samples; then no thrust.
+ * the firmware's own controllerPid, as is, after HOLD samples that the law rejected, a hover in place: level where the velocity is
+ * not finite, sinking where the height is not. Where not even attitude and rates are finite, or the gyro's sample is old, no thrust.
  */
 #include "stabilizer.h"
 #include "stabilizer_types.h"
@@ -31,6 +31,7 @@
 #define YAW_AHEAD 0.5f /* rad, most that a yaw turned by rates may be ahead of the vehicle */
 #define WEIGHT HOVER_THRUST /* N */
 #define FULL 65535.0f /* counts of a motor at THRUST_MAX */
+#define SINKING 0.95f /* of the weight, carried while the height is not known */
 #define LEAST_PERIOD 0.0002f
 #define MOST_PERIOD 0.02f
 #define SETTLING 0.1f /* s, time constant of the measured acceleration */
@@ -185,14 +186,47 @@ static float since_last(const sensorData_t *sensors)
     return fminf(fmaxf(since, LEAST_PERIOD), MOST_PERIOD);
 }
 
-static bool sound(const NAME_measured *measured)
+/* whether attitude and rates are finite and new: enough to stay upright */
+static bool upright(const NAME_measured *measured, const float old)
 {
-    float sum = 0.0f;
+    float sum = measured->attitude[3];
     for (int i = 0; i < 3; ++i)
     {
-        sum += measured->position[i] + measured->velocity[i] + measured->rates[i] + measured->attitude[i];
+        sum += measured->rates[i] + measured->attitude[i];
     }
-    return isfinite(sum + measured->attitude[3]);
+    return isfinite(sum) && (old <= mission.most_age);
+}
+
+/* A hover in place by the firmware's own controller, at the height of the first of these samples, as far as the state is known. */
+static void stay(control_t *control, const NAME_measured *measured, const sensorData_t *sensors, const state_t *state,
+                 const stabilizerStep_t stabilizerStep)
+{
+    state_t known = *state;
+    setpoint_t hover = {0};
+    hover.mode.yaw = modeVelocity;
+    if (isfinite(measured->velocity[0] + measured->velocity[1]))
+    {
+        hover.mode.x = hover.mode.y = modeVelocity;
+    }
+    else
+    {
+        known.velocity.x = known.velocity.y = 0.0f; /* level */
+    }
+    if (isfinite(measured->position[2] + measured->velocity[2]))
+    {
+        height = ((stock_flies == 0u) || !isfinite(height)) ? measured->position[2] : height;
+        hover.position.z = height;
+        hover.mode.z = modeAbs;
+    }
+    else
+    {
+        height = NAN;
+        known.position.z = known.velocity.z = 0.0f;
+        hover.thrust = (SINKING * WEIGHT * FULL) / (ROTOR_COUNT.0f * THRUST_MAX);
+    }
+    known.position.x = isfinite(known.position.x) ? known.position.x : 0.0f;
+    known.position.y = isfinite(known.position.y) ? known.position.y : 0.0f;
+    fly_stock(control, &hover, sensors, &known, stabilizerStep);
 }
 
 /* the yaw that laws mean: of the level direction at right angles to the vehicle's left, whatever its tilt */
@@ -261,7 +295,6 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const s
         return;
     }
     measure(&measured, sensors, state);
-    const bool usable = sound(&measured) && (age(sensors) <= mission.most_age);
     if ((ticks % LAW_EVERY) == 0u)
     {
         if (!started)
@@ -292,14 +325,9 @@ LOOPS
         }
     }
     ++ticks;
-    if ((refused > HOLD) && usable)
+    if ((refused > HOLD) && upright(&measured, age(sensors)))
     {
-        setpoint_t hover = {0}; /* in place, at the height of the first of these samples */
-        height = (stock_flies == 0u) ? measured.position[2] : height;
-        hover.position.z = height;
-        hover.mode.x = hover.mode.y = hover.mode.yaw = modeVelocity;
-        hover.mode.z = modeAbs;
-        fly_stock(control, &hover, sensors, state, stabilizerStep);
+        stay(control, &measured, sensors, state, stabilizerStep);
         return;
     }
     stock_flies = 0u;
