@@ -12,7 +12,7 @@ from quadstep.engines.kernel import host, verified
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import score_names
 from quadstep.interfaces.learning import Net, random_input_weights
-from quadstep.numbers import Matrix, Vector, vector
+from quadstep.numbers import Matrix, Vector, flatten, rebuild, vector
 from quadstep.program.emitter import Emitter
 from quadstep.program.recorded import RecordedNumber, RecordedTable
 from quadstep.vehicle.lagrange import Lagrange, Limits, Parameters
@@ -105,40 +105,60 @@ def parameters(duration=40.0, end=(20, 5, 10), **changes):
     return result if result.gains is not None else result._replace(gains=gains())
 
 
+class Compiled:
+    """A law over lanes, compiled once for structures like these and called with arrays of `width` numbers. table: its last
+    argument.
+    """
+
+    def __init__(self, law, *likes, double=True, width=8, table=None):
+        self.kind, element = (np.float64, ir.DoubleType()) if double else (np.float32, ir.FloatType())
+        self.likes, self.width, align = likes, width, 8 if double else 4
+        module = ir.Module("probe")
+        function = ir.Function(module, ir.FunctionType(ir.VoidType(), [element.as_pointer()] * 3), "probe")
+        builder = ir.IRBuilder(function.append_basic_block("entry"))
+        emitter = Emitter(builder, element, width)
+        source, target = (builder.bitcast(a, emitter.vector.as_pointer()) for a in function.args[:2])
+
+        def place(base, index):
+            return builder.gep(base, [ir.IntType(64)(index)])
+
+        count = len(flatten(likes))
+        lanes = rebuild(
+            likes, iter([RecordedNumber(emitter, builder.load(place(source, i), align=align)) for i in range(count)])
+        )
+        tables = () if table is None else (RecordedTable(emitter, function.args[2], table.size),)
+        self.table = np.zeros(1) if table is None else table.array.astype(self.kind)
+        self.result = law(*lanes, *tables)
+        for index, number in enumerate(flatten(self.result)):
+            builder.store(emitter.value(number), place(target, index), align=align)
+        moves = 2 + 2 * count + 2 * len(flatten(self.result))
+        self.instructions = len(function.blocks[0].instructions) - moves
+        builder.ret_void()
+        self.call, self.engine = compiled(str(module))
+
+    def __call__(self, *arguments):
+        leaves = flatten(arguments)
+        rows = np.empty((len(leaves), self.width), self.kind)
+        for row, leaf in zip(rows, leaves, strict=True):
+            row[:] = leaf
+        answers = np.empty((len(flatten(self.result)), self.width), self.kind)
+        self.call(rows.ctypes.data, answers.ctypes.data, self.table.ctypes.data)
+        return rebuild(self.result, iter(answers))
+
+
 def through_lanes(law, *columns, double=True, table=None, width=4):
     """What `law` gives, column by column, when it is compiled over lanes and run on columns of numbers."""
-    numbers = np.float64 if double else np.float32
-    element = ir.DoubleType() if double else ir.FloatType()
-    module = ir.Module("probe")
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [element.as_pointer()] * 3), "probe")
-    builder = ir.IRBuilder(function.append_basic_block("entry"))
-    emitter = Emitter(builder, element, width)
-    source, target = (builder.bitcast(a, emitter.vector.as_pointer()) for a in function.args[:2])
 
-    def load(place):
-        return RecordedNumber(emitter, builder.load(builder.gep(source, [ir.IntType(64)(place)]), align=8 if double else 4))
+    def results(*lanes):
+        found = law(*lanes)
+        return tuple(found) if isinstance(found, list | tuple) else (found,)
 
-    lanes = [load(place) for place in range(len(columns))]
-    if table is not None:
-        lanes.append(RecordedTable(emitter, function.args[2], table.size))
-    results = law(*lanes)
-    results = results if isinstance(results, list | tuple) else [results]
-    for place, result in enumerate(results):
-        address = builder.gep(target, [ir.IntType(64)(place)])
-        builder.store(emitter.value(result), address, align=8 if double else 4)
-    builder.ret_void()
-    call, _engine = compiled(str(module))
-
-    columns = np.array([np.asarray(values, dtype=numbers) for values in columns])
+    one = Compiled(results, *[0.0] * len(columns), double=double, width=width, table=table)
+    columns = np.array([np.asarray(values, dtype=one.kind) for values in columns])
     count = columns.shape[1]
     padded = np.concatenate([columns, np.repeat(columns[:, -1:], -count % width, axis=1)], axis=1)
-    blocks = np.ascontiguousarray(padded.reshape(len(columns), -1, width).transpose(1, 0, 2))
-    answers = np.empty((len(blocks), len(results), width), dtype=numbers)
-    constants = np.zeros(1, dtype=numbers) if table is None else table.array.astype(numbers)
-    for block, answer in zip(blocks, answers, strict=True):
-        call(block.ctypes.data, answer.ctypes.data, constants.ctypes.data)
-    answers = answers.transpose(1, 0, 2).reshape(len(results), -1)[:, :count]
-    return answers if len(results) > 1 else answers[0]
+    answers = np.hstack([np.stack(one(*block)) for block in padded.reshape(len(columns), -1, width).transpose(1, 0, 2)])
+    return answers[:, :count] if len(answers) > 1 else answers[0, :count]
 
 
 def compiled(text):

@@ -1,16 +1,12 @@
 """Shared by the tests of the sensors: random flights with exact rates and specific force, and laws compiled once."""
 
 import numpy as np
-from llvmlite import ir
 
-from quadstep.numbers import Vector, flatten, rebuild, vector
+from quadstep.numbers import Vector, vector
 from quadstep.numbers.noise import Key, key
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, multiply, rotation_vector, unrotate
-from quadstep.program.emitter import Emitter
-from quadstep.program.recorded import RecordedNumber
 from quadstep.sensing.sensors import Sensors
 from quadstep.vehicle.rigid_body import Motion
-from tests.flights import compiled
 
 GRAVITY = 9.81
 SENSORS = Sensors(
@@ -106,40 +102,3 @@ def errors_of(state, gyro_bias, force_bias, truth, biases):
             *(biases[0] - gyro_bias),
         ]
     )
-
-
-class Compiled:
-    """A law over lanes, compiled once for structures like these and called with arrays of `width` numbers."""
-
-    def __init__(self, law, *likes, double=True, width=8):
-        self.kind, element = (np.float64, ir.DoubleType()) if double else (np.float32, ir.FloatType())
-        self.likes, self.width, align = likes, width, 8 if double else 4
-        module = ir.Module("probe")
-        function = ir.Function(module, ir.FunctionType(ir.VoidType(), [element.as_pointer()] * 3), "probe")
-        builder = ir.IRBuilder(function.append_basic_block("entry"))
-        emitter = Emitter(builder, element, width)
-        source, target = (builder.bitcast(a, emitter.vector.as_pointer()) for a in function.args[:2])
-
-        def place(base, index):
-            return builder.gep(base, [ir.IntType(64)(index)])
-
-        count = len(flatten(likes))
-        lanes = rebuild(
-            likes, iter([RecordedNumber(emitter, builder.load(place(source, i), align=align)) for i in range(count)])
-        )
-        self.result = law(*lanes)
-        for index, number in enumerate(flatten(self.result)):
-            builder.store(emitter.value(number), place(target, index), align=align)
-        moves = 2 + 2 * count + 2 * len(flatten(self.result))
-        self.instructions = len(function.blocks[0].instructions) - moves
-        builder.ret_void()
-        self.call, self.engine = compiled(str(module))
-
-    def __call__(self, *arguments):
-        leaves = flatten(arguments)
-        rows = np.empty((len(leaves), self.width), self.kind)
-        for row, leaf in zip(rows, leaves, strict=True):
-            row[:] = leaf
-        answers = np.empty((len(flatten(self.result)), self.width), self.kind)
-        self.call(rows.ctypes.data, answers.ctypes.data, rows.ctypes.data)
-        return rebuild(self.result, iter(answers))

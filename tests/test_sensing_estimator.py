@@ -9,7 +9,8 @@ from quadstep.sensing import estimator
 from quadstep.sensing.estimator import ErrorState, Instant, Transition, carried, diagonal, propagated, transition
 from quadstep.sensing.sensors import Navigation, fixed, navigation
 from quadstep.sensing.suite import Suite
-from tests.sensing import GRAVITY, NOTHING, SENSORS, Compiled, Swinging, covariance_matrix, errors_of, keys, stack
+from tests.flights import Compiled
+from tests.sensing import GRAVITY, NOTHING, SENSORS, Swinging, covariance_matrix, errors_of, keys, stack
 
 PERIOD, EVERY = 1 / 200, 8
 

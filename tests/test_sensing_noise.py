@@ -10,7 +10,8 @@ from quadstep.sensing.estimator import ErrorState
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite
 from quadstep.vehicle.rigid_body import Motion
-from tests.sensing import GRAVITY, SENSORS, Compiled, keys, stack
+from tests.flights import Compiled
+from tests.sensing import GRAVITY, SENSORS, keys, stack
 
 COUNT = 4000
 SILENT = Sensors(*[0.0] * 9, GRAVITY)

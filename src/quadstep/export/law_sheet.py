@@ -92,9 +92,8 @@ class Facts(NamedTuple):
 
     def lines(self) -> tuple[str, ...]:
         """For the head of each file."""
-        return (
-            f"Written by quadstep {self.version} from the mission {ascii_of(self.name)} ({self.mission}), gains {self.gains}.",
-        )
+        name = self.name.encode("ascii", "backslashreplace").decode().replace("*/", "* /").replace("/*", "/ *")
+        return (f"Written by quadstep {self.version} from the mission {name} ({self.mission}), gains {self.gains}.",)
 
 
 class Measurements(NamedTuple):
@@ -109,11 +108,6 @@ class Measurements(NamedTuple):
 
 
 NOTHING = Measurements({}, None, None, ("instructions, code and stack: export with --measure",))
-
-
-def ascii_of(text: str) -> str:
-    """A text as a comment of C may hold it."""
-    return text.encode("ascii", "backslashreplace").decode().replace("*/", "* /").replace("/*", "/ *")
 
 
 def datasheet(exported: Exported, facts: Facts, measured: Measurements = NOTHING) -> str:

@@ -123,10 +123,9 @@ def margins(one: OpenedLoop, omega: Array, grid: Complex) -> Margins:
     real = list(crossings(one, omega, branches, lambda g: g.imag))
     ends = [g for end, near in REAL.items() for g in branches[end] if abs(g.imag) < near * abs(g)]
     factors = [1.0 / g.real for g in (*(g for _, g in real), *ends) if FAINT < g.real < 1.0 / FAINT]
-    turns = [
-        signed_phase(heard_at(one, at, g), -math.atan2(g.imag, g.real))
-        for at, g in crossings(one, omega, branches, lambda g: abs(g) - 1.0)
-    ]
+    seen = crossings(one, omega, branches, lambda g: abs(g) - 1.0)
+    signed = [(heard_at(one, at, g), -math.atan2(g.imag, g.real)) for at, g in seen]
+    turns = [(at, turn) if at >= 0.0 else (-at, -turn) for at, turn in signed]  # at positive frequencies
     at, turn = min(turns, key=lambda one: abs(one[1]), default=(math.nan, math.inf))
     return Margins(
         gain_up=min((factor for factor in factors if factor > 1.0), default=math.inf),
@@ -138,11 +137,6 @@ def margins(one: OpenedLoop, omega: Array, grid: Complex) -> Margins:
         sensitivity=1.0 / minimum(one, omega, grid, lambda g: np.abs(1.0 - g)),
         complementary=1.0 / minimum(one, omega, grid, lambda g: np.abs((1.0 - g) / g)),
     )
-
-
-def signed_phase(at: float, turn: float) -> tuple[float, float]:
-    """A phase shift [rad] at a possibly negative frequency [rad/s], as one at the positive frequency."""
-    return (at, turn) if at >= 0.0 else (-at, -turn)
 
 
 def continuous_loci(grid: Complex) -> Complex:

@@ -70,13 +70,6 @@ def rotor_thrusts(log: FlightLog) -> Numbers:
     return log.table(*rotor_columns(log.columns))
 
 
-def angles_of(cosines: Numbers) -> Numbers:
-    """The angles [rad] of these cosines; round-off beyond 1 counts as 1."""
-    cosines = np.clip(cosines, -1.0, 1.0)
-    sines = np.sqrt((1.0 - cosines) * (1.0 + cosines))
-    return ARRAYS.atan2(sines, cosines)
-
-
 def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:
     """Share of the rows in which a rotor is at its least or greatest thrust [N]."""
     forces, tolerance = rotor_thrusts(log), 1e-9 * greatest
@@ -212,7 +205,8 @@ def tilt(seen: LoggedFlight) -> QuantityRows | None:
         cosines = ARRAYS.cos(theta) * ARRAYS.cos(phi)
     else:
         return None
-    return rows(seen, {"tilt": "rad"}, angles_of(cosines))
+    cosines = np.clip(cosines, -1.0, 1.0)  # round-off beyond 1 counts as 1
+    return rows(seen, {"tilt": "rad"}, ARRAYS.atan2(np.sqrt((1.0 - cosines) * (1.0 + cosines)), cosines))
 
 
 def inputs(seen: LoggedFlight) -> QuantityRows | None:

@@ -143,7 +143,8 @@ def fliers(flown: ShownFlight, plan: FlightPlan, laws: Laws) -> Live:
         found = controllers(flown.mission, plan, flown.folder, laws, flown.called, flown.rivals)
         found[0] = found[0]._replace(controls=foremost(found[0].controls, flown.moved))
         return Live(tuple(found), tuple(controls(flown.mission, plan)))
-    return Live((lone_controller(plan, laws),), ())
+    sliders = tuple(known_sliders(plan.parameters.gains))  # nothing but the numbers of its plan is known
+    return Live((ControllerData("own", type(plan.loop.controller).__name__, *laws.add(plan), sliders, ()),), ())
 
 
 def foremost(controls: tuple[Control, ...], moved: Mapping[str, float]) -> tuple[Control, ...]:
@@ -161,13 +162,6 @@ def check_length(ticks: Ticks) -> None:
         raise UserError(
             f"it has {ticks.last} steps and {rows} log rows; the page flies at most {LONGEST_TICKS} steps and {MOST_ROWS} rows"
         )
-
-
-def lone_controller(plan: FlightPlan, laws: Laws) -> ControllerData:
-    """The controller of a plan of which nothing but its numbers is known."""
-    gains = plan.parameters.gains
-    name = type(plan.loop.controller).__name__
-    return ControllerData("own", name, *laws.add(plan), tuple(known_sliders(gains)), ())
 
 
 def recorded(log: FlightLog, share: int) -> RecordedData:

@@ -238,7 +238,8 @@ def open_two(folders: tuple[Path, Path], links: tuple[Link, ...] = ()) -> str:
 def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> ShownFlight:
     """The flight in `folder`. taken: names that others on the page have. Raises UserError where there is none."""
     content = manifest(folder)
-    log = read_log(folder / "flight.csv", outcome(content), end_time(content))
+    ended = content.get("ended[s]")
+    log = read_log(folder / "flight.csv", outcome(content), float(ended) if isinstance(ended, int | float) else 0.0)
     planned = plan_again(content.get("mission"))
     name = name_in(content, folder.name)
     found = content.get("warnings")
@@ -281,12 +282,6 @@ def outcome(content: dict[str, object]) -> Outcome:
     """How the flight ended, as far as known."""
     name = content.get("outcome")
     return Outcome[name.upper()] if isinstance(name, str) and name.upper() in Outcome.__members__ else Outcome.COMPLETED
-
-
-def end_time(content: dict[str, object]) -> float:
-    """When it ended [s]."""
-    time = content.get("ended[s]")
-    return float(time) if isinstance(time, int | float) else 0.0
 
 
 def metrics_of(content: Metrics) -> Metrics:

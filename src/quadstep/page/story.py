@@ -189,22 +189,16 @@ def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) ->
 
     values = placed(settings.set, "set")
     guess = settings.guess
-    asked = (
-        None
-        if guess is None
-        else GuessView(guess.ask, guess.choices, guess.choices.index(guess.answer), placed(guess.show, "guess.show"))
-    )
+    asked = None
+    if guess is not None:
+        asked = GuessView(guess.ask, guess.choices, guess.choices.index(guess.answer), placed(guess.show, "guess.show"))
     moved = chosen(settings.move, [*CHOICES, *owned], f"{where}: move")
-    watched = chosen(settings.watch, watchable(flight, laws.laws[controller.law].net > 0), f"{where}: watch")
+    net = [NET] if laws.laws[controller.law].net > 0 else []
+    watched = chosen(settings.watch, [SCENE, *net, *(panel.id for panel in flight.panels)], f"{where}: watch")
     return StepView(
         title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.window, settings.camera,
         asked, {str(name): span for name, span in settings.success.items()},
     )  # fmt: skip
-
-
-def watchable(flight: FlightData, net: bool) -> list[str]:
-    """What of a flight may be watched. net: whether its law shows one."""
-    return [SCENE, *([NET] if net else []), *(panel.id for panel in flight.panels)]
 
 
 def components(control: Control, given: Values, where: str) -> list[float]:

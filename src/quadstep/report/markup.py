@@ -40,11 +40,6 @@ def face(name: str) -> str:
     )
 
 
-def faces(text: str) -> str:
-    """What a page of this text needs."""
-    return face(TEXT) + (face(FORMULAS) if "<math" in text else "")
-
-
 LOGO = (
     '<svg class="logo" viewBox="0 0 24 24" aria-hidden="true"><path d="M8.8 8.8l6.4 6.4M15.2 8.8l-6.4 6.4"/><circle cx="6" '
     'cy="6" r="4"/><circle cx="18" cy="6" r="4"/><circle cx="6" cy="18" r="4"/><circle cx="18" cy="18" r="4"/></svg>'
@@ -237,9 +232,10 @@ def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "
     contents = f'<nav class="contents" aria-label="Contents">{contents}</nav>' if len(places) >= FEWEST_HEADINGS else ""
     viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
     head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>{more}'
+    formulas = face(FORMULAS) if "<math" in body else ""
     above = f'<div class="top">{LOGO}<span>{escape(f"quadstep · {kind}" if kind else "quadstep")}</span></div>'
     return (
-        f'<!doctype html>\n<html lang="en"><head>{head}<style>{faces(body)}{style()}</style></head>\n'
+        f'<!doctype html>\n<html lang="en"><head>{head}<style>{face(TEXT)}{formulas}{style()}</style></head>\n'
         f"<body><header>{above}<h1>{escape(title)}</h1></header>\n{contents}<main>\n{body}\n</main>\n"
         f'<footer class="colophon">quadstep {__version__}</footer>{script(body)}</body></html>\n'
     )

@@ -1,7 +1,6 @@
 """Betaflight's blackbox (https://betaflight.com/docs/development/Blackbox), decoded by the package betaflight-chirp-core."""
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +43,8 @@ def read(path: Path, wanted: list[str]) -> Topics:
     sessions = [FlightLogParser(content, *ends) for ends in split_sessions(content)]
     for one in sessions:
         one.parse_header()
-        refuse_intervals(path, one.sys_config)
+        if not all(0 < one.sys_config[name] <= LONGEST_INTERVAL for name in INTERVALS):  # the decoder counts through them
+            raise UserError(f"{path}: its headers give an interval between frames that is outside 1 to {LONGEST_INTERVAL}")
         one.parse_data()
     session = max(sessions, key=lambda one: len(one.main_frames), default=None)
     if session is None or not session.main_frames:
@@ -70,12 +70,6 @@ def read(path: Path, wanted: list[str]) -> Topics:
             columns[f"{TOPIC}.{field}"] = Series(time, unit * np.sum(found, axis=0))
     damaged = int(session.stats["total_corrupt_frames"])
     return Topics(columns, damaged, parameters(session))
-
-
-def refuse_intervals(path: Path, headers: Mapping[str, int]) -> None:
-    """Raises UserError for intervals between frames that no log has: the decoder counts from one to the next."""
-    if not all(0 < headers[name] <= LONGEST_INTERVAL for name in INTERVALS):
-        raise UserError(f"{path}: its headers give an interval between frames that is outside 1 to {LONGEST_INTERVAL}")
 
 
 def parameters(session: FlightLogParser) -> dict[str, float]:

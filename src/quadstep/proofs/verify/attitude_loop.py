@@ -145,11 +145,6 @@ def equation_33() -> Checks:
     ])  # fmt: skip
 
 
-def printed_torque() -> Expression:
-    """Eq. 35 with Eq. 34."""
-    return array(W_HAT_2).T * loop.mu(loop.NET_2, CHI_2) + K_R2 * R2 + K_I2 * INTEGRAL
-
-
 @row(ROWS, "34", "second net", "v_NN2_hat = W_hat_2^T mu_2(chi_2)", "interfaces.learning:output", EquationVerdict.AS_PRINTED)
 def equation_34() -> Checks:
     spoken = array(loop.sample().command.torque) - array(loop.sample(learning=False).command.torque)
@@ -164,9 +159,10 @@ def equation_35() -> Checks:
     command, following = loop.sample()
     r2, estimate = symbols("r2"), symbols("v_hat")
     alone = desired_torque(GAINS, r2, MEMORY.integral_2, estimate)
+    printed = array(W_HAT_2).T * loop.mu(loop.NET_2, CHI_2) + K_R2 * R2 + K_I2 * INTEGRAL  # with Eq. 34
     return Checks([
         same("tau", alone, array(estimate) + K_R2 * array(r2) + K_I2 * INTEGRAL),
-        same("tau of the law", command.torque, printed_torque()),
+        same("tau of the law", command.torque, printed),
         same("int r2 grows by r2 each sample", array(following.integral_2) - INTEGRAL, loop.PERIOD * R2),
     ])  # fmt: skip
 

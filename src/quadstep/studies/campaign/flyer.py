@@ -105,13 +105,19 @@ class Flyer:
         self, flights: NDArray[np.int64], drawn: dict[str, DrawnColumn], progress: Advance | None = None
     ) -> "pa.Table":
         """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
+        return table(self.campaign, flights, drawn, *self.sweep_all(flights, drawn, progress))
+
+    def sweep_all(
+        self, flights: NDArray[np.int64], drawn: dict[str, DrawnColumn], progress: Advance | None
+    ) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
+        """Outcome, end [s] and metrics of all of them. Raises UserError for values that cannot be flown."""
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
         for batch in self.planner.batches(flights, drawn):
             swept = self.swept(batch, progress)
             outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
             metrics[batch.members] = swept.metrics
-        return table(self.campaign, flights, drawn, outcome, ended, metrics)
+        return outcome, ended, metrics
 
     def swept(self, batch: PlannedBatch, progress: Advance | None) -> SweepResults:
         """The flights of a batch. Raises what an opaque controller raised."""

@@ -178,7 +178,9 @@ def fly_until(asked: CampaignRequest, target: float) -> DecidedRun:
                 campaign.check_count(look.flights)
                 store.shorten(look.flights)
             fly_missing(store, fly, look.flights, asked.progress)
-            seen.append(look_at(store, look))
+            success = store.read([SUCCESS])[SUCCESS].slice(0, look.flights)
+            failures = look.flights - int(pc.sum(success).as_py() or 0)
+            seen.append(LookResult(look, failures, exact_share(failures, look.flights, look.tail)))
             if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
                 break
         last = seen[-1]
@@ -195,13 +197,6 @@ def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None
             )
     if most is not None and most < first.flights:
         raise UserError(f"--flights {most}: --until needs at least {first.flights} flights, even if none of them fails")
-
-
-def look_at(store: Store, look: Look) -> LookResult:
-    """The failures so far, with the exact interval of this look."""
-    success = store.read([SUCCESS])[SUCCESS].slice(0, look.flights)
-    failures = look.flights - int(pc.sum(success).as_py() or 0)
-    return LookResult(look, failures, exact_share(failures, look.flights, look.tail))
 
 
 def decision(target: float, seen: Sequence[LookResult], meaning: str) -> str:

@@ -240,12 +240,7 @@ class CandidateFlyer:
         flights = np.tile(draws.flights, every)
         drawn = {key: DrawnColumn(np.tile(one.values, every), one.options) for key, one in draws.drawn.items()}
         drawn |= {key: DrawnColumn(np.repeat([one[key] for one in candidates], count)) for key in self.asked.present}
-        outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
-        metrics = np.empty((len(flights), len(self.campaign.metrics)))
-        for batch in self.flyer.planner.batches(flights, drawn):
-            swept = self.flyer.swept(batch, progress)
-            outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
-            metrics[batch.members] = swept.metrics
+        outcome, ended, metrics = self.flyer.sweep_all(flights, drawn, progress)
         metrics = np.hstack([metrics, np.full((len(metrics), len(self.asked.section.margins)), np.nan)])
         parts = (outcome.reshape(every, count), ended.reshape(every, count), metrics.reshape(every, count, -1))
         found = [CandidateFlights(*one, self.asked.names) for one in zip(*parts, strict=True)]
