@@ -41,16 +41,20 @@ def rest_at_the_end() -> Claim:
     )
 
 
+def kept_small(
+    study: PaperStudy, kind: str, unit: str, name: str, sentence: str, shown: tuple[float, str], most: int
+) -> Claim:
+    """That no largest error of Case 1 is above `most` thousandths of the unit. shown: in what errors are written."""
+    errors = largest(study.cases["case1"], kind, unit)
+    said = ", ".join(f"{a} {shown[0] * e:.2g} {shown[1]}" for a, e in errors.items())
+    measured = f"largest error {said} (bound taken: {most} m{unit})"
+    return Claim(name, sentence, measured, judge(max(errors.values()) < 1e-3 * most), {f"largest_error[{unit}]": errors})
+
+
 def tracking(study: PaperStudy) -> Claim:
     """Case 1, Fig. 4."""
-    errors = largest(study.cases["case1"], "position", "m")
-    return Claim(
-        "near-perfect tracking",
-        "The tracking is almost perfect as well as the tracking errors are significantly small (Case 1).",
-        "largest error " + ", ".join(f"{a} {1e6 * e:.2g} um" for a, e in errors.items()) + " (bound taken: 1 mm)",
-        judge(max(errors.values()) < 1e-3),
-        {"largest_error[m]": errors},
-    )
+    sentence = "The tracking is almost perfect as well as the tracking errors are significantly small (Case 1)."
+    return kept_small(study, "position", "m", "near-perfect tracking", sentence, (1e6, "um"), 1)
 
 
 def injected(log: FlightLog) -> float:
@@ -86,14 +90,8 @@ def compensation(study: PaperStudy) -> Claim:
 
 def angles(study: PaperStudy) -> Claim:
     """Case 1, Fig. 5."""
-    errors = largest(study.cases["case1"], "attitude", "rad")
-    return Claim(
-        "angles match their commands",
-        "Again the angles match their command values nearly perfectly (Case 1).",
-        "largest error " + ", ".join(f"{a} {1e3 * e:.2g} mrad" for a, e in errors.items()) + " (bound taken: 5 mrad)",
-        judge(max(errors.values()) < 5e-3),
-        {"largest_error[rad]": errors},
-    )
+    sentence = "Again the angles match their command values nearly perfectly (Case 1)."
+    return kept_small(study, "attitude", "rad", "angles match their commands", sentence, (1e3, "mrad"), 5)
 
 
 def realisable(study: PaperStudy) -> Claim:
@@ -191,21 +189,12 @@ def neurons(study: PaperStudy) -> list[Claim]:
     )
     values = {flight: {str(n): value for n, value in by_count.items()} for flight, by_count in median.items()}
     measured = f"median RMSE over {len(SEEDS)} seeds by neurons, {text}"
+    worse, no_better = all(m[8] > m[10] for m in median.values()), all(m[12] >= 0.99 * m[10] for m in median.values())
+    eight = "Using eight neurons the performance deteriorated."
+    twelve = "A simulation using 12 neurons did not improve performance."
     return [
-        Claim(
-            "8 neurons are worse than 10",
-            "Using eight neurons the performance deteriorated.",
-            measured,
-            judge(all(m[8] > m[10] for m in median.values())),
-            values,
-        ),
-        Claim(
-            "12 neurons are no better than 10",
-            "A simulation using 12 neurons did not improve performance.",
-            measured,
-            judge(all(m[12] >= 0.99 * m[10] for m in median.values())),
-            values,
-        ),
+        Claim("8 neurons are worse than 10", eight, measured, judge(worse), values),
+        Claim("12 neurons are no better than 10", twelve, measured, judge(no_better), values),
     ]
 
 
