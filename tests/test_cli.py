@@ -6,14 +6,12 @@ from pathlib import Path
 import pytest
 
 from quadstep import __version__, read_mission
-from tests.commands import LINE, quadstep, quadstep_process
+from tests.commands import LINE, quadstep, quadstep_process, write
 
 
 @pytest.fixture
 def mission(tmp_path):
-    path = tmp_path / "mission.toml"
-    path.write_text(LINE, encoding="utf-8")
-    return path
+    return write(tmp_path, LINE)
 
 
 def test_the_version_is_the_packages():

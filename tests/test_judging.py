@@ -17,7 +17,7 @@ from quadstep.metrics import requirements
 from quadstep.metrics.statistics import share as interval
 from quadstep.metrics.verdict import Case, Verdict, junit_xml, scalars
 from quadstep.report.evidence import Evidence
-from tests.commands import LINE, quadstep
+from tests.commands import LINE, quadstep, write
 from tests.verdicts import checked, properties
 
 DIVERGING = f"{LINE}[start]\nposition = [0.0, 0.0, 30.0]\n[limits]\ndistance = 20.0\n"
@@ -25,16 +25,12 @@ DIVERGING = f"{LINE}[start]\nposition = [0.0, 0.0, 30.0]\n[limits]\ndistance = 2
 
 @pytest.fixture
 def mission(tmp_path):
-    path = tmp_path / "mission.toml"
-    path.write_text(LINE, encoding="utf-8")
-    return path
+    return write(tmp_path, LINE)
 
 
 @pytest.fixture
 def diverging(tmp_path):
-    path = tmp_path / "diverging.toml"
-    path.write_text(DIVERGING, encoding="utf-8")
-    return path
+    return write(tmp_path, DIVERGING, "diverging.toml")
 
 
 def flown(mission, tmp_path, *options):

@@ -1,6 +1,7 @@
 """Files of an autopilot's parameters: what is read, what is refused in one line, what a mission makes of them, and back."""
 
 import tomllib
+from functools import partial
 
 import pytest
 
@@ -48,10 +49,13 @@ tune.gains = { "controller.posCtlPid.xKp" = {} }
 HOVER = {"type": "step", "end": [0.0, 0.0, 1.0], "time": 0.1, "duration": 0.5}
 
 
-def mission(folder, text, **keys):
-    (folder / "saved.yaml").write_text(text)
-    controller = {"type": "crazyflie-pid", "parameters": "saved.yaml", **keys}
-    return check_mission({"vehicle": {"preset": "crazyflie"}, "path": HOVER, "controller": controller}, "m.toml", folder)
+def mission(folder, text, file="saved.yaml", law="crazyflie-pid", vehicle="crazyflie", **keys):
+    (folder / file).write_text(text)
+    controller = {"type": law, "parameters": file, **keys}
+    return check_mission({"vehicle": {"preset": vehicle}, "path": HOVER, "controller": controller}, "m.toml", folder)
+
+
+px4 = partial(mission, file="saved.params", law="px4-cascade", vehicle="x500")
 
 
 def test_what_cfclient_saves_is_read_as_yaml_reads_it():
@@ -84,15 +88,6 @@ WRONG = {
     ),
     "out of range": (SAVED.replace("200.0", "-1.0"), "controller.pid_rate.roll_kp: should be greater than or equal to 0"),
 }
-
-
-@pytest.mark.parametrize("wrong", WRONG)
-def test_a_file_that_cannot_be_used_is_refused_in_one_line(tmp_path, wrong):
-    text, said = WRONG[wrong]
-    with pytest.raises(UserError) as error:
-        mission(tmp_path, text)
-    assert said in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_a_missing_file_is_named(tmp_path):
@@ -148,12 +143,6 @@ QGC = """# Onboard parameters for Vehicle 1
 """
 
 
-def px4(folder, text, **keys):
-    (folder / "saved.params").write_text(text)
-    controller = {"type": "px4-cascade", "parameters": "saved.params", **keys}
-    return check_mission({"vehicle": {"preset": "x500"}, "path": HOVER, "controller": controller}, "m.toml", folder)
-
-
 def test_a_mission_flies_with_what_qgroundcontrol_saved(tmp_path):
     read = px4(tmp_path, QGC)
     rates = read.plan(warn=False).parameters.gains.rates
@@ -201,11 +190,14 @@ WRONG_QGC = {
 }
 
 
-@pytest.mark.parametrize("wrong", WRONG_QGC)
-def test_what_px4_does_not_fly_is_refused_in_one_line(tmp_path, wrong):
-    text, said = WRONG_QGC[wrong]
+@pytest.mark.parametrize(
+    ("made", "text", "said"),
+    [(made, *case) for made, cases in ((mission, WRONG), (px4, WRONG_QGC)) for case in cases.values()],
+    ids=[*WRONG, *(f"px4: {name}" for name in WRONG_QGC)],
+)
+def test_a_file_that_cannot_be_used_is_refused_in_one_line(tmp_path, made, text, said):
     with pytest.raises(UserError) as error:
-        px4(tmp_path, text)
+        made(tmp_path, text)
     assert said in str(error.value)
     assert "\n" not in str(error.value)
 

@@ -129,12 +129,17 @@ MUTATIONS = {
 }
 
 
+def check_of(folder, certificate, change):
+    """What the check says of a certificate after a change of its content."""
+    content = json.loads(certificate.read_text())
+    change(content)
+    (folder / "proof.json").write_bytes(forged(content))
+    return quadstep("prove", "--check", folder / "proof.json")
+
+
 @pytest.mark.parametrize("name", MUTATIONS)
 def test_the_check_refuses_what_was_not_proved(tmp_path, proved, name):
-    content = json.loads(proved[1].read_text())
-    MUTATIONS[name](content)
-    (tmp_path / "proof.json").write_bytes(forged(content))
-    run = quadstep("prove", "--check", tmp_path / "proof.json")
+    run = check_of(tmp_path, proved[1], MUTATIONS[name])
     assert (run.code, run.err) == (errors.FAILED, "")
     assert "not confirmed: " in run.out
     assert "proved" not in run.out
@@ -151,10 +156,7 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_certificate_is_one_line(tmp_path, proved, name):
-    content = json.loads(proved[1].read_text())
-    BROKEN[name](content)
-    (tmp_path / "proof.json").write_bytes(forged(content))
-    run = quadstep("prove", "--check", tmp_path / "proof.json")
+    run = check_of(tmp_path, proved[1], BROKEN[name])
     assert run.refused
     assert "proof.json" in run.err
 

@@ -20,7 +20,7 @@ from quadstep.report.panel import Panel
 from quadstep.report.pool import drawing_pool, start_server
 from quadstep.report.publish import publishing
 from quadstep.studies.fly import fly_mission
-from tests.commands import LINE, quadstep
+from tests.commands import LINE, quadstep, write
 from tests.patience import PATIENCE
 
 T = np.linspace(0.0, 1.0, 5)
@@ -40,9 +40,7 @@ def end_at_once():
 
 @pytest.fixture
 def mission(tmp_path):
-    path = tmp_path / "mission.toml"
-    path.write_text(LINE, encoding="utf-8")
-    return path
+    return write(tmp_path, LINE)
 
 
 def test_a_worker_starts_with_matplotlib_and_without_the_command_line():

@@ -60,22 +60,19 @@ def test_every_claim_that_the_issue_lists_is_judged(doctored):
         json.dumps(claim.values, allow_nan=False)
 
 
-@pytest.mark.parametrize("axis", "xyz")
-def test_tracking_fails_from_a_millimetre_on(doctored, axis):
-    errors = doctored.study.cases["case1"]["position"][axis]
-    errors["largest[m]"] = 0.99e-3
-    assert doctored.verdict("near-perfect tracking") is ClaimVerdict.HOLDS
-    errors["largest[m]"] = 1.01e-3
-    assert doctored.verdict("near-perfect tracking") is ClaimVerdict.FAILS
-
-
-@pytest.mark.parametrize("angle", ["psi", "theta", "phi"])
-def test_angles_fail_from_5_mrad_on(doctored, angle):
-    errors = doctored.study.cases["case1"]["attitude"][angle]
-    errors["largest[rad]"] = 4.9e-3
-    assert doctored.verdict("angles match their commands") is ClaimVerdict.HOLDS
-    errors["largest[rad]"] = 5.1e-3
-    assert doctored.verdict("angles match their commands") is ClaimVerdict.FAILS
+@pytest.mark.parametrize(
+    ("kind", "axis", "unit", "bound", "name"),
+    [
+        *(("position", axis, "m", 1e-3, "near-perfect tracking") for axis in "xyz"),
+        *(("attitude", angle, "rad", 5e-3, "angles match their commands") for angle in ("psi", "theta", "phi")),
+    ],
+)
+def test_tracking_fails_from_a_millimetre_on_and_angles_from_5_mrad(doctored, kind, axis, unit, bound, name):
+    errors = doctored.study.cases["case1"][kind][axis]
+    errors[f"largest[{unit}]"] = 0.99 * bound
+    assert doctored.verdict(name) is ClaimVerdict.HOLDS
+    errors[f"largest[{unit}]"] = 1.01 * bound
+    assert doctored.verdict(name) is ClaimVerdict.FAILS
 
 
 def test_inputs_are_not_realisable_with_a_rotor_that_pulls_or_twice_the_weight(doctored):
@@ -129,32 +126,22 @@ def every_start(study, value, ours):
             value(metrics)
 
 
-def z_error(value):
-    def change(metrics):
-        metrics["position"]["z"]["rmse[m]"] = value
+def measure(group, names, key):
+    """What sets a measure of metrics to a value."""
 
-    return change
+    def to(value):
+        def change(metrics):
+            for place in [metrics[group][name] for name in names] or [metrics[group]]:
+                place[key] = value
 
+        return change
 
-def side_error(value):
-    def change(metrics):
-        metrics["position"]["x"]["rmse[m]"] = metrics["position"]["y"]["rmse[m]"] = value
-
-    return change
-
-
-def settling(value):
-    def change(metrics):
-        metrics["attitude"]["theta"]["angle_settling[s]"] = metrics["attitude"]["phi"]["angle_settling[s]"] = value
-
-    return change
+    return to
 
 
-def variation(value):
-    def change(metrics):
-        metrics["u"]["total_variation[N]"] = value
-
-    return change
+z_error, side_error = measure("position", "z", "rmse[m]"), measure("position", "xy", "rmse[m]")
+settling = measure("attitude", ("theta", "phi"), "angle_settling[s]")
+variation = measure("u", "", "total_variation[N]")
 
 
 COMPARED = [

@@ -9,6 +9,7 @@ Identification: A Frequency Domain Approach", 2nd edition, 2012, chapter 7); wha
 """
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -189,25 +190,32 @@ def interval(value: float, error: float, freedom: float) -> Estimate:
 
 
 def crossovers(found: Response) -> list[Crossing]:
-    """Where |L| crosses 1, and the phase margin there [rad], the phase of L above -180 degrees.
+    """Where |L| crosses 1, and the phase margin there [rad], the phase of L above -180 degrees."""
+    level, phase = np.log(np.abs(found.opened)), np.unwrap(np.angle(-found.opened))
+    seen = zeros(found, level, np.flatnonzero(np.diff(level > 0.0)), level, phase)
+    return joined([Crossing(grown(at), interval(math.remainder(margin, 2.0 * math.pi), *off)) for at, margin, *off in seen])
 
-    Of each margin the error along the crossing counts too: a loop gain that is off moves the crossing, and the phase with it.
+
+def zeros(
+    found: Response, over: Floats, places: NDArray[np.intp], along: Floats, read: Floats
+) -> Iterator[tuple[Estimate, float, float, float]]:
+    """For each place at which `over` crosses zero: the logarithm of the frequency, what is read there, the error of that, and
+    its degrees of freedom. along: `over`, but without jumps by whole turns.
+
+    The error along the crossing counts too: a loop gain that is off moves the crossing, and the phase with it.
     """
-    opened, x = found.opened, np.log(found.omega)
-    level, phase = np.log(np.abs(opened)), np.unwrap(np.angle(-opened))
-    relative = found.opened_error / np.abs(opened)
-    crossings = []
-    for i in np.flatnonzero(np.diff(level > 0.0)):
-        share = float(level[i] / (level[i] - level[i + 1]))
+    x, relative = np.log(found.omega), found.opened_error / np.abs(found.opened)
+    for i in places:
+        share = float(over[i] / (over[i] - over[i + 1]))
         near = slice(max(i - NEAR, 0), i + NEAR + 2)
-        slope, turn = (float(np.polyfit(x[near], one[near], 1)[0]) for one in (level, phase))
-        at, margin, error = (float(one[i] + share * (one[i + 1] - one[i])) for one in (x, phase, relative))
-        freedom = float(found.freedom[i])
-        margin = math.remainder(margin, 2.0 * math.pi)
-        moved = interval(at, error / max(abs(slope), 1e-9), freedom)
-        off = error * math.hypot(1.0, turn / max(abs(slope), 1e-9))
-        crossings.append(Crossing(Estimate(*(math.exp(min(one, 700.0)) for one in moved)), interval(margin, off, freedom)))
-    return joined(crossings)
+        slope, turn = (float(np.polyfit(x[near], one[near], 1)[0]) for one in (along, read))
+        at, value, error = (float(one[i] + share * (one[i + 1] - one[i])) for one in (x, read, relative))
+        freedom, steep = float(found.freedom[i]), max(abs(slope), 1e-9)
+        yield interval(at, error / steep, freedom), value, error * math.hypot(1.0, turn / steep), freedom
+
+
+def grown(logarithm: Estimate) -> Estimate:
+    return Estimate(*(math.exp(min(one, 700.0)) for one in logarithm))
 
 
 def joined(crossings: list[Crossing]) -> list[Crossing]:
@@ -234,22 +242,11 @@ def gain_margins(found: Response) -> list[Crossing]:
     """Where the phase of L crosses -180 degrees, and by which factor the gain may grow there until the loop is unstable; below
     1 by which it may fall.
     """
-    opened, x = found.opened, np.log(found.omega)
-    level, phase = np.log(np.abs(opened)), np.unwrap(np.angle(-opened))
-    relative = found.opened_error / np.abs(opened)
-    crossings = []
-    turns = np.round(phase / (2.0 * math.pi))
-    off = phase - 2.0 * math.pi * turns
-    for i in np.flatnonzero(np.diff(off > 0.0) & (np.abs(np.diff(off)) < math.pi)):
-        share = float(off[i] / (off[i] - off[i + 1]))
-        near = slice(max(i - NEAR, 0), i + NEAR + 2)
-        slope, turn = (float(np.polyfit(x[near], one[near], 1)[0]) for one in (phase, level))
-        at, gain, error = (float(one[i] + share * (one[i + 1] - one[i])) for one in (x, level, relative))
-        freedom = float(found.freedom[i])
-        moved = interval(at, error / max(abs(slope), 1e-9), freedom)
-        factor = interval(-gain, error * math.hypot(1.0, turn / max(abs(slope), 1e-9)), freedom)
-        crossings.append(Crossing(*(Estimate(*(math.exp(min(one, 700.0)) for one in each)) for each in (moved, factor))))
-    return joined(crossings)
+    level, phase = np.log(np.abs(found.opened)), np.unwrap(np.angle(-found.opened))
+    off = phase - 2.0 * math.pi * np.round(phase / (2.0 * math.pi))
+    places = np.flatnonzero(np.diff(off > 0.0) & (np.abs(np.diff(off)) < math.pi))
+    seen = zeros(found, off, places, phase, level)
+    return joined([Crossing(grown(at), grown(interval(-gain, *error))) for at, gain, *error in seen])
 
 
 def margin(crossings: list[Crossing]) -> Crossing | None:

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import MARGINS, UNITS, is_margin
 from quadstep.mission.check import Checked, check
-from quadstep.mission.distributions import Together, Varied
+from quadstep.mission.distributions import Together, Varied, ordered
 from quadstep.mission.fields import Finite, NonNegative, Positive, Quantity, Section, dotted
 from quadstep.numbers import exp, log
 
@@ -27,8 +27,7 @@ class Range(Section):
 
     @model_validator(mode="after")
     def _ordered(self) -> "Range":
-        if self.low >= self.high:
-            raise ValueError(f"low = {self.low:g} must be below high = {self.high:g}")
+        ordered(self.low, self.high)
         if self.scale == "log" and self.low <= 0.0:
             raise ValueError(f'low = {self.low:g}: a logarithmic scale needs low above 0; or set scale = "linear"')
         return self

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.io.errors import unknown_name
-from quadstep.mission.distributions import Together, Varied
+from quadstep.mission.distributions import Together, Varied, ordered
 from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_constraints, as_ranges, ranges_by_key
 
@@ -155,8 +155,7 @@ class MarginEntry(Limited):
 
     @model_validator(mode="after")
     def _ordered(self) -> "MarginEntry":
-        if self.low >= self.high:
-            raise ValueError(f"low = {self.low:g} must be below high = {self.high:g}")
+        ordered(self.low, self.high)
         if self.step is not None and (self.high - self.low) / self.step > 1000.0:
             raise ValueError(f"step = {self.step:g} makes more than 1000 steps from low to high")
         return self
