@@ -143,17 +143,11 @@ def test_intervals_are_exact(open_page):
         assert list(ours.values()) == pytest.approx(list(share(count, total)), rel=1e-9, abs=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("largest_error = 0.2", "effort_thrust = 9.0", "failure.effort_thrust: a page counts failures by position_rmse and"),
-        (
-            'wind.mean.0 = { type = "normal", mean = 9.0, deviation = 5.0 }',
-            'controller.type = { type = "choice", values = ["geometric", "pid"] }',
-            "vary no choice of another structure",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("largest_error = 0.2", "effort_thrust = 9.0", "failure.effort_thrust: a page counts failures by position_rmse and"),
+    ('wind.mean.0 = { type = "normal", mean = 9.0, deviation = 5.0 }',
+        'controller.type = { type = "choice", values = ["geometric", "pid"] }', "vary no choice of another structure"),
+])  # fmt: skip
 def test_what_a_page_cannot_fly_is_refused(tmp_path, old, new, words):
     path = campaign(tmp_path)
     path.write_text(path.read_text().replace(old, new))

@@ -98,16 +98,10 @@ def test_no_probability_that_can_be_shown(text):
         parsed(text)
 
 
-@pytest.mark.parametrize(
-    ("kind", "said"),
-    [
-        (
-            '"grid", values = [1.0, 1.1]',
-            "--until: its flights are points of a grid, without noise, and say nothing about others",
-        ),
-        ('"sobol", low = 0.9, high = 1.1', "vary.vehicle.mass: --until counts independent flights"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "said"), [
+    ('"grid", values = [1.0, 1.1]', "--until: its flights are points of a grid, without noise, and say nothing about others"),
+    ('"sobol", low = 0.9, high = 1.1', "vary.vehicle.mass: --until counts independent flights"),
+])  # fmt: skip
 def test_flights_that_are_not_drawn_are_refused(tmp_path, kind, said):
     path = written(tmp_path, f"vehicle.mass = {{ type = {kind} }}\n")
     refused(fly(path, tmp_path / "out", "--until", "0.1"), said)

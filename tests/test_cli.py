@@ -170,43 +170,35 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
     assert list(Path(tmp_path).iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("linear", "mission.toml", "--controllers", ""), "--controllers: is empty"),
-        (("new", "mission.toml", "--vehicle="), "--vehicle: is empty"),
-        (("fly", ""), "an argument: is empty"),
-        (("campaign", "campaign.toml", "--flights", "x"), "error: --flights: should be a whole number, not 'x' (see"),
-        (("campaign", "campaign.toml", "--flights", "9" * 5000), "error: --flights: should be a smaller number, not '999"),
-        (
-            ("campaign", "campaign.toml", "--engine", "floats"),
-            "error: --engine: unknown value 'floats'; allowed: lanes, gpu, ray (see",
-        ),
-        (("completion", "tcsh"), "error: SHELL: unknown value 'tcsh'; allowed: bash, zsh, fish (see"),
-        (("serve", "--port", "70000"), "error: --port: should be from 0 to 65535, not '70000' (see"),
-        (("serve", "--port", "x"), "error: --port: should be a whole number from 0 to 65535, not 'x' (see"),
-        (("study", "region", "--force", "inf"), "error: --force: should be from 0 to 1000, not 'inf' (see"),
-        (("fly", "--version"), "error: --version: is an option of quadstep alone: quadstep --version (see"),
-        (("fly", "mission.toml", "--overwrit"), "error: unknown option '--overwrit'. Did you mean --overwrite? (see"),
-        (("fly", "mission.toml", "--sped"), "error: unknown option '--sped' (see"),
-        (("vehicle", "fit", "sheet.toml", "--out", "a" * 300 + ".toml"), "cannot be written: File name too long"),
-        (("linear", "examples/figure_eight.toml", "--controllers", "pid,nope"), "or your own FILE.py:NAME"),
-        (("new", "mission.toml", "--vehicle", "x500", "--controller", "nope"), "or your own FILE.py:NAME"),
-        (("fly", "examples/trust.toml"), "looks like a campaign, not a mission; `quadstep campaign` flies it"),
-        (("fly", "examples/compare.toml"), "looks like a study, not a mission; `quadstep compare` takes it"),
-        (("campaign", "examples/compare.toml"), "looks like a study, not a campaign; `quadstep compare` takes it"),
-        (
-            ("tune", "examples/compare.toml", "--budget", "9"),
-            "not a mission; `quadstep tune` takes a mission with a table [tune]",
-        ),
-        (("fly", "examples/case1.toml", "--flight", "3"), "--flight: needs a campaign, and examples/case1.toml looks like"),
-        (("fly", "examples/trust.toml", "--flight", "20000"), "--flight: should be from 0 to 19999, the last flight of"),
-        (("fly", "examples/trust.toml", "--flight", "-1"), "--flight: should be from 0 to 19999, the last flight of"),
-        (("tune", "examples/lissajous.toml", "--budget", "9"), 'gains = { "controller.k_x" = {} }; allowed: controller.k_x, '),
-        (("new", "mission.json"), "mission.json: missions are TOML; name a file that ends in .toml"),
-        (("new", "-"), "-: missions are TOML; name a file that ends in .toml"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "said"), [
+    (("linear", "mission.toml", "--controllers", ""), "--controllers: is empty"),
+    (("new", "mission.toml", "--vehicle="), "--vehicle: is empty"),
+    (("fly", ""), "an argument: is empty"),
+    (("campaign", "campaign.toml", "--flights", "x"), "error: --flights: should be a whole number, not 'x' (see"),
+    (("campaign", "campaign.toml", "--flights", "9" * 5000), "error: --flights: should be a smaller number, not '999"),
+    (("campaign", "campaign.toml", "--engine", "floats"),
+        "error: --engine: unknown value 'floats'; allowed: lanes, gpu, ray (see"),
+    (("completion", "tcsh"), "error: SHELL: unknown value 'tcsh'; allowed: bash, zsh, fish (see"),
+    (("serve", "--port", "70000"), "error: --port: should be from 0 to 65535, not '70000' (see"),
+    (("serve", "--port", "x"), "error: --port: should be a whole number from 0 to 65535, not 'x' (see"),
+    (("study", "region", "--force", "inf"), "error: --force: should be from 0 to 1000, not 'inf' (see"),
+    (("fly", "--version"), "error: --version: is an option of quadstep alone: quadstep --version (see"),
+    (("fly", "mission.toml", "--overwrit"), "error: unknown option '--overwrit'. Did you mean --overwrite? (see"),
+    (("fly", "mission.toml", "--sped"), "error: unknown option '--sped' (see"),
+    (("vehicle", "fit", "sheet.toml", "--out", "a" * 300 + ".toml"), "cannot be written: File name too long"),
+    (("linear", "examples/figure_eight.toml", "--controllers", "pid,nope"), "or your own FILE.py:NAME"),
+    (("new", "mission.toml", "--vehicle", "x500", "--controller", "nope"), "or your own FILE.py:NAME"),
+    (("fly", "examples/trust.toml"), "looks like a campaign, not a mission; `quadstep campaign` flies it"),
+    (("fly", "examples/compare.toml"), "looks like a study, not a mission; `quadstep compare` takes it"),
+    (("campaign", "examples/compare.toml"), "looks like a study, not a campaign; `quadstep compare` takes it"),
+    (("tune", "examples/compare.toml", "--budget", "9"), "not a mission; `quadstep tune` takes a mission with a table [tune]"),
+    (("fly", "examples/case1.toml", "--flight", "3"), "--flight: needs a campaign, and examples/case1.toml looks like"),
+    (("fly", "examples/trust.toml", "--flight", "20000"), "--flight: should be from 0 to 19999, the last flight of"),
+    (("fly", "examples/trust.toml", "--flight", "-1"), "--flight: should be from 0 to 19999, the last flight of"),
+    (("tune", "examples/lissajous.toml", "--budget", "9"), 'gains = { "controller.k_x" = {} }; allowed: controller.k_x, '),
+    (("new", "mission.json"), "mission.json: missions are TOML; name a file that ends in .toml"),
+    (("new", "-"), "-: missions are TOML; name a file that ends in .toml"),
+])  # fmt: skip
 def test_what_is_wrong_with_the_command_line_is_said_in_plain_words(arguments, said):
     run = quadstep(*arguments)
     assert (run.code, run.err.count("\n")) == (2, 1)

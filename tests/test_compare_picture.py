@@ -139,26 +139,12 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
     assert facts(one)[1][:2] == ("flown as asked", "2 of 4")
 
 
-@pytest.mark.parametrize(
-    ("difference", "p", "leads", "differs", "better"),
-    [
-        (-1e-3, 0.001, "", "in 2 of 2 pairs over 2 situations, the", "significantly better than law 1."),
-        (
-            -1e-6,
-            0.001,
-            ", but is shown to be better by less than 0.1 % only",
-            "in 2 of 2 pairs over 2 situations (in 2 of these by less than 0.1 %), the",
-            "law 1 (by less than 0.1 %).",
-        ),
-        (
-            -1e-3,
-            0.4,
-            ", but no difference from another is shown",
-            "in 0 of 2 pairs over 2 situations, the",
-            "not significantly",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("difference", "p", "leads", "differs", "better"), [
+    (-1e-3, 0.001, "", "in 2 of 2 pairs over 2 situations, the", "significantly better than law 1."),
+    (-1e-6, 0.001, ", but is shown to be better by less than 0.1 % only",
+        "in 2 of 2 pairs over 2 situations (in 2 of these by less than 0.1 %), the", "law 1 (by less than 0.1 %)."),
+    (-1e-3, 0.4, ", but no difference from another is shown", "in 0 of 2 pairs over 2 situations, the", "not significantly"),
+])  # fmt: skip
 def test_a_rank_that_chance_or_hardly_anything_gave_is_said_to_be_so(difference, p, leads, differs, better):
     second = WHERE._replace(path="circle")
     pair = Pair("law 0", "law 1", Estimate(difference, -1.0, 1.0), 1.0, -1.0, p, 0.0, 1.0)

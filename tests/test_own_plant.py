@@ -349,28 +349,16 @@ def test_a_mission_for_it_is_written_and_needs_a_controller(mission):
     assert "controller: missing; it is needed" in run.err
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('axes: ClassVar = ("z",)', 'axes: ClassVar = ("altitude",)', "axes: should be a tuple of x, y, z or some of them"),
-        ('    efforts: ClassVar = {"thrust": "N"}\n', "", "rail.py:Rail: has no `efforts`"),
-        ('"z_d": "m", ', "", "columns: z_d missing"),
-        (
-            "return [time, state.position[0], ",
-            "return [time, ",
-            "row: should be a list of 5 numbers, one for each of `columns`",
-        ),
-        (
-            "        return held\n",
-            "        return vector(0.0, 0.0)\n",
-            "inputs: should be a Vector of 1 numbers, one for each of",
-        ),
-        ("        return vector(reference.position[2] - state.position[0])", "        return reference.position", "error: "),
-        ("return Motion(vector(state.velocity), ", "return Motion(state.velocity, ", "rate: the rates: should keep the shape"),
-        ("return vector(clip(", "return (clip(", "actuate: the command to the actuators: should keep the shape"),
-    ],
-    ids=lambda text: text[:12],
-)
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ('axes: ClassVar = ("z",)', 'axes: ClassVar = ("altitude",)', "axes: should be a tuple of x, y, z or some of them"),
+    ('    efforts: ClassVar = {"thrust": "N"}\n', "", "rail.py:Rail: has no `efforts`"),
+    ('"z_d": "m", ', "", "columns: z_d missing"),
+    ("return [time, state.position[0], ", "return [time, ", "row: should be a list of 5 numbers, one for each of `columns`"),
+    ("        return held\n", "        return vector(0.0, 0.0)\n", "inputs: should be a Vector of 1 numbers, one for each of"),
+    ("        return vector(reference.position[2] - state.position[0])", "        return reference.position", "error: "),
+    ("return Motion(vector(state.velocity), ", "return Motion(state.velocity, ", "rate: the rates: should keep the shape"),
+    ("return vector(clip(", "return (clip(", "actuate: the command to the actuators: should keep the shape"),
+], ids=lambda text: text[:12])  # fmt: skip
 def test_what_it_declares_or_returns_wrongly_is_one_line(mission, old, new, said):
     assert old in PLANT
     mission.with_name("rail.py").write_text(PLANT.replace(old, new, 1))

@@ -321,23 +321,17 @@ BASE = {"name": "x", "outcome": "completed", "ended[s]": 0.2}
 LINE = {"type": "minimum-jerk", "end": [0.0, 0.0, 1.0], "duration": 1.0}
 
 
-@pytest.mark.parametrize(
-    ("content", "why"),
-    [
-        ({}, "does not say how it was flown"),
-        ({"mission": 3}, "does not say"),
-        ({"mission": {"path": {"type": "recorded", "file": "/etc/passwd"}}}, "needs further files"),
-        (
-            {"mission": {"path": LINE, "controller": {"type": "backstepping", "nets": {"weights": "../w.json"}}}},
-            "further files",
-        ),
-        ({"mission": {"path": LINE, "vehicle": {"file": "/etc/passwd"}}}, "further files"),
-        ({"mission": {"path": LINE, "bogus": 1}}, "unknown key"),
-        ({"mission": {"path": {**LINE, "duration": 1e9}}}, "duration"),
-        ({"name": 3, "outcome": 5, "ended[s]": "soon", "warnings": 3, "position": 7, "u": []}, "does not say"),
-        ({"outcome": "nonsense", "warnings": [1, "two"]}, "does not say"),
-    ],
-)
+@pytest.mark.parametrize(("content", "why"), [
+    ({}, "does not say how it was flown"),
+    ({"mission": 3}, "does not say"),
+    ({"mission": {"path": {"type": "recorded", "file": "/etc/passwd"}}}, "needs further files"),
+    ({"mission": {"path": LINE, "controller": {"type": "backstepping", "nets": {"weights": "../w.json"}}}}, "further files"),
+    ({"mission": {"path": LINE, "vehicle": {"file": "/etc/passwd"}}}, "further files"),
+    ({"mission": {"path": LINE, "bogus": 1}}, "unknown key"),
+    ({"mission": {"path": {**LINE, "duration": 1e9}}}, "duration"),
+    ({"name": 3, "outcome": 5, "ended[s]": "soon", "warnings": 3, "position": 7, "u": []}, "does not say"),
+    ({"outcome": "nonsense", "warnings": [1, "two"]}, "does not say"),
+])  # fmt: skip
 def test_a_result_that_cannot_be_flown_again_shows_its_recording(tmp_path, content, why):
     folder = spoilt(tmp_path / "result", **{**BASE, **content})
     (flight,) = data_of(open_result(folder))["flights"]
@@ -506,24 +500,14 @@ def test_of_two_the_closer_one_is_named(tmp_path):
     assert "10.0\u00a0mm" in text
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "said"),
-    [
-        (
-            {},
-            {"mission": {"path": {"type": "step"}}},
-            "a and b fly different paths, so their errors do not say which is better.",
-        ),
-        ({"mission": {"vehicle": 1}}, {}, "a and b fly different vehicles, so their errors do not say which is better."),
-        ({"ended[s]": 6.0}, {}, "a and b fly different durations, so their errors do not say which is better."),
-        ({"outcome": "crashed"}, {}, "a was lost, so the errors are not compared."),
-        (
-            {"mission": {"score_from": 4.0}},
-            {},
-            "Their errors do not say which is better: those of a count from 4\u00a0s on and those of b ",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("first", "second", "said"), [
+    ({}, {"mission": {"path": {"type": "step"}}}, "a and b fly different paths, so their errors do not say which is better."),
+    ({"mission": {"vehicle": 1}}, {}, "a and b fly different vehicles, so their errors do not say which is better."),
+    ({"ended[s]": 6.0}, {}, "a and b fly different durations, so their errors do not say which is better."),
+    ({"outcome": "crashed"}, {}, "a was lost, so the errors are not compared."),
+    ({"mission": {"score_from": 4.0}}, {},
+        "Their errors do not say which is better: those of a count from 4\u00a0s on and those of b "),
+])  # fmt: skip
 def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, first, second, said):
     for name, content in (("a", first), ("b", second)):
         rmse = 0.01 if name == "a" else 0.03

@@ -66,37 +66,29 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
     assert (second["title"], second["watch"], second["camera"]) == ("Second", "net", "orbit")
 
 
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ("bogus = 1", "bogus"),
-        ('mission = "a.toml"', "give either flight"),
-        ("set = { K_r9 = 1.0 }", "set: unknown value 'K_r9'; allowed"),
-        ("set = { K_r1 = [1.0, 2.0] }", "set.K_r1: should be one number or 3, not 2"),
-        ("set = { K_r1 = -1.0 }", "set.K_r1: -1 is outside"),
-        ("set = { K_r1 = nan }", "set.K_r1: should be a number, true or false, or a list of numbers, not nan"),
-        ('set = { K_r1 = "big" }', "set.K_r1: should be a number, true or false, or a list of numbers, not 'big'"),
-        (
-            "set = { K_r1 = [1.0, [2.0]] }",
-            "set.K_r1: should be a number, true or false, or a list of numbers, not [1.0, [2.0]]",
-        ),
-        ('controller = "pid"', "controller: unknown value 'pid'; allowed"),
-        ('ghost = "nobody"', "ghost: unknown value 'nobody'; allowed"),
-        ('camera = "under"', "camera"),
-        ("time = -1", "time"),
-        ("window = [5, 1]", "window: should be two times, the later one last, not [5.0, 1.0]"),
-        ("success = { rmse = [2, 1] }", "success.rmse: should be two numbers, 0 or more, the larger one last"),
-        ("success = { speed = [0, 1] }", "success.speed"),
-        ('guess = { ask = "?", choices = ["a"], answer = "a" }', "guess.choices"),
-        ('guess = { ask = "?", choices = ["a", "a"], answer = "a" }', "choices: should all be different"),
-        ('guess = { ask = "?", choices = ["a", "b"], answer = "c" }', "answer: 'c' is not one of a, b"),
-        (
-            'guess = { ask = "?", choices = ["a", "b"], answer = "a", show = { K_r9 = 1 } }',
-            "guess.show: unknown value 'K_r9'; allowed",
-        ),
-        ("= 3", "not valid TOML"),
-    ],
-)
+@pytest.mark.parametrize(("settings", "words"), [
+    ("bogus = 1", "bogus"),
+    ('mission = "a.toml"', "give either flight"),
+    ("set = { K_r9 = 1.0 }", "set: unknown value 'K_r9'; allowed"),
+    ("set = { K_r1 = [1.0, 2.0] }", "set.K_r1: should be one number or 3, not 2"),
+    ("set = { K_r1 = -1.0 }", "set.K_r1: -1 is outside"),
+    ("set = { K_r1 = nan }", "set.K_r1: should be a number, true or false, or a list of numbers, not nan"),
+    ('set = { K_r1 = "big" }', "set.K_r1: should be a number, true or false, or a list of numbers, not 'big'"),
+    ("set = { K_r1 = [1.0, [2.0]] }", "set.K_r1: should be a number, true or false, or a list of numbers, not [1.0, [2.0]]"),
+    ('controller = "pid"', "controller: unknown value 'pid'; allowed"),
+    ('ghost = "nobody"', "ghost: unknown value 'nobody'; allowed"),
+    ('camera = "under"', "camera"),
+    ("time = -1", "time"),
+    ("window = [5, 1]", "window: should be two times, the later one last, not [5.0, 1.0]"),
+    ("success = { rmse = [2, 1] }", "success.rmse: should be two numbers, 0 or more, the larger one last"),
+    ("success = { speed = [0, 1] }", "success.speed"),
+    ('guess = { ask = "?", choices = ["a"], answer = "a" }', "guess.choices"),
+    ('guess = { ask = "?", choices = ["a", "a"], answer = "a" }', "choices: should all be different"),
+    ('guess = { ask = "?", choices = ["a", "b"], answer = "c" }', "answer: 'c' is not one of a, b"),
+    ('guess = { ask = "?", choices = ["a", "b"], answer = "a", show = { K_r9 = 1 } }',
+        "guess.show: unknown value 'K_r9'; allowed"),
+    ("= 3", "not valid TOML"),
+])  # fmt: skip
 def test_a_fault_is_one_line_with_step_and_key(tmp_path, case, settings, words):
     path = written(tmp_path, one(), one(settings, title="Bad"))
     with pytest.raises(UserError, match="step 2") as error:
