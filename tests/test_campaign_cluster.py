@@ -1,6 +1,7 @@
 """A campaign on a real cluster of several nodes, which are lost in mid-run: the same files as from one machine."""
 
 import contextlib
+import json
 import os
 import pickle
 import re
@@ -32,7 +33,22 @@ from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import Chunk, parquet
 from quadstep.studies.comparison import jobs
-from tests.campaigns import SHORT, ended, flights, fly, leftovers, manifest, no_report, processes, rows, soon, started, written
+from tests.campaigns import (
+    NOISY,
+    SHORT,
+    ended,
+    flights,
+    fly,
+    leftovers,
+    manifest,
+    no_report,
+    processes,
+    rows,
+    soon,
+    started,
+    written,
+)
+from tests.commands import quadstep, write
 from tests.needs import package
 from tests.patience import PATIENCE
 
@@ -239,6 +255,18 @@ def test_what_fails_on_a_worker_is_raised_as_it_is_and_not_tried_again(whole, jo
         list(flown_on_cluster(known, [Chunk("a", 0, 200)], lambda _: None))
     assert type(one.value) is ZeroDivisionError
     assert (tmp_path / "marks").read_text() == "once "
+
+
+@pytest.mark.slow
+def test_a_comparison_on_the_cluster_finds_what_this_machine_finds(joined, tmp_path):
+    files = [write(tmp_path, NOISY.replace("geometric", law), f"{law}.toml") for law in ("geometric", "pid")]
+    found = []
+    for engine in ("lanes", "ray"):
+        run = quadstep("compare", *files, "--seeds", "2", "--engine", engine, "--out", tmp_path / engine)
+        assert run.code == 0, run.err
+        found.append(json.loads((tmp_path / engine / "metrics.json").read_text()))
+    assert found[0]["cells"] == found[1]["cells"]
+    assert found[0]["pairs"] == found[1]["pairs"]
 
 
 def test_a_node_without_quadstep_is_said_in_one_line(whole, joined, tmp_path):
