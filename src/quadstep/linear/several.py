@@ -177,11 +177,8 @@ def evidence(done: Several, path: Path, figures: list[Figure]) -> Evidence:
     ]
     about = {"name": done.name, "version": __version__, "file": str(path), "kind": done.kind}
     refused = worst.refused(done.found)
-    fly = [
-        "To fly the draw with the smallest phase margin: " + command("fly", path, "--flight", one.where.split()[1])
-        for one in least
-        if done.kind == "draws" and one.margin == worst.PHASE
-    ]
+    flights = [one.where.split()[1] for one in least if done.kind == "draws" and one.margin == worst.PHASE]
+    fly = [f"To fly the draw with the smallest phase margin: {command('fly', path, '--flight', one)}" for one in flights]
     each = f"{done.name}: smallest margins over all channels" if laws else ""
     shown = "" if laws else f"{done.name}: worst margins of {len(done.found)} loops"
     return Evidence(

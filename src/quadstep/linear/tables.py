@@ -68,16 +68,9 @@ def number(value: float, digits: str = ".1f") -> str:
 
 def margin_cells(one: Margins) -> list[str]:
     """A row of `MARGIN_HEADER` without its name."""
-    return [
-        decibels(one.gain_up),
-        decibels(one.gain_down),
-        number(math.degrees(one.phase)),
-        number(one.phase_at),
-        number(1e3 * one.delay),
-        f"{one.disk:.2f}",
-        f"{one.sensitivity:.2f}",
-        f"{one.complementary:.2f}",
-    ]
+    rest = (math.degrees(one.phase), one.phase_at, 1e3 * one.delay)
+    peaks = (f"{peak:.2f}" for peak in (one.disk, one.sensitivity, one.complementary))
+    return [decibels(one.gain_up), decibels(one.gain_down), *map(number, rest), *peaks]
 
 
 def margin_rows(found: Analysis) -> list[list[str]]:

@@ -118,18 +118,9 @@ def as_text(content: object) -> bytes:
 
 
 SPECIAL = {char: f"\\{char}" for char in "&%$#_{}"} | {
-    "\\": r"\textbackslash{}",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "<": "$<$",
-    ">": "$>$",
-    "\u2212": "$-$",
-    "\u00b0": r"\textdegree{}",
-    "\u00b5": r"\textmu{}",
-    "\u00b2": "$^2$",
-    "\u00b3": "$^3$",
-    "\u00a0": "~",
-}
+    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": "$<$", ">": "$>$",
+    "\u2212": "$-$", "\u00b0": r"\textdegree{}", "\u00b5": r"\textmu{}", "\u00b2": "$^2$", "\u00b3": "$^3$", "\u00a0": "~",
+}  # fmt: skip
 
 
 def escaped(text: str) -> str:

@@ -208,15 +208,8 @@ def equation_38() -> Checks:
 
 
 # Eq. 39
-@row(
-    ROWS,
-    "39",
-    "error of the second net, again",
-    V_TILDE,
-    "interfaces.learning:output",
-    EquationVerdict.DEFINITION,
-    "Eq. 36 repeated",
-)
+@row(ROWS, "39", "error of the second net, again", V_TILDE, "interfaces.learning:output", EquationVerdict.DEFINITION,
+     "Eq. 36 repeated")  # fmt: skip
 def equation_39() -> Checks:
     spoken = array(loop.sample().command.torque) - K_R2 * R2 - K_I2 * INTEGRAL
     ideal = array(W_2).T * loop.mu(loop.NET_2, CHI_2) + array(EPS_2)

@@ -77,14 +77,8 @@ def plain(
     row(ROWS, name, what, printed, PLACE, verdict, reason)(gather)
 
 
-@row(
-    ROWS,
-    "21",
-    "attitude and thrust for a force",
-    "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat",
-    PLACE,
-    EquationVerdict.AS_PRINTED,
-)
+@row(ROWS, "21", "attitude and thrust for a force", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat", PLACE,
+     EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_21() -> Checks:
     found = solution()
     return Checks([same("the force made by the shipped solution", printed_force(found.u, found.theta, found.phi), FORCE)])
@@ -121,14 +115,8 @@ plain("46", "thrust squared in a and b", "(u_d s_thd)^2 + (u_d c_thd)^2 = a^2 + 
 plain("47", "thrust squared", "u_d^2 = a^2 + b^2", EquationVerdict.AS_PRINTED, lambda s: (s.u**2, A**2 + B**2))
 plain("48", "thrust", "u_d = sqrt(a^2 + b^2)", EquationVerdict.AS_PRINTED, lambda s: (s.u, sympy.sqrt(A**2 + B**2)))
 # Eq. 49
-plain(
-    "49",
-    "tangent of pitch",
-    "tan theta_d = a / b",
-    EquationVerdict.AS_PRINTED,
-    lambda s: (sympy.tan(s.theta), A / B),
-    "for b > 0",
-)
+plain("49", "tangent of pitch", "tan theta_d = a / b", EquationVerdict.AS_PRINTED, lambda s: (sympy.tan(s.theta), A / B),
+     "for b > 0")  # fmt: skip
 
 
 @row(ROWS, "50", "pitch", "theta_d = atan(a / b)", PLACE, EquationVerdict.AS_PRINTED,
@@ -140,14 +128,8 @@ def equation_50() -> Checks:
 
 
 # Eq. 51
-plain(
-    "51",
-    "tangent of roll",
-    "tan phi_d = f_y / f_z",
-    EquationVerdict.AS_PRINTED,
-    lambda s: (sympy.tan(s.phi), F_Y / F_Z),
-    "for f_z != 0",
-)
+plain("51", "tangent of roll", "tan phi_d = f_y / f_z", EquationVerdict.AS_PRINTED, lambda s: (sympy.tan(s.phi), F_Y / F_Z),
+     "for f_z != 0")  # fmt: skip
 
 
 @row(ROWS, "52", "roll", "phi_d = atan(f_y / f_z), 'f_z != 0, i.e. phi and psi are not 90 "

@@ -91,14 +91,8 @@ def equation_68() -> Checks:
     ])  # fmt: skip
 
 
-@row(
-    ROWS,
-    "69",
-    "acceleration of the path",
-    "x_d_dd = 2 a_2 + 6 a_3 t + 12 a_4 t^2 + 20 a_5 t^3",
-    BLEND,
-    EquationVerdict.AS_PRINTED,
-)
+@row(ROWS, "69", "acceleration of the path", "x_d_dd = 2 a_2 + 6 a_3 t + 12 a_4 t^2 + 20 a_5 t^3", BLEND,
+     EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_69() -> Checks:
     a = coefficients().a
     flown = on_the_way()
@@ -153,15 +147,8 @@ axis_row("73", 1, "y")
 axis_row("74", 2, "z")
 
 
-@row(
-    ROWS,
-    "75",
-    "example",
-    "x_d = 0.1 t^3 - 0.015 t^4 + 0.0006 t^5 for t_f = 10, x_df = 10, d_x = 0.01",
-    PATH,
-    EquationVerdict.AS_PRINTED,
-    "Section 6 announces two cases before it, and three follow",
-)
+@row(ROWS, "75", "example", "x_d = 0.1 t^3 - 0.015 t^4 + 0.0006 t^5 for t_f = 10, x_df = 10, d_x = 0.01", PATH,
+     EquationVerdict.AS_PRINTED, "Section 6 announces two cases before it, and three follow")  # fmt: skip
 def equation_75() -> Checks:
     example = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(10.0, 20.0, 40.0), 0.0, 0.0, 10.0)
     gap = 0.0

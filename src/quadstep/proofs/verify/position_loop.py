@@ -180,14 +180,8 @@ def equation_22() -> Checks:
     return Checks([same("mu_1 of the code: sigmoid of weighted inputs and a bias", loop.mu(loop.NET_1, CHI_1), sigmoids)])
 
 
-@row(
-    ROWS,
-    "23",
-    "first net",
-    "v_NN1_hat = -A_hat = W_hat_1^T mu_1(chi_1)",
-    "interfaces.learning:output",
-    EquationVerdict.AS_PRINTED,
-)
+@row(ROWS, "23", "first net", "v_NN1_hat = -A_hat = W_hat_1^T mu_1(chi_1)", "interfaces.learning:output",
+     EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_23() -> Checks:
     spoken = force_of(loop.sample().command) - force_of(loop.sample(learning=False).command)
     printed = array(loop.W_HAT_1).T * loop.mu(loop.NET_1, CHI_1)

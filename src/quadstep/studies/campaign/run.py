@@ -233,11 +233,9 @@ def following(decided: DecidedRun, file: Path) -> list[str]:
 
 
 def decided_as_json(decided: DecidedRun) -> dict[str, object]:
-    return {
-        "target": decided.target,
-        "decision": "below" if decided.below else "above" if decided.above else "undecided",
-        "looks": [
-            {"flights": one.look.flights, "allowed": one.look.failures, "failures": one.failures, "rate": one.rate._asdict()}
-            for one in decided.seen
-        ],
-    }
+    looks = [
+        {"flights": one.look.flights, "allowed": one.look.failures, "failures": one.failures, "rate": one.rate._asdict()}
+        for one in decided.seen
+    ]
+    decision = "below" if decided.below else "above" if decided.above else "undecided"
+    return {"target": decided.target, "decision": decision, "looks": looks}
