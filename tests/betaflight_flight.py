@@ -1,6 +1,7 @@
 """The real Betaflight, told its settings and flown in a network namespace, since it listens on every address."""
 
 import contextlib
+import json
 import shutil
 import socket
 import subprocess
@@ -56,8 +57,38 @@ def flown(mission: Path) -> int:
     return code
 
 
-def told(settings: str) -> None:
-    """Pasted into its command line, each line after a prompt; returns once it has ended, as after `save`."""
+def real_answers(folder: Path, *texts: str) -> list[str]:
+    """What it says to each of these in its command line, started again for each, in a folder."""
+    shutil.copy(BETAFLIGHT, folder / "betaflight_SITL")
+    (folder / "asked.json").write_text(json.dumps(texts), encoding="utf-8")
+    there = f"ip link set lo up && exec {sys.executable} -m tests.betaflight_flight {folder / 'asked.json'}"
+    line = ["unshare", "-rn", "sh", "-c", there]
+    done = subprocess.run(line, cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=300, check=True)
+    return [str(one) for one in json.loads(done.stdout)]
+
+
+def answered(asked: Path) -> list[str]:
+    """The same, where its ports are nobody else's."""
+    found, null = [], subprocess.DEVNULL
+    for text in json.loads(asked.read_text(encoding="utf-8")):
+        one = subprocess.Popen(["./betaflight_SITL"], cwd=asked.parent, stdout=null, stderr=null)
+        try:
+            while True:
+                with contextlib.suppress(ConnectionError):
+                    found.append(told(text))
+                    break
+                time.sleep(0.1)
+            if "save" in text:
+                one.wait(30.0)
+        finally:
+            one.kill()
+            one.wait()
+    return found
+
+
+def told(settings: str) -> str:
+    """Pasted into its command line, each line after a prompt; what it said, once it has ended, as after `save`."""
+    heard = ""
     with socket.create_connection(("127.0.0.1", 5761)) as console, contextlib.suppress(ConnectionError):
         console.settimeout(30.0)
         for line in ["#", *settings.splitlines(keepends=True)]:
@@ -66,8 +97,10 @@ def told(settings: str) -> None:
             while not said.endswith(b"\n# "):
                 more = console.recv(4096)
                 if not more:
-                    return
+                    return heard + said.decode().replace("\r", "")
                 said += more
+            heard += said.decode().replace("\r", "")
+    return heard
 
 
 def logged(place: Path) -> None:
@@ -81,4 +114,8 @@ def logged(place: Path) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(flown(Path(sys.argv[1])))
+    named = Path(sys.argv[1])
+    if named.suffix == ".json":
+        sys.stdout.write(json.dumps(answered(named)))
+    else:
+        sys.exit(flown(named))

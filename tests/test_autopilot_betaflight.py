@@ -10,8 +10,9 @@ from quadstep.bridges import autopilots, betaflight
 from quadstep.bridges.betaflight import Betaflight, Sticks, listens_everywhere
 from quadstep.bridges.link import address
 from quadstep.io.errors import UserError
+from quadstep.studies.tuning.run import tune
 from tests.autopilots import FakeBetaflight, free_port
-from tests.betaflight_flight import real_flight
+from tests.betaflight_flight import real_answers, real_flight
 from tests.commands import quadstep, without_figures, write
 from tests.needs import BETAFLIGHT_SITL, needs
 
@@ -129,3 +130,34 @@ def test_the_real_betaflight_flies_a_circle_once_it_has_its_settings(tmp_path):
     assert "Betaflight lifted off" in " ".join(run.stderr.split())
     rows = np.genfromtxt(tmp_path / "out" / "flight.csv", delimiter=",", names=True)
     assert np.hypot(rows["xm"] - rows["x_dm"], rows["ym"] - rows["y_dm"]).max() < 0.1
+
+
+SET = """set p_roll = 60
+set dterm_lpf1_type = BIQUAD
+profile 1
+set p_roll = 33
+profile 0
+rateprofile 2
+set roll_rc_rate = 12
+save
+"""
+
+TUNED = """
+vehicle.preset = "x500"
+path = { type = "step", end = [0.5, 0.0, 0.0], time = 0.1, duration = 2.0 }
+controller = { type = "betaflight-rates", parameters = "diff.txt" }
+tune.gains = { "controller.p_roll" = {}, "controller.p_pitch" = {} }
+"""
+
+
+@needs(BETAFLIGHT_SITL)
+def test_what_tune_writes_changes_that_and_nothing_else_in_the_real_betaflight(tmp_path):
+    _, before = real_answers(tmp_path, SET, "diff all\n")
+    (tmp_path / "diff.txt").write_text(before, encoding="utf-8")
+    mission = write(tmp_path, TUNED)
+    done = tune(mission, 30, tmp_path / "out")
+    _, after = real_answers(tmp_path, (tmp_path / "out" / "tuned.txt").read_text(encoding="utf-8"), "diff all\n")
+    roll, pitch = (f"set p_{axis} = {done.values[f'controller.p_{axis}']:.0f}" for axis in ("roll", "pitch"))
+    assert {roll, pitch}.isdisjoint(before.splitlines())
+    assert set(before.splitlines()) - set(after.splitlines()) == {"set p_roll = 60"}  # in profile 0
+    assert set(after.splitlines()) - set(before.splitlines()) == {roll, pitch}

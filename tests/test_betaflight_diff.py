@@ -10,7 +10,10 @@ from quadstep.mission.read import check_mission
 from quadstep.studies.what_if import answer, changes_of
 from quadstep.studies.what_if_report import Question
 
-DIFF = """# diff all
+DIFF = """
+Entering CLI Mode, type 'exit' to return, or 'help'
+
+# diff all
 
 # version
 # Betaflight / STM32F7X2 (S7X2) 4.5.1 Jul 27 2024 / 20:17:34 (77d01ba3b) MSP API: 1.46

@@ -252,7 +252,8 @@ class BetaflightDiff:
     ABOUT = re.compile(r"^#\s*(\w+)\s*/.*?\s(\d+\.\d+)\.\d+", re.MULTILINE)
     SET = re.compile(r"set (\w+) = (.*)")
     PROFILE = re.compile(r"(rateprofile|profile) (\d)")
-    OTHER = re.compile(r"(batch (start|end)|[a-z]\w*( .*)?)")
+    OTHER = re.compile(r"(batch (start|end)|[a-z]\w*( .*)?|Entering CLI Mode, .*)")
+    """What else its command line says; Betaflight Configurator saves the greeting, too."""
 
     @staticmethod
     def read(text: str) -> AutopilotParameters:
