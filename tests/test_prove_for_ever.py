@@ -170,8 +170,13 @@ def test_a_loop_that_does_not_return_is_not_proved():
 def test_estimates_that_nothing_moves_are_named():
     found = invariant_set(SampledLoop(mission(type="geometric-adaptive").plan()), Unknown())
     assert isinstance(found, str)
-    assert "drag.0" in found
+    assert "drag" in found
     assert "do not return on their own" in found
+
+
+def test_states_are_named_in_words():
+    words = SampledLoop(mission(type="geometric").plan()).said("integral.2", "velocity.0", "held.torque.1")
+    assert words == "the law's integral along z, velocity along x, held torque"
 
 
 def test_a_law_that_rests_on_an_edge_has_no_slopes_there():

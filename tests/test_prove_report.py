@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from quadstep.proofs.prove.report import MARK
+from quadstep.proofs.prove.report import MARK, TubeRecord, widest
 from quadstep.proofs.prove.run import prove_mission
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
@@ -42,6 +42,17 @@ def test_a_report_says_the_answer_and_draws_tube_and_boxes(proved):
     assert re.search(r"<td>position</td><td>[\d.]+\s[mµ]?m</td>", boxes)
     for bound in (line.split()[-2] for line in run.out.splitlines() if line.startswith(("x ", "z "))):
         assert bound in text
+
+
+def test_quantities_are_named_in_words():
+    states = "position.0", "integral_1.0", "roll_rate.integral.1", "weights_1.3.2"
+    traced = TubeRecord((), *[np.zeros(0)] * 3, states, np.zeros(1), np.array([[1e-3, 2e-3, 3e-3, 4e-3]]))
+    assert dict(widest(traced)) == {
+        "position": "1.00\N{NO-BREAK SPACE}mm",
+        "the integral of r1": "2.00\N{NO-BREAK SPACE}mm",
+        "roll rate integral": "0.00300",
+        "weights of the first net": "0.00400",
+    }
 
 
 def test_the_band_is_the_tube_of_the_proof(proved):

@@ -8,6 +8,7 @@ generalised Jacobian (Clarke, "Optimization and Nonsmooth Analysis", 1983, secti
 nearby. Each is had by following a small deviation of the state from tick to tick: at every edge it decides the side.
 """
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, cast
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
+from quadstep.interfaces.plant import Plant
 from quadstep.io.errors import UserError
 from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.dual import NotDifferentiableError, Seeds, slopes_of
@@ -102,13 +104,25 @@ def short(names: Sequence[str]) -> list[str]:
 
 
 TURNS = "yaw", "pitch", "roll"
-WHOLE = {"weights_1": "weights of the first net", "weights_2": "weights of the second net", "integral_2": "the integral of r2"}
+WHOLE = {
+    "weights_1": "weights of the first net", "weights_2": "weights of the second net", "integral_1": "the integral of r1",
+    "integral_2": "the integral of r2", "speeds": "rotor speeds",
+}  # fmt: skip
 """What is said without its entries: they are many, or not of the same axes in every law."""
+
+INDICES = re.compile(r"(\.\d+)+$")
+"""Of an entry of a vector or a matrix."""
+
+
+def quantity(name: str) -> str:
+    """What a state is an entry of, in words: weights of the first net, roll rate integral for `roll_rate.integral.0`."""
+    kind = INDICES.sub("", name)
+    return WHOLE.get(kind) or kind.replace(".", " ").replace("_", " ")
 
 
 def said(states: Iterable[str], names: Sequence[str], pose: Sequence[str], most: int = 4) -> str:
     """States as people say them, those of one kind together: velocity along x and y for `velocity.0` and `velocity.1`, and
-    those that only their law knows by their names. names: of all states; pose: of what the loop has to hold; most: kinds.
+    those that only their law knows as quantities. names: of all states; pose: of what the loop has to hold; most: kinds.
     """
     along = [name for name in pose if name != "yaw"]
     kinds: dict[str, tuple[str, Sequence[str]]] = {
@@ -124,14 +138,19 @@ def said(states: Iterable[str], names: Sequence[str], pose: Sequence[str], most:
     words = {f"{kind}.{i}": (word, axis) for kind, (word, axes) in kinds.items() for i, axis in enumerate(axes) if axis}
     found: dict[str, list[str]] = {}
     for name in states:
-        word, axis = words.get(name) or (WHOLE.get(name.partition(".")[0], name), "")
+        word, axis = words.get(name) or (quantity(name), "")
         found.setdefault(word, []).extend([axis] if axis else [])
     every = [f"{word} {listed(sorted(axes))}".strip() for word, axes in found.items()]
     return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
 
 
+def pose_names(plant: Plant) -> tuple[str, ...]:
+    """What a loop has to hold: the plant's axes, then its yaw if it has one."""
+    return (*plant.axes, "yaw") if isinstance(plant, Multirotor | Lagrange) else tuple(plant.axes)
+
+
 class Pose(NamedTuple):
-    """names: the plant's axes, then its yaw if it has one. rows: their slopes [m or rad] over the states of a period."""
+    """names: see `pose_names`. rows: their slopes [m or rad] over the states of a period."""
 
     names: tuple[str, ...]
     rows: Array
@@ -142,11 +161,9 @@ def pose(loop: Loop, p: Numbers, flown: LoopState, time: float) -> Pose:
     values = states(flown)
     plant, state = loop.plant, with_states(flown, Seeds(len(values), 1.0).seeded(values, 0)).cycle.state
     outputs: list[Number] = [-one for one in plant.error(state, loop.reference(time, p))]
-    names = tuple(plant.axes)
     if isinstance(plant, Multirotor | Lagrange):
         outputs.append(heading(plant, state))
-        names += ("yaw",)
-    return Pose(names, slopes_of(outputs, len(values))[1])
+    return Pose(pose_names(plant), slopes_of(outputs, len(values))[1])
 
 
 def heading(plant: Multirotor | Lagrange, state: Structure) -> float:

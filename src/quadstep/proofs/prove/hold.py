@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.io.errors import UserError
+from quadstep.linear.states import quantity
 from quadstep.numbers import flatten
 from quadstep.numbers.affine import HALF_UNIT, UP
 from quadstep.numbers.enclosure import UndefinedError
@@ -223,7 +224,7 @@ def described(loop: SampledLoop, reach: Array) -> list[tuple[str, str]]:
         size = float(np.sqrt(np.square(groups["attitude"]).sum()))
         turn = 4.0 * np.arcsin(min(0.5 * size, 1.0)) if len(groups["attitude"]) == 4 else max(groups["attitude"])
         found.append(("attitude", float(np.degrees(turn)), "°"))
-    found += [(name, max(groups[name]) * size, unit) for name, (size, unit) in UNITS.items() if name in groups]
+    found += [(quantity(name), max(groups[name]) * size, unit) for name, (size, unit) in UNITS.items() if name in groups]
     return [(name, f"{up(value, 3) if value else 0.0:.3g} {unit}".replace(" °", "°")) for name, value, unit in found]
 
 

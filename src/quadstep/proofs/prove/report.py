@@ -5,7 +5,6 @@ over time, and what stayed open.
 from __future__ import annotations
 
 import math
-import re
 import tempfile
 from collections.abc import Callable
 from enum import IntEnum
@@ -17,6 +16,7 @@ from matplotlib.figure import Figure as Drawing
 
 from quadstep.io.errors import DIVERGED, FAILED, UserError
 from quadstep.io.files import write_beside
+from quadstep.linear.states import quantity
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.report import canvas, markup, units
@@ -113,11 +113,11 @@ UNTIL = " until "
 MARK = f"quadstep · {KIND}"
 """By which a report of this kind is known before it is replaced."""
 
-UNITS = {"position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"}
-"""Of the quantities that every vehicle has."""
-
-INDICES = re.compile(r"(\.\d+)+$")
-"""Of an entry of a vector or a matrix."""
+UNITS = {
+    "position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s", "pitch": "rad", "rate": "rad/s",
+    "rotor speeds": "rad/s", "the integral of r1": "m", "the integral of r2": "rad",
+}  # fmt: skip
+"""Of the quantities of vehicles, and of the paper's law."""
 
 LARGEST = 8
 """Most quantities whose boxes are drawn."""
@@ -219,19 +219,19 @@ def widths(traced: TubeRecord) -> Drawing:
     order = [place for place in np.argsort(-boxes.max(axis=0), kind="stable") if boxes[:, place].max() > 0.0][:LARGEST]
     for turn, place in enumerate(order):
         style = {**canvas.LINES[turn % len(canvas.LINES)], "alpha": 1.0 if turn < len(canvas.LINES) else 0.5}
-        panel.step(traced.blocks, np.maximum(boxes[:, place], 1e-18), where="post", label=names[place], **style)
+        panel.step(traced.blocks, np.maximum(boxes[:, place], 1e-18), where="post", label=units.label(names[place]), **style)
     panel.set_yscale("log")
     panel.set_xlabel("time [s]")
-    panel.set_ylabel("half width [SI]")
+    panel.set_ylabel("half-width, SI units")
     figure.legend(loc="outside right upper")
     return figure
 
 
 def quantities(traced: TubeRecord) -> tuple[list[str], Array]:
-    """Names of quantities, as `weights_1` of `weights_1.0.0` to `weights_1.9.2`, and the widest of their boxes, (blocks,
-    quantities).
+    """Quantities in words, such as weights of the first net for `weights_1.0.0` to `weights_1.9.2`, and the widest of their
+    boxes, (blocks, quantities).
     """
-    names = [INDICES.sub("", name) for name in traced.states]
+    names = [quantity(name) for name in traced.states]
     every = list(dict.fromkeys(names))
     columns = [traced.boxes[:, [i for i, name in enumerate(names) if name == one]].max(axis=1) for one in every]
     return every, np.stack(columns, axis=1)

@@ -73,9 +73,9 @@ def next_numbers(
         other = at.twins.get(place)
         as_it_was = isinstance(found[place], float) and found[place] == value
         if other is not None and found[place] is not found[other]:
-            raise UndefinedError(f"{loop.names[place]} may differ from {loop.names[other]}")
+            raise UndefinedError(f"{loop.said(loop.names[place])} may differ from {loop.said(loop.names[other])}")
         if place not in at.live and other is None and not as_it_was:
-            raise UndefinedError(f"{loop.names[place]} does not stay as it is")
+            raise UndefinedError(f"{loop.said(loop.names[place])} does not stay as it is")
     return [found[place] for place in at.live]
 
 
@@ -115,7 +115,7 @@ def rest(loop: SampledLoop) -> RestingLoop:
         inner = slopes[np.ix_(live, live)]
         change, rows = np.zeros(len(live)), np.flatnonzero(~idle(inner))
         returns = (np.eye(len(live)) - inner)[np.ix_(rows, rows)]
-        refuse_neutral([loop.names[live[i]] for i in rows], returns)
+        refuse_neutral(loop, [loop.names[live[i]] for i in rows], returns)
         try:
             change[rows] = np.linalg.solve(returns, left[live][rows])
         except np.linalg.LinAlgError:
@@ -126,9 +126,9 @@ def rest(loop: SampledLoop) -> RestingLoop:
         for place, other in twins.items():
             state[place] = state[other]
         if np.all(np.abs(change) <= AT_REST * (1.0 + np.abs(state[live]))):
-            refuse_idle([loop.names[place] for place in live], inner)
+            refuse_idle(loop, [loop.names[place] for place in live], inner)
             size = np.maximum(np.abs(found.parts[live, :, 0]).sum(axis=1), SMALL)
-            refuse_edge([loop.names[place] for place in live], found.rest[live, 0] > CURVED * size)
+            refuse_edge(loop, [loop.names[place] for place in live], found.rest[live, 0] > CURVED * size)
             return reduced(loop, RestingLoop(state, tuple(map(int, live)), twins, -1, inner))
     raise UserError("no state was found in which the loop rests")
 
@@ -138,26 +138,26 @@ def idle(slopes: Array) -> NDArray[np.bool_]:
     return np.all(np.abs(slopes - np.eye(len(slopes))) < SAME, axis=1)
 
 
-def refuse_idle(names: list[str], slopes: Array) -> None:
+def refuse_idle(loop: SampledLoop, names: list[str], slopes: Array) -> None:
     """Raises UserError for numbers that keep any value they are given."""
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
-        raise UserError(f"{', '.join(found)}: to first order these keep any value given and do not return on their own")
+        raise UserError(f"{loop.said(*found)}: to first order these keep any value given and do not return on their own")
 
 
-def refuse_neutral(names: list[str], returns: Array) -> None:
+def refuse_neutral(loop: SampledLoop, names: list[str], returns: Array) -> None:
     """Raises UserError where a combination of numbers keeps any value. returns: one less the slopes, (count, count)."""
     _, sizes, ways = np.linalg.svd(returns)
     if len(names) and sizes[-1] < NEUTRAL:
-        named = ", ".join(names[i] for i in np.argsort(-np.abs(ways[-1]), stable=True)[:3])
+        named = loop.said(*(names[i] for i in np.argsort(-np.abs(ways[-1]), stable=True)[:3]))
         raise UserError(f"{named}: to first order a combination of these keeps any value given, and does not return by itself")
 
 
-def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:
+def refuse_edge(loop: SampledLoop, names: list[str], bent: NDArray[np.bool_]) -> None:
     """Raises UserError for numbers that a sample leaves on no straight line, however small the deviation."""
     found = [name for name, bends in zip(names, bent, strict=True) if bends]
     if found:
-        named = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
+        named = loop.said(*found)
         raise UserError(f"{named} have no slopes: the loop rests exactly on an edge of the law (a limit, a sign, a `where`)")
 
 

@@ -20,7 +20,7 @@ from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Clock, Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError
-from quadstep.linear.states import short
+from quadstep.linear.states import pose_names, said, short
 from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import PLAIN, Enclosure, UndefinedError
 from quadstep.numbers.operation import Kind, Operation, Rule
@@ -144,6 +144,10 @@ class SampledLoop:
         names = short(leaf_names(self.like))
         self.names = [names[place] for place in self.places]
         refuse_displaced(self.loop.plant.axes, self.names)
+
+    def said(self, *names: str) -> str:
+        """States as people say them."""
+        return said(names, self.names, pose_names(self.loop.plant))
 
     def starts(self, unknown: Unknown) -> list[Leaf]:
         """The state over all starts. Raises UserError, UndefinedError."""
