@@ -4,6 +4,7 @@ import ctypes
 import gc
 import os
 import subprocess
+import sys
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,12 +14,18 @@ import numpy as np
 import pytest
 from llvmlite import binding as llvm
 
+import quadstep
 from quadstep.control import nested_saturation
 from quadstep.engines import kernel
 from quadstep.engines.kernel import MOST, Kernel, Kernels, Trace, fly_lanes, host, object_code
+from quadstep.engines.scored import scored
+from quadstep.engines.sweep import Sweep
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io import code_cache
 from quadstep.io.code_identity import described
+from quadstep.io.places import Place
+from quadstep.io.user_code import load
+from quadstep.own import Command
 from tests.flights import NESTED, nested_gains, parameters, state
 from tests.needs import SUPERUSER, needs
 
@@ -110,6 +117,127 @@ def test_what_decides_the_code_of_a_loop_of_the_users_own_is_not_told():
     assert not described((NESTED, Mine))
     names = {kernel.structure(NESTED, *rest) for rest in ((), (4,), (8,), ((4,),))}
     assert len(names) == 4
+
+
+LAW = """
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import helper
+from helper import PULL, damping
+from quadstep.own import Command, Controller, Vector, believed, up_axis, rotation_matrix, vector
+
+
+class Gains(NamedTuple):
+    mass: float = believed("mass")
+    inertia: Vector = believed("inertia")
+
+
+def outer():
+    stiffness = 6.0
+
+    def inner(error):
+        return stiffness * error
+
+    return inner
+
+
+pull = outer()
+OTHER = 1.0
+
+
+@dataclass(frozen=True)
+class Law(Controller):
+    name = "a law"
+    Gains = Gains
+    SOME = 1.0
+
+    def start(self, measured, gains):
+        return ()
+
+    def law(self, memory, measured, reference, gains, t, period):
+        force = pull(reference.position - measured.position) - damping(measured.velocity) + vector(0.0, 0.0, 9.81)
+        force = gains.mass * force * (self.SOME * OTHER * PULL[0] * helper.KNOWN)
+        return Command(thrust=force @ up_axis(rotation_matrix(measured.attitude)), torque=-18.0 * measured.rates), memory
+"""
+MISSION = """
+vehicle = { preset = "x500" }
+path = { type = "step", end = [0.2, 0.0, 0.3], time = 0.01, duration = 0.1 }
+controller = { type = "law.py:Law" }
+"""
+HELPER = """
+PULL = {0: 1.0}
+KNOWN = 1.0
+
+
+def damping(velocity):
+    return 4.0 * velocity
+"""
+
+
+def stand_still(self, memory, measured, reference, gains, t, period):
+    return Command(thrust=9.81 * gains.mass, torque=-18.0 * measured.rates), memory
+
+
+def less(velocity):
+    return 2.0 * velocity
+
+
+REPLACED = {
+    "a method": lambda law, known, patch: patch.setattr(law, "law", stand_still),
+    "the code of a method": lambda law, known, patch: patch.setattr(law.law, "__code__", stand_still.__code__),
+    "the code of a function": lambda law, known, patch: patch.setattr(known["damping"], "__code__", less.__code__),
+    "a function of its module": lambda law, known, patch: patch.setitem(known, "damping", less),
+    "a value in a closure": lambda law, known, patch: patch.setattr(known["pull"].__closure__[0], "cell_contents", 3.0),
+    "an attribute of its class": lambda law, known, patch: patch.setattr(law, "SOME", 1.1),
+    "a name of its module": lambda law, known, patch: patch.setitem(known, "OTHER", 1.1),
+    "an entry of a dict": lambda law, known, patch: patch.setitem(known["PULL"], 0, 1.1),
+    "a name in another module": lambda law, known, patch: patch.setattr(known["helper"], "KNOWN", 1.1),
+}
+
+
+@pytest.mark.parametrize("what", REPLACED)
+def test_what_a_notebook_replaces_in_memory_flies_from_then_on(tmp_path, monkeypatch, what):
+    (tmp_path / "law.py").write_text(LAW)
+    (tmp_path / "helper.py").write_text(HELPER)
+    law = load(Place("law.py", "Law"), tmp_path)
+    (tmp_path / "mission.toml").write_text(MISSION)
+    plan = quadstep.read_mission(tmp_path / "mission.toml").plan()
+    scored_loop, clock = scored(plan.loop, plan.ticks, 0.01)
+
+    def flown():
+        swept = Sweep(scored_loop, clock, plan.start, plan.parameters, (), True).fly(np.zeros((1, 0)))
+        return quadstep.fly(plan).rows, swept.metrics
+
+    first = flown()
+    monkeypatch.setattr("quadstep.engines.kernel.compile_module", made := Mock(side_effect=kernel.compile_module))
+    np.testing.assert_array_equal(flown()[0], first[0])
+    assert made.call_count == 0
+    with monkeypatch.context() as patch:
+        REPLACED[what](law, vars(sys.modules[law.__module__]), patch)
+        rows, metrics = flown()
+        np.testing.assert_array_equal(rows, quadstep.fly(plan, "python").rows)
+        assert (rows != first[0]).any()
+        assert (metrics != first[1]).any()
+    np.testing.assert_array_equal(flown()[0], first[0])
+
+
+def test_a_function_of_the_package_that_a_user_replaces_flies_from_then_on(monkeypatch):
+    def fly():
+        return fly_lanes(NESTED, [parameters(gains=nested_gains())], [state()], TICKS)[0].rows
+
+    first, law = fly(), type(NESTED.controller)
+    whole = law.law
+
+    def slower(*given):
+        command, memory = whole(*given)
+        return command._replace(thrust=0.9 * command.thrust), memory
+
+    for holder, name, other in ((nested_saturation, "nested", lambda *_: 0.0), (law, "law", slower)):
+        with monkeypatch.context() as patched:
+            patched.setattr(holder, name, other)
+            assert np.abs(fly() - first).max() > 0.0
+        np.testing.assert_array_equal(fly(), first)
 
 
 @pytest.mark.parametrize(

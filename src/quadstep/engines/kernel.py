@@ -23,7 +23,7 @@ from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.interfaces.closed_loop import Advance, ClosedLoop, Ticks
 from quadstep.interfaces.log import FlightLog, finished
 from quadstep.io import code_cache
-from quadstep.io.code_identity import described, in_memory
+from quadstep.io.code_identity import as_it_is, described, in_memory
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.parts import source_digest
 from quadstep.numbers import Number, Table, flatten, in_matrix, leaf_names, rebuild
@@ -329,7 +329,7 @@ def prepare(
 ) -> Kernel:
     """The kernel for flights of this structure, traced and compiled on first request."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
-    key = (loop, sizes, shared, double, width)
+    key = (loop, as_it_is(loop), sizes, shared, double, width)
 
     def made() -> Kernel:
         known = structure(loop, "flight", leaf_names((parameters, start)), sizes, shared, double, width)

@@ -29,6 +29,7 @@ from quadstep.engines.scored import Score, ScoredLoop, metrics
 from quadstep.engines.sweep_trace import OUTCOME, SweepTrace
 from quadstep.interfaces.closed_loop import Advance, Ticks
 from quadstep.io import code_cache
+from quadstep.io.code_identity import as_it_is
 from quadstep.io.errors import UserError
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
 from quadstep.program.emitter import SYMBOL
@@ -180,7 +181,7 @@ def prepare(
 ) -> Kernel:
     """The kernel for flights of this structure, traced and compiled on first request."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten((start, parameters)))
-    key = (loop, sizes, varying, double, width)
+    key = (loop, as_it_is(loop), sizes, varying, double, width)
 
     def made() -> Kernel:
         def written() -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Set
 from dataclasses import fields, is_dataclass
 from functools import cache, partial
 from pathlib import Path
-from types import CodeType, FunctionType, MethodType
+from types import CodeType, FunctionType, MethodType, ModuleType
 
 from quadstep.io.errors import UserError
 from quadstep.io.places import code_of, package_code, sources
@@ -26,6 +26,20 @@ def own_code(part: object) -> frozenset[str]:
     code = code_of_module(module)
     own = {f"{code} {captured_digest(part, home(module))}"} if code or home(module) == "__main__" else set()
     return frozenset(own.union(*map(own_code, inner)))
+
+
+def as_it_is(part: object) -> str:
+    """A digest of the user's code in a part of a flight as it is in memory, whatever its file says: a notebook may have
+    replaced a function, its code, or what it reads. Empty where all is this package's.
+    """
+    parts, found = [part], []
+    for one in parts:
+        parts += one if isinstance(one, tuple) else vars(one).values() if is_dataclass(one) else ()
+        found += [one] if is_own(type(one).__module__, LIVE) else []
+    bases = {base for one in {type(one) for one in parts} for base in one.__mro__ if base.__module__.startswith("quadstep.")}
+    for holder in (*bases, *(sys.modules[name] for name in {base.__module__ for base in bases})):
+        found += [one for one in vars(holder).values() if type(one) is FunctionType and is_own(one.__module__, LIVE)]
+    return " ".join(sorted({captured_digest(one, LIVE) for one in found}))
 
 
 def described(part: object) -> str:
@@ -78,34 +92,45 @@ def home(module: str) -> str:
     return module.partition(".")[0][: len(PREFIX) + DIGITS]
 
 
+LIVE = "*"
+"""Instead of the `home` of one thing of the user's: all of the user's, by its code in memory."""
+
+
+def is_own(module: str, own: str) -> bool:
+    """Whether a module is one of these."""
+    if own != LIVE:
+        return home(module) == own
+    return not module.startswith("quadstep.") and (module.startswith(PREFIX) or is_users(module))
+
+
 def captured_digest(thing: object, own: str) -> str:
     """A digest of the constants in a thing of the user's, and in all that it refers to: they tell closures of one code apart.
 
     These are what functions find where they were defined (values in closures, defaults, names of their module) and the
     attributes of classes and objects: numbers, text, arrays, and tuples, lists and dicts of them. Of other people's objects
-    only the type counts. own: the `home` of what is the user's.
+    only the type counts. own: the `home` of what is the user's, or `LIVE`.
     """
-    total, waiting = hashlib.sha256(), [thing]
+    told: list[str] = []
+    waiting = [thing]
     seen: dict[int, tuple[int, object]] = {}  # kept alive, so that no other object gets their id
     while waiting:
         one = waiting.pop()
-        inner: list[object] = []
         if isinstance(one, PLAIN):
-            said = repr(one)
+            told.append(f"{one!r} 0\n")
         elif id(one) in seen:
-            said = f"again {seen[id(one)][0]}"
+            told.append(f"again {seen[id(one)][0]} 0\n")
         else:
             seen[id(one)] = len(seen), one
             said = (one if isinstance(one, type | FunctionType) else type(one)).__qualname__
-            inner += contents(one, own)
-        total.update(f"{said} {len(inner)}\n".encode(errors="backslashreplace"))
-        waiting += reversed(inner)
-    return total.hexdigest()
+            inner = list(contents(one, own))
+            told.append(f"{said} {len(inner)}\n")
+            waiting += reversed(inner)
+    return hashlib.sha256("".join(told).encode(errors="backslashreplace")).hexdigest()
 
 
 def contents(one: object, own: str) -> Iterator[object]:
     """What a thing consists of or refers to."""
-    users = home(getattr(one, "__module__", "") or "") == own
+    users = is_own(getattr(one, "__module__", "") or "", own)
     if isinstance(one, tuple | list):
         yield from one
     elif isinstance(one, Mapping):
@@ -113,11 +138,13 @@ def contents(one: object, own: str) -> Iterator[object]:
     elif isinstance(one, Set):
         yield from sorted(repr(part) for part in one if isinstance(part, PLAIN))
     elif isinstance(one, FunctionType):
-        yield from (one.__defaults__, one.__kwdefaults__, *cells(one), *(names(one) if users else ()))
+        yield from (one.__defaults__, one.__kwdefaults__, *cells(one), *(names(one, own) if users else ()))
     elif isinstance(one, type):
-        yield from (part for base in one.__mro__ if home(base.__module__) == own for part in members(base))
+        yield from (part for base in one.__mro__ if is_own(base.__module__, own) for part in members(base))
     elif is_dataclass(one):
         yield from (type(one), *(getattr(one, field.name, None) for field in fields(one)))
+    elif isinstance(one, ModuleType):
+        yield from members(one) if own == LIVE and is_own(one.__name__, own) else ()
     elif users:
         yield from (type(one), object.__getstate__(one))
     else:
@@ -134,8 +161,8 @@ HOLDERS = {
 """What else holds a function, and where."""
 
 
-def members(base: type) -> Iterator[object]:
-    """What a class defines."""
+def members(base: type | ModuleType) -> Iterator[object]:
+    """What a class or module defines."""
     return (value for name, value in vars(base).items() if isinstance(value, FunctionType) or not name.startswith("__"))
 
 
@@ -146,11 +173,11 @@ def cells(function: FunctionType) -> Iterator[object]:
             yield cell.cell_contents
 
 
-def names(function: FunctionType) -> Iterator[object]:
-    """What a function finds in its module; its code too, where that is in no file."""
+def names(function: FunctionType, own: str) -> Iterator[object]:
+    """What a function finds in its module; its code too, where that is in no file, or may no longer be that of its file."""
     codes, given = [function.__code__], function.__globals__
     for code in codes:
         codes += [one for one in code.co_consts if isinstance(one, CodeType)]
         yield from (given[name] for name in code.co_names if name in given and not name.startswith("__"))
-        if "__file__" not in given:
+        if own == LIVE or "__file__" not in given:
             yield from (code.co_code, *(one for one in code.co_consts if not isinstance(one, CodeType)))

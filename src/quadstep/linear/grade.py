@@ -20,6 +20,7 @@ from typing import NamedTuple, cast
 from quadstep.control.opaque import Opaque
 from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import code_cache
+from quadstep.io.code_identity import as_it_is
 from quadstep.io.errors import UserError
 from quadstep.io.parts import code_digest
 from quadstep.linear.analysis import Analysis, analyse_rest, least, limits, of_even_rotors, of_loop, with_place, worst_of
@@ -269,7 +270,8 @@ def whole_grade(mission: Mission) -> Grade:
 
 def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> object:
     """What is made of a mission's loops, as JSON has it; made once for the same laws and numbers."""
-    name = code_cache.key(kind, code_digest(), folder_digest(), fingerprint(plans), repr(limits(mission)))
+    live = as_it_is(tuple(plan.loop for plan in plans))
+    name = code_cache.key(kind, code_digest(), folder_digest(), fingerprint(plans), live, repr(limits(mission)))
     found = code_cache.read(name)
     if found is None:
         found = json.dumps(made()).encode()
