@@ -9,6 +9,7 @@ import numpy as np
 from quadstep.engines.fly import fly
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
+from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.derived import ControllerSection
 from quadstep.page.build import build_page
 from quadstep.page.flights import ShownFlight
@@ -155,8 +156,9 @@ def facts(found: Comparison) -> list[markup.Fact]:
     rank = min(found.overall().values())
     decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
     first = markup.Fact("best mean rank", words.several(found.leaders), f"{rank:.2f}, from 0 (best) to 1")
-    graded = sum(one.grade is not None for one in found.results)
-    asked = markup.Fact("flown as asked", f"{words.as_asked(found.results)} of {graded}", "median flights, one of each cell")
+    graded = [one.grade.grade for one in found.results if one.grade]
+    count = f"{graded.count(FlightGrade.AS_ASKED)} of {len(graded)}"
+    asked = markup.Fact("flown as asked", count, "median flights, one of each cell")
     pairs = markup.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
     return [first, *([asked] if graded else []), *([pairs] if found.pairs else []), flown]
 

@@ -139,7 +139,7 @@ def of_all(found: Comparison) -> str:
         )
         some = f" over the {flown} of {many} situations that {who} flew" if flown < many else ""
         leads = f"{several(found.leaders)} share" if others else f"{first} has"
-        leads = f"No {found.kind} flies as asked in any situation: {leads}" if as_asked(found.results) == 0 else leads
+        leads = f"No {found.kind} flies as asked in any situation: {leads}" if nobody_flies_as_asked(found.results) else leads
         chance = (
             f"is shown to be better by less than {100.0 * NEGLIGIBLE:g} % only"
             if won
@@ -228,7 +228,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     share = results[best].lost.value
     who, has = ("each", "share") if len(tied) > 1 else ("it", "has")
     loses = f", though {who} loses {end_percent(100.0 * share)} % of its flights," if share else ""
-    nobody = f"no {found.kind} flies as asked: " if as_asked(results.values()) == 0 and len(results) > 1 else ""
+    nobody = f"no {found.kind} flies as asked: " if nobody_flies_as_asked(results.values()) and len(results) > 1 else ""
     text = f"{where}: {nobody}{several(tied)}{loses} {has} the smallest median {words}, "
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
@@ -261,20 +261,24 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     return f"{text}. {lost_flights(results)}".strip()
 
 
-def as_asked(results: Iterable[SituationResult]) -> int | None:
-    """Of how many cells the median flight is as asked; None where no flight is graded."""
-    grades = [one.grade.grade for one in results if one.grade]
-    return grades.count(FlightGrade.AS_ASKED) if grades else None
+def nobody_flies_as_asked(results: Iterable[SituationResult]) -> bool:
+    """Whether the median flight of every cell is known not to be as asked: those of an autopilot are not graded."""
+    return all(one.grade is not None and one.grade.grade is not FlightGrade.AS_ASKED for one in results)
 
 
 def fall_short(results: Sequence[SituationResult], metric: str, whose: str) -> str:
-    """In how many situations the median flights of a controller are not as asked, and why in that of the largest error."""
+    """In how many situations the median flight of a controller is lost or not as asked, and why where its error is largest."""
+    lost = sum(one.grade is not None and one.grade.grade is FlightGrade.LOST for one in results)
     short = [one for one in results if one.grade and one.grade.reasons]
-    if not short:
+    counts = [f"{what} in {count}" for what, count in (("lost", lost), ("not as asked", len(short))) if count]
+    if not counts:
         return ""
-    worst = max(short, key=lambda one: one.spreads[metric].median.value)
-    why = f"{worst.situation.label}: {listed(worst.grade.reasons if worst.grade else ())}"
-    return f"; {whose} median flight is not as asked in {len(short)} of {len(results)} situations, worst in {why}"
+    text = f"; {whose} median flight is {listed(counts)} of {len(results)} situations"
+    if short:
+        worst = max(short, key=lambda one: one.spreads[metric].median.value)
+        where = "worst of those it completes" if lost else "worst"
+        text += f", {where} in {worst.situation.label}: {listed(worst.grade.reasons if worst.grade else ())}"
+    return text
 
 
 def falls_short(results: Mapping[str, SituationResult], best: str, tied: Sequence[str]) -> str:
