@@ -5,7 +5,7 @@ import os
 import platform
 import signal
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from types import FrameType
 from typing import Annotated, Any
@@ -55,14 +55,19 @@ class Commands(TyperGroup):
         """Takes nothing for a request for help."""
         return super().parse_args(ctx, args or ["--help"])
 
+    def sections(self, names: Sequence[str]) -> Mapping[str, Sequence[str]]:
+        """The names of commands, by heading."""
+        return {"Commands": names}
+
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        with formatter.section("Commands"):
-            commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
-            formatter.write_dl([(name, one.get_short_help_str(1000)) for name, one in commands.items() if one])
+        for heading, names in self.sections(self.list_commands(ctx)).items():
+            with formatter.section(heading):
+                commands = {name: self.get_command(ctx, name) for name in names}
+                formatter.write_dl([(name, one.get_short_help_str(1000)) for name, one in commands.items() if one])
 
 
 COMMANDS = Door("quadstep.commands", {
-    "reproduce": "quadstep.commands.study:reproduce",
+    "new": "quadstep.commands.new:new",
     "fly": "quadstep.commands.fly:fly",
     "page": "quadstep.commands.serve:page",
     "serve": "quadstep.commands.serve:serve",
@@ -71,31 +76,45 @@ COMMANDS = Door("quadstep.commands", {
     "tune": "quadstep.commands.campaign:tune",
     "compare": "quadstep.commands.study:compare",
     "linear": "quadstep.commands.linear:linear",
-    "what-if": "quadstep.commands.what_if:what_if",
+    "prove": "quadstep.commands.prove:prove",
     "vehicles": "quadstep.commands.new:vehicles",
+    "vehicle": "quadstep.commands.new:making",
     "identify": "quadstep.commands.identify:identify",
     "replay": "quadstep.commands.identify:replay",
     "advise": "quadstep.commands.what_if:advise",
-    "certify": "quadstep.commands.prove:certify",
-    "prove": "quadstep.commands.prove:prove",
+    "what-if": "quadstep.commands.what_if:what_if",
     "export": "quadstep.commands.linear:export",
     "serve-setpoints": "quadstep.commands.serve:serve_setpoints",
-    "check": "quadstep.commands.new:check",
-    "new": "quadstep.commands.new:new",
+    "reproduce": "quadstep.commands.study:reproduce",
     "explain": "quadstep.commands.serve:explain",
     "verify": "quadstep.commands.prove:verify",
-    "completion": "quadstep.commands.arguments:completion",
+    "certify": "quadstep.commands.prove:certify",
     "study": "quadstep.commands.study:studies",
-    "vehicle": "quadstep.commands.new:making",
+    "check": "quadstep.commands.new:check",
+    "completion": "quadstep.commands.arguments:completion",
 })  # fmt: skip
 """Functions that Typer makes commands of, or groups of them, in the order of the help."""
+
+HEADINGS = {
+    "new": "Flights", "campaign": "Many flights", "linear": "Margins and proofs", "vehicles": "Real vehicles",
+    "reproduce": "The paper", "completion": "Other",
+}  # fmt: skip
+"""What the list of commands is headed by, from these on."""
 
 
 class AllCommands(Commands):
     """The package's commands, and those of other distributions, which are loaded for the list in the help or by their name."""
 
     def list_commands(self, ctx: object) -> list[str]:
-        return [*self.commands, *(name for name in COMMANDS.names if name not in COMMANDS.own)]
+        own = [name for name in COMMANDS.own if name in self.commands]
+        return [*own, *(name for name in COMMANDS.names if name not in COMMANDS.own)]
+
+    def sections(self, names: Sequence[str]) -> Mapping[str, Sequence[str]]:
+        found: dict[str, list[str]] = {}
+        for name in names:
+            heading = HEADINGS.get(name) or (list(found) or ["Commands"])[-1]
+            found.setdefault(heading, []).append(name)
+        return found
 
     def get_command(self, ctx: object, name: str) -> Any:
         """One of them; where it cannot be loaded, one that says so."""

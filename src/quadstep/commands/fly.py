@@ -67,7 +67,7 @@ def fly(
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="With --pilot: the autopilot's MAVLink address, in pymavlink's form, Betaflight's MSP address; "
+            help="With --pilot: the autopilot's MAVLink address in pymavlink's form, or Betaflight's MSP address; default: "
             "udpin:127.0.0.1:14540 (px4), tcp:127.0.0.1:5760 (ardupilot), tcp:127.0.0.1:5761 (betaflight).",
             show_default=False,
         ),
