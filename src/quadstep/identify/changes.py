@@ -182,7 +182,7 @@ def notches(flight: Excited, loop: RateLoop) -> list[dict[str, float]]:
     """Against the gyro's peak, from its bandwidth on wider and wider; none where it is not significant, or none would fit."""
     peak, stem = highest(flight), free_notch(loop, flight.parameters)
     names = loop.notches
-    if not stem or not names or not peak or peak.tall <= STANDS or not known_low_passes(flight, loop) or unfit(flight, peak):
+    if not stem or not peak or peak.tall <= STANDS or not known_low_passes(flight, loop) or unfit(flight, peak):
         return []
     widths = [float(f"{peak.width * STEP**place:.3g}") for place in range(STEPS + 1)]
     on = {f"{stem}{ending}": value for ending, value in names.on.items()}
@@ -253,9 +253,10 @@ def changed_parameters(flight: Excited, advice: Advice) -> dict[str, tuple[float
 
 def parameter_changes(flight: Excited, other: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Parameters as they were in the log, and as they would be."""
-    names = flight.loop.notches if flight.loop else None
-    hidden = {f"{stem}{ending}": value for stem in names.stems for ending, value in names.usual.items()} if names else {}
-    before = {**hidden, **flight.parameters}
+    before = dict(flight.parameters)
+    if flight.loop:  # what a log does not tell of a notch that is on
+        notch = flight.loop.notches
+        before = {f"{stem}{ending}": one for stem in notch.stems for ending, one in notch.usual.items()} | before
     return {name: (before[name], value) for name, value in other.items() if flight.parameters.get(name) != value}
 
 
@@ -310,7 +311,7 @@ def within_limits(flight: Excited, advice: Advice) -> bool:
     """
     assert flight.loop
     scaled = advice.factor != 1.0
-    switches = [one for one in advice.others if flight.loop.notches and flight.loop.notches.switches(one)]
+    switches = [one for one in advice.others if flight.loop.notches.switches(one)]
     if len(advice.others) - len(switches) + scaled > MOST or (
         scaled and (flight.loop.gains(flight.parameters) is None or flight.loop.bypassed(flight.parameters))
     ):

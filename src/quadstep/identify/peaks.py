@@ -95,7 +95,7 @@ def unset(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     parameters = flight.parameters
     if any(one.low <= peak.at <= one.high for one in notches(loop.form, parameters)):
         return "one covers it already"
-    if not loop.notches:
+    if not loop.notches.stems:
         return f"how notches of {loop.form} change the loop is not modelled"
     if free_notch(loop, parameters) is None:
         wanted = ", ".join(f"{one}{loop.notches.off}" for one in loop.notches.stems)
@@ -105,7 +105,7 @@ def unset(flight: Excited, loop: RateLoop, peak: Peak) -> str:
 
 def strange(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     """Why a peak may lie elsewhere, or not be the gyro's in the command."""
-    name = loop.notches.rate if loop.notches else ""
+    name = loop.notches.rate
     rate = flight.parameters.get(name, 0.0)
     if not 0.0 < EVERY_SAMPLE * rate <= 1.0 / flight.period:
         known = f"{name} is {rate:g} Hz" if rate > 0.0 else f"{name} is not among its parameters"
@@ -131,7 +131,7 @@ def adrift(flight: Excited, loop: RateLoop, peak: Peak) -> str:
 def free_notch(loop: RateLoop, parameters: Mapping[str, float]) -> str | None:
     """The first notch that is off, by what its names begin with."""
     names = loop.notches
-    return next((one for one in names.stems if parameters.get(f"{one}{names.off}") == 0.0), None) if names else None
+    return next((one for one in names.stems if parameters.get(f"{one}{names.off}") == 0.0), None)
 
 
 def power_from_gyro(flight: Excited, loop: RateLoop, peak: Peak) -> float:

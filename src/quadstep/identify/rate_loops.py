@@ -254,15 +254,15 @@ class RateLoop(NamedTuple):
         return low or 0.0, math.inf if high is None else high
 
     @property
-    def notches(self) -> Notches | None:
-        """The fixed notches of its gyro; None where `controller` does not count them."""
-        return NOTCHES.get(self.form)
+    def notches(self) -> Notches:
+        """The fixed notches of its gyro; none where `controller` does not count them."""
+        return NOTCHES.get(self.form, Notches((), "", "", ""))
 
     def notched(self, parameters: Mapping[str, float], s: Complex) -> Complex:
         """What its notches make of the rate at s = j omega [rad/s]."""
         found: Complex = 1.0 + 0.0 * s
-        for stem in self.notches.stems if self.notches else ():
-            centre, band, depth = self.notches.shape(stem, parameters) if self.notches else (0.0, 0.0, 1.0)
+        for stem in self.notches.stems:
+            centre, band, depth = self.notches.shape(stem, parameters)
             for number in harmonics(parameters.get(f"{stem}HMNCS", 1.0)) if centre > 0.0 and band > 0.0 else ():
                 at, wide = (2.0 * math.pi * number * value for value in (centre, band))
                 found = found * (s**2 + depth * wide * s + at**2) / (s**2 + wide * s + at**2)
@@ -273,9 +273,8 @@ class RateLoop(NamedTuple):
         return f"{name} from {before:.4g} to {self.valued(name, after)}"
 
     def valued(self, name: str, value: float) -> str:
-        bare = name == self.integral or (self.notches and self.notches.switches(name))
-        unit = " 1/s" if name == self.attitude else "" if bare else " Hz"
-        return f"{value:.4g}{unit}"
+        bare = name == self.integral or self.notches.switches(name)
+        return f"{value:.4g}" + (" 1/s" if name == self.attitude else "" if bare else " Hz")
 
     @property
     def integral(self) -> str:
@@ -289,7 +288,7 @@ class RateLoop(NamedTuple):
 
     def has(self, name: str) -> bool:
         """Whether a parameter is one of its gains, filters or notches, or the gain of the attitude loop."""
-        stems = (self.stem or " ", *(self.notches.stems if self.notches else ()))
+        stems = (self.stem or " ", *self.notches.stems)
         return name.startswith(stems) or name in (self.attitude, *self.scaled, *(one.name for one in self.filters))
 
     @property
