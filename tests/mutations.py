@@ -28,26 +28,20 @@ from tests.equivalents import COMPLETED, EQUIVALENT
 
 LAWS = {
     COMPLETED: ("half_sine_ratio", "coupling_columns", "counter_rate", "confine", "with_yaw", "countering", "law"),
-    "control.backstepping": (
-        "desired_force", "desired_torque", "position_loop", "attitude_errors", "torque_basis", "following_memory",
-        "command_of", "law",
-    ),
+    "control.backstepping": ("desired_force", "desired_torque", "position_loop", "attitude_errors", "torque_basis",
+        "following_memory", "command_of", "law"),
     "control.rotation_backstepping": ("pull", "law", "follow", "share_made"),
     "control.filters": ("command_filter",),
     "interfaces.learning": ("basis", "output", "weight_rate"),
     "control.vectoring": ("invert_force", "turning_attitude", "project", "project_weights", "shrink"),
-    "vehicle.paper": (
-        "effective_inertia", "effective_inertia_partials", "coriolis", "coriolis_torque", "acceleration",
-        "angular_acceleration", "thrust_direction",
-    ),
+    "vehicle.paper": ("effective_inertia", "effective_inertia_partials", "coriolis", "coriolis_torque", "acceleration",
+        "angular_acceleration", "thrust_direction"),
 }  # fmt: skip
 """Functions of the laws and of the plant."""
 
 BOUNDS = {
-    "proofs.theory.inequalities": (
-        "force_gap", "coupling_identity", "coupling_bound", "column_bounds", "inertia_bounds", "gain_bound", "skewness",
-        "trace_bound", "projection", "small_gain", "learning_bound",
-    ),
+    "proofs.theory.inequalities": ("force_gap", "coupling_identity", "coupling_bound", "column_bounds", "inertia_bounds",
+        "gain_bound", "skewness", "trace_bound", "projection", "small_gain", "learning_bound"),
     "proofs.theory.lyapunov": ("lyapunov_rate", "rate_terms", "closed_loop", "learning", "filtered_command"),
     "proofs.theory.region": ("bounds_of", "decay", "upper_form", "outer_form", "certify_region"),
 }  # fmt: skip

@@ -66,12 +66,9 @@ SHORT = {"duration": 0.4}
 TILTED = {"position": [0.5, -0.5, 0.0], "attitude": [0.1, 0.1, -0.1], "rates": [0.1, -0.2, 0.3]}
 WAYPOINTS = {
     "type": "waypoints",
-    "waypoints": [
-        {"t": 0.0, "position": [0.0, 0.0, 0.0]},
-        {"t": 0.5, "position": [0.3, 0.0, 0.3], "yaw": 0.3},
-        {"t": 1.0, "position": [0.5, 0.5, 0.0]},
-    ],
-}
+    "waypoints": [{"t": 0.0, "position": [0.0, 0.0, 0.0]}, {"t": 0.5, "position": [0.3, 0.0, 0.3], "yaw": 0.3},
+        {"t": 1.0, "position": [0.5, 0.5, 0.0]}],
+}  # fmt: skip
 CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 5.0], "radius": 3.0, "period": 8.0, "yaw_rate": 0.2, "ramp": 1.0}
 UNEQUAL = {"inertia": [5.0, 6.0, 8.0]}
 

@@ -243,21 +243,18 @@ def test_bad_input_is_named_by_file_key_and_what_is_allowed(folder, case):
         assert part in message
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        "negative drag",
-        "unknown preset",
-        "file that is missing",
-        "latency of more than the flight",
-        "rotor that is not there",
-        "unknown controller",
-        "turbulence without strength",
-        "score after the end",
-        "weights that are missing",
-        "gains that follow from a vehicle of no use",
-    ],
-)
+@pytest.mark.parametrize("case", [
+    "negative drag",
+    "unknown preset",
+    "file that is missing",
+    "latency of more than the flight",
+    "rotor that is not there",
+    "unknown controller",
+    "turbulence without strength",
+    "score after the end",
+    "weights that are missing",
+    "gains that follow from a vehicle of no use",
+])  # fmt: skip
 def test_a_bad_mission_ends_the_command_with_one_line_and_code_2(folder, case):
     content, *needed = CASES[case]
     before = set(files(folder))
@@ -334,14 +331,10 @@ LAWS = [
     {"type": "geometric", "mass": 2.0, "inertia": [0.03, 0.03, 0.05], "k_x": 24.0, "k_i": [1.0, 1.0, 1.0], "k_R": 100.0},
     {"type": "pid", "position": 5.0, "most_speed": 3.0, "rate": [40.0, 40.0, 20.0], "rate_filter": 60.0},
     {"type": "lqr", "level": [40.0, 40.0, 4.0, 1.0, 0.3, 0.002], "climb": [20.0, 40.0, 4.0, 1.0], "turn": [40.0, 4.0, 0.4]},
-    {
-        "type": "rotation-backstepping",
-        "P": 60.0,
-        "nets": {"neurons": 3, "F1": 5.0, "start": 0.05},
-        "weight_bounds": [3.0, 9.0],
-    },
+    {"type": "rotation-backstepping", "P": 60.0, "nets": {"neurons": 3, "F1": 5.0, "start": 0.05},
+        "weight_bounds": [3.0, 9.0]},
     {"type": "backstepping", "Lambda1": 1.0, "K_r2": 9.0, "nets": {"neurons": 3}},
-]
+]  # fmt: skip
 ALL_MISSIONS = [{**EVERY_KEY, "controller": law} for law in LAWS]
 
 
@@ -451,17 +444,14 @@ def test_vehicles_shows_a_file_of_ones_own(tmp_path):
         assert words in run.out
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "said"),
-    [
-        ("x50", None, ("'x50'", "allowed: crazyflie, hummingbird, paper, research-2.6kg, x500")),
-        ("", None, ("is empty", "--help")),
-        ("nowhere.toml", None, ("nowhere.toml", "file not found")),
-        ("own.toml", "mass = -1.0", ("own.toml", "mass", "greater than 0")),
-        ("own.toml", "mass = = 1", ("own.toml", "not valid TOML")),
-        ("own.toml", 'preset = "x500"\nmas = 1.0', ("own.toml", "mas", "unknown key", "mass")),
-    ],
-)
+@pytest.mark.parametrize(("name", "content", "said"), [
+    ("x50", None, ("'x50'", "allowed: crazyflie, hummingbird, paper, research-2.6kg, x500")),
+    ("", None, ("is empty", "--help")),
+    ("nowhere.toml", None, ("nowhere.toml", "file not found")),
+    ("own.toml", "mass = -1.0", ("own.toml", "mass", "greater than 0")),
+    ("own.toml", "mass = = 1", ("own.toml", "not valid TOML")),
+    ("own.toml", 'preset = "x500"\nmas = 1.0', ("own.toml", "mas", "unknown key", "mass")),
+])  # fmt: skip
 def test_a_vehicle_that_is_not_there_or_wrong_is_one_line(tmp_path, monkeypatch, name, content, said):
     monkeypatch.chdir(tmp_path)
     if content:

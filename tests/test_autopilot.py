@@ -265,15 +265,12 @@ def around(*rotors):
     return {"preset": "x500", "rotors": [{"position": [float(x), float(y), 0.0], "spin": spin} for x, y, spin in at]}
 
 
-@pytest.mark.parametrize(
-    ("vehicle", "frame", "motors"),
-    [
-        ({"preset": "x500"}, 1, [33, 34, 35, 36]),
-        ({"preset": "crazyflie"}, 1, [33, 36, 34, 35]),
-        (around((0, "cw"), (90, "ccw"), (180, "cw"), (270, "ccw")), 0, [35, 33, 36, 34]),
-        (around((45, "cw"), (135, "ccw"), (225, "cw"), (315, "ccw")), 18, [34, 33, 35, 36]),
-    ],
-)
+@pytest.mark.parametrize(("vehicle", "frame", "motors"), [
+    ({"preset": "x500"}, 1, [33, 34, 35, 36]),
+    ({"preset": "crazyflie"}, 1, [33, 36, 34, 35]),
+    (around((0, "cw"), (90, "ccw"), (180, "cw"), (270, "ccw")), 0, [35, 33, 36, 34]),
+    (around((45, "cw"), (135, "ccw"), (225, "cw"), (315, "ccw")), 18, [34, 33, 35, 36]),
+])  # fmt: skip
 def test_frame_and_motors_of_the_vehicle_are_named(vehicle, frame, motors):
     plan = Mission(vehicle=vehicle, path={"type": "step", "end": [0.0, 0.0, 5.0], "duration": 2.0}).plan()
     found = KINDS["ardupilot"].matching(plan.parameters, plan.loop.plant.geometry)

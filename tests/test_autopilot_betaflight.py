@@ -56,21 +56,17 @@ def test_betaflight_is_armed_tried_lifted_and_led_along_the_path(mission):
     assert "set pid_process_denom = 8\nset yaw_motors_reversed = OFF\nsave" in said
 
 
-@pytest.mark.parametrize(
-    ("how", "said"),
-    [
-        ({"settings": [(90, 1, 1), (42, 1, 1)]}, "pid_process_denom is 1, should be 8, yaw_motors_reversed is 1, should be 0"),
-        ({"settings": [(111, 22, 0)]}, "rates_type should be ACTUAL, without expo"),
-        ({"settings": [(1, 2, 45)]}, "Betaflight speaks MSP 1.45; should be 4.5 or later, MSP 1.46"),
-        ({"off": True}, "answers one packet only, so its motors are off"),
-        ({"silent_after": 0}, "nothing from Betaflight on 127.0.0.1:"),
-        ({"arms": False}, "Betaflight did not arm within 2 s"),
-        ({"places": (2, 3, 0, 1)}, "Betaflight, asked to roll right, changed its motors by"),
-        ({"places": (1, 0, 3, 2)}, "Betaflight, asked to roll right, changed its motors by"),
-        ({"places": (3, 2, 1, 0)}, "Betaflight, asked to pitch down, changed its motors by"),
-    ],
-    ids=["settings", "rates", "old", "off", "silent", "unarmed", "left for right", "turned", "front for back"],
-)
+@pytest.mark.parametrize(("how", "said"), [
+    ({"settings": [(90, 1, 1), (42, 1, 1)]}, "pid_process_denom is 1, should be 8, yaw_motors_reversed is 1, should be 0"),
+    ({"settings": [(111, 22, 0)]}, "rates_type should be ACTUAL, without expo"),
+    ({"settings": [(1, 2, 45)]}, "Betaflight speaks MSP 1.45; should be 4.5 or later, MSP 1.46"),
+    ({"off": True}, "answers one packet only, so its motors are off"),
+    ({"silent_after": 0}, "nothing from Betaflight on 127.0.0.1:"),
+    ({"arms": False}, "Betaflight did not arm within 2 s"),
+    ({"places": (2, 3, 0, 1)}, "Betaflight, asked to roll right, changed its motors by"),
+    ({"places": (1, 0, 3, 2)}, "Betaflight, asked to roll right, changed its motors by"),
+    ({"places": (3, 2, 1, 0)}, "Betaflight, asked to pitch down, changed its motors by"),
+], ids=["settings", "rates", "old", "off", "silent", "unarmed", "left for right", "turned", "front for back"])  # fmt: skip
 def test_what_keeps_betaflight_on_the_ground_is_told_in_one_line(mission, monkeypatch, how, said):
     monkeypatch.setattr(betaflight, "READY", 2.0)
     run, _ = led(mission, **how)

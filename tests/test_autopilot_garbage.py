@@ -75,18 +75,14 @@ def joined_by_px4():
         yield link, other
 
 
-@pytest.mark.parametrize(
-    ("sent", "said"),
-    [
-        (lambda mav: b"GET / HTTP/1.1\\r\\n" * 40, "does not speak MAVLink"),
-        (lambda mav: mav.hil_actuator_controls_encode(1, [math.nan] * 16, 1, 0).pack(mav), "controls that are not numbers"),
-        (lambda mav: mav.hil_actuator_controls_encode(1, [math.inf] * 16, 1, 0).pack(mav), "controls that are not numbers"),
-        (lambda mav: b"", "PX4 stopped sending"),
-        (lambda mav: mav.heartbeat_encode(2, 12, 0, 0, 0).pack(mav) * 50, "PX4 stopped sending"),
-        (lambda mav: mav.hil_actuator_controls_encode(1, [0.5] * 16, 1, 0).pack(mav)[:-3], "PX4 stopped sending"),
-    ],
-    ids=["http", "nan", "infinite", "nothing", "heartbeats", "half a message"],
-)
+@pytest.mark.parametrize(("sent", "said"), [
+    (lambda mav: b"GET / HTTP/1.1\\r\\n" * 40, "does not speak MAVLink"),
+    (lambda mav: mav.hil_actuator_controls_encode(1, [math.nan] * 16, 1, 0).pack(mav), "controls that are not numbers"),
+    (lambda mav: mav.hil_actuator_controls_encode(1, [math.inf] * 16, 1, 0).pack(mav), "controls that are not numbers"),
+    (lambda mav: b"", "PX4 stopped sending"),
+    (lambda mav: mav.heartbeat_encode(2, 12, 0, 0, 0).pack(mav) * 50, "PX4 stopped sending"),
+    (lambda mav: mav.hil_actuator_controls_encode(1, [0.5] * 16, 1, 0).pack(mav)[:-3], "PX4 stopped sending"),
+], ids=["http", "nan", "infinite", "nothing", "heartbeats", "half a message"])  # fmt: skip
 def test_garbage_from_px4_in_flight_loses_the_flight(sent, said):
     with joined_by_px4() as (link, other):
         other.sendall(sent(common.MAVLink(None, srcSystem=1, srcComponent=1)))

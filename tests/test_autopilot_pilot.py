@@ -101,16 +101,12 @@ def test_an_autopilot_is_armed_lifted_and_sent_the_path(mission, name):
 
 
 @pytest.mark.parametrize("name", FAKES)
-@pytest.mark.parametrize(
-    ("how", "said"),
-    [
-        ({"refuses": "Arm: Gyros not calibrated"}, "still not armed after 3 s of simulated time: Arm: Gyros not calibrated"),
-        ({"stuck": True}, "still not in mode {mode} after 3 s of simulated time: the mode was denied"),
-        ({"deaf": True}, "still not heard after 3 s of simulated time"),
-        ({"frame": "plus"}, "{name} has a different frame from the mission's vehicle: {parameter}"),
-    ],
-    ids=lambda one: next(iter(one)) if isinstance(one, dict) else "",
-)
+@pytest.mark.parametrize(("how", "said"), [
+    ({"refuses": "Arm: Gyros not calibrated"}, "still not armed after 3 s of simulated time: Arm: Gyros not calibrated"),
+    ({"stuck": True}, "still not in mode {mode} after 3 s of simulated time: the mode was denied"),
+    ({"deaf": True}, "still not heard after 3 s of simulated time"),
+    ({"frame": "plus"}, "{name} has a different frame from the mission's vehicle: {parameter}"),
+], ids=lambda one: next(iter(one)) if isinstance(one, dict) else "")  # fmt: skip
 def test_what_keeps_an_autopilot_on_the_ground_is_told_in_one_line(mission, monkeypatch, name, how, said):
     monkeypatch.setattr("quadstep.bridges.pilot.READY", 3.0)
     parameter, value = {"ardupilot": ("FRAME_TYPE", 0.0), "px4": ("CA_ROTOR0_PX", -0.1)}[name]
@@ -137,13 +133,10 @@ def test_another_thrust_curve_is_told_of_and_flown(mission):
     assert (mission.parent / "out" / "flight.csv").exists()
 
 
-@pytest.mark.parametrize(
-    ("name", "how", "said"),
-    [
-        ("px4", {"silent_after": 500}, "PX4 closed the connection at"),
-        ("ardupilot", {"hangs_up": 0.3}, "ArduPilot closed the MAVLink connection tcp:127.0.0.1:"),
-    ],
-)
+@pytest.mark.parametrize(("name", "how", "said"), [
+    ("px4", {"silent_after": 500}, "PX4 closed the connection at"),
+    ("ardupilot", {"hangs_up": 0.3}, "ArduPilot closed the MAVLink connection tcp:127.0.0.1:"),
+])  # fmt: skip
 def test_an_autopilot_that_goes_is_told_of_at_once(mission, monkeypatch, name, how, said):
     pilot, arguments = led(name, mission, **how)
     wait = pilot.stop.wait

@@ -28,15 +28,11 @@ FLIGHTS, SECONDS, SAMPLE = 32, 2.0, 0.02
 HARD: dict[str, Any] = {
     **CALM,
     "controller": {**CALM["controller"], **QUICK["rotation-backstepping"], "nets": {"F1": 6.5, "F2": 36.0}},
-    "wind": {
-        "mean": [6.0, 2.0, 0.5],
-        "swing": [1.0, 0.5, 0.2],
-        "swing_frequency": 4.0,
-        "gust": {"velocity": [3.0, -1.0, 0.5], "start": 0.2, "length": 0.6},
-    },
+    "wind": {"mean": [6.0, 2.0, 0.5], "swing": [1.0, 0.5, 0.2], "swing_frequency": 4.0,
+        "gust": {"velocity": [3.0, -1.0, 0.5], "start": 0.2, "length": 0.6}},
     "start": {"position": [0.5, -0.4, 2.5], "attitude": [1.0, 0.3, 1.9], "rates": [3.0, -2.0, 1.0]},
     "limits": {"distance": 7.0, "rate": 100.0},
-}
+}  # fmt: skip
 """A start on its side and turning, and a quick loop: rotors at their limits, large turns, and some flights are lost. With the
 defaults, which are slow for the delay, all would drift too far.
 """

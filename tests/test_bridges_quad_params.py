@@ -53,17 +53,14 @@ def test_rotors_without_a_radius_do_not_touch():
     assert from_quad_params(params)["rotor"]["radius"] == pytest.approx(0.5 * np.sqrt(2) * 0.17)
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"layout": "hexa-x", "arm": 0.2}, "four rotors"),
-        ({"rotor": {"fall_time": 0.01}}, "rise_time and fall_time to the same value"),
-        ({"gravity": 9.8}, "gravity of 9.81"),
-        ({"effects": {"gyroscopic": True}}, "effects.gyroscopic = false"),
-        ({"effects": {"gyroscopic": False, "battery": True}}, "effects.battery = false"),
-        ({"effects": {"gyroscopic": False, "ground": True}, "ground": 0.0}, "effects.ground = false"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "said"), [
+    ({"layout": "hexa-x", "arm": 0.2}, "four rotors"),
+    ({"rotor": {"fall_time": 0.01}}, "rise_time and fall_time to the same value"),
+    ({"gravity": 9.8}, "gravity of 9.81"),
+    ({"effects": {"gyroscopic": True}}, "effects.gyroscopic = false"),
+    ({"effects": {"gyroscopic": False, "battery": True}}, "effects.battery = false"),
+    ({"effects": {"gyroscopic": False, "ground": True}, "ground": 0.0}, "effects.ground = false"),
+])  # fmt: skip
 def test_what_rotorpy_cannot_describe_is_refused(changes, said):
     with pytest.raises(UserError, match=said):
         to_quad_params(vehicle("hummingbird", **changes))
@@ -79,14 +76,11 @@ def test_leaning_rotors_are_refused():
         to_quad_params(vehicle("hummingbird", rotors=rotors))
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "said"),
-    [
-        ("Ixz", 1e-4, "principal"),
-        ("k_flap", 1e-6, "allowed: 0 or less"),
-        ("motor_noise_std", 50.0, "rotor noise is not implemented"),
-    ],
-)
+@pytest.mark.parametrize(("key", "value", "said"), [
+    ("Ixz", 1e-4, "principal"),
+    ("k_flap", 1e-6, "allowed: 0 or less"),
+    ("motor_noise_std", 50.0, "rotor noise is not implemented"),
+])  # fmt: skip
 def test_what_we_cannot_describe_is_refused(key, value, said):
     with pytest.raises(UserError, match=f"{key} = {value:g}.*{said}"):
         from_quad_params({**to_quad_params(vehicle("hummingbird")), key: value})

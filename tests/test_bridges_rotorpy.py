@@ -271,16 +271,13 @@ def test_the_papers_plant_is_refused():
         as_rotorpy_controller(Mission.model_validate({"path": path}).plan())
 
 
-@pytest.mark.parametrize(
-    ("parts", "said"),
-    [
-        ({"wind": {"mean": [5.0, 0.0, 0.0], "turbulence": {"intensity": "light"}}}, "turbulence"),
-        ({"sensors": {"position_noise": 0.01}}, "sensors"),
-        ({"events": [{"type": "payload", "time": 0.5, "mass": 0.1}]}, "events"),
-        ({"vehicle": {"preset": "hummingbird"}}, "gyroscopic"),
-        ({"vehicle": {"preset": "hummingbird", "layout": "hexa-x", "arm": 0.2}}, "four rotors"),
-    ],
-)
+@pytest.mark.parametrize(("parts", "said"), [
+    ({"wind": {"mean": [5.0, 0.0, 0.0], "turbulence": {"intensity": "light"}}}, "turbulence"),
+    ({"sensors": {"position_noise": 0.01}}, "sensors"),
+    ({"events": [{"type": "payload", "time": 0.5, "mass": 0.1}]}, "events"),
+    ({"vehicle": {"preset": "hummingbird"}}, "gyroscopic"),
+    ({"vehicle": {"preset": "hummingbird", "layout": "hexa-x", "arm": 0.2}}, "four rotors"),
+])  # fmt: skip
 def test_what_rotorpys_vehicle_has_not_is_refused(parts, said):
     with pytest.raises(UserError, match=said):
         fly_on_rotorpy(mission(**parts).plan())

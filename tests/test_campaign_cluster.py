@@ -285,17 +285,14 @@ def test_a_node_without_quadstep_is_said_in_one_line(whole, joined, tmp_path):
         joined.remove_node(bare, allow_graceful=False)
 
 
-@pytest.mark.parametrize(
-    ("address", "said"),
-    [
-        ("127.0.0.1:1", "127.0.0.1:1 cannot be reached: Connection refused"),
-        ("nobody.invalid:6379", "nobody.invalid:6379 cannot be reached: "),
-        ("ray://127.0.0.1:10001", "should be HOST:PORT"),
-        ("http://127.0.0.1:8265", "should be HOST:PORT"),
-        ("head", "should be HOST:PORT"),
-        ("head:99999", "should be HOST:PORT"),
-    ],
-)
+@pytest.mark.parametrize(("address", "said"), [
+    ("127.0.0.1:1", "127.0.0.1:1 cannot be reached: Connection refused"),
+    ("nobody.invalid:6379", "nobody.invalid:6379 cannot be reached: "),
+    ("ray://127.0.0.1:10001", "should be HOST:PORT"),
+    ("http://127.0.0.1:8265", "should be HOST:PORT"),
+    ("head", "should be HOST:PORT"),
+    ("head:99999", "should be HOST:PORT"),
+])  # fmt: skip
 def test_an_address_where_no_cluster_is(address, said):
     with pytest.raises(UserError, match=f"^--engine ray: .*RAY_ADDRESS = .*{re.escape(said)}") as one:
         cluster_connection.cluster_at(address)

@@ -59,14 +59,12 @@ QUANTILES = {
     "uniform": ({"type": "uniform", "low": -2.0, "high": 5.0}, scipy.stats.uniform(-2, 7)),
     "sobol": ({"type": "sobol", "low": 1.0, "high": 1.5}, scipy.stats.uniform(1, 0.5)),
     "normal": ({"type": "normal", "mean": 3.0, "deviation": 0.5}, scipy.stats.norm(3, 0.5)),
-    "cut on both sides": (
-        {"type": "normal", "mean": 1.0, "deviation": 0.2, "low": 0.9, "high": 1.5},
-        scipy.stats.truncnorm(-0.5, 2.5, 1, 0.2),
-    ),
+    "cut on both sides": ({"type": "normal", "mean": 1.0, "deviation": 0.2, "low": 0.9, "high": 1.5},
+        scipy.stats.truncnorm(-0.5, 2.5, 1, 0.2)),
     "cut below": ({"type": "normal", "mean": -1.0, "deviation": 2.0, "low": 0.0}, scipy.stats.truncnorm(0.5, np.inf, -1, 2)),
     "cut above": ({"type": "normal", "mean": 0.0, "deviation": 1.0, "high": -1.0}, scipy.stats.truncnorm(-np.inf, -1, 0, 1)),
     "log-normal": ({"type": "log-normal", "median": 2.0, "sigma": 0.7}, scipy.stats.lognorm(0.7, scale=2.0)),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", QUANTILES)

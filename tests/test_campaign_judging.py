@@ -82,31 +82,25 @@ CALM = (
 )
 
 
-@pytest.mark.parametrize(
-    ("more", "alike"),
-    [
-        ("", True),
-        ("wind = { mean = [1.0, 0.0, 0.0] }\n", True),
-        ("sensors = { gyro_noise = 0.01 }\n", False),
-        ("wind = { turbulence = { wind_20 = 5.0, height = 6.0 } }\n", False),
-        ('controller = { type = "mppi" }\n', False),
-    ],
-)
+@pytest.mark.parametrize(("more", "alike"), [
+    ("", True),
+    ("wind = { mean = [1.0, 0.0, 0.0] }\n", True),
+    ("sensors = { gyro_noise = 0.01 }\n", False),
+    ("wind = { turbulence = { wind_20 = 5.0, height = 6.0 } }\n", False),
+    ('controller = { type = "mppi" }\n', False),
+])  # fmt: skip
 def test_flights_that_draw_random_numbers_are_no_copies(tmp_path, more, alike):
     path = tmp_path / "camp.toml"
     path.write_text(f"flights = 3\n{CALM}{more}")
     assert is_random(read_campaign(path)) != alike
 
 
-@pytest.mark.parametrize(
-    ("more", "random"),
-    [
-        ('wind.mean.0 = { type = "grid", values = [0.0, 1.0] }\n', False),
-        ('wind.mean.0 = { type = "uniform", low = 0.0, high = 1.0 }\n', True),
-        ('sensors.gyro_noise = { type = "grid", values = [0.0, 0.0, 0.01] }\n', True),
-        ('controller.type = { type = "grid", values = ["pid", "mppi"] }\n', True),
-    ],
-)
+@pytest.mark.parametrize(("more", "random"), [
+    ('wind.mean.0 = { type = "grid", values = [0.0, 1.0] }\n', False),
+    ('wind.mean.0 = { type = "uniform", low = 0.0, high = 1.0 }\n', True),
+    ('sensors.gyro_noise = { type = "grid", values = [0.0, 0.0, 0.01] }\n', True),
+    ('controller.type = { type = "grid", values = ["pid", "mppi"] }\n', True),
+])  # fmt: skip
 def test_points_of_a_grid_show_nothing_of_others_unless_there_is_noise(tmp_path, more, random):
     path = tmp_path / "camp.toml"
     path.write_text(f"flights = 6\n{CALM}[vary]\n{more}")

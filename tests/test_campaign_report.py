@@ -426,18 +426,15 @@ def test_the_view_of_a_lost_flight_stays_near_the_wanted_path():
     assert (high > low).all()
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ({"type": "uniform", "low": 1.0, "high": 2.5}, "uniform from 1 to 2.5"),
-        ({"type": "sobol", "low": 1.0, "high": 2.5}, "Sobol sequence from 1 to 2.5"),
-        ({"type": "normal", "mean": 1.0, "deviation": 0.1, "high": 2.0}, "normal, mean 1, deviation 0.1, nothing above 2"),
-        ({"type": "log-normal", "median": 0.5, "sigma": 0.5}, "log-normal, median 0.5, σ 0.5"),
-        ({"type": "choice", "values": [True, False], "weights": [1, 3]}, "one of true, false, weights 1, 3"),
-        ({"type": "grid", "low": 0.0, "high": 1.0, "count": 11}, "each of 11 from 0 to 1 in turn"),
-        ({"type": "grid", "values": list(range(12))}, "each of 0, 1, 2, 3, 4, 5, 6, 7, 8, 9 ... (12) in turn"),
-    ],
-)
+@pytest.mark.parametrize(("content", "words"), [
+    ({"type": "uniform", "low": 1.0, "high": 2.5}, "uniform from 1 to 2.5"),
+    ({"type": "sobol", "low": 1.0, "high": 2.5}, "Sobol sequence from 1 to 2.5"),
+    ({"type": "normal", "mean": 1.0, "deviation": 0.1, "high": 2.0}, "normal, mean 1, deviation 0.1, nothing above 2"),
+    ({"type": "log-normal", "median": 0.5, "sigma": 0.5}, "log-normal, median 0.5, σ 0.5"),
+    ({"type": "choice", "values": [True, False], "weights": [1, 3]}, "one of true, false, weights 1, 3"),
+    ({"type": "grid", "low": 0.0, "high": 1.0, "count": 11}, "each of 11 from 0 to 1 in turn"),
+    ({"type": "grid", "values": list(range(12))}, "each of 0, 1, 2, 3, 4, 5, 6, 7, 8, 9 ... (12) in turn"),
+])  # fmt: skip
 def test_every_distribution_is_told_in_words(content, words):
     assert variation_text(varying(key=content), "key") == words
 

@@ -171,15 +171,12 @@ def fails(text, ground, out):
     raise ValueError
 
 
-@pytest.mark.parametrize(
-    ("does", "said"),
-    [
-        (hoards, "it takes more than 4 GB of memory."),
-        (fills, "its files are larger than 100 MB: log less often, or for a shorter time."),
-        (idles, "it takes more memory, or more than 1 s of computing."),
-        (fails, "it is not a mission that can be flown."),
-    ],
-)
+@pytest.mark.parametrize(("does", "said"), [
+    (hoards, "it takes more than 4 GB of memory."),
+    (fills, "its files are larger than 100 MB: log less often, or for a shorter time."),
+    (idles, "it takes more memory, or more than 1 s of computing."),
+    (fails, "it is not a mission that can be flown."),
+])  # fmt: skip
 def test_each_limit_of_a_flight_says_which_it_is(room, tmp_path, monkeypatch, does, said):
     monkeypatch.setattr(classroom, "fly_submission", does)
     monkeypatch.setattr(classroom, "SLOWER", 1)
@@ -303,18 +300,15 @@ def test_a_flood_of_one_student_is_one_submission(room, port):
     assert ask(port, "/submit", other, "[controller]\n")[0] == 303, "others are not kept waiting"
 
 
-@pytest.mark.parametrize(
-    ("length", "status"),
-    [
-        ("1" * 5000, 411),
-        ("999999999", 413),
-        (f"{3 * SUBMISSION.most + 1}", 413),
-        ("-1", 411),
-        ("1e3", 411),
-        ("", 411),
-        ("٣", 411),
-    ],
-)
+@pytest.mark.parametrize(("length", "status"), [
+    ("1" * 5000, 411),
+    ("999999999", 413),
+    (f"{3 * SUBMISSION.most + 1}", 413),
+    ("-1", 411),
+    ("1e3", 411),
+    ("", 411),
+    ("٣", 411),
+])  # fmt: skip
 def test_a_huge_submission_is_refused_before_it_is_read(room, port, length, status):
     ada = next(iter(room.members))
     with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as line:

@@ -49,16 +49,13 @@ def test_a_square_says_the_median_and_what_is_lost(median, lost, words):
     assert square_text(result("law", median, lost), "e", 100.0) == words
 
 
-@pytest.mark.parametrize(
-    ("grades", "words"),
-    [
-        ((SOUND, FRAGILE), "on second at rest its loop is fragile: why 1"),
-        ((UNSTABLE, FRAGILE), "on first at rest its loop is unstable: why 0"),
-        ((SOUND, UNKNOWN), "on second at rest its loop is not linearised: why 1"),
-        ((SOUND, NO_REST), "on second no rest was found for its loop: why 1"),
-        ((SOUND, SOUND), "on first at rest its loop is sound: why 0"),
-    ],
-)
+@pytest.mark.parametrize(("grades", "words"), [
+    ((SOUND, FRAGILE), "on second at rest its loop is fragile: why 1"),
+    ((UNSTABLE, FRAGILE), "on first at rest its loop is unstable: why 0"),
+    ((SOUND, UNKNOWN), "on second at rest its loop is not linearised: why 1"),
+    ((SOUND, NO_REST), "on second no rest was found for its loop: why 1"),
+    ((SOUND, SOUND), "on first at rest its loop is sound: why 0"),
+])  # fmt: skip
 def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades, words):
     vehicles = "first", "second"
     margins = {"phase_margin": 0.5}
@@ -166,14 +163,11 @@ def test_a_rank_that_chance_or_hardly_anything_gave_is_said_to_be_so(difference,
     assert better in of_situation(found, WHERE, ranked)
 
 
-@pytest.mark.parametrize(
-    ("violation", "unconstrained", "said"),
-    [
-        (0.0, "", []),
-        (0.1, "", ["law on crazyflie: no gains were found that meet every limit (tuning.constraints)."]),
-        (0.0, "no rest", ["law on crazyflie: tuned without limits on its margins: no rest."]),
-    ],
-)
+@pytest.mark.parametrize(("violation", "unconstrained", "said"), [
+    (0.0, "", []),
+    (0.1, "", ["law on crazyflie: no gains were found that meet every limit (tuning.constraints)."]),
+    (0.0, "no rest", ["law on crazyflie: tuned without limits on its margins: no rest."]),
+])  # fmt: skip
 def test_gains_that_miss_a_limit_are_named(violation, unconstrained, said):
     found = Trained({}, {}, None, 1.0, 16, 2000, 16, 3, violation=violation, unconstrained=unconstrained)
     entrant = Entrant("crazyflie", "law", {}, "tuned", CascadedPid, found)

@@ -520,17 +520,12 @@ def test_an_optional_controller_is_left_out_where_its_package_is_absent(tmp_path
     assert line in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (SMALL + OPTIONAL.replace("optional = true", ""), "policy cannot fly research-2.6kg: the policy needs h5py"),
-        (
-            SMALL + OPTIONAL.replace('"raptor"', '"raptors"'),
-            "policy cannot fly research-2.6kg: controller.type: unknown value 'raptors'",
-        ),
-        (HEAD + BODY + OPTIONAL, "no controller is left to compare: policy is left out: the policy needs h5py"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    (SMALL + OPTIONAL.replace("optional = true", ""), "policy cannot fly research-2.6kg: the policy needs h5py"),
+    (SMALL + OPTIONAL.replace('"raptor"', '"raptors"'),
+        "policy cannot fly research-2.6kg: controller.type: unknown value 'raptors'"),
+    (HEAD + BODY + OPTIONAL, "no controller is left to compare: policy is left out: the policy needs h5py"),
+])  # fmt: skip
 def test_only_an_absent_package_leaves_out_only_what_is_optional(tmp_path, monkeypatch, text, said):
     monkeypatch.setattr(raptor, "published", no_policy)
     result = quadstep("compare", written(tmp_path, text), "--out", tmp_path / "out")
@@ -580,15 +575,12 @@ def test_bad_input_is_one_line_before_anything_flies(tmp_path, monkeypatch, text
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["no.toml"], "no.toml: file not found"),
-        (["--seeds", "1"], "--seeds: should be from 2 to 100000, not 1"),
-        (["--engine", "gpu"], "gpu"),
-        (["--figures", "bmp"], "bmp"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "said"), [
+    (["no.toml"], "no.toml: file not found"),
+    (["--seeds", "1"], "--seeds: should be from 2 to 100000, not 1"),
+    (["--engine", "gpu"], "gpu"),
+    (["--figures", "bmp"], "bmp"),
+])  # fmt: skip
 def test_a_wrong_command_is_one_line(tmp_path, monkeypatch, arguments, said):
     monkeypatch.chdir(tmp_path)
     file = [] if arguments[0].endswith("toml") else [written(tmp_path)]

@@ -173,28 +173,25 @@ def test_every_controller_of_real_vehicles_takes_part_in_the_study_that_ships():
 MARGIN = '[margins.wind]\nkeys = ["wind.mean.0"]\npath = "up"\nscenario = "calm"\nhigh = 20.0\n'
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (SMALL.replace('["research-2.6kg"]', '["x5"]'), "vehicles: unknown vehicle 'x5'; allowed: crazyflie"),
-        (SMALL.replace('["research-2.6kg"]', "[]"), "vehicles: should have at least 1 entries"),
-        (SMALL.replace('["research-2.6kg"]', '["x500", "x500"]'), "vehicles: x500 is named twice"),
-        (SMALL.replace("seeds = 12", "seeds = 1"), "seeds: should be greater than or equal to 2, not 1"),
-        (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\npaths = ['down']"), "unknown value 'down'; allowed: up"),
-        (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\nwind = 3"), "scenarios.calm.wind: unknown key"),
-        (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\nmission = { seed = 3 }"), "seed cannot be set here"),
-        (SMALL.replace('path = { type = "step"', 'way = { type = "step"'), "mission.path: missing"),
-        (HEAD + BODY, "controllers: missing"),
-        (SMALL + MARGIN.replace("20.0", "-1.0"), "low = 0 must be below high = -1"),
-        (SMALL + MARGIN.replace('"calm"', '"hail"'), "unknown value 'hail'; allowed: calm, windy"),
-        (SMALL + TUNING.replace("budget = 4500", ""), "tuning.budget: missing"),
-        (SMALL + TUNING.replace("4500", "4500\nseeds = 8"), "tuning.seeds: should be greater than or equal to 16"),
-        (SMALL + TUNING.replace('"windy"', '"hail"'), "tuning.flown[0].scenario: unknown value 'hail'"),
-        (SMALL + "[controllers.x]\ncontroller = { k_x = 1.0 }\n", "controllers.x: controller.type: missing"),
-        (SMALL + OPTIONAL.replace("true", "3"), "controllers.policy.optional: should be a valid boolean, not 3"),
-        (SMALL.replace("vehicle.mass", "seed"), "seed"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    (SMALL.replace('["research-2.6kg"]', '["x5"]'), "vehicles: unknown vehicle 'x5'; allowed: crazyflie"),
+    (SMALL.replace('["research-2.6kg"]', "[]"), "vehicles: should have at least 1 entries"),
+    (SMALL.replace('["research-2.6kg"]', '["x500", "x500"]'), "vehicles: x500 is named twice"),
+    (SMALL.replace("seeds = 12", "seeds = 1"), "seeds: should be greater than or equal to 2, not 1"),
+    (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\npaths = ['down']"), "unknown value 'down'; allowed: up"),
+    (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\nwind = 3"), "scenarios.calm.wind: unknown key"),
+    (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\nmission = { seed = 3 }"), "seed cannot be set here"),
+    (SMALL.replace('path = { type = "step"', 'way = { type = "step"'), "mission.path: missing"),
+    (HEAD + BODY, "controllers: missing"),
+    (SMALL + MARGIN.replace("20.0", "-1.0"), "low = 0 must be below high = -1"),
+    (SMALL + MARGIN.replace('"calm"', '"hail"'), "unknown value 'hail'; allowed: calm, windy"),
+    (SMALL + TUNING.replace("budget = 4500", ""), "tuning.budget: missing"),
+    (SMALL + TUNING.replace("4500", "4500\nseeds = 8"), "tuning.seeds: should be greater than or equal to 16"),
+    (SMALL + TUNING.replace('"windy"', '"hail"'), "tuning.flown[0].scenario: unknown value 'hail'"),
+    (SMALL + "[controllers.x]\ncontroller = { k_x = 1.0 }\n", "controllers.x: controller.type: missing"),
+    (SMALL + OPTIONAL.replace("true", "3"), "controllers.policy.optional: should be a valid boolean, not 3"),
+    (SMALL.replace("vehicle.mass", "seed"), "seed"),
+])  # fmt: skip
 def test_what_a_study_cannot_say_is_refused_in_one_line(text, said):
     with pytest.raises(UserError) as error:
         one = study(text)

@@ -205,13 +205,9 @@ class IndiVelocity(Indi):
 
 
 FAMILIES = {
-    "adrc": Adrc,
-    "geometric-l1": L1,
-    "geometric-adaptive": Adaptive,
-    "super-twisting": SuperTwisting,
-    "indi": Indi,
+    "adrc": Adrc, "geometric-l1": L1, "geometric-adaptive": Adaptive, "super-twisting": SuperTwisting, "indi": Indi,
     "indi-velocity": IndiVelocity,
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", FAMILIES)

@@ -38,22 +38,19 @@ def test_thrust_and_attitude_make_the_wanted_force(x, y, z, exponent):
     assert -PI <= phi <= PI
 
 
-@pytest.mark.parametrize(
-    ("force", "wanted"),
-    [
-        ((0, 0, 0), (0, 0, 0)),
-        ((0, 0, 9.81), (9.81, 0, 0)),
-        ((0, 0, -2), (2, 0, PI)),
-        ((2, 0, 0), (2, -PI / 2, 0)),
-        ((-2, 0, 0), (2, PI / 2, 0)),
-        ((0, 3, 0), (3, 0, PI / 2)),
-        ((0, -3, 0), (3, 0, -PI / 2)),
-        ((0, 1, -1), (math.sqrt(2), 0, 3 * PI / 4)),
-        ((-1, 0, 1), (math.sqrt(2), PI / 4, 0)),
-        ((-1, 0, -1), (math.sqrt(2), PI / 4, PI)),
-        ((3, 4, 12), (13, -math.atan(3 / math.hypot(4, 12)), math.atan(4 / 12))),
-    ],
-)
+@pytest.mark.parametrize(("force", "wanted"), [
+    ((0, 0, 0), (0, 0, 0)),
+    ((0, 0, 9.81), (9.81, 0, 0)),
+    ((0, 0, -2), (2, 0, PI)),
+    ((2, 0, 0), (2, -PI / 2, 0)),
+    ((-2, 0, 0), (2, PI / 2, 0)),
+    ((0, 3, 0), (3, 0, PI / 2)),
+    ((0, -3, 0), (3, 0, -PI / 2)),
+    ((0, 1, -1), (math.sqrt(2), 0, 3 * PI / 4)),
+    ((-1, 0, 1), (math.sqrt(2), PI / 4, 0)),
+    ((-1, 0, -1), (math.sqrt(2), PI / 4, PI)),
+    ((3, 4, 12), (13, -math.atan(3 / math.hypot(4, 12)), math.atan(4 / 12))),
+])  # fmt: skip
 def test_inversion_by_hand(force, wanted):
     assert invert_force(column(force)) == pytest.approx(wanted, rel=1e-14)
     lanes = through_lanes(lambda x, y, z: list(invert_force(Vector((x, y, z)))), *([one] for one in force))

@@ -58,31 +58,28 @@ def test_torque_follows_from_current_where_nothing_better_is_known():
 STAND = "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [1.0, 4.0, 9.0]\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (SHEET.replace("mass = 0.62", "mass = 62.0"), "times the weight"),
-        (SHEET.replace("kv = 1950\n", ""), "kv: missing"),
-        (SHEET.replace("kv = 1950\n", "kv = 1e9\n"), "kv: "),
-        (SHEET.replace("wheelbase = 0.22", "wheelbase = 1e6"), "sheet.toml: wheelbase: "),
-        (SHEET.replace("wheelbase = 0.22", "wheelbase = 220"), "wheelbase: 220 m does not fit propellers of 0.1"),
-        (SHEET.replace("wheelbase = 0.22", "wheelbase = 1e-9"), "sheet.toml: wheelbase: "),
-        (SHEET.replace("kv = 1950\n", "kv = 1e-6\n"), "sheet.toml: kv: "),
-        (SHEET.replace("[5.1, 4.3]", "[1e-3, 4.3]"), "sheet.toml: propeller: inches: the diameter should be from 0.4"),
-        (SHEET.replace("inches = [5.1, 4.3]", "diameter = 1e3"), "sheet.toml: propeller.diameter: "),
-        (SHEET.replace("[5.1, 4.3]", "[5.1, 4.3], mass = 1"), "propeller.mass: 4 propellers of 1 kg"),
-        (SHEET.replace("capacity = 1.5", "capacity = 1e9"), "sheet.toml: capacity: "),
-        (SHEET + STAND + "voltage = [1e-3, 1e-3, 1e-3]\n", "voltage: its largest number should be from 1 to 1000 V"),
-        (SHEET + STAND + "speed = [1, 2, 3]\n", "speed: its largest number should be from 10 to 100000 rad/s, not 3"),
-        (SHEET + STAND + "current = [1e-5, 1e-5, 1e-5]\n", "current: its largest number should be from 0.01"),
-        (SHEET + "[stand]\nthrottle = [0.1, 0.5]\nthrust = [1.0, 2.0]\n", "at least 3"),
-        (SHEET + "[stand]\nthrottle = [10, 50, 100]\nthrust = [1.0, 2.0, 3.0]\n", "not a percentage"),
-        (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [100.0, 500.0, 1200.0]\n", "in grams"),
-        (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [3.0, 2.0, 1.0]\n", "does not rise"),
-        (SHEET.replace("0.033", "0.33"), "leave nothing"),
-        (SHEET.replace("inches = [5.1, 4.3]", "pitch = 0.1"), "give either diameter"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    (SHEET.replace("mass = 0.62", "mass = 62.0"), "times the weight"),
+    (SHEET.replace("kv = 1950\n", ""), "kv: missing"),
+    (SHEET.replace("kv = 1950\n", "kv = 1e9\n"), "kv: "),
+    (SHEET.replace("wheelbase = 0.22", "wheelbase = 1e6"), "sheet.toml: wheelbase: "),
+    (SHEET.replace("wheelbase = 0.22", "wheelbase = 220"), "wheelbase: 220 m does not fit propellers of 0.1"),
+    (SHEET.replace("wheelbase = 0.22", "wheelbase = 1e-9"), "sheet.toml: wheelbase: "),
+    (SHEET.replace("kv = 1950\n", "kv = 1e-6\n"), "sheet.toml: kv: "),
+    (SHEET.replace("[5.1, 4.3]", "[1e-3, 4.3]"), "sheet.toml: propeller: inches: the diameter should be from 0.4"),
+    (SHEET.replace("inches = [5.1, 4.3]", "diameter = 1e3"), "sheet.toml: propeller.diameter: "),
+    (SHEET.replace("[5.1, 4.3]", "[5.1, 4.3], mass = 1"), "propeller.mass: 4 propellers of 1 kg"),
+    (SHEET.replace("capacity = 1.5", "capacity = 1e9"), "sheet.toml: capacity: "),
+    (SHEET + STAND + "voltage = [1e-3, 1e-3, 1e-3]\n", "voltage: its largest number should be from 1 to 1000 V"),
+    (SHEET + STAND + "speed = [1, 2, 3]\n", "speed: its largest number should be from 10 to 100000 rad/s, not 3"),
+    (SHEET + STAND + "current = [1e-5, 1e-5, 1e-5]\n", "current: its largest number should be from 0.01"),
+    (SHEET + "[stand]\nthrottle = [0.1, 0.5]\nthrust = [1.0, 2.0]\n", "at least 3"),
+    (SHEET + "[stand]\nthrottle = [10, 50, 100]\nthrust = [1.0, 2.0, 3.0]\n", "not a percentage"),
+    (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [100.0, 500.0, 1200.0]\n", "in grams"),
+    (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [3.0, 2.0, 1.0]\n", "does not rise"),
+    (SHEET.replace("0.033", "0.33"), "leave nothing"),
+    (SHEET.replace("inches = [5.1, 4.3]", "pitch = 0.1"), "give either diameter"),
+])  # fmt: skip
 def test_a_wrong_sheet_is_one_line(tmp_path, text, said):
     (tmp_path / "sheet.toml").write_text(text)
     run = quadstep("vehicle", "fit", tmp_path / "sheet.toml", "--out", tmp_path / "v.toml")

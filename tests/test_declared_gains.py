@@ -127,18 +127,15 @@ def test_a_controller_may_have_other_defaults_for_the_same_gains():
     assert built().most_speed == 3.0
 
 
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        ({"k_v": 0.0}, "k_v: every entry must be greater than 0"),
-        ({"k_i": -1.0}, "k_i: every entry must be zero or more"),
-        ({"layer": 1.0}, "layer: should be a list"),
-        ({"layer": [1.0]}, "layer: should have at least 2 entries, not 1"),
-        ({"layer": [1.0, 0.0]}, "layer[1]: should be greater than 0"),
-        ({"most_thrust": 1.0}, "most_thrust: unknown key; allowed here: k_i, k_v, layer, mass, most_speed, nets, type"),
-        ({"nets": {"F2": 1.0}}, "nets.F2: unknown key; allowed here: F1, enabled, kappa1"),
-    ],
-)
+@pytest.mark.parametrize(("keys", "said"), [
+    ({"k_v": 0.0}, "k_v: every entry must be greater than 0"),
+    ({"k_i": -1.0}, "k_i: every entry must be zero or more"),
+    ({"layer": 1.0}, "layer: should be a list"),
+    ({"layer": [1.0]}, "layer: should have at least 2 entries, not 1"),
+    ({"layer": [1.0, 0.0]}, "layer[1]: should be greater than 0"),
+    ({"most_thrust": 1.0}, "most_thrust: unknown key; allowed here: k_i, k_v, layer, mass, most_speed, nets, type"),
+    ({"nets": {"F2": 1.0}}, "nets.F2: unknown key; allowed here: F1, enabled, kappa1"),
+])  # fmt: skip
 def test_keys_are_checked_as_declared(keys, said):
     with pytest.raises(UserError) as refused:
         check(section_of(Sliding), {"type": "sliding", **keys}, "controller")

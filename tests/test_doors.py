@@ -131,16 +131,13 @@ def test_a_command():
 
 
 @pytest.mark.usefixtures("tiny")
-@pytest.mark.parametrize(
-    ("name", "why"),
-    [
-        ("broken", "broken, which tiny 1.5 registers for quadstep.commands, cannot be loaded: AttributeError"),
-        ("leave", "leave, which tiny 1.5 registers for quadstep.commands, cannot be loaded: SystemExit: 7"),
-        ("number", "number, which tiny 1.5 registers for quadstep.commands: should be a function or a class, not int"),
-        ("twice", "other 1.5 and tiny 1.5 both register twice for quadstep.commands; uninstall one of them"),
-        ("fail", "fail, which tiny 1.5 registers for quadstep.commands: ValueError: no argument"),
-    ],
-)
+@pytest.mark.parametrize(("name", "why"), [
+    ("broken", "broken, which tiny 1.5 registers for quadstep.commands, cannot be loaded: AttributeError"),
+    ("leave", "leave, which tiny 1.5 registers for quadstep.commands, cannot be loaded: SystemExit: 7"),
+    ("number", "number, which tiny 1.5 registers for quadstep.commands: should be a function or a class, not int"),
+    ("twice", "other 1.5 and tiny 1.5 both register twice for quadstep.commands; uninstall one of them"),
+    ("fail", "fail, which tiny 1.5 registers for quadstep.commands: ValueError: no argument"),
+])  # fmt: skip
 def test_a_broken_command_names_its_distribution_in_one_line_whatever_its_arguments(name, why):
     run = quadstep(name, "argument")
     assert run.refused
@@ -149,16 +146,13 @@ def test_a_broken_command_names_its_distribution_in_one_line_whatever_its_argume
 
 
 @pytest.mark.usefixtures("tiny")
-@pytest.mark.parametrize(
-    ("kind", "why"),
-    [
-        ("absent", "tiny 1.5 registers it, but there is no installed module no_such_module"),
-        ("attribute", "attribute, which tiny 1.5 registers for quadstep.paths: should be module:name, not 'tiny:Sec"),
-        ("number", "number, which tiny 1.5 registers for quadstep.paths: should be a subclass of quadstep.own.Path"),
-        ("raises", "raises:Path, which tiny 1.5 registers: "),
-        ("loop", "figure-eight, step, recorded, absent, number, raises, or your own"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "why"), [
+    ("absent", "tiny 1.5 registers it, but there is no installed module no_such_module"),
+    ("attribute", "attribute, which tiny 1.5 registers for quadstep.paths: should be module:name, not 'tiny:Sec"),
+    ("number", "number, which tiny 1.5 registers for quadstep.paths: should be a subclass of quadstep.own.Path"),
+    ("raises", "raises:Path, which tiny 1.5 registers: "),
+    ("loop", "figure-eight, step, recorded, absent, number, raises, or your own"),
+])  # fmt: skip
 def test_a_broken_path_names_its_distribution(kind, why):
     with pytest.raises(UserError, match=re.escape(why)):
         Mission(path={"type": kind})

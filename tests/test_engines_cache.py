@@ -240,18 +240,14 @@ def test_a_function_of_the_package_that_a_user_replaces_flies_from_then_on(monke
         np.testing.assert_array_equal(fly(), first)
 
 
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda content: b"",
-        lambda content: content[:20],
-        lambda content: content[:-100],
-        lambda content: content[:50] + bytes([content[50] ^ 1]) + content[51:],
-        lambda content: b"\0" * len(content),
-        lambda content: content + b"more",
-    ],
-    ids=["empty", "cut in the digest", "cut", "one bit", "zeros", "longer"],
-)
+@pytest.mark.parametrize("damage", [
+    lambda content: b"",
+    lambda content: content[:20],
+    lambda content: content[:-100],
+    lambda content: content[:50] + bytes([content[50] ^ 1]) + content[51:],
+    lambda content: b"\0" * len(content),
+    lambda content: content + b"more",
+], ids=["empty", "cut in the digest", "cut", "one bit", "zeros", "longer"])  # fmt: skip
 def test_a_damaged_entry_is_compiled_again_and_replaced(folder, fly, damage):
     first = fly()
     kept = entries(folder)
@@ -350,16 +346,13 @@ def test_without_a_home_nothing_is_kept_and_nothing_said(fly, monkeypatch, caplo
 # Code that another user could have written is not run
 
 
-@pytest.mark.parametrize(
-    ("above", "mode", "who"),
-    [
-        (False, 0o770, "its group"),
-        (False, 0o777, "all users"),
-        (False, 0o1777, "all users"),
-        (True, 0o770, "its group"),
-        (True, 0o777, "all users"),
-    ],
-)
+@pytest.mark.parametrize(("above", "mode", "who"), [
+    (False, 0o770, "its group"),
+    (False, 0o777, "all users"),
+    (False, 0o1777, "all users"),
+    (True, 0o770, "its group"),
+    (True, 0o777, "all users"),
+])  # fmt: skip
 def test_a_folder_that_others_may_write_is_not_used(folder, fly, caplog, above, mode, who):
     first = fly()
     kept = [path.read_bytes() for path in entries(folder)]

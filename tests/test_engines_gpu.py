@@ -154,14 +154,11 @@ def test_when_others_take_the_memory_launches_shrink(monkeypatch):
     assert not driver.stack
 
 
-@pytest.mark.parametrize(
-    ("fail", "said"),
-    [
-        ({"cuEventSynchronize": 700}, r"cuEventSynchronize: an illegal memory access was encountered \(700\)$"),
-        ({"cuMemcpyDtoH_v2": 214, "cuMemFree_v2": 214}, "ECC"),
-        ({"cuLaunchKernel": 701}, r"cuLaunchKernel: unknown error \(701\)"),
-    ],
-)
+@pytest.mark.parametrize(("fail", "said"), [
+    ({"cuEventSynchronize": 700}, r"cuEventSynchronize: an illegal memory access was encountered \(700\)$"),
+    ({"cuMemcpyDtoH_v2": 214, "cuMemFree_v2": 214}, "ECC"),
+    ({"cuLaunchKernel": 701}, r"cuLaunchKernel: unknown error \(701\)"),
+])  # fmt: skip
 def test_a_failing_kernel_is_one_line_and_leaves_nothing(fail, said, monkeypatch):
     driver = installed(monkeypatch)
     one = gpu(BRIEF)
@@ -202,14 +199,11 @@ def test_what_the_driver_cannot_compile_is_one_line(monkeypatch):
         gpu(BRIEF)
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"devices": 0}, "finds no graphics processor"),
-        ({"fail": {"cuInit": 100}}, r"no CUDA-capable device is detected \(100\)"),
-        ({"fail": {"cuDevicePrimaryCtxRetain": 2}}, "out of memory"),
-    ],
-)
+@pytest.mark.parametrize(("given", "said"), [
+    ({"devices": 0}, "finds no graphics processor"),
+    ({"fail": {"cuInit": 100}}, r"no CUDA-capable device is detected \(100\)"),
+    ({"fail": {"cuDevicePrimaryCtxRetain": 2}}, "out of memory"),
+])  # fmt: skip
 def test_no_device_is_one_line(given, said, monkeypatch):
     installed(monkeypatch, **given)
     with pytest.raises(NoDeviceError, match=said):

@@ -39,39 +39,33 @@ EVERY_ENGINE = {
 ENGINES = pytest.mark.parametrize("engine", EVERY_ENGINE)
 
 
-@pytest.mark.parametrize(
-    ("motion", "outcome"),
-    [
-        (state(), Outcome.COMPLETED),
-        (state(position=(5.7, 5.7, 5.7)), Outcome.COMPLETED),
-        (state(position=(5.8, 5.8, 5.8)), Outcome.OFF_PATH),
-        (state(attitude=(9.0, 1.49, 9.0)), Outcome.COMPLETED),
-        (state(attitude=(0, 1.51, 0)), Outcome.SINGULAR),
-        (state(attitude=(0, -1.51, 0)), Outcome.SINGULAR),
-        (state(rates=(19.9, -19.9, 19.9)), Outcome.COMPLETED),
-        (state(rates=(20.1, 0, 0)), Outcome.SPINNING),
-        (state(rates=(0, -20.1, 0)), Outcome.SPINNING),
-        (state(rates=(0, 0, 20.1)), Outcome.SPINNING),
-        (state(position=(math.inf, 0, 0)), Outcome.NOT_FINITE),
-        (state(position=(0, math.nan, 0)), Outcome.NOT_FINITE),
-        (state(attitude=(0, math.nan, 0)), Outcome.NOT_FINITE),
-        (state(rates=(math.inf, 0, 0)), Outcome.NOT_FINITE),
-    ],
-)
+@pytest.mark.parametrize(("motion", "outcome"), [
+    (state(), Outcome.COMPLETED),
+    (state(position=(5.7, 5.7, 5.7)), Outcome.COMPLETED),
+    (state(position=(5.8, 5.8, 5.8)), Outcome.OFF_PATH),
+    (state(attitude=(9.0, 1.49, 9.0)), Outcome.COMPLETED),
+    (state(attitude=(0, 1.51, 0)), Outcome.SINGULAR),
+    (state(attitude=(0, -1.51, 0)), Outcome.SINGULAR),
+    (state(rates=(19.9, -19.9, 19.9)), Outcome.COMPLETED),
+    (state(rates=(20.1, 0, 0)), Outcome.SPINNING),
+    (state(rates=(0, -20.1, 0)), Outcome.SPINNING),
+    (state(rates=(0, 0, 20.1)), Outcome.SPINNING),
+    (state(position=(math.inf, 0, 0)), Outcome.NOT_FINITE),
+    (state(position=(0, math.nan, 0)), Outcome.NOT_FINITE),
+    (state(attitude=(0, math.nan, 0)), Outcome.NOT_FINITE),
+    (state(rates=(math.inf, 0, 0)), Outcome.NOT_FINITE),
+])  # fmt: skip
 def test_a_sample_ends_a_flight_at_its_limits(motion, outcome):
     assert Outcome(int(Lagrange().outcome(LIMITED, motion, FINE, REST))) is outcome
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        Command(math.nan, same(0.0)),
-        Command(math.inf, same(0.0)),
-        Command(-math.inf, same(0.0)),
-        Command(9.81, vector(0.0, math.nan, 0.0)),
-        Command(9.81, vector(0.0, 0.0, -math.inf)),
-    ],
-)
+@pytest.mark.parametrize("command", [
+    Command(math.nan, same(0.0)),
+    Command(math.inf, same(0.0)),
+    Command(-math.inf, same(0.0)),
+    Command(9.81, vector(0.0, math.nan, 0.0)),
+    Command(9.81, vector(0.0, 0.0, -math.inf)),
+])  # fmt: skip
 def test_a_command_that_is_not_finite_ends_a_flight(command):
     assert Outcome(int(Lagrange().outcome(LIMITED, state(), command, REST))) is Outcome.NOT_FINITE
 

@@ -24,52 +24,49 @@ def envelope(folder, *options, x=X, y=Y, file=None):
     return quadstep("envelope", file or mission(folder), "--x", x, "--y", y, "--out", folder / "out", *options)
 
 
-@pytest.mark.parametrize(
-    ("x", "said"),
-    [
-        ("path.duration", ["'path.duration'", "KEY=a:b:n"]),
-        ("=1:2:3", ["'=1:2:3'", "KEY=a:b:n"]),
-        ("path..duration=1:2:3", ["'path..duration=1:2:3'", "KEY=a:b:n"]),
-        ("path.end.²=1:2:3", ["path.end.²", "KEY=a:b:n"]),
-        ("path.duration=1:2", ["'1:2'", "KEY=a:b:n"]),
-        ("path.duration=1:2:3:4", ["'1:2:3:4'", "KEY=a:b:n"]),
-        ("path.duration=a:2:3", ["'a'", "not a number"]),
-        ("path.duration=:2:3", ["''", "not a number"]),
-        ("path.duration=1:2:x", ["n in a:b:n", "'x'"]),
-        ("path.duration=1:2:2.5", ["n in a:b:n", "'2.5'"]),
-        ("path.duration=1:2:0", ["from 1 to 100000", "not 0"]),
-        ("path.duration=1:2:-3", ["from 1 to 100000", "not -3"]),
-        ("path.duration=1:2:1000000000", ["from 1 to 100000", "not 1000000000"]),
-        ("path.duration=2:2:3", ["a in a:b:n should be below b", "2 and 2"]),
-        ("path.duration=3:2:3", ["a in a:b:n should be below b", "3 and 2"]),
-        ("path.duration=1:nan:3", ["'nan'", "-1e+09 to 1e+09"]),
-        ("path.duration=-inf:1:3", ["'-inf'", "-1e+09 to 1e+09"]),
-        ("path.duration=1:1e300:3", ["'1e300'", "-1e+09 to 1e+09"]),
-        ("path.duration=1,inf", ["'inf'", "-1e+09 to 1e+09"]),
-        ("path.duration=", ["a value is missing"]),
-        ("path.duration=1,,2", ["a value is missing", "'1,,2'"]),
-        ("path.duration=1,true", ["all numbers, all true or false, or all words"]),
-        ("path.duration=1,2,1.0", ["1 is given twice"]),
-        ("path.duration=0.3,word", ["all numbers, all true or false, or all words"]),
-        ("path.duration=long,short", ["mission.toml", "path.duration", "valid number", "'long'"]),
-        ("path.duration=true,false", ["mission.toml", "path.duration", "valid number", "True"]),
-        ("path.duraton=1:2:3", ["mission.toml", "path.duraton", "unknown key", "duration, end"]),
-        ("paths.duration=1:2:3", ["mission.toml", "paths", "unknown key"]),
-        ("path=1:2:3", ["mission.toml", "path", "1.0"]),
-        ("path.end.3=1:2:3", ["path.end.3", "entry 3 does not exist", "0 to 2"]),
-        ("path.duration.x=1:2:3", ["path.duration.x", "cannot be inside"]),
-        ("controller.type=backstepping,nothing", ["controller.type", "unknown value 'nothing'", "nested-saturation"]),
-        ("controller.nets.neurons=1:2:4", ["controller.nets.neurons", "integer"]),
-        ("vehicle.mass=-1:1:3", ["vehicle.mass", "greater than 0"]),
-        ("vehicle.mass=1:-1:3", ["below b"]),
-        ("vehicle.kinematics=1:2:3", ["vehicle.kinematics", "standard"]),
-        ("name=a,b", ["--x name: a name does not affect flights"]),
-        ("seed=1:3:3", ["--x seed", "already has its own noise"]),
-        ("disturbance.scale=0:1:3", ["--x disturbance.scale", "--y too", "only once"]),
-        ("disturbance=0,1", ["--x disturbance", "disturbance.scale is inside disturbance (--y)"]),
-        ("disturbance.scale.x=0,1", ["disturbance.scale.x is inside disturbance.scale (--y)"]),
-    ],
-)
+@pytest.mark.parametrize(("x", "said"), [
+    ("path.duration", ["'path.duration'", "KEY=a:b:n"]),
+    ("=1:2:3", ["'=1:2:3'", "KEY=a:b:n"]),
+    ("path..duration=1:2:3", ["'path..duration=1:2:3'", "KEY=a:b:n"]),
+    ("path.end.²=1:2:3", ["path.end.²", "KEY=a:b:n"]),
+    ("path.duration=1:2", ["'1:2'", "KEY=a:b:n"]),
+    ("path.duration=1:2:3:4", ["'1:2:3:4'", "KEY=a:b:n"]),
+    ("path.duration=a:2:3", ["'a'", "not a number"]),
+    ("path.duration=:2:3", ["''", "not a number"]),
+    ("path.duration=1:2:x", ["n in a:b:n", "'x'"]),
+    ("path.duration=1:2:2.5", ["n in a:b:n", "'2.5'"]),
+    ("path.duration=1:2:0", ["from 1 to 100000", "not 0"]),
+    ("path.duration=1:2:-3", ["from 1 to 100000", "not -3"]),
+    ("path.duration=1:2:1000000000", ["from 1 to 100000", "not 1000000000"]),
+    ("path.duration=2:2:3", ["a in a:b:n should be below b", "2 and 2"]),
+    ("path.duration=3:2:3", ["a in a:b:n should be below b", "3 and 2"]),
+    ("path.duration=1:nan:3", ["'nan'", "-1e+09 to 1e+09"]),
+    ("path.duration=-inf:1:3", ["'-inf'", "-1e+09 to 1e+09"]),
+    ("path.duration=1:1e300:3", ["'1e300'", "-1e+09 to 1e+09"]),
+    ("path.duration=1,inf", ["'inf'", "-1e+09 to 1e+09"]),
+    ("path.duration=", ["a value is missing"]),
+    ("path.duration=1,,2", ["a value is missing", "'1,,2'"]),
+    ("path.duration=1,true", ["all numbers, all true or false, or all words"]),
+    ("path.duration=1,2,1.0", ["1 is given twice"]),
+    ("path.duration=0.3,word", ["all numbers, all true or false, or all words"]),
+    ("path.duration=long,short", ["mission.toml", "path.duration", "valid number", "'long'"]),
+    ("path.duration=true,false", ["mission.toml", "path.duration", "valid number", "True"]),
+    ("path.duraton=1:2:3", ["mission.toml", "path.duraton", "unknown key", "duration, end"]),
+    ("paths.duration=1:2:3", ["mission.toml", "paths", "unknown key"]),
+    ("path=1:2:3", ["mission.toml", "path", "1.0"]),
+    ("path.end.3=1:2:3", ["path.end.3", "entry 3 does not exist", "0 to 2"]),
+    ("path.duration.x=1:2:3", ["path.duration.x", "cannot be inside"]),
+    ("controller.type=backstepping,nothing", ["controller.type", "unknown value 'nothing'", "nested-saturation"]),
+    ("controller.nets.neurons=1:2:4", ["controller.nets.neurons", "integer"]),
+    ("vehicle.mass=-1:1:3", ["vehicle.mass", "greater than 0"]),
+    ("vehicle.mass=1:-1:3", ["below b"]),
+    ("vehicle.kinematics=1:2:3", ["vehicle.kinematics", "standard"]),
+    ("name=a,b", ["--x name: a name does not affect flights"]),
+    ("seed=1:3:3", ["--x seed", "already has its own noise"]),
+    ("disturbance.scale=0:1:3", ["--x disturbance.scale", "--y too", "only once"]),
+    ("disturbance=0,1", ["--x disturbance", "disturbance.scale is inside disturbance (--y)"]),
+    ("disturbance.scale.x=0,1", ["disturbance.scale.x is inside disturbance.scale (--y)"]),
+])  # fmt: skip
 def test_axes_that_make_no_map(tmp_path, x, said):
     refused(envelope(tmp_path, x=x), *said)
     assert not (tmp_path / "out").exists()
@@ -85,23 +82,20 @@ def test_a_value_in_the_middle_that_cannot_be_flown(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["--by", "path.duration=1,2"], ["--x path.duration: is --by too"]),
-        (["--by", "vehicle.mass=1:2:13"], ["--by vehicle.mass", "from 1 to 12", "not 13"]),
-        (["--by", "vehicle.mass=" + ",".join(map(str, range(1, 15)))], ["--by vehicle.mass", "14 values", "at most 12"]),
-        (["--flights", "0"], ["--flights", "from 1", "not 0"]),
-        (["--flights", "-1"], ["--flights", "not -1"]),
-        (["--flights", "100000000"], ["--flights", "at most 50000000 flights"]),
-        (["--failure", "position_rmse"], ["--failure", "METRIC=MOST"]),
-        (["--failure", "rmse=1"], ["--failure", "unknown metric 'rmse'", "position_rmse, largest_error"]),
-        (["--failure", "position_rmse=x"], ["--failure position_rmse", "'x' is not a number"]),
-        (["--failure", "position_rmse=0"], ["--failure position_rmse", "above 0"]),
-        (["--failure", "position_rmse=nan"], ["--failure position_rmse", "'nan'"]),
-        (["--engine", "python"], ["--engine", "lanes, gpu, ray"]),
-    ],
-)
+@pytest.mark.parametrize(("options", "said"), [
+    (["--by", "path.duration=1,2"], ["--x path.duration: is --by too"]),
+    (["--by", "vehicle.mass=1:2:13"], ["--by vehicle.mass", "from 1 to 12", "not 13"]),
+    (["--by", "vehicle.mass=" + ",".join(map(str, range(1, 15)))], ["--by vehicle.mass", "14 values", "at most 12"]),
+    (["--flights", "0"], ["--flights", "from 1", "not 0"]),
+    (["--flights", "-1"], ["--flights", "not -1"]),
+    (["--flights", "100000000"], ["--flights", "at most 50000000 flights"]),
+    (["--failure", "position_rmse"], ["--failure", "METRIC=MOST"]),
+    (["--failure", "rmse=1"], ["--failure", "unknown metric 'rmse'", "position_rmse, largest_error"]),
+    (["--failure", "position_rmse=x"], ["--failure position_rmse", "'x' is not a number"]),
+    (["--failure", "position_rmse=0"], ["--failure position_rmse", "above 0"]),
+    (["--failure", "position_rmse=nan"], ["--failure position_rmse", "'nan'"]),
+    (["--engine", "python"], ["--engine", "lanes, gpu, ray"]),
+])  # fmt: skip
 def test_options_that_make_no_map(tmp_path, options, said):
     refused(envelope(tmp_path, *options), *said)
     assert not (tmp_path / "out").exists()
@@ -122,14 +116,11 @@ def test_files_that_are_none(tmp_path):
     refused(envelope(tmp_path, file=mission(tmp_path, "flights = 3")), "mission.toml: flights", "unknown key")
 
 
-@pytest.mark.parametrize(
-    ("vary", "x", "said"),
-    [
-        (MASS, "vehicle.mass=1:2:3", ["--x vehicle.mass: is what varies in", "camp.toml", "only once"]),
-        (MASS, "vehicle=1,2", ["vehicle.mass is inside vehicle"]),
-        ('path = {type="choice", values=[{type="step", end=[0.0, 0.0, 1.0]}]}\n', X, ["path.duration is inside path"]),
-    ],
-)
+@pytest.mark.parametrize(("vary", "x", "said"), [
+    (MASS, "vehicle.mass=1:2:3", ["--x vehicle.mass: is what varies in", "camp.toml", "only once"]),
+    (MASS, "vehicle=1,2", ["vehicle.mass is inside vehicle"]),
+    ('path = {type="choice", values=[{type="step", end=[0.0, 0.0, 1.0]}]}\n', X, ["path.duration is inside path"]),
+])  # fmt: skip
 def test_keys_that_the_campaign_varies_already(tmp_path, vary, x, said):
     refused(envelope(tmp_path, x=x, file=written(tmp_path, vary)), *said)
 

@@ -75,17 +75,13 @@ BROKEN = {
 READ = "qs_all_finite(&((const real *)(const void *)"
 
 OWN = {
-    FEW: {
-        "a rate is not asked about": (" + measured->rates[2])", ")"),
+    FEW: {"a rate is not asked about": (" + measured->rates[2])", ")"),
         "a place of the path is not asked about": ("reference->position[0] + ", ""),
-        "the command is not asked about": ("        if (!(qs_finite(", "        if (false && !(qs_finite("),
-    },
-    MANY: {
-        "the last number is left out": ("i < count;", "i < (count - 1u);"),
+        "the command is not asked about": ("        if (!(qs_finite(", "        if (false && !(qs_finite(")},
+    MANY: {"the last number is left out": ("i < count;", "i < (count - 1u);"),
         "the path is not asked about": (f" && {READ}reference)", f" || {READ}reference)"),
-        "the command is not asked about": (f"if (!({READ}command)", f"if (false && !({READ}command)"),
-    },
-}
+        "the command is not asked about": (f"if (!({READ}command)", f"if (false && !({READ}command)")},
+}  # fmt: skip
 
 
 @needs(C_COMPILER)

@@ -151,17 +151,14 @@ def test_a_large_and_honest_grid_is_read(tmp_path):
 # Numbers of campaigns and rows of recordings
 
 
-@pytest.mark.parametrize(
-    ("flights", "chunk", "said"),
-    [
-        (MOST_FLIGHTS, 16, f"make {MOST_FLIGHTS // 16} files; allowed: at most {MOST_CHUNKS}: choose a chunk of 50000"),
-        (10**7, 10**7, f"chunk: should be less than or equal to {LARGEST_CHUNK}"),
-        (10**30, 65_536, "flights: is too large"),
-        (MOST_FLIGHTS + 1, 65_536, f"flights: should be less than or equal to {MOST_FLIGHTS}"),
-        (MOST_FLIGHTS, 65_536, ""),
-        (MOST_CHUNKS * 16, 16, ""),
-    ],
-)
+@pytest.mark.parametrize(("flights", "chunk", "said"), [
+    (MOST_FLIGHTS, 16, f"make {MOST_FLIGHTS // 16} files; allowed: at most {MOST_CHUNKS}: choose a chunk of 50000"),
+    (10**7, 10**7, f"chunk: should be less than or equal to {LARGEST_CHUNK}"),
+    (10**30, 65_536, "flights: is too large"),
+    (MOST_FLIGHTS + 1, 65_536, f"flights: should be less than or equal to {MOST_FLIGHTS}"),
+    (MOST_FLIGHTS, 65_536, ""),
+    (MOST_CHUNKS * 16, 16, ""),
+])  # fmt: skip
 def test_a_campaign_has_a_bounded_number_of_bounded_files(tmp_path, flights, chunk, said):
     (tmp_path / "m.toml").write_text(LINE, encoding="utf-8")
     (tmp_path / "c.toml").write_text(
@@ -254,20 +251,17 @@ def test_a_line_has_a_bounded_length_and_keeps_both_ends(sign):
 KEY = "\\u001b[31m\\u202e\\u0000" + "k" * 100_000
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        f'"{KEY}" = 1\n' + LINE,
-        LINE + f'[vehicle]\n"{KEY}" = 1\n',
-        LINE + f'[vehicle]\nkinematics = "{KEY}"\n',
-        LINE + f'[controller]\ntype = "{KEY}"\n',
-        f'[path]\ntype = "recorded"\nfile = "{KEY}"\n',
-        f'[path]\ntype = "recorded"\nfile = "p.csv"\ncolumns = {{ x = "{KEY}" }}\n',
-        LINE + f'vehicle = {{ preset = "{KEY}" }}\n',
-        LINE + f'[tune]\n"{KEY}" = 1\n',
-        f'"{KEY}" = 1\n"{KEY}" = 2\n',
-    ],
-)
+@pytest.mark.parametrize("text", [
+    f'"{KEY}" = 1\n' + LINE,
+    LINE + f'[vehicle]\n"{KEY}" = 1\n',
+    LINE + f'[vehicle]\nkinematics = "{KEY}"\n',
+    LINE + f'[controller]\ntype = "{KEY}"\n',
+    f'[path]\ntype = "recorded"\nfile = "{KEY}"\n',
+    f'[path]\ntype = "recorded"\nfile = "p.csv"\ncolumns = {{ x = "{KEY}" }}\n',
+    LINE + f'vehicle = {{ preset = "{KEY}" }}\n',
+    LINE + f'[tune]\n"{KEY}" = 1\n',
+    f'"{KEY}" = 1\n"{KEY}" = 2\n',
+])  # fmt: skip
 def test_keys_and_values_reach_the_terminal_as_short_text_that_prints(tmp_path, text):
     (tmp_path / "p.csv").write_text("t,x\x1b[31m,y,z\n", encoding="utf-8")
     (tmp_path / "m.toml").write_text(text, encoding="utf-8")
@@ -297,22 +291,19 @@ def test_texts_of_a_vehicle_file_are_shown_as_text(tmp_path):
 # Which file is to blame
 
 
-@pytest.mark.parametrize(
-    ("base", "own", "said"),
-    [
-        ('preset = "x500"\nmass = -1', "", "vehicle.file: FOLDER/v.toml: mass: should be greater than 0, not -1"),
-        ('preset = "x500"\nmass = -1', "mass = -2", "vehicle.mass: should be greater than 0, not -2"),
-        ('preset = "x500"\nmass = 1', "mass = -2", "vehicle.mass: should be greater than 0, not -2"),
-        ('preset = "x500"\n[rotor]\nradius = -1', "rotor.inertia = 1e-5", "vehicle.file: FOLDER/v.toml: rotor.radius: "),
-        ('preset = "x500"\n[rotor]\nradius = -1', "rotor.radius = -2", "vehicle.rotor.radius: "),
-        ('preset = "x500"\ninertia = [9.0, 1.0, 1.0]', "", "vehicle.file: FOLDER/v.toml: inertia breaks the triangle"),
-        ('preset = "nope"', "", "vehicle.file: FOLDER/v.toml: unknown preset 'nope'"),
-        ('file = "w.toml"', "", "vehicle.file: FOLDER/w.toml: file not found"),
-        ('file = "x.toml"', "", "vehicle.file: FOLDER/x.toml: mass: should be"),
-        ("mass = ", "", "vehicle.file: FOLDER/v.toml: not valid TOML"),
-        ("mass = 1.0", "", "vehicle.file: FOLDER/v.toml: inertia: missing"),
-    ],
-)
+@pytest.mark.parametrize(("base", "own", "said"), [
+    ('preset = "x500"\nmass = -1', "", "vehicle.file: FOLDER/v.toml: mass: should be greater than 0, not -1"),
+    ('preset = "x500"\nmass = -1', "mass = -2", "vehicle.mass: should be greater than 0, not -2"),
+    ('preset = "x500"\nmass = 1', "mass = -2", "vehicle.mass: should be greater than 0, not -2"),
+    ('preset = "x500"\n[rotor]\nradius = -1', "rotor.inertia = 1e-5", "vehicle.file: FOLDER/v.toml: rotor.radius: "),
+    ('preset = "x500"\n[rotor]\nradius = -1', "rotor.radius = -2", "vehicle.rotor.radius: "),
+    ('preset = "x500"\ninertia = [9.0, 1.0, 1.0]', "", "vehicle.file: FOLDER/v.toml: inertia breaks the triangle"),
+    ('preset = "nope"', "", "vehicle.file: FOLDER/v.toml: unknown preset 'nope'"),
+    ('file = "w.toml"', "", "vehicle.file: FOLDER/w.toml: file not found"),
+    ('file = "x.toml"', "", "vehicle.file: FOLDER/x.toml: mass: should be"),
+    ("mass = ", "", "vehicle.file: FOLDER/v.toml: not valid TOML"),
+    ("mass = 1.0", "", "vehicle.file: FOLDER/v.toml: inertia: missing"),
+])  # fmt: skip
 def test_an_error_in_a_vehicle_file_names_that_file(tmp_path, base, own, said):
     (tmp_path / "v.toml").write_text(base, encoding="utf-8")
     (tmp_path / "x.toml").write_text('preset = "x500"\nmass = "heavy"', encoding="utf-8")
@@ -338,13 +329,11 @@ HOSTILE = {
     "weights from a pipe": (["fly", "m.toml"], LINE + '[controller]\ntype = "backstepping"\nnets.weights = "pipe"\n'),
     "a table 2,000 deep": (["fly", "m.toml"], "a = " + "[" * 2000 + "]" * 2000),
     "a key of 200,000 parts": (["fly", "m.toml"], "a" + ".a" * 200_000 + " = 1\n"),
-    "60,000 waypoints": (
-        ["fly", "m.toml"],
-        '[path]\ntype = "waypoints"\nwaypoints = [' + "{t=0,position=[0,0,0]}," * 60_000 + "]\n",
-    ),
+    "60,000 waypoints": (["fly", "m.toml"],
+        '[path]\ntype = "waypoints"\nwaypoints = [' + "{t=0,position=[0,0,0]}," * 60_000 + "]\n"),
     "a campaign in a pipe": (["campaign", "pipe"], ""),
     "a page over a pipe": (["page", "m.toml", "--out", "pipe"], LINE),
-}
+}  # fmt: skip
 BOUNDED = (
     "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (4 << 30,) * 2)\n"
     "from quadstep.commands.cli import main; main()"

@@ -33,17 +33,14 @@ def warn():
     warnings.warn("overflow", RuntimeWarning, stacklevel=1)
 
 
-@pytest.mark.parametrize(
-    ("case", "outcome"),
-    [
-        (lambda: None, "accepted"),
-        (lambda: refuse("a.toml: mass: should be above 0"), "refused"),
-        (lambda: refuse("mass: should be above 0"), "failed"),
-        (lambda: refuse("a.toml: ValueError('x')"), "failed"),
-        (lambda: 1 / 0, "failed"),
-        (warn, "failed"),
-    ],
-)
+@pytest.mark.parametrize(("case", "outcome"), [
+    (lambda: None, "accepted"),
+    (lambda: refuse("a.toml: mass: should be above 0"), "refused"),
+    (lambda: refuse("mass: should be above 0"), "failed"),
+    (lambda: refuse("a.toml: ValueError('x')"), "failed"),
+    (lambda: 1 / 0, "failed"),
+    (warn, "failed"),
+])  # fmt: skip
 def test_the_judge_knows_a_clean_line(case, outcome):
     assert judge(case, "a.toml").outcome == outcome
 

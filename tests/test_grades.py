@@ -73,17 +73,14 @@ def test_a_vehicle_that_stays_where_it_started_has_a_relative_error_of_one():
     assert flight_metrics(log_of(np.zeros(101)))["relative_error"] == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
-    ("error", "grows"),
-    [
-        (lambda t: 0.1 * t, False),
-        (lambda t: 0.1 * t**3, True),
-        (lambda t: 0.1 * np.exp(4.0 * t) * np.sin(60.0 * t), True),
-        (lambda t: 0.1 * np.exp(-4.0 * t) * np.sin(60.0 * t), False),
-        (lambda t: 1e-6 * np.exp(4.0 * t), False),
-        (lambda t: 0.1 * np.sin(9.0 * t), False),
-    ],
-)
+@pytest.mark.parametrize(("error", "grows"), [
+    (lambda t: 0.1 * t, False),
+    (lambda t: 0.1 * t**3, True),
+    (lambda t: 0.1 * np.exp(4.0 * t) * np.sin(60.0 * t), True),
+    (lambda t: 0.1 * np.exp(-4.0 * t) * np.sin(60.0 * t), False),
+    (lambda t: 1e-6 * np.exp(4.0 * t), False),
+    (lambda t: 0.1 * np.sin(9.0 * t), False),
+])  # fmt: skip
 def test_growth_is_faster_than_in_proportion_to_time(error, grows):
     t = np.linspace(0.0, 1.0, 2000)
     (growth,) = LateGrowth.of(np.column_stack([np.abs(error(t)), np.ones(len(t))]), t)

@@ -217,16 +217,13 @@ def test_a_limit_may_be_of_a_gain_that_the_mission_leaves_out(tmp_path):
         assert (limit.failure is None) == solved, limit
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { nonsense = 1.0 }\n', "'nonsense' is not a metric of this flight"),
-        ('[[tasks]]\nname = "a"\nasks = "Fly."\ngrade = "good"\n', "tasks[0].grade"),
-        ("tasks = []\n", "tasks: "),
-        ('[[tasks]]\nname = "b"\nasks = "Fly."\n', "unknown lesson or exercise 'a'; allowed: b"),
-        ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { position_rmse = nan }\n', "most"),
-    ],
-)
+@pytest.mark.parametrize(("content", "said"), [
+    ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { nonsense = 1.0 }\n', "'nonsense' is not a metric of this flight"),
+    ('[[tasks]]\nname = "a"\nasks = "Fly."\ngrade = "good"\n', "tasks[0].grade"),
+    ("tasks = []\n", "tasks: "),
+    ('[[tasks]]\nname = "b"\nasks = "Fly."\n', "unknown lesson or exercise 'a'; allowed: b"),
+    ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { position_rmse = nan }\n', "most"),
+])  # fmt: skip
 def test_wrong_exercises_are_one_line(content, said, tmp_path):
     course = tmp_path / "course.toml"
     course.write_text(content)

@@ -47,13 +47,10 @@ def test_a_margin_is_held_from_below_and_a_metric_from_above():
         Constraint(most=1.0, least=0.5)
 
 
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        ({"constraints": {"phase_margins": 0.5}}, "phase_margins: unknown metric"),
-        ({"objective": {"delay_margin": 1.0}}, "larger is better; make it a constraint"),
-    ],
-)
+@pytest.mark.parametrize(("table", "said"), [
+    ({"constraints": {"phase_margins": 0.5}}, "phase_margins: unknown metric"),
+    ({"objective": {"delay_margin": 1.0}}, "larger is better; make it a constraint"),
+])  # fmt: skip
 def test_unknown_margins_and_margins_to_be_minimised_are_refused(table, said):
     with pytest.raises(UserError, match=said):
         Mission(
@@ -115,15 +112,12 @@ def test_own_controllers_are_linearised_beside_the_package_s(mission, tmp_path):
     assert "Not linearised" not in shown.out
 
 
-@pytest.mark.parametrize(
-    ("more", "options", "said"),
-    [
-        ("", ["--controllers", "pdi"], "--controllers: unknown value 'pdi'"),
-        ("", ["--along", "--controllers", "pid"], "--controllers: requires one mission at rest"),
-        ("", ["--samples", "3"], "--samples: requires --along or a campaign"),
-        ("sensors = { latency = 9.0 }\n", [], "sensors.latency: 9 s is not shorter than the flight of 4 s"),
-    ],
-)
+@pytest.mark.parametrize(("more", "options", "said"), [
+    ("", ["--controllers", "pdi"], "--controllers: unknown value 'pdi'"),
+    ("", ["--along", "--controllers", "pid"], "--controllers: requires one mission at rest"),
+    ("", ["--samples", "3"], "--samples: requires --along or a campaign"),
+    ("sensors = { latency = 9.0 }\n", [], "sensors.latency: 9 s is not shorter than the flight of 4 s"),
+])  # fmt: skip
 def test_bad_input_is_one_line(mission, tmp_path, more, options, said):
     mission.write_text(MISSION + more)
     shown = quadstep("linear", mission, "--out", tmp_path / "out", *options)

@@ -189,18 +189,15 @@ def test_layouts_of_a_ulog_within_one_another(tmp_path):
     assert found["status.ok"].time.tolist() == [3.0, 3.0]
 
 
-@pytest.mark.parametrize(
-    "layout",
-    [
-        b"a:a[65535] x;",
-        b"a:b[60000] x;",
-        b"a:float[99999] x;",
-        b"a:nothing x;",
-        b"a:;",
-        b"a:float x;float x;",
-        b"a:float[-1] x;",
-    ],
-)
+@pytest.mark.parametrize("layout", [
+    b"a:a[65535] x;",
+    b"a:b[60000] x;",
+    b"a:float[99999] x;",
+    b"a:nothing x;",
+    b"a:;",
+    b"a:float x;float x;",
+    b"a:float[-1] x;",
+])  # fmt: skip
 def test_a_layout_that_no_message_can_have_is_damage(tmp_path, layout):
     out = b"ULog\x01\x12\x35\x01" + bytes(8) + made_logs.message(b"F", b"b:float[60000] x;") + made_logs.message(b"F", layout)
     out += made_logs.message(b"A", struct.pack("<BH", 0, 7) + b"a")

@@ -104,11 +104,8 @@ def test_an_axis_is_made_exactly_a_unit_vector():
 
 REFUSED = {
     "negative drag": ({"drag": {"rotor": [1e-4, -1e-4, 0.0]}}, "drag.rotor", "zero or more"),
-    "negative translational lift": (
-        {"drag": {"translational_lift": -1.0}},
-        "drag.translational_lift",
-        "greater than or equal to 0",
-    ),
+    "negative translational lift": ({"drag": {"translational_lift": -1.0}}, "drag.translational_lift",
+        "greater than or equal to 0"),
     "drag of a disc that is not round": ({"drag": {"rotor": [1e-4, 2e-4, 0.0]}}, "drag", "must be equal"),
     "zero rise time": ({"rotor": {"rise_time": 0.0}}, "rotor.rise_time", "greater than 0"),
     "zero fall time": ({"rotor": {"fall_time": 0.0}}, "rotor.fall_time", "greater than 0"),
@@ -144,7 +141,7 @@ REFUSED = {
     "file is a number": ({"preset": None, "file": 3}, "file", "3"),
     "file starts from itself": ({"preset": None, "file": "own.toml"}, "more than 8 files"),
     "file is not there": ({"preset": None, "file": "nowhere.toml"}, "nowhere.toml", "file not found"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("keys", "said"), [(keys, said) for keys, *said in REFUSED.values()], ids=REFUSED)
@@ -254,19 +251,16 @@ def test_wind_builds_what_is_written():
     assert still.build().turbulence.wind_20 == 0.0
 
 
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        ({"swing": [1.0, 0.0, 0.0]}, "swing_frequency"),
-        ({"mean": [5.0, 0.0, 0.0], "turbulence": {}}, "either wind_20"),
-        ({"mean": [5.0, 0.0, 0.0], "turbulence": {"wind_20": 5.0, "intensity": "light"}}, "either wind_20"),
-        ({"mean": [5.0, 0.0, 0.0], "turbulence": {"intensity": "stormy"}}, "severe"),
-        ({"mean": [5.0, 0.0, 0.0], "turbulence": {"wind_20": -5.0}}, "greater than or equal to 0"),
-        ({"mean": [5.0, 0.0, 0.0], "turbulence": {"wind_20": 5.0, "height": 1000.0}}, "less than or equal to 305"),
-        ({"gust": {"velocity": [1.0, 0.0, 0.0], "start": 0.0, "length": 0.0}}, "greater than 0"),
-        ({"mean": [1.0, 2.0]}, "list of three"),
-    ],
-)
+@pytest.mark.parametrize(("table", "said"), [
+    ({"swing": [1.0, 0.0, 0.0]}, "swing_frequency"),
+    ({"mean": [5.0, 0.0, 0.0], "turbulence": {}}, "either wind_20"),
+    ({"mean": [5.0, 0.0, 0.0], "turbulence": {"wind_20": 5.0, "intensity": "light"}}, "either wind_20"),
+    ({"mean": [5.0, 0.0, 0.0], "turbulence": {"intensity": "stormy"}}, "severe"),
+    ({"mean": [5.0, 0.0, 0.0], "turbulence": {"wind_20": -5.0}}, "greater than or equal to 0"),
+    ({"mean": [5.0, 0.0, 0.0], "turbulence": {"wind_20": 5.0, "height": 1000.0}}, "less than or equal to 305"),
+    ({"gust": {"velocity": [1.0, 0.0, 0.0], "start": 0.0, "length": 0.0}}, "greater than 0"),
+    ({"mean": [1.0, 2.0]}, "list of three"),
+])  # fmt: skip
 def test_bad_wind_is_refused(table, said):
     with pytest.raises(ValidationError, match=said):
         WindSection.model_validate(table)
@@ -324,16 +318,13 @@ def test_negative_noise_and_latency_are_refused(key):
         SensorsSection.model_validate({key: -0.1})
 
 
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        ({"latency": 0.005}, r"sensors\.latency = 0\.005 s must be a whole multiple of sensors\.imu_period = 0\.002"),
-        ({"latency": 0.001}, "whole multiple"),
-        ({"latency": 1.0}, "500 samples of the IMU; allowed: at most 250"),
-        ({"imu_period": 0.003}, r"sensors\.imu_period = 0\.003 s must be a whole multiple of simulation\.step"),
-        ({"fix_period": 0.001}, r"sensors\.fix_period = 0\.001 s must be a whole multiple of sensors\.imu_period"),
-    ],
-)
+@pytest.mark.parametrize(("keys", "said"), [
+    ({"latency": 0.005}, r"sensors\.latency = 0\.005 s must be a whole multiple of sensors\.imu_period = 0\.002"),
+    ({"latency": 0.001}, "whole multiple"),
+    ({"latency": 1.0}, "500 samples of the IMU; allowed: at most 250"),
+    ({"imu_period": 0.003}, r"sensors\.imu_period = 0\.003 s must be a whole multiple of simulation\.step"),
+    ({"fix_period": 0.001}, r"sensors\.fix_period = 0\.001 s must be a whole multiple of sensors\.imu_period"),
+])  # fmt: skip
 def test_periods_that_do_not_fit_together_are_refused(keys, said):
     with pytest.raises(ValueError, match=said):
         SensorsSection.model_validate(keys).build(step=0.002, control_period=0.002, gravity=9.81)
@@ -383,19 +374,16 @@ def test_a_shifted_centre_of_gravity_leaves_mass_and_inertia_alone():
     assert list(mass_properties(airframe, events, 2.5).offset) == [0.0, 0.0, 0.0]
 
 
-@pytest.mark.parametrize(
-    ("event", "said"),
-    [
-        ({"type": "rotor", "time": 1.0, "rotor": 0, "efficiency": 0.5}, "greater than or equal to 1"),
-        ({"type": "rotor", "time": 1.0, "rotor": 1, "efficiency": 1.5}, "less than or equal to 1"),
-        ({"type": "rotor", "time": 1.0, "rotor": 1, "efficiency": -0.1}, "greater than or equal to 0"),
-        ({"type": "rotor", "time": -1.0, "rotor": 1, "efficiency": 0.5}, "greater than or equal to 0"),
-        ({"type": "payload", "time": 1.0, "mass": 0.0}, "greater than 0"),
-        ({"type": "payload", "time": 1.0, "until": 1.0, "mass": 1.0}, "until = 1 s must be after time = 1 s"),
-        ({"type": "explosion", "time": 1.0}, "'payload', 'centre-of-gravity', 'rotor'"),
-        ({"time": 1.0}, "Unable to extract tag"),
-    ],
-)
+@pytest.mark.parametrize(("event", "said"), [
+    ({"type": "rotor", "time": 1.0, "rotor": 0, "efficiency": 0.5}, "greater than or equal to 1"),
+    ({"type": "rotor", "time": 1.0, "rotor": 1, "efficiency": 1.5}, "less than or equal to 1"),
+    ({"type": "rotor", "time": 1.0, "rotor": 1, "efficiency": -0.1}, "greater than or equal to 0"),
+    ({"type": "rotor", "time": -1.0, "rotor": 1, "efficiency": 0.5}, "greater than or equal to 0"),
+    ({"type": "payload", "time": 1.0, "mass": 0.0}, "greater than 0"),
+    ({"type": "payload", "time": 1.0, "until": 1.0, "mass": 1.0}, "until = 1 s must be after time = 1 s"),
+    ({"type": "explosion", "time": 1.0}, "'payload', 'centre-of-gravity', 'rotor'"),
+    ({"time": 1.0}, "Unable to extract tag"),
+])  # fmt: skip
 def test_bad_events_are_refused(event, said):
     with pytest.raises(ValidationError, match=said):
         EVENTS.validate_python([event])

@@ -80,20 +80,17 @@ def test_float_products_overflow_to_infinity_without_raising():
     assert sigmoid(0.0) == 0.5
 
 
-@pytest.mark.parametrize(
-    ("y", "x", "angle"),
-    [
-        (0.0, 0.0, 0.0),
-        (0.0, 2.0, 0.0),
-        (0.0, -2.0, math.pi),
-        (3.0, 0.0, math.pi / 2),
-        (-3.0, 0.0, -math.pi / 2),
-        (1.0, 1.0, math.pi / 4),
-        (1.0, -1.0, 3 * math.pi / 4),
-        (-1.0, -1.0, -3 * math.pi / 4),
-        (-1.0, 1.0, -math.pi / 4),
-    ],
-)
+@pytest.mark.parametrize(("y", "x", "angle"), [
+    (0.0, 0.0, 0.0),
+    (0.0, 2.0, 0.0),
+    (0.0, -2.0, math.pi),
+    (3.0, 0.0, math.pi / 2),
+    (-3.0, 0.0, -math.pi / 2),
+    (1.0, 1.0, math.pi / 4),
+    (1.0, -1.0, 3 * math.pi / 4),
+    (-1.0, -1.0, -3 * math.pi / 4),
+    (-1.0, 1.0, -math.pi / 4),
+])  # fmt: skip
 def test_angle_of_a_point_in_every_quadrant_and_on_the_axes(y, x, angle):
     assert atan2(y, x) == pytest.approx(angle, abs=1e-15)
     assert atan2(np.array([y]), np.array([x]))[0] == pytest.approx(angle, abs=1e-15)

@@ -25,14 +25,11 @@ def halves(key, stream, tick, pairs):
     return [number(half) for pair in draw(key, stream, tick, pairs) for bits in pair for half in (bits >> 16, bits & 0xFFFF)]
 
 
-@pytest.mark.parametrize(
-    ("key", "counter", "wanted"),
-    [
-        ((0, 0), (0, 0), (0x6B200159, 0x99BA4EFE)),
-        ((EVERY_BIT, EVERY_BIT), (EVERY_BIT, EVERY_BIT), (0x1CB996FC, 0xBB002BE7)),
-        ((0x13198A2E, 0x03707344), (0x243F6A88, 0x85A308D3), (0xC4923A9C, 0x483DF7A0)),
-    ],
-)
+@pytest.mark.parametrize(("key", "counter", "wanted"), [
+    ((0, 0), (0, 0), (0x6B200159, 0x99BA4EFE)),
+    ((EVERY_BIT, EVERY_BIT), (EVERY_BIT, EVERY_BIT), (0x1CB996FC, 0xBB002BE7)),
+    ((0x13198A2E, 0x03707344), (0x243F6A88, 0x85A308D3), (0xC4923A9C, 0x483DF7A0)),
+])  # fmt: skip
 def test_the_generator_gives_the_published_words(key, counter, wanted):
     assert threefry(key, [counter]) == [wanted]
     assert threefry(key, [(1, 2), counter, (3, 4)])[1] == wanted

@@ -86,18 +86,15 @@ def test_cross_product_is_right_handed():
     np.testing.assert_allclose(array(cross(column(a), column(b))), np.cross(a, b), rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("quaternion", "x_goes_to", "y_goes_to", "z_goes_to"),
-    [
-        (IDENTITY, X, Y, Z),
-        (vector(QUARTER, QUARTER, 0.0, 0.0), X, Z, -Y),
-        (vector(QUARTER, 0.0, QUARTER, 0.0), -Z, Y, X),
-        (vector(QUARTER, 0.0, 0.0, QUARTER), Y, -X, Z),
-        (vector(0.0, 1.0, 0.0, 0.0), X, -Y, -Z),
-        (vector(0.0, 0.0, 1.0, 0.0), -X, Y, -Z),
-        (vector(0.0, 0.0, 0.0, 1.0), -X, -Y, Z),
-    ],
-)
+@pytest.mark.parametrize(("quaternion", "x_goes_to", "y_goes_to", "z_goes_to"), [
+    (IDENTITY, X, Y, Z),
+    (vector(QUARTER, QUARTER, 0.0, 0.0), X, Z, -Y),
+    (vector(QUARTER, 0.0, QUARTER, 0.0), -Z, Y, X),
+    (vector(QUARTER, 0.0, 0.0, QUARTER), Y, -X, Z),
+    (vector(0.0, 1.0, 0.0, 0.0), X, -Y, -Z),
+    (vector(0.0, 0.0, 1.0, 0.0), -X, Y, -Z),
+    (vector(0.0, 0.0, 0.0, 1.0), -X, -Y, Z),
+])  # fmt: skip
 def test_quarter_and_half_turns_take_the_body_axes_where_the_right_hand_rule_says(quaternion, x_goes_to, y_goes_to, z_goes_to):
     for body, world in ((X, x_goes_to), (Y, y_goes_to), (Z, z_goes_to)):
         np.testing.assert_allclose(array(rotate(quaternion, body)), array(world), atol=1e-15)

@@ -39,12 +39,8 @@ def exact(matrix, right):
 
 
 DEFINITE = {
-    "one": np.array([[3.0]]),
-    "six": banded(6, 6),
-    "sixty": banded(60, 40),
-    "hilbert 5": hilbert(5),
-    "hilbert 9": hilbert(9),
-}
+    "one": np.array([[3.0]]), "six": banded(6, 6), "sixty": banded(60, 40), "hilbert 5": hilbert(5), "hilbert 9": hilbert(9),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", DEFINITE)

@@ -163,20 +163,15 @@ def test_what_a_law_gives_or_declares_is_refused(tmp_path, said, changes):
     assert said in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("import sys\nsys.exit()", "law.py:2: SystemExit; the line: sys.exit()"),
-        ("raise GeneratorExit('x')", "law.py:1: GeneratorExit: x"),
-        (b"x = 1\0", "law.py: SyntaxError"),
-        ("import quadstepper", "No module named 'quadstepper'; the line: import quadstepper"),
-        (
-            "from quadstep.control.gain import gain",
-            "No module named 'quadstep.control.gain'; what your own code needs is in quadstep.own (docs/extending.md)",
-        ),
-        ("class E(Exception):\n    def __str__(self): raise ValueError('no')\nraise E", "law.py:3: E; the line: raise E"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    ("import sys\nsys.exit()", "law.py:2: SystemExit; the line: sys.exit()"),
+    ("raise GeneratorExit('x')", "law.py:1: GeneratorExit: x"),
+    (b"x = 1\0", "law.py: SyntaxError"),
+    ("import quadstepper", "No module named 'quadstepper'; the line: import quadstepper"),
+    ("from quadstep.control.gain import gain",
+        "No module named 'quadstep.control.gain'; what your own code needs is in quadstep.own (docs/extending.md)"),
+    ("class E(Exception):\n    def __str__(self): raise ValueError('no')\nraise E", "law.py:3: E; the line: raise E"),
+])  # fmt: skip
 def test_what_happens_at_import_is_one_line(tmp_path, text, said):
     with pytest.raises(UserError) as error:
         read_mission(mission(tmp_path, text))
@@ -203,15 +198,12 @@ def test_an_error_of_the_user_is_told_from_others(tmp_path):
     assert said_of(error.value) == "SystemExit"
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"law": "raise SystemExit"},
-        {"more": "def conditions(self, gains, model): return [Condition('abc', 1.0, 2.0, 'x')]"},
-        {"more": "def conditions(self, gains, model): return 'none'"},
-        {"more": "def guide(self, memory): return memory"},
-    ],
-)
+@pytest.mark.parametrize("changes", [
+    {"law": "raise SystemExit"},
+    {"more": "def conditions(self, gains, model): return [Condition('abc', 1.0, 2.0, 'x')]"},
+    {"more": "def conditions(self, gains, model): return 'none'"},
+    {"more": "def guide(self, memory): return memory"},
+])  # fmt: skip
 def test_no_traceback_unless_it_is_asked_for(tmp_path, changes):
     mission(tmp_path, law(**changes))
     run = command(tmp_path, "fly", "hover.toml", "--out", "out")

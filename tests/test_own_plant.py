@@ -195,21 +195,17 @@ def test_it_flies_alike_on_floats_and_lanes(mission):
     assert lanes.metrics()["sink[m]"] < 0.1
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ("fly", "rail.toml"),
-        ("page", "rail.toml"),
-        ("linear", "rail.toml"),
-        ("linear", "windy.toml"),
-        ("export", "rail.toml"),
-        ("envelope", "rail.toml", "--x", "vehicle.mass=2,3", "--y", "controller.pole=3,4"),
-        ("tune", "rail.toml", "--budget", "200"),
-        ("campaign", "masses.toml"),
-        ("compare", "rail.toml", "other.toml", "--seeds", "2"),
-    ],
-    ids=" ".join,
-)
+@pytest.mark.parametrize("command", [
+    ("fly", "rail.toml"),
+    ("page", "rail.toml"),
+    ("linear", "rail.toml"),
+    ("linear", "windy.toml"),
+    ("export", "rail.toml"),
+    ("envelope", "rail.toml", "--x", "vehicle.mass=2,3", "--y", "controller.pole=3,4"),
+    ("tune", "rail.toml", "--budget", "200"),
+    ("campaign", "masses.toml"),
+    ("compare", "rail.toml", "other.toml", "--seeds", "2"),
+], ids=" ".join)  # fmt: skip
 @pytest.mark.usefixtures("windy")
 def test_every_command_takes_it(mission, command):
     write(mission.parent, CAMPAIGN, "masses.toml")
@@ -324,14 +320,11 @@ def test_a_study_takes_the_packages_planar_vehicle_and_vehicles_in_python_files(
         assert run.code == 0, run
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('"VEHICLE"', '"rail.py:Nothing"', "study.toml: vehicles: .*rail.py: has no 'Nothing'"),
-        ('"rail.py:Sink"', '"rail.py:Lift"', "study.toml: .*rail.py:Lift: should be a subclass of quadstep.own.Metric"),
-        ('"VEHICLE"', '"rail"', "vehicles: unknown vehicle 'rail'; allowed: .*planar, .*FILE.py:NAME"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ('"VEHICLE"', '"rail.py:Nothing"', "study.toml: vehicles: .*rail.py: has no 'Nothing'"),
+    ('"rail.py:Sink"', '"rail.py:Lift"', "study.toml: .*rail.py:Lift: should be a subclass of quadstep.own.Metric"),
+    ('"VEHICLE"', '"rail"', "vehicles: unknown vehicle 'rail'; allowed: .*planar, .*FILE.py:NAME"),
+])  # fmt: skip
 def test_what_a_study_names_wrongly_is_one_line(mission, old, new, said):
     text = (STUDY + LAWS).replace(old, new).replace("VEHICLE", "rail.py:Rail")
     run = quadstep("compare", write(mission.parent, text, "study.toml"))

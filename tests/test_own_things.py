@@ -215,17 +215,15 @@ class Steady(DeclaredWind):
 """
 
 WRONG_WINDS = {
-    "no wind": (
-        'type = "lissajous.py:Lissajous"',
-        "wind.type: lissajous.py:Lissajous: should be a subclass of quadstep.own.Wind",
-    ),
+    "no wind": ('type = "lissajous.py:Lissajous"',
+        "wind.type: lissajous.py:Lissajous: should be a subclass of quadstep.own.Wind"),
     "unknown key": ('type = "thermal.py:Thermal"\nmean = [1.0, 0.0, 0.0]', "wind.mean: unknown key; allowed here: breeze,"),
     "out of range": ('type = "thermal.py:Thermal"\ntime = 0.0', "wind.time: should be greater than 0, not 0.0"),
     "of no file": ('type = "thermal"', "wind.type: unknown value 'thermal'; allowed: your own FILE.py:NAME"),
     "fails": ('type = "own.py:Fails"', "own.py:4: NameError: name 'speed' is not defined; the line: return speed"),
     "no vector": ('type = "own.py:Tuple"', "TypeError: `wind` should return a Vector of 3, not a tuple"),
     "flat": ('type = "own.py:Flat"', "TypeError: `wind` should return a Vector of 3, not a Vector of 2"),
-}
+}  # fmt: skip
 
 
 def test_a_wind_flies_on_both_engines_alike_and_is_logged(folder):

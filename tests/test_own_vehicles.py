@@ -101,14 +101,11 @@ def test_a_disturbance_of_ones_own_in_every_command(tmp_path):
     assert "user code is not run" in run.stderr
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("def disturb", "def other", "has no `disturb`"),
-        ("numbers.force +", "numbers.strength +", "pull.py:20: AttributeError"),
-        (", vector(0.0, 0.0, 0.0)\n", "\n", "TypeError: `disturb` should return a force and a torque, each a Vector of 3"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ("def disturb", "def other", "has no `disturb`"),
+    ("numbers.force +", "numbers.strength +", "pull.py:20: AttributeError"),
+    (", vector(0.0, 0.0, 0.0)\n", "\n", "TypeError: `disturb` should return a force and a torque, each a Vector of 3"),
+])  # fmt: skip
 def test_a_wrong_disturbance_is_one_line(tmp_path, old, new, said):
     (tmp_path / "pull.py").write_text(SPRING.replace(old, new))
     (tmp_path / "own.toml").write_text(
@@ -130,18 +127,15 @@ def test_a_vehicle_in_a_python_file_is_the_same_as_in_toml():
     assert real("racer.py:heavy", mass=3.0).modelled.airframe.mass == 3.0
 
 
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("racer.py:LIST", "racer.py:LIST: should be a dict with the keys of a vehicle"),
-        ("racer.py:LOOP", "racer.py:LOOP: should be a dict with the keys of a vehicle"),
-        ("racer.py:NONE", "has no 'NONE'"),
-        ("racer.py:WRONG", "mass: should be greater than 0, not -1"),
-        ("racer.py:fails", "racer.py:17: ZeroDivisionError"),
-        ("nowhere.py:RACER", "nowhere.py"),
-        ("racer", "unknown preset 'racer'; allowed: crazyflie, hummingbird, paper, research-2.6kg, x500, or your own FILE"),
-    ],
-)
+@pytest.mark.parametrize(("name", "said"), [
+    ("racer.py:LIST", "racer.py:LIST: should be a dict with the keys of a vehicle"),
+    ("racer.py:LOOP", "racer.py:LOOP: should be a dict with the keys of a vehicle"),
+    ("racer.py:NONE", "has no 'NONE'"),
+    ("racer.py:WRONG", "mass: should be greater than 0, not -1"),
+    ("racer.py:fails", "racer.py:17: ZeroDivisionError"),
+    ("nowhere.py:RACER", "nowhere.py"),
+    ("racer", "unknown preset 'racer'; allowed: crazyflie, hummingbird, paper, research-2.6kg, x500, or your own FILE"),
+])  # fmt: skip
 def test_a_wrong_vehicle_is_one_line(name, said):
     with pytest.raises(UserError, match=re.escape(said)) as caught:
         real(name)

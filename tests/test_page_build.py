@@ -140,15 +140,12 @@ def test_json_has_no_infinity_and_short_whole_numbers():
         1, 0.5, "Infinity", "-Infinity", 1e300]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("ticks", "held"),
-    [
-        (Ticks(0.002, (1,), 5, 20_000), True),
-        (Ticks(0.002, (1,), 1000, 300_000), True),
-        (Ticks(0.002, (1,), 1000, 300_001), False),
-        (Ticks(0.002, (1,), 1, 60_000), False),
-    ],
-)
+@pytest.mark.parametrize(("ticks", "held"), [
+    (Ticks(0.002, (1,), 5, 20_000), True),
+    (Ticks(0.002, (1,), 1000, 300_000), True),
+    (Ticks(0.002, (1,), 1000, 300_001), False),
+    (Ticks(0.002, (1,), 1, 60_000), False),
+])  # fmt: skip
 def test_a_flight_too_long_is_refused(ticks, held):
     if held:
         check_length(ticks)

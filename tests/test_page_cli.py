@@ -82,14 +82,11 @@ def test_fly_leaves_its_page_beside_the_results(tmp_path, mission):
     assert '"page.html"' in (tmp_path / "out" / "mission" / "metrics.json").read_text()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["serve", "nowhere"], "not a folder"),
-        (["serve", ".", "--port", "70000"], "65535"),
-        (["serve", ".", "--port", "x"], "--port: should be a whole number from 0 to 65535"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["serve", "nowhere"], "not a folder"),
+    (["serve", ".", "--port", "70000"], "65535"),
+    (["serve", ".", "--port", "x"], "--port: should be a whole number from 0 to 65535"),
+])  # fmt: skip
 def test_serve_refuses_in_one_line(tmp_path, arguments, words):
     done = quadstep(*arguments)
     assert done.code == 2

@@ -17,12 +17,9 @@ pytestmark = needs(CHROMIUM)
 MORE = {
     "rotors with limits": {"path": {**CASE_1, "duration": 3.0}, "vehicle": {"rotors": {"limits": [0.0, 2.7]}}},
     "lost": {"path": {**CASE_1, "duration": 2.0}, "controller": {"type": "backstepping", "K_r1": 30.0}},
-    "scored late": {
-        "vehicle": {"preset": "x500"},
-        "path": {"type": "circle", "radius": 2.0, "period": 3.0},
-        "score_from": 2.0,
-    },
-}
+    "scored late": {"vehicle": {"preset": "x500"}, "path": {"type": "circle", "radius": 2.0, "period": 3.0},
+        "score_from": 2.0},
+}  # fmt: skip
 
 CONTENTS = {name: content for name, (content, _) in FLIGHTS.items()} | MORE
 

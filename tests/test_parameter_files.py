@@ -82,12 +82,10 @@ WRONG = {
     "neither": (SAVED.replace("is_stored: false", "is_stored: maybe"), "thrustBase: is_stored should be true or false"),
     "a list": ("- 1\n", "line 1 is not from a parameter file of cfclient: '- 1'"),
     "empty": ("", "is not a parameter file of cfclient"),
-    "unknown": (
-        SAVED.replace("roll_kp", "rol_kp"),
-        "not a parameter of Crazyflie firmware 2026.08; did you mean pid_rate.roll_kp?",
-    ),
+    "unknown": (SAVED.replace("roll_kp", "rol_kp"),
+        "not a parameter of Crazyflie firmware 2026.08; did you mean pid_rate.roll_kp?"),
     "out of range": (SAVED.replace("200.0", "-1.0"), "controller.pid_rate.roll_kp: should be greater than or equal to 0"),
-}
+}  # fmt: skip
 
 
 def test_a_missing_file_is_named(tmp_path):

@@ -139,16 +139,13 @@ def test_its_columns_axes_and_inputs_are_everywhere(tmp_path):
     ]
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (("planar", "planer"), "vehicle.type: unknown value 'planer'"),
-        (('"planar"', '"planar"\nweight = 1.0'), "vehicle.weight: unknown key; allowed here: arm, gravity, inertia, mass"),
-        (('"planar"', '"planar"\nmass = -1.0'), "vehicle.mass: should be greater than 0"),
-        (("[path]", '[controller]\ntype = "pid"\n[path]'), "pid"),
-        (("[path]", "[wind]\nmean = [1.0, 0.0, 0.0]\n[path]"), "wind"),
-    ],
-)
+@pytest.mark.parametrize(("change", "said"), [
+    (("planar", "planer"), "vehicle.type: unknown value 'planer'"),
+    (('"planar"', '"planar"\nweight = 1.0'), "vehicle.weight: unknown key; allowed here: arm, gravity, inertia, mass"),
+    (('"planar"', '"planar"\nmass = -1.0'), "vehicle.mass: should be greater than 0"),
+    (("[path]", '[controller]\ntype = "pid"\n[path]'), "pid"),
+    (("[path]", "[wind]\nmean = [1.0, 0.0, 0.0]\n[path]"), "wind"),
+])  # fmt: skip
 def test_what_it_does_not_know_is_refused(tmp_path, change, said):
     path = tmp_path / "planar.toml"
     path.write_text(TEXT.replace(*change, 1))

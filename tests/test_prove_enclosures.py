@@ -71,15 +71,12 @@ def test_a_box_without_width_holds_the_exact_value_and_the_one_that_flies(name):
             assert abs(true - mpmath.mpf(float(found.centre[i]))) <= found.rest[i] < 1e-12 * (1.0 + abs(true))
 
 
-@pytest.mark.parametrize(
-    ("function", "true", "x"),
-    [
-        (n.sigmoid, EXACT["sigmoid"], -600.3),
-        (n.sin, mpmath.sin, 355.0),
-        (n.cos, mpmath.cos, 1.5707963267948966),
-        (n.sin, mpmath.sin, 1e5 * np.pi),
-    ],
-)
+@pytest.mark.parametrize(("function", "true", "x"), [
+    (n.sigmoid, EXACT["sigmoid"], -600.3),
+    (n.sin, mpmath.sin, 355.0),
+    (n.cos, mpmath.cos, 1.5707963267948966),
+    (n.sin, mpmath.sin, 1e5 * np.pi),
+])  # fmt: skip
 def test_what_is_off_beside_one_and_not_beside_the_value_is_held_too(function, true, x):
     found = function(seeded(np.array([[x]]), np.zeros((1, 1)))[0])
     with mpmath.workdps(60):
@@ -109,16 +106,13 @@ def test_what_is_linear_cancels():
     assert np.all((a + b - a - b).tight < 1e-12)
 
 
-@pytest.mark.parametrize(
-    ("law", "text"),
-    [
-        (lambda a, b: 1.0 / (a - 0.3), "a division by a number that may be zero"),
-        (lambda a, b: n.sqrt(b - 0.7), "a square root of a number that may be negative"),
-        (lambda a, b: n.log(b - 0.7), "a logarithm of a number that may be zero or negative"),
-        (lambda a, b: n.atan2(a - 0.3, b - 0.7), "of a point that may be the origin"),
-        (lambda a, b: n.atan2(a - 0.3, -b), "an angle across its jump"),
-    ],
-)
+@pytest.mark.parametrize(("law", "text"), [
+    (lambda a, b: 1.0 / (a - 0.3), "a division by a number that may be zero"),
+    (lambda a, b: n.sqrt(b - 0.7), "a square root of a number that may be negative"),
+    (lambda a, b: n.log(b - 0.7), "a logarithm of a number that may be zero or negative"),
+    (lambda a, b: n.atan2(a - 0.3, b - 0.7), "of a point that may be the origin"),
+    (lambda a, b: n.atan2(a - 0.3, -b), "an angle across its jump"),
+])  # fmt: skip
 def test_a_singularity_in_the_box_is_named_with_its_place(law, text):
     with pytest.raises(UndefinedError, match=text) as caught:
         law(*seeded(CENTRES[:, :1], spread(CENTRES[:, :1], 0.1)))

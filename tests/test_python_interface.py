@@ -81,22 +81,19 @@ def test_files_of_a_mission_that_was_read_are_looked_up_beside_it(tmp_path, monk
     assert fingerprint([mission.plan()]) == fingerprint([mission.plan(ROOT / "examples")])
 
 
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        ({}, "path: missing; it is needed"),
-        ({"path": {**CIRCLE, "radius": -1.0}}, "path.radius: should be greater than 0, not -1.0"),
-        ({"path": {"type": "spiral"}}, "path.type: unknown value 'spiral'; allowed: minimum-jerk, waypoints, circle, "),
-        ({"path": LINE, "vehicle": "x500"}, "vehicle: should be a table, not 'x500'"),
-        ({"vehicle": "x500", "controller": {"type": "geometric"}}, "vehicle: should be a table, not 'x500'"),
-        ({"path": LINE, "vehicle": {"preset": "y500"}}, "vehicle: unknown preset 'y500'; allowed: crazyflie, "),
-        ({"path": LINE, "vehicle": {"file": "none.toml"}}, "vehicle.file: none.toml: file not found"),
-        ({"path": LINE, "controller": {"type": "pid"}}, "controller.type = 'pid' needs a real vehicle, "),
-        ({"path": LINE, "wind": {}}, "[wind] needs a real vehicle, but [vehicle] names none"),
-        ({"path": LINE, "vehicle": {"preset": "x500"}, "disturbance": {}}, "[disturbance] needs the paper's plant, "),
-        ({"path": LINE, "speed": 3}, "speed: unknown key; allowed here: controller, disturbance, "),
-    ],
-)
+@pytest.mark.parametrize(("keys", "said"), [
+    ({}, "path: missing; it is needed"),
+    ({"path": {**CIRCLE, "radius": -1.0}}, "path.radius: should be greater than 0, not -1.0"),
+    ({"path": {"type": "spiral"}}, "path.type: unknown value 'spiral'; allowed: minimum-jerk, waypoints, circle, "),
+    ({"path": LINE, "vehicle": "x500"}, "vehicle: should be a table, not 'x500'"),
+    ({"vehicle": "x500", "controller": {"type": "geometric"}}, "vehicle: should be a table, not 'x500'"),
+    ({"path": LINE, "vehicle": {"preset": "y500"}}, "vehicle: unknown preset 'y500'; allowed: crazyflie, "),
+    ({"path": LINE, "vehicle": {"file": "none.toml"}}, "vehicle.file: none.toml: file not found"),
+    ({"path": LINE, "controller": {"type": "pid"}}, "controller.type = 'pid' needs a real vehicle, "),
+    ({"path": LINE, "wind": {}}, "[wind] needs a real vehicle, but [vehicle] names none"),
+    ({"path": LINE, "vehicle": {"preset": "x500"}, "disturbance": {}}, "[disturbance] needs the paper's plant, "),
+    ({"path": LINE, "speed": 3}, "speed: unknown key; allowed here: controller, disturbance, "),
+])  # fmt: skip
 def test_what_is_wrong_is_said_in_one_line(keys, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for build in (lambda: Mission(**keys), lambda: Mission.model_validate(keys)):

@@ -146,23 +146,20 @@ def test_what_has_changed_cannot_be_resumed(tmp_path):
     refused(quadstep("campaign", path, "--out", out), "contains other files")
 
 
-@pytest.mark.parametrize(
-    ("rest", "options", "said"),
-    [
-        ("[vary]\n", (), ("vary: empty",)),
-        ('[vary]\nstart.position.0 = { type = "grid", values = [0.0, 1.0] }\n', (), ("vary.start.position.0: a grid",)),
-        (VARY + "[rare]\nscore = 'speed'\n", (), ("rare.score: 'speed'", "allowed here: position_rmse", "far")),
-        (VARY + "[rare]\nscore = []\n", (), ("rare.score",)),
-        (VARY + "[rare]\nmethod = 'crude'\n", (), ("rare.method", "cross-entropy", "subset")),
-        (VARY + "[rare]\nflights = 10\n", (), ("rare.flights", "200")),
-        (VARY + "[rare]\nreplicates = 1\n", (), ("rare.replicates", "5")),
-        (VARY + "[rare]\nlevels = 3\n", (), ("rare.levels: unknown key", "replicates")),
-        (VARY, ("--flights", "100"), ("--flights: cannot be used with --rare",)),
-        (VARY, ("--engine", "gpu"), ("--engine: cannot be used with --rare",)),
-        (VARY, ("--until", "1e-3"), ("--until: cannot be used with --rare",)),
-        ('[vary]\nvehicle.mass = { type = "normal", mean = 0.1, deviation = 1.0 }\n', (), ("vehicle.mass",)),
-    ],
-)
+@pytest.mark.parametrize(("rest", "options", "said"), [
+    ("[vary]\n", (), ("vary: empty",)),
+    ('[vary]\nstart.position.0 = { type = "grid", values = [0.0, 1.0] }\n', (), ("vary.start.position.0: a grid",)),
+    (VARY + "[rare]\nscore = 'speed'\n", (), ("rare.score: 'speed'", "allowed here: position_rmse", "far")),
+    (VARY + "[rare]\nscore = []\n", (), ("rare.score",)),
+    (VARY + "[rare]\nmethod = 'crude'\n", (), ("rare.method", "cross-entropy", "subset")),
+    (VARY + "[rare]\nflights = 10\n", (), ("rare.flights", "200")),
+    (VARY + "[rare]\nreplicates = 1\n", (), ("rare.replicates", "5")),
+    (VARY + "[rare]\nlevels = 3\n", (), ("rare.levels: unknown key", "replicates")),
+    (VARY, ("--flights", "100"), ("--flights: cannot be used with --rare",)),
+    (VARY, ("--engine", "gpu"), ("--engine: cannot be used with --rare",)),
+    (VARY, ("--until", "1e-3"), ("--until: cannot be used with --rare",)),
+    ('[vary]\nvehicle.mass = { type = "normal", mean = 0.1, deviation = 1.0 }\n', (), ("vehicle.mass",)),
+])  # fmt: skip
 def test_wrong_input_is_one_line(tmp_path, rest, options, said):
     refused(quadstep("campaign", written(tmp_path, rest), "--rare", "--out", tmp_path / "out", *options), *said)
     assert not (tmp_path / "out").exists()

@@ -193,17 +193,14 @@ def test_nothing_is_said_against_replicates_that_agree():
     assert found.one_by_one == pytest.approx(5 * (1 - 1e-5) / 1e-5 / spread**2)
 
 
-@pytest.mark.parametrize(
-    ("done", "said"),
-    [
-        ([*REPLICATES, piece(0.0)], "1 of 6 replicates found no failure"),
-        ([*REPLICATES, piece(1e-4)], "the largest is 12.5 times the smallest"),
-        ([piece(p, crude_failures=3) for p in (1e-5, 1.1e-5, 0.9e-5)], "Plain Monte Carlo flights disagree: 9 of 3,000"),
-        ([piece(p) for p in (0.1, 0.11, 0.12)], "Plain Monte Carlo flights disagree: 0 of 3,000"),
-        ([*REPLICATES, piece(6e-5, PieceKind.SCORE)], "A second opinion finds more failures: 6e-05 (subset simulation, by s)"),
-        ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "only 4 % of the failures fail again"),
-    ],
-)
+@pytest.mark.parametrize(("done", "said"), [
+    ([*REPLICATES, piece(0.0)], "1 of 6 replicates found no failure"),
+    ([*REPLICATES, piece(1e-4)], "the largest is 12.5 times the smallest"),
+    ([piece(p, crude_failures=3) for p in (1e-5, 1.1e-5, 0.9e-5)], "Plain Monte Carlo flights disagree: 9 of 3,000"),
+    ([piece(p) for p in (0.1, 0.11, 0.12)], "Plain Monte Carlo flights disagree: 0 of 3,000"),
+    ([*REPLICATES, piece(6e-5, PieceKind.SCORE)], "A second opinion finds more failures: 6e-05 (subset simulation, by s)"),
+    ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "only 4 % of the failures fail again"),
+])  # fmt: skip
 def test_it_warns_of_what_speaks_against_an_estimate(done, said):
     (warning,) = summarise(done).warnings
     assert said in warning

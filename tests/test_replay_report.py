@@ -163,15 +163,12 @@ def test_a_replay_is_drawn_with_the_signals_that_are_asked_for(tmp_path, logs):
     assert "--signals: unknown signal 'tilt'; allowed: errors, position, velocity, attitude, rates" in run.err
 
 
-@pytest.mark.parametrize(
-    ("ratio", "said"),
-    [
-        (Estimate(0.23, np.nan, np.nan), "23 % of the error"),
-        (Estimate(0.23, 0.2, 0.26), "23.0 [20.0, 26.0] % of the error"),
-        (Estimate(39.011, np.nan, np.nan), "39.0 times the error"),
-        (Estimate(39.011, 38.2, 41.7), "39 [38, 42] times the error"),
-    ],
-)
+@pytest.mark.parametrize(("ratio", "said"), [
+    (Estimate(0.23, np.nan, np.nan), "23 % of the error"),
+    (Estimate(0.23, 0.2, 0.26), "23.0 [20.0, 26.0] % of the error"),
+    (Estimate(39.011, np.nan, np.nan), "39.0 times the error"),
+    (Estimate(39.011, 38.2, 41.7), "39 [38, 42] times the error"),
+])  # fmt: skip
 def test_a_ratio_above_two_is_told_in_times(ratio, said):
     assert share(ratio, "the error") == said
 
@@ -252,13 +249,10 @@ def test_a_log_that_contradicts_its_mapping_is_named_in_the_report(tmp_path, log
     assert "B0_made: rates: x: radians where degrees are expected" in text_of(tmp_path / "r" / "report.html")
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        (("--starts", "s.json", "--predictions", "p.json"), "--out: cannot be combined with --starts"),
-        (("--figures", "gif"), "--figures: unknown format 'gif'"),
-    ],
-)
+@pytest.mark.parametrize(("more", "said"), [
+    (("--starts", "s.json", "--predictions", "p.json"), "--out: cannot be combined with --starts"),
+    (("--figures", "gif"), "--figures: unknown format 'gif'"),
+])  # fmt: skip
 def test_bad_requests_are_one_line(tmp_path, logs, more, said):
     run = replayed(logs, tmp_path / "r", *more)
     assert run.code == 2

@@ -11,17 +11,14 @@ from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
 
 
-@pytest.mark.parametrize(
-    ("text", "lines"),
-    [
-        ("short", "short"),
-        ("distance from the path [m]", "distance from\nthe path [m]"),
-        ("filtered errors [m/s, rad/s]", "filtered errors\n[m/s, rad/s]"),
-        ("the middle of 80 %", "the middle of\n80 %"),
-        (r"$\mathrm{roll}_d$ − $\mathrm{roll}$ [mrad]", "$\\mathrm{roll}_d$ − $\\mathrm{roll}$\n[mrad]"),
-        ("an_unbreakable_name_of_a_key", "an_unbreakable_name_of_a_key"),
-    ],
-)
+@pytest.mark.parametrize(("text", "lines"), [
+    ("short", "short"),
+    ("distance from the path [m]", "distance from\nthe path [m]"),
+    ("filtered errors [m/s, rad/s]", "filtered errors\n[m/s, rad/s]"),
+    ("the middle of 80 %", "the middle of\n80 %"),
+    (r"$\mathrm{roll}_d$ − $\mathrm{roll}$ [mrad]", "$\\mathrm{roll}_d$ − $\\mathrm{roll}$\n[mrad]"),
+    ("an_unbreakable_name_of_a_key", "an_unbreakable_name_of_a_key"),
+])  # fmt: skip
 def test_units_shares_and_symbols_stay_together(text, lines):
     assert wrapped(text, 1.1, 9.0) == lines
 

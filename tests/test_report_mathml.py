@@ -84,16 +84,13 @@ def test_every_formula_of_a_page_is_understood_and_well_formed(page):
             assert all(len(one) == count for one in made.iter(kind)), found[0]
 
 
-@pytest.mark.parametrize(
-    ("text", "latex"),
-    [
-        ("m r1_dot is off, a force", r"$m \dot{r}_{1}$ is off, a force"),
-        ("|e1| <= sup|r1| / sigma_min", r"$\lvert e_{1}\rvert$ $\le \sup\lvert r_{1}\rvert  / \sigma_{\min}$"),
-        ("b = sqrt(f_y^2 + f_z^2), 0.98 N off", r"$b = \sqrt{f_{y}^{2} + f_{z}^{2}}$, 0.98 N off"),
-        ("(Eq. 3) with T_eta's tau_psi = (1, -2) N m", r"(Eq. 3) with $T_{\eta}$'s $\tau_{\psi} = (1, -2)$ N m"),
-        ("`quadstep.control` at 5 rad/s^2 [m/s]", "`quadstep.control` at 5 rad/s² [m/s]"),
-    ],
-)
+@pytest.mark.parametrize(("text", "latex"), [
+    ("m r1_dot is off, a force", r"$m \dot{r}_{1}$ is off, a force"),
+    ("|e1| <= sup|r1| / sigma_min", r"$\lvert e_{1}\rvert$ $\le \sup\lvert r_{1}\rvert  / \sigma_{\min}$"),
+    ("b = sqrt(f_y^2 + f_z^2), 0.98 N off", r"$b = \sqrt{f_{y}^{2} + f_{z}^{2}}$, 0.98 N off"),
+    ("(Eq. 3) with T_eta's tau_psi = (1, -2) N m", r"(Eq. 3) with $T_{\eta}$'s $\tau_{\psi} = (1, -2)$ N m"),
+    ("`quadstep.control` at 5 rad/s^2 [m/s]", "`quadstep.control` at 5 rad/s² [m/s]"),
+])  # fmt: skip
 def test_formulas_as_in_code_are_set_off(text, latex):
     assert dollars(text) == latex
 

@@ -88,23 +88,20 @@ def test_a_long_line_is_thinned_but_keeps_its_last_point(tmp_path, samples):
     assert (tmp_path / "curve.svg").stat().st_size < 200_000
 
 
-@pytest.mark.parametrize(
-    ("unit", "largest", "expected"),
-    [
-        ("m", 20.0, ("m", 1.0)),
-        ("m", 0.003, ("mm", 1e3)),
-        ("m", 3e-5, ("µm", 1e6)),
-        ("m", 3e-9, ("nm", 1e9)),
-        ("m", 0.0, ("m", 1.0)),
-        ("-", 2e-4, ("10⁻³", 1e3)),
-        ("m/s, rad/s", 2e-3, ("10⁻³ m/s, rad/s", 1e3)),
-        ("-", 0.3, ("-", 1.0)),
-        ("N m", 2e4, ("kN m", 1e-3)),
-        ("m/s^2", 1.0, ("m/s²", 1.0)),
-        ("rad", 0.01, ("mrad", 1e3)),
-        ("N m", 3e-5, ("µN m", 1e6)),
-    ],
-)
+@pytest.mark.parametrize(("unit", "largest", "expected"), [
+    ("m", 20.0, ("m", 1.0)),
+    ("m", 0.003, ("mm", 1e3)),
+    ("m", 3e-5, ("µm", 1e6)),
+    ("m", 3e-9, ("nm", 1e9)),
+    ("m", 0.0, ("m", 1.0)),
+    ("-", 2e-4, ("10⁻³", 1e3)),
+    ("m/s, rad/s", 2e-3, ("10⁻³ m/s, rad/s", 1e3)),
+    ("-", 0.3, ("-", 1.0)),
+    ("N m", 2e4, ("kN m", 1e-3)),
+    ("m/s^2", 1.0, ("m/s²", 1.0)),
+    ("rad", 0.01, ("mrad", 1e3)),
+    ("N m", 3e-5, ("µN m", 1e6)),
+])  # fmt: skip
 def test_a_unit_gets_the_prefix_that_suits(unit, largest, expected):
     name, factor = prefixed(unit, largest)
     assert (name, factor) == (expected[0], pytest.approx(expected[1]))
@@ -148,16 +145,13 @@ def test_an_interval_decides_how_many_digits_mean_something():
     assert units.interval(0.5, float("nan"), float("nan")) == "0.500"
 
 
-@pytest.mark.parametrize(
-    ("share", "shown"),
-    [
-        ((0.5,), "50 %"),
-        ((1.0,), "100 %"),
-        ((0.0,), "0 %"),
-        ((0.9996,), "99.960 %"),
-        ((0.963, 0.935, 0.982), "96.3 [93.5, 98.2] %"),
-    ],
-)
+@pytest.mark.parametrize(("share", "shown"), [
+    ((0.5,), "50 %"),
+    ((1.0,), "100 %"),
+    ((0.0,), "0 %"),
+    ((0.9996,), "99.960 %"),
+    ((0.963, 0.935, 0.982), "96.3 [93.5, 98.2] %"),
+])  # fmt: skip
 def test_a_share_can_be_told_from_none_and_all(share, shown):
     assert units.percent(*share) == shown
 

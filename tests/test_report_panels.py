@@ -22,16 +22,13 @@ WIND = {"wind": {"mean": [1.0, 0.0, 0.0]}}
 BATTERY = {"vehicle": {"preset": "crazyflie", "effects": {"battery": True}}}
 
 
-@pytest.mark.parametrize(
-    ("content", "labels"),
-    [
-        (REAL, ["rotor thrust", *ERRORS[:1]]),
-        (REAL | WIND, ["rotor thrust", "wind", *ERRORS[:1]]),
-        (REAL | BATTERY, ["rotor thrust", *ERRORS[:1], "battery"]),
-        (PAPER, ["rotor thrust", "norm of weights", *ERRORS]),
-        (PAPER | NO_NETS, ["rotor thrust", *ERRORS]),
-    ],
-)
+@pytest.mark.parametrize(("content", "labels"), [
+    (REAL, ["rotor thrust", *ERRORS[:1]]),
+    (REAL | WIND, ["rotor thrust", "wind", *ERRORS[:1]]),
+    (REAL | BATTERY, ["rotor thrust", *ERRORS[:1], "battery"]),
+    (PAPER, ["rotor thrust", "norm of weights", *ERRORS]),
+    (PAPER | NO_NETS, ["rotor thrust", *ERRORS]),
+])  # fmt: skip
 def test_the_last_figure_shows_and_names_only_what_there_is(content, labels):
     log = fly(check_mission(content, "mission").plan())
     *_, last = flight_jobs(log, "A flight")

@@ -60,13 +60,10 @@ def test_every_claim_that_the_issue_lists_is_judged(doctored):
         json.dumps(claim.values, allow_nan=False)
 
 
-@pytest.mark.parametrize(
-    ("kind", "axis", "unit", "bound", "name"),
-    [
-        *(("position", axis, "m", 1e-3, "near-perfect tracking") for axis in "xyz"),
-        *(("attitude", angle, "rad", 5e-3, "angles match their commands") for angle in ("psi", "theta", "phi")),
-    ],
-)
+@pytest.mark.parametrize(("kind", "axis", "unit", "bound", "name"), [
+    *(("position", axis, "m", 1e-3, "near-perfect tracking") for axis in "xyz"),
+    *(("attitude", angle, "rad", 5e-3, "angles match their commands") for angle in ("psi", "theta", "phi")),
+])  # fmt: skip
 def test_tracking_fails_from_a_millimetre_on_and_angles_from_5_mrad(doctored, kind, axis, unit, bound, name):
     errors = doctored.study.cases["case1"][kind][axis]
     errors[f"largest[{unit}]"] = 0.99 * bound

@@ -148,17 +148,14 @@ def test_its_conditions_warn_and_its_certificate_is_refused(folder):
     assert "SuperTwisting" in run.err
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (("k_1 = 4.0", "k_1 = -4.0"), "controller.k_1: every entry must be greater than 0"),
-        (("k_1 = 4.0", "k_9 = 4.0"), "controller.k_9: unknown key; allowed here: bound, inertia, k_1, k_2, k_R, k_w, layer"),
-        (("k_1 = 4.0", 'k_1 = "four"'), "controller.k_1: should be a number or a list of three, not 'four'"),
-        (("py:SuperTwisting", "py:SuperTwister"), "has no 'SuperTwister'; it defines Gains, Memory"),
-        (("super_twisting.py", "gone.py"), "gone.py: file not found"),
-        (('preset = "research-2.6kg"', "mass = 1.0"), "provides a Measured; this one provides a State"),
-    ],
-)
+@pytest.mark.parametrize(("change", "said"), [
+    (("k_1 = 4.0", "k_1 = -4.0"), "controller.k_1: every entry must be greater than 0"),
+    (("k_1 = 4.0", "k_9 = 4.0"), "controller.k_9: unknown key; allowed here: bound, inertia, k_1, k_2, k_R, k_w, layer"),
+    (("k_1 = 4.0", 'k_1 = "four"'), "controller.k_1: should be a number or a list of three, not 'four'"),
+    (("py:SuperTwisting", "py:SuperTwister"), "has no 'SuperTwister'; it defines Gains, Memory"),
+    (("super_twisting.py", "gone.py"), "gone.py: file not found"),
+    (('preset = "research-2.6kg"', "mass = 1.0"), "provides a Measured; this one provides a State"),
+])  # fmt: skip
 def test_wrong_keys_are_one_line(folder, change, said):
     path = folder / "wrong.toml"
     text = (folder / "super_twisting.toml").read_text().replace(*change)

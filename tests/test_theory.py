@@ -52,20 +52,17 @@ def test_every_statement_holds_and_breaks_with_nine_tenths_of_any_term_of_its_bo
     assert margin.bites
 
 
-@pytest.mark.parametrize(
-    ("number", "shares"),
-    [
-        ("T9", {"c_raw - c": 0.99}),
-        ("T10", {"eps": 0.0}),
-        ("T10", {"c_raw - c": 0.0}),
-        ("T10", {"kappa |W~| |W|": 0.0}),
-        ("T10", {"eps": 0.0, "c_raw - c": 0.0, "kappa |W~| |W|": 0.0}),
-        ("T11", {"delta_f": 0.99}),
-        ("T12", {"eps": 0.0}),
-        ("T12", {"kappa |W~| |W|": 0.0}),
-        ("T12", {"u |r1| |e2|": 0.5}),
-    ],
-)
+@pytest.mark.parametrize(("number", "shares"), [
+    ("T9", {"c_raw - c": 0.99}),
+    ("T10", {"eps": 0.0}),
+    ("T10", {"c_raw - c": 0.0}),
+    ("T10", {"kappa |W~| |W|": 0.0}),
+    ("T10", {"eps": 0.0, "c_raw - c": 0.0, "kappa |W~| |W|": 0.0}),
+    ("T11", {"delta_f": 0.99}),
+    ("T12", {"eps": 0.0}),
+    ("T12", {"kappa |W~| |W|": 0.0}),
+    ("T12", {"u |r1| |e2|": 0.5}),
+])  # fmt: skip
 def test_a_statement_that_lacks_a_term_is_found_broken(number, shares):
     _, ended = sought(number)
     (side,) = BY_NUMBER[number].sides(sample_at(ended))
@@ -156,14 +153,11 @@ def test_the_terms_of_l_dot_are_those_of_the_chain_rule(is_completed):
     assert np.max(np.abs((ahead - behind) / (2.0 * h) - rate.flown) / (rate.scale + np.abs(ahead))) < 1e-6
 
 
-@pytest.mark.parametrize(
-    ("name", "replacement", "row"),
-    [
-        ("coupling_columns", lambda tilt, wanted: tuple(-b for b in coupling_columns(tilt, wanted)), "T9"),
-        ("coriolis", lambda *a: 0.9 * lyapunov.coriolis(*a), "T9"),
-        ("effective_inertia", lambda *a: 1.1 * lyapunov.effective_inertia(*a), "T9"),
-    ],
-)
+@pytest.mark.parametrize(("name", "replacement", "row"), [
+    ("coupling_columns", lambda tilt, wanted: tuple(-b for b in coupling_columns(tilt, wanted)), "T9"),
+    ("coriolis", lambda *a: 0.9 * lyapunov.coriolis(*a), "T9"),
+    ("effective_inertia", lambda *a: 1.1 * lyapunov.effective_inertia(*a), "T9"),
+])  # fmt: skip
 def test_a_wrong_term_in_the_completed_law_breaks_the_identity(monkeypatch, name, replacement, row):
     monkeypatch.setattr(completed_backstepping, name, replacement)
     assert row in broken(monkeypatch)

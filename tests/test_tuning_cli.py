@@ -57,19 +57,16 @@ def test_what_it_writes_and_says(tmp_path):
     assert min(float(row["objective"]) for row in rows) == metrics(out)["unseen"]["rows"][0]["tuned"]["value"]
 
 
-@pytest.mark.parametrize(
-    ("present", "tuned", "said"),
-    [
-        ("sound", "fragile", "is fragile; with the present gains it is sound."),
-        ("fragile", "unstable", "is unstable; with the present gains it is fragile."),
-        ("unstable", "unstable", "is unstable; with the present gains it is unstable."),
-        (None, "unstable", "is unstable; with the present gains it is not linearised."),
-        ("sound", None, "is not linearised (ask `quadstep linear`); with the present gains it is sound."),
-        ("fragile", "fragile", ""),
-        ("fragile", "sound", ""),
-        (None, None, ""),
-    ],
-)
+@pytest.mark.parametrize(("present", "tuned", "said"), [
+    ("sound", "fragile", "is fragile; with the present gains it is sound."),
+    ("fragile", "unstable", "is unstable; with the present gains it is fragile."),
+    ("unstable", "unstable", "is unstable; with the present gains it is unstable."),
+    (None, "unstable", "is unstable; with the present gains it is not linearised."),
+    ("sound", None, "is not linearised (ask `quadstep linear`); with the present gains it is sound."),
+    ("fragile", "fragile", ""),
+    ("fragile", "sound", ""),
+    (None, None, ""),
+])  # fmt: skip
 def test_gains_whose_loop_is_worse_say_so_first(present, tuned, said):
     words = caution(*({"grade": one} if one else {} for one in (present, tuned)))
     assert words == (f"Before you fly them: at rest the loop with the tuned gains {said}" if said else "")

@@ -248,16 +248,13 @@ def test_a_sound_loop_stays_sound_unless_its_margins_are_given_up(tmp_path):
     assert free["phase_margin"] < 0.5 * wanted["phase_margin"].least, "which the path alone asks for"
 
 
-@pytest.mark.parametrize(
-    ("given", "wanted"),
-    [
-        ("", {"phase_margin"}),
-        ("constraints = {}", set()),
-        ("constraints = { largest_error = 1.0 }", {"largest_error", "phase_margin"}),
-        ("constraints = { largest_error = 1.0, phase_margin = 0.0 }", {"largest_error"}),
-        ("constraints = { gain_margin_up = 3.0 }", {"gain_margin_up"}),
-    ],
-)
+@pytest.mark.parametrize(("given", "wanted"), [
+    ("", {"phase_margin"}),
+    ("constraints = {}", set()),
+    ("constraints = { largest_error = 1.0 }", {"largest_error", "phase_margin"}),
+    ("constraints = { largest_error = 1.0, phase_margin = 0.0 }", {"largest_error"}),
+    ("constraints = { gain_margin_up = 3.0 }", {"gain_margin_up"}),
+])  # fmt: skip
 def test_margins_are_kept_unless_one_is_named_or_nothing_is_constrained(tmp_path, monkeypatch, given, wanted):
     monkeypatch.setattr("quadstep.studies.tuning.ground.kept_margins", lambda _: {"phase_margin": Constraint(least=0.5)})
     asked = read_request(written(tmp_path, SMALL.format(more=given)))

@@ -89,15 +89,12 @@ def test_coriolis_as_printed_in_eq_6_gives_the_same_torque(kinematics):
         np.testing.assert_allclose(got, c @ rates, atol=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("inertia", "kinematics", "value"),
-    [
-        ((5, 5, 5), Kinematics.PRINTED, 2.763),
-        ((5, 5, 5), Kinematics.STANDARD, 2.763),
-        ((5, 8, 12), Kinematics.PRINTED, -6.362),
-        ((5, 8, 12), Kinematics.STANDARD, 8.199),
-    ],
-)
+@pytest.mark.parametrize(("inertia", "kinematics", "value"), [
+    ((5, 5, 5), Kinematics.PRINTED, 2.763),
+    ((5, 5, 5), Kinematics.STANDARD, 2.763),
+    ((5, 8, 12), Kinematics.PRINTED, -6.362),
+    ((5, 8, 12), Kinematics.STANDARD, 8.199),
+])  # fmt: skip
 def test_counterexample_to_the_skewness_claimed_for_eq_6(inertia, kinematics, value):
     attitude, rates, r = np.array([0.3, 0.4, -0.2]), np.array([0.5, -0.7, 0.9]), np.array([1, 2, -1])
     j_dot, c = printed_coriolis(attitude, rates, np.array(inertia), kinematics)

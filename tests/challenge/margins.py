@@ -192,9 +192,6 @@ def ageing(seed: int) -> Iterable[Attempt]:
 SEARCHES = [
     Search("a memory that grows", "no loop is sound that a memory of its law makes unstable before its end", ageing),
     Search("slopes of a linear loop", "`linear` differentiates the loop as it flies", modes),
-    Search(
-        "both sides of a margin",
-        "the flown loop is stable within each margin of `linear`, and not beyond it unless it bends",
-        sides,
-    ),
-]
+    Search("both sides of a margin",
+        "the flown loop is stable within each margin of `linear`, and not beyond it unless it bends", sides),
+]  # fmt: skip

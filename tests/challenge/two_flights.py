@@ -23,12 +23,10 @@ from tests.challenge.setpoints import DURATION, EVERY, OMEGA, changed, least, pa
 from tests.rate_flights import LONGER, PERIOD, Axis, flown, stepped
 
 DEFAULTS = {
-    "px4": {
-        "p": 0.15, "i": 0.2, "d": 0.003, "attitude": 6.5, "cut": 40.0, "slope": 30.0, "target": math.inf, "error": math.inf,
-    },
-    "ardupilot": {
-        "p": 0.135, "i": 0.135, "d": 0.0036, "attitude": 4.5, "cut": 20.0, "slope": 20.0, "target": 20.0, "error": math.inf,
-    },
+    "px4": {"p": 0.15, "i": 0.2, "d": 0.003, "attitude": 6.5, "cut": 40.0, "slope": 30.0, "target": math.inf,
+        "error": math.inf},
+    "ardupilot": {"p": 0.135, "i": 0.135, "d": 0.0036, "attitude": 4.5, "cut": 20.0, "slope": 20.0, "target": 20.0,
+        "error": math.inf},
 }  # fmt: skip
 """Of roll: PX4 1.15 and Copter 4.6."""
 

@@ -171,10 +171,8 @@ def by_sticks(
 KINDS = {
     "px4": AutopilotKind(Px4, px4.PORT, for_px4, partial(by_mavlink, STATIONS["px4"])),
     "ardupilot": AutopilotKind(ArduPilot, ardupilot.PORT, for_ardupilot, partial(by_mavlink, STATIONS["ardupilot"])),
-    "betaflight": AutopilotKind(
-        Betaflight, betaflight.PORT, for_betaflight, by_sticks, None, lambda model: quarters(model, "betaflight")[0],
-        Betaflight.period,
-    ),
+    "betaflight": AutopilotKind(Betaflight, betaflight.PORT, for_betaflight, by_sticks, None,
+        lambda model: quarters(model, "betaflight")[0], Betaflight.period),
 }  # fmt: skip
 
 

@@ -39,13 +39,9 @@ degrees); of delay, in multiples of the mission's latency.
 """
 
 UNITS = {
-    "gain_margin_up": "[dB]",
-    "gain_margin_down": "[dB]",
-    "phase_margin": "[rad]",
-    "delay_margin": "[s]",
-    "disk_margin": "",
+    "gain_margin_up": "[dB]", "gain_margin_down": "[dB]", "phase_margin": "[rad]", "delay_margin": "[s]", "disk_margin": "",
     "sensitivity_peak": "",
-}
+}  # fmt: skip
 """Each kind, with its unit. gain_margin_down: how far the gain may fall, a number above 0."""
 
 CHANNELS = "thrust", "roll", "pitch", "yaw"
