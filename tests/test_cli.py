@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from quadstep import __version__, read_mission
+from quadstep.commands.cli import COMMANDS, HEADINGS
 from tests.commands import LINE, quadstep, quadstep_process, write
 
 
@@ -25,8 +26,10 @@ def test_the_version_is_the_packages():
 def test_help_names_every_command():
     run = quadstep("--help")
     assert run.code == 0
-    for command in ("reproduce", "fly", "new", "--version"):
-        assert command in run.out
+    listed = re.findall(r"^(\S.*):$|^  ([\w-]+)  ", run.out.partition("--help")[2], re.MULTILINE)
+    assert [command for _, command in listed if command] == list(COMMANDS.own)
+    assert [heading for heading, _ in listed if heading] == list(HEADINGS.values()), "each once"
+    assert "--version" in run.out
 
 
 HELP = {
