@@ -188,7 +188,7 @@ def test_a_law_that_rests_on_an_edge_has_no_slopes_there():
 
 def test_a_combination_of_estimates_that_stays_is_named():
     law = hovering("filtered-backstepping")
-    assert "weights_" in invariant_set(SampledLoop(law.plan()), Unknown())
+    assert "weights of the second net" in invariant_set(SampledLoop(law.plan()), Unknown())
 
 
 PAPER = """\
