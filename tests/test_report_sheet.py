@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from quadstep.io.errors import UserError
 from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.run import figure_of
-from quadstep.report.axes import peaked, powers, threshold
+from quadstep.report.axes import Powers, peaked, plain, threshold
 from quadstep.report.canvas import STYLE, thin
 from quadstep.report.drawing import FigureJob
 from quadstep.report.figures import draw, picture, prefixed
@@ -205,7 +205,9 @@ def test_a_line_thinned_for_logarithmic_time_keeps_its_beginning_and_peaks():
 
 
 def test_powers_of_ten_on_an_axis():
-    assert [powers()(value, 0) for value in (0.0, 1e-3, 1e-4, -1e-7, 1000.0)] == ["0", "0.001", "10⁻⁴", "−10⁻⁷", "1000"]
+    assert Powers().format_ticks([0.0, 1e-3, 0.1, -10.0, 1000.0]) == ["0", "0.001", "0.1", "−10", "1000"]
+    assert Powers().format_ticks([0.0, 1e-3, 1.0, -10.0, -1e-7]) == ["0", "10⁻³", "1", "−10", "−10⁻⁷"]
+    assert [plain()(value, 0) for value in (0.2, -2e-5, 250.0)] == ["0.2", "−2×10⁻⁵", "250"]
 
 
 @pytest.mark.parametrize("largest", [1e-13, 1e-9, 3e-5, 0.04, 0.05, 9999.0, 1e4, 1e7, 1e15])

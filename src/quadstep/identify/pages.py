@@ -23,7 +23,7 @@ from quadstep.io.files import write_beside
 from quadstep.io.run_record import FIGURES
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report import markup
-from quadstep.report.axes import logarithmic, plain_decades, powers
+from quadstep.report.axes import Powers, logarithmic, plain_decades
 from quadstep.report.canvas import LINES, drawing, margins, new_figure
 from quadstep.report.canvas import write as write_figure
 from quadstep.report.drawing import FigureJob
@@ -204,7 +204,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                 panel.loglog(*(values[:, axis] if values.ndim > 1 else values for values in spectrum(rest, one.period)),
                              label=f"residual, {horizon} ahead", **style)  # fmt: skip
             plain_decades(panel.xaxis)
-            panel.yaxis.set_major_formatter(powers())
+            panel.yaxis.set_major_formatter(Powers())
             panel.set_title(f"{turn} rate")
             panel.set_xlabel("frequency [Hz]")
             if first is None:

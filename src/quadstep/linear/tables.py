@@ -15,7 +15,7 @@ from quadstep.linear.modes import Pole
 from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
-from quadstep.report.axes import plain, powers
+from quadstep.report.axes import Powers, plain
 from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import listed
@@ -181,7 +181,7 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
         below.axhline(-180.0, color="0.5", linewidth=0.8)
         above.set_ylim(FAINTEST, LOUDEST)
         above.set_xscale("log")
-        below.xaxis.set_major_formatter(powers())
+        below.xaxis.set_major_formatter(Powers())
         above.set_ylabel("|L| [dB]")
         below.set_ylabel("phase of L [°]")
         below.set_xlabel("frequency [rad/s]")

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from quadstep.io.errors import LONGEST_VALUE, UserError, cut, did_you_mean, shorten, unknown_name
-from quadstep.mission.fields import Quantity
+from quadstep.mission.fields import EVERY, Quantity
 from quadstep.mission.presets import origin
 
 RANGES = "greater_than", "greater_than_equal", "less_than", "less_than_equal"
@@ -75,7 +75,6 @@ def describe(model: type[BaseModel], problem: Any) -> str:
     field = models[-1].model_fields.get(keys[-1].partition("[")[0]) if keys else None
     note = next((one for one in (field.metadata if field else ()) if isinstance(one, Quantity)), Quantity("", ""))
     meaning = f": {note.meaning}{note.unit and f' [{note.unit}]'}" if note.meaning else ""
-    unit = f" {note.unit}" if note.unit and kind in RANGES else ""
     said = {
         "extra_forbidden": unknown(keys[-1] if keys else "", models[-1].model_fields),
         "missing": f"missing; it is needed{meaning}",
@@ -87,7 +86,10 @@ def describe(model: type[BaseModel], problem: Any) -> str:
     }.get(kind)
     if said is None:
         text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
-        said = text if kind == "value_error" or isinstance(given, dict) else f"{text}, not {shorten(given)}{unit}"
+        entries = text.startswith(EVERY)
+        unit = f" {note.unit}" if note.unit and (entries or kind in RANGES) else ""
+        said = f"{text}, not {shorten(given)}{unit}" if entries or kind != "value_error" else text
+        said = text if isinstance(given, dict) else said
     return f"{key}: {said}" if key else said
 
 

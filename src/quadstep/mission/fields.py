@@ -67,16 +67,20 @@ def as_diagonal(value: object) -> tuple[object, ...]:
     return tuple(value)
 
 
+EVERY = "every entry must be"
+"""Begins what is said of lists whose numbers have a range."""
+
+
 def non_negative(values: tuple[float, ...]) -> tuple[float, ...]:
     if min(values) < 0.0:
-        raise ValueError("every entry must be zero or more")
+        raise ValueError(f"{EVERY} zero or more")
     return values
 
 
 def positive(values: tuple[float, ...]) -> tuple[float, ...]:
     """Refuses an entry that is not above zero."""
     if min(values) <= 0.0:
-        raise ValueError("every entry must be greater than 0")
+        raise ValueError(f"{EVERY} greater than 0")
     return values
 
 

@@ -18,7 +18,16 @@ from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle, StepPatch
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
+from matplotlib.ticker import (
+    FixedLocator,
+    Formatter,
+    FuncFormatter,
+    LogFormatter,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+    NullLocator,
+)
 from numpy.typing import NDArray
 
 from quadstep.report.units import power_of_ten
@@ -47,18 +56,39 @@ CLEAR = {"facecolor": "white", "alpha": 0.8, "linewidth": 0.0, "pad": 0.8}
 
 
 def plain() -> FuncFormatter:
-    return FuncFormatter(lambda value, _: f"{value:.10g}".replace("-", "−"))
+    """Numbers as they are, with a power of ten where they are too small to be written out."""
+
+    def written(value: float, _: object) -> str:
+        digits, e, exponent = f"{value:.10g}".replace("-", "−").partition("e")
+        return f"{digits}×{power_of_ten(int(exponent.replace('−', '-')))}" if e else digits
+
+    return FuncFormatter(written)
 
 
-def power(value: float) -> str:
-    """A power of ten: written out where that is short."""
-    exponent = round(np.log10(abs(value))) if value else 0
-    text = f"{abs(value):g}" if -3 <= exponent <= 3 else power_of_ten(exponent)
+def power(value: float, short: bool) -> str:
+    """A power of ten; written out where its axis is short, and where it is 1 or 10."""
+    exponent = round(np.log10(abs(value)))
+    text = f"{abs(value):g}" if short or exponent in (0, 1) else power_of_ten(exponent)
     return f"−{text}" if value < 0.0 else text
 
 
-def powers() -> FuncFormatter:
-    return FuncFormatter(lambda value, _: power(value) if value else "0")
+class Powers(Formatter):
+    """Powers of ten along an axis: all written out if all that are seen are short, else none."""
+
+    def __init__(self) -> None:
+        self.ticks: list[float] = []
+
+    def set_locs(self, locs: Sequence[float]) -> None:
+        self.ticks = list(locs)
+
+    def __call__(self, value: float, _: object = None) -> str:
+        low, high = sorted(self.axis.get_view_interval()) if self.axis else (-np.inf, np.inf)
+        seen = [abs(one) for one in self.ticks if one and low <= one <= high]
+        return power(value, all(SHORTEST <= one <= LONGEST for one in seen)) if value else "0"
+
+
+SHORTEST, LONGEST = 0.999e-3, 1.001e3
+"""Powers of ten that are short when written out."""
 
 
 def linear(axes: Axes, lines: Sequence[Numbers]) -> None:
@@ -91,7 +121,7 @@ def logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
         axis.set_major_formatter(plain())
     else:
         axis.set_major_locator(LogLocator(10.0, (1.0,), numticks=5))
-        axis.set_major_formatter(powers())
+        axis.set_major_formatter(Powers())
     axis.set_minor_locator(NullLocator())
 
 
@@ -125,12 +155,13 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     up = [edge * 10.0**k for k in range(12) if edge * 10.0**k <= 1.6 * high]
     down = [-edge * 10.0**k for k in range(12) if edge * 10.0**k <= -1.6 * low]
     every = max(1, -(-(len(up) + len(down)) // 5))
-    axis: Axis = axes.yaxis
-    axis.set_major_locator(FixedLocator([*down[::every], 0.0, *up[::every]]))
-    axis.set_major_formatter(powers())
+    axis, ticks, written = axes.yaxis, [*down[::every], 0.0, *up[::every]], Powers()
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(written)
+    written.set_locs(ticks)
     axis.set_minor_locator(NullLocator())
     axes.text(
-        1.0, 0.02, f"linear within ±{power(edge)}", transform=axes.transAxes, ha="right", va="bottom",
+        1.0, 0.02, f"linear within ±{written(edge)}", transform=axes.transAxes, ha="right", va="bottom",
         fontsize=rcParams["legend.fontsize"], color="0.35", bbox=CLEAR,
     )  # fmt: skip
 
@@ -142,7 +173,7 @@ def logarithmic_time(axes: Axes, t: Numbers) -> None:
     axes.set_xlim(first, float(t[-1]))
     axis: Axis = axes.xaxis
     axis.set_major_locator(LogLocator(10.0, (1.0,)))
-    axis.set_major_formatter(powers())
+    axis.set_major_formatter(Powers())
     axis.set_minor_locator(NullLocator())
 
 
@@ -150,7 +181,7 @@ def typeset_decades(axes: Axes) -> None:
     """Powers of ten as such where nobody chose how ticks are written: Matplotlib's own are TeX, which is not read here."""
     for axis in (axes.xaxis, axes.yaxis):
         if isinstance(axis.get_major_formatter(), LogFormatter):
-            axis.set_major_formatter(powers())
+            axis.set_major_formatter(Powers())
         if isinstance(axis.get_minor_formatter(), LogFormatter):
             axis.set_minor_formatter(NullFormatter())
 
@@ -158,7 +189,7 @@ def typeset_decades(axes: Axes) -> None:
 def plain_decades(axis: Axis) -> None:
     """Ticks of a logarithmic axis as plain numbers at 1, 2 and 5."""
     axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(plain())
     axis.set_minor_locator(NullLocator())
 
 

@@ -3,7 +3,7 @@ results of all of them, in numbers.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -234,6 +234,10 @@ class Comparison(NamedTuple):
     def kind(self) -> str:
         """What is compared: controllers that a study puts into situations, or missions, which have one without a name."""
         return "controller" if any(one.label for one in self.ranked) else "mission"
+
+    def headed(self, header: Sequence[str]) -> list[str]:
+        """The header of a table, its column of controllers called as they are counted."""
+        return [self.kind if name == "controller" else name for name in header]
 
     @property
     def limitations(self) -> tuple[str, ...]:

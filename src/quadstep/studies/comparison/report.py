@@ -71,7 +71,7 @@ LOOPS = (
 MEDIANS = "{}: median ({}) of {}; a lost flight ranks worse than any other."
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
 RAISED = f"{FAILING} The last column is the share of an equal number of other flights that fail at the 50 % point."
-PAIRS = "Number of situations in which the row's controller is significantly better than the column's / undecided / worse."
+PAIRS = "Number of situations in which the row's {} is significantly better than the column's / undecided / worse."
 
 
 def evidence(
@@ -89,7 +89,7 @@ def evidence(
     figures = {
         vehicle: Figure(
             str(name),
-            f"{metric[0].upper()}{metric[1:]} of every controller in every situation{f' on {vehicle}' if vehicle else ''}: "
+            f"{metric[0].upper()}{metric[1:]} of every {found.kind} in every situation{f' on {vehicle}' if vehicle else ''}: "
             f"median, to the {found.high}",
             coded=many,  # squares, whose colours are values
         )
@@ -112,27 +112,28 @@ def evidence(
         sections += [] if figure in shown else [figure]
     if found.linear:
         rows, title = robustness.rows(found.linear), "Linear loop at rest, smallest margins over all channels"
-        sections.append(TableSection("Linear margins", "linear", robustness.HEADER, rows, LOOPS, shown=title))
+        sections.append(TableSection("Linear margins", "linear", found.headed(robustness.HEADER), rows, LOOPS, shown=title))
         sections.append(markup.listing(robustness.unlinearised(found.linear)))
     if found.margins:
         rows, title = tables.margin_rows(found), "Margins, 95 % intervals"
-        sections.append(TableSection("Margins", "margins", tables.MARGIN_HEADER, rows, RAISED, shown=title))
+        sections.append(TableSection("Margins", "margins", found.headed(tables.MARGIN_HEADER), rows, RAISED, shown=title))
     if len(found.controllers) > 1:
         ranks = [(name, f"{rank:.2f}") for name, rank in found.overall().items()]
         header = (found.kind, f"mean rank over {words.ranked_in(found)}, from 0 (best) to 1")
-        sections.append(TableSection("Pairwise comparison", "pairs", ("", *found.controllers), words.wins(found), PAIRS))
+        names, which = ("", *found.controllers), PAIRS.format(found.kind)
+        sections.append(TableSection("Pairwise comparison", "pairs", names, words.wins(found), which))
         sections.append(TableSection(header=header, rows=ranks))
     gains, title = " ".join([GAINS, *uncounted]), "Gains and cost"
-    sections.append(TableSection(title, "gains", tables.WHO_HEADER, tables.who_rows(found), gains, shown=title))
+    sections.append(TableSection(title, "gains", found.headed(tables.WHO_HEADER), tables.who_rows(found), gains, shown=title))
     others_same = "; everything else is the same for all" if found.kind == "controller" else ""
-    differ = f"Other differences between the controllers{others_same}:"
-    sections.append(TableSection(header=tables.DIFFERS_HEADER, rows=tables.differing_rows(found), text=differ))
+    differ = f"Other differences between the {found.kind}s{others_same}:"
+    sections.append(TableSection(header=found.headed(tables.DIFFERS_HEADER), rows=tables.differing_rows(found), text=differ))
     for vehicle in figures:
         label = vehicle or "missions"
         sections.append(TableSection(f"All numbers: {label}", f"all-{identity(label, ())}", *tables.full_rows(found, vehicle)))
         effort = tables.effort_rows(found, vehicle)
         if any(cell not in markup.BLANK for row in effort for cell in row[2:]):
-            sections.append(TableSection(header=tables.EFFORT_HEADER, rows=effort))
+            sections.append(TableSection(header=found.headed(tables.EFFORT_HEADER), rows=effort))
     return Evidence(
         name=found.name,
         kind="Comparison",
@@ -212,7 +213,7 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
             markdown_table(*turned(*tables.matrix(found, vehicle))),
         ]
     if found.margins:
-        parts += ["## Margins", FAILING, markdown_table(tables.MARGIN_HEADER, tables.margin_rows(found))]
+        parts += ["## Margins", FAILING, markdown_table(found.headed(tables.MARGIN_HEADER), tables.margin_rows(found))]
     parts += [
         "## Situation by situation",
         bullets(others),
@@ -222,7 +223,8 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
         ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
         header = (found.kind, f"over {words.ranked_in(found)}, from 0 (best) to 1")
         parts += ["## Mean ranks", markdown_table(header, ranked)]
-    parts += ["## Gains and cost", markdown_table(tables.WHO_HEADER, tables.who_rows(found)), *words.not_counted(found)]
+    costs = markdown_table(found.headed(tables.WHO_HEADER), tables.who_rows(found))
+    parts += ["## Gains and cost", costs, *words.not_counted(found)]
     return "\n\n".join(parts) + "\n"
 
 

@@ -107,7 +107,7 @@ def full_rows(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str
                 mean = f"{factor * spread.mean:.3g}" if math.isfinite(spread.mean) else NOTHING
                 row += [interval_text(spread.median, factor), interval_text(spread.high, factor), mean]
             rows.append(row)
-    return ["situation", "controller", "rank", "lost", "median flight", *names], rows
+    return ["situation", found.kind, "rank", "lost", "median flight", *names], rows
 
 
 def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:

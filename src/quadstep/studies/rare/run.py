@@ -13,7 +13,7 @@ from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
 from quadstep.report import markup, units
-from quadstep.report.axes import powers
+from quadstep.report.axes import Powers
 from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.progress import Count
@@ -182,7 +182,7 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
         axes.set_xscale("asinh", linear_width=LINEAR)
         axes.xaxis.set_major_locator(AsinhLocator(LINEAR, numticks=5))
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.xaxis.set_major_formatter(powers())
+        axes.xaxis.set_major_formatter(Powers())
     flown = [event for one in pieces for event in one.events if event.failure == name]
     if all(threshold is None for event in flown for threshold, _ in event.levels):
         axes.set_xticks([])
