@@ -77,10 +77,12 @@ def maximum(a: Number, b: Number) -> Number:
 
 
 def smallest(values: Iterable[Number]) -> Number:
+    """The smallest of some numbers."""
     return reduce(minimum, values)
 
 
 def largest(values: Iterable[Number]) -> Number:
+    """The largest of some numbers."""
     return reduce(maximum, values)
 
 
