@@ -49,11 +49,11 @@ def parameters(place: int) -> dict[str, float]:
     return {**found, "MC_ROLLRATE_K": 0.5, "MC_ROLL_P": one.attitude[place], **cuts}
 
 
-def logged(tmp_path, place: int, change=None, **more):
-    """A ULog of one of them. change: of the parameters."""
+def logged(tmp_path, place: int, change=None, later=0, **more):
+    """A ULog of one of them. change: of the parameters. later: rows from a setpoint to the command that it is used for."""
     path = tmp_path / "flight.ulg"
     r, y, u = (column[:, place] for column in flight())
-    path.write_bytes(rate_loop(r, y, u, STEP, {**parameters(place), **(change or {})}, **more))
+    path.write_bytes(rate_loop(np.roll(r, -later), y, u, STEP, {**parameters(place), **(change or {})}, **more))
     return path
 
 
@@ -66,9 +66,10 @@ def truth(place: int) -> tuple[float, float]:
     return float(omega[at[margins.argmin()]]), float(margins.min())
 
 
+@pytest.mark.parametrize("later", [0, 1])
 @pytest.mark.parametrize("place", [WEAK, SOUND])
-def test_a_ulog_of_an_ordinary_flight_tells_crossover_and_phase_margin(tmp_path, place):
-    now = measured(excited(logged(tmp_path, place), None).measured)
+def test_a_ulog_of_an_ordinary_flight_tells_crossover_and_phase_margin(tmp_path, place, later):
+    now = measured(excited(logged(tmp_path, place, later=later), None).measured)
     at, phase = truth(place)
     assert now.phase.at.value == pytest.approx(at, rel=0.05)
     assert now.phase.value.value == pytest.approx(phase, abs=math.radians(3.0))

@@ -118,16 +118,23 @@ def axis_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Ex
         spectral(np.interp(time, *found.columns[name])) if name in found.columns else 0.0 * big_u
         for name in loop.apart or ("", "")
     )
+    judged = slice(CYCLES - 1, int((np.abs(s) < np.pi / (4.0 * period)).sum()))  # an integral's ends leak into slower lines
+    fed = (big_u - added - damped)[judged]
+
+    def left(by: Complex) -> float:
+        """What setpoint and rate do not explain of the command, as a share of its power."""
+        rest = fed - (by * big_r - k * big_y)[judged]
+        return float((np.abs(rest) ** 2).sum() / max(float((np.abs(fed) ** 2).sum()), 1e-300))
+
+    later: Complex = f * np.exp(-period * s)
+    if loop.form == "px4" and left(later) < left(f):  # stamped alike, but made after the command: as in PX4's simulators
+        f = later
     answer = around * loop.unfiltered(found.parameters, s) * big_y / s
     given = big_r + answer
     excitation = np.fft.irfft(np.concatenate([[0.0], f * given + added]), len(time))
     told = np.concatenate([[False], amplitudes(given) > OWN * amplitudes(answer)])
-    judged = slice(CYCLES - 1, int((np.abs(s) < np.pi / (4.0 * period)).sum()))  # an integral's ends leak into slower lines
-    fed = (big_u - added - damped)[judged]
-    rest = fed - (f * big_r - k * big_y)[judged]
-    explained = 1.0 - float((np.abs(rest) ** 2).sum() / max(float((np.abs(fed) ** 2).sum()), 1e-300))
     return Excitation(
-        excitation, command, period, explained, told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate
+        excitation, command, period, 1.0 - left(f), told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate
     )
 
 
