@@ -4,7 +4,6 @@ import os
 import signal
 import socket
 import subprocess
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -15,6 +14,7 @@ import numpy as np
 from tests.firmware_estimate import told_of_px4
 from tests.firmware_switch import (
     exercised_in_ardupilot,
+    in_px4,
     left_by_setpoints,
     switched_in_ardupilot,
     switched_in_px4,
@@ -106,12 +106,13 @@ def killed(now: Flying) -> str:
 
 
 def stopped(now: Flying) -> str:
-    """An export's module in PX4, asked to stop in the air: what it says."""
-    line = [str(now.program.parent / CONTROL), "--instance", str(now.instance)]
+    """An export's module in PX4, asked to stop in the air: what it says. The flight then ends, however long this took."""
+    shell = in_px4(now)
     for word in ("start", "stop"):
-        done = subprocess.run([*line, word], capture_output=True, text=True, check=False, timeout=60.0)
-        time.sleep(0.5)
-    return done.stdout + done.stderr
+        said = shell(CONTROL, word)
+    assert "the vehicle is armed" in said, said
+    os.kill(now.flight.pid, signal.SIGINT)
+    return "told the vehicle is armed end"
 
 
 def sagged(rows: np.ndarray, _: str, __: Path) -> str:
@@ -126,7 +127,8 @@ class Scenario(NamedTuple):
 
     loaded: whether the autopilot has the parameters that must match. only: of one autopilot. asks: what the autopilot's
     program must contain, or stand beside it. pilot: whether quadstep leads it; otherwise `act` does, from the start.
-    parameters: more of the autopilot's, by name. tell: the result, from the flight's rows, what was said, and the folder.
+    parameters: more of the autopilot's, by name. lasts: until `act` ends it, as flights without a pilot do. tell: the result,
+    from the flight's rows, what was said, and the folder.
     """
 
     name: str
@@ -140,6 +142,7 @@ class Scenario(NamedTuple):
     asks: str = ""
     pilot: bool = True
     parameters: Mapping[str, float] = MappingProxyType({})
+    lasts: bool = False
     tell: Callable[[np.ndarray, str, Path], str] | None = None
 
 
@@ -153,7 +156,7 @@ GONE = "PX4 closed the connection|ArduPilot stopped sending"
 
 OTHER = r"has a different frame from the mission's vehicle: \S+ is \S+, should be [^,\s]+"
 
-CONTROL = "px4-quadstep_control"
+CONTROL = "quadstep_control"
 
 COMPLETED = r"Completed .* s; position RMSE"
 
@@ -171,7 +174,10 @@ SCENARIOS = (
     Scenario("SIGTERM in flight", 3, rf"Interrupted at \S+ s\. {KEPT}", act=signalled(signal.SIGTERM)),
     Scenario("autopilot killed in flight", 3, rf"({GONE}) at \S+ s\. {KEPT}", act=killed),
     Scenario("parameters not loaded", 2, OTHER, loaded=False),
-    Scenario("`quadstep_control stop` in flight", 0, "the vehicle is armed", act=stopped, only="px4", asks=CONTROL),
+    Scenario(
+        "`quadstep_control stop` in flight", 3, rf"Interrupted at \S+ s\. {KEPT}", act=stopped, only="px4",
+        asks=f"px4-{CONTROL}", lasts=True, tell=told_alone,
+    ),
     Scenario(
         "`serve-setpoints` ends, wind of 5.8 m/s", 3, rf"Interrupted at \S+ s\. {KEPT}", WIND, act=left_by_setpoints,
         only="px4", pilot=False, tell=told_alone, parameters=ALONE,
@@ -179,14 +185,14 @@ SCENARIOS = (
     *(
         Scenario(
             f"export switched in and back, {name}", 3, rf"Interrupted at \S+ s\. {KEPT}", more, act=switched_in_px4,
-            only="px4", asks=CONTROL, pilot=False, tell=told_of_px4, parameters=ALONE,
+            only="px4", asks=f"px4-{CONTROL}", pilot=False, tell=told_of_px4, parameters=ALONE,
         )
         for name, more in (*AIRS, ("battery that sags", SAG.format(4000.0)))
     ),
     *(
         Scenario(
-            f"export switched in and back, {name}", 0, COMPLETED, more, act=switched_in_ardupilot, only="ardupilot",
-            asks="QSTP", tell=told_of_ardupilot, parameters=SWITCHED,
+            f"export switched in and back, {name}", 3, rf"Interrupted at \S+ s\. {KEPT}", more, act=switched_in_ardupilot,
+            only="ardupilot", asks="QSTP", tell=told_of_ardupilot, parameters=SWITCHED, lasts=True,
         )
         for name, more in (*AIRS, ("battery that sags", SAG.format(900.0)))
     ),

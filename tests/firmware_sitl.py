@@ -104,7 +104,8 @@ def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
     text = '[vehicle]\npreset = "x500"\n[path]\ntype = "circle"\ncentre = [0.0, 0.0, 10.0]\n'
     mission, out = folder / "mission.toml", folder / "out"
     text = f"{text}radius = {one.radius:g}\n{sitl.mission}{one.more}"
-    mission.write_text(text if one.pilot else re.sub(r"duration = \S+", "duration = 600.0", text), encoding="utf-8")
+    lasting = one.lasts or not one.pilot
+    mission.write_text(re.sub(r"duration = \S+", "duration = 600.0", text) if lasting else text, encoding="utf-8")
     line = [sys.executable, "-m", "quadstep", "fly", mission, "--autopilot", target, "--out", out, "--connect", port]
     line += ["--connect-timeout", LIMIT, *(["--pilot", "--pilot-connect", reached] if one.pilot else [])]
     flight = subprocess.Popen(

@@ -28,8 +28,8 @@ GUIDED, PLACE_AND_HEADING = 4, 0b100111111000
 OFFBOARD, PAYLOAD_PORT = 6, 14030
 """PX4's main mode, and where its instance 0 speaks to an onboard computer of its payload, over UDP."""
 
-ON, CHANGED, OFF = 12.0, 20.0, 28.0
-"""Seconds after lift-off at which ArduPilot's switch is used, gains are halved, and the switch is used again."""
+ON, CHANGED, OFF = 12.0, 8.0, 8.0
+"""Seconds after lift-off at which ArduPilot's switch is used, and from there until gains are halved and it is used again."""
 
 LONGEST = 300.0
 """Seconds of the autopilot's time in which something that is waited for happens."""
@@ -106,14 +106,17 @@ def switched_in_ardupilot(now: Any) -> str:
     """By RC option 109, and gains of the attitude halved in between; when, in a line."""
     ground = Ground(now.beside)
     said = {}
-    for name, at in (("on", ON), ("changed", CHANGED), ("off", OFF)):
-        ground.at(now.stood + at)
+    ground.at(now.stood)
+    for name, later in (("on", ON), ("changed", CHANGED), ("off", OFF)):
+        ground.wait(later)
         if name == "changed":
             for axis in "XY":
                 ground.scale(f"CC{now.number}_ATT_{axis}", 0.5)
         else:
             ground.command(AUX, 109, 2 if name == "on" else 0)
         said[name] = round(ground.now - now.stood, 2)
+    ground.wait(4.0)
+    os.kill(now.flight.pid, signal.SIGINT)
     return f"marks {json.dumps(said)} end"
 
 
