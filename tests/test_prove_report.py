@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from quadstep.proofs.prove.report import MARK, TubeRecord, widest
+from quadstep.proofs.prove.report import MARK, TubeRecord, tube, widest
 from quadstep.proofs.prove.run import prove_mission
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
@@ -53,6 +53,19 @@ def test_quantities_are_named_in_words():
         "roll rate integral": "0.00300",
         "weights of the first net": "0.00400",
     }
+
+
+def test_a_tube_of_a_long_flight_is_drawn_with_few_points_and_its_extremes():
+    time = np.linspace(0.0, 40.0, 20_001)
+    error, bound = np.sin(time)[:, None], np.where(time == time[7_001], 0.5, 0.1)[:, None]
+    figure = tube(TubeRecord(("x",), time, error, bound, ("position.0",), time[:1], np.ones((1, 1))))
+    path, band = figure.axes
+    (outline,) = path.patches
+    assert all(len(line.get_xdata()) < 3_000 for axes in figure.axes for line in axes.lines)
+    assert len(outline.get_xy()) < 5_000
+    assert band.lines[0].get_ydata().max() == 500.0
+    heights = outline.get_xy()[:, 1]
+    assert (heights.max(), heights.min()) == pytest.approx((1e3 * (error + bound).max(), 1e3 * (error - bound).min()))
 
 
 def test_the_band_is_the_tube_of_the_proof(proved):

@@ -151,9 +151,11 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
     with tempfile.TemporaryDirectory() as folder:
         out, traced = Path(folder), verdict.traced
         if traced is not None and len(traced.time) > 1:
+            sample, axis = np.unravel_index(np.argmax(traced.bound), traced.bound.shape)
             caption = (
                 "Left: the position error of the mission's own flight, in a band that contains every flight. Right: half the "
-                "width of that band."
+                f"width of that band; it is largest along {traced.axes[axis]}, {millimetres(float(traced.bound.max()))} mm at "
+                f"{units.quantity(float(traced.time[sample]), 's')}."
             )
             drawn = [Figure("tube", caption)]
             draw(out / "tube", tube, traced)
@@ -200,9 +202,10 @@ def tube(traced: TubeRecord) -> Drawing:
     figure = Drawing(figsize=(COLUMN, 1.25 * len(traced.axes) + 0.4), layout="constrained")
     panels = figure.subplots(len(traced.axes), 2, sharex=True, squeeze=False)
     for (path, band), axis, error, bound in zip(panels, traced.axes, 1e3 * traced.error.T, 1e3 * traced.bound.T, strict=True):
-        path.fill_between(traced.time, error - bound, error + bound, color="#2166ac", alpha=0.3, linewidth=0.0)
-        path.plot(traced.time, error, label="off the path", **canvas.LINES[0])
-        band.plot(traced.time, bound, label="at most off the flight", **canvas.LINES[2])
+        top, low = (np.array(canvas.thin(traced.time, error + sign * bound)) for sign in (1.0, -1.0))
+        path.fill(*np.hstack([top, low[:, ::-1]]), color="#2166ac", alpha=0.3, linewidth=0.0)
+        path.plot(*canvas.thin(traced.time, error), label="off the path", **canvas.LINES[0])
+        band.plot(*canvas.thin(traced.time, bound), label="at most off the flight", **canvas.LINES[2])
         path.set_ylabel(f"error in {axis} [mm]")
         band.set_ylabel("half-width [mm]")
         band.set_ylim(bottom=0.0)

@@ -90,7 +90,7 @@ def evidence(
         vehicle: Figure(
             str(name),
             f"{metric[0].upper()}{metric[1:]} of every {found.kind} in every situation{f' on {vehicle}' if vehicle else ''}: "
-            f"median, to the {found.high}",
+            f"median, to the {found.high}. {'The paler' if many else 'The farther left'}, the better.",
             coded=many,  # squares, whose colours are values
         )
         for vehicle, name in drawn.items()
