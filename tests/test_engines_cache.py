@@ -146,18 +146,25 @@ pull = outer()
 OTHER = 1.0
 
 
+@dataclass(frozen=True, slots=True)
+class Scale:
+    value: float
+
+
 @dataclass(frozen=True)
 class Law(Controller):
     name = "a law"
     Gains = Gains
     SOME = 1.0
+    scale: Scale = Scale(1.0)
+    kind: type = Scale
 
     def start(self, measured, gains):
         return ()
 
     def law(self, memory, measured, reference, gains, t, period):
         force = pull(reference.position - measured.position) - damping(measured.velocity) + vector(0.0, 0.0, 9.81)
-        force = gains.mass * force * (self.SOME * OTHER * PULL[0] * helper.KNOWN)
+        force = gains.mass * force * (self.SOME * self.scale.value * OTHER * PULL[0] * helper.KNOWN)
         return Command(thrust=force @ up_axis(rotation_matrix(measured.attitude)), torque=-18.0 * measured.rates), memory
 """
 MISSION = """

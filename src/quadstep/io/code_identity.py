@@ -3,7 +3,7 @@
 import contextlib
 import hashlib
 import sys
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import fields, is_dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -19,13 +19,17 @@ PLAIN = (bool, int, float, complex, str, bytes, type(None))
 
 def own_code(part: object) -> frozenset[str]:
     """Digests of the user's code of which a part of a flight, or anything in it, is made; none where all is this package's."""
-    inner = (
-        [getattr(part, one.name) for one in fields(part)] if is_dataclass(part) else part if isinstance(part, tuple) else ()
-    )
     module = getattr(part, "__module__", "") or ""
     code = code_of_module(module)
     own = {f"{code} {captured_digest(part, home(module))}"} if code or home(module) == "__main__" else set()
-    return frozenset(own.union(*map(own_code, inner)))
+    return frozenset(own.union(*map(own_code, inner(part))))
+
+
+def inner(part: object) -> Iterable[object]:
+    """What a part of a flight consists of."""
+    if is_dataclass(part):
+        return [getattr(part, one.name, None) for one in fields(part)]  # a class, or one with slots, may lack some
+    return part if isinstance(part, tuple) else ()
 
 
 def as_it_is(part: object) -> str:
@@ -34,7 +38,7 @@ def as_it_is(part: object) -> str:
     """
     parts, found = [part], []
     for one in parts:
-        parts += one if isinstance(one, tuple) else vars(one).values() if is_dataclass(one) else ()
+        parts += inner(one)
         found += [one] if is_own(type(one).__module__, LIVE) else []
     bases = {base for one in {type(one) for one in parts} for base in one.__mro__ if base.__module__.startswith("quadstep.")}
     for holder in (*bases, *(sys.modules[name] for name in {base.__module__ for base in bases})):
@@ -122,9 +126,9 @@ def captured_digest(thing: object, own: str) -> str:
         else:
             seen[id(one)] = len(seen), one
             said = (one if isinstance(one, type | FunctionType) else type(one)).__qualname__
-            inner = list(contents(one, own))
-            told.append(f"{said} {len(inner)}\n")
-            waiting += reversed(inner)
+            held = list(contents(one, own))
+            told.append(f"{said} {len(held)}\n")
+            waiting += reversed(held)
     return hashlib.sha256("".join(told).encode(errors="backslashreplace")).hexdigest()
 
 
