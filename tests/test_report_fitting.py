@@ -23,13 +23,17 @@ def test_units_shares_and_symbols_stay_together(text, lines):
     assert wrapped(text, 1.1, 9.0) == lines
 
 
-@pytest.mark.parametrize("width", [60.0, 88.0])
-def test_nothing_stands_beyond_the_edge_of_a_narrow_figure(width):
+@pytest.mark.parametrize("width", [60.0, 88.0, None])
+def test_nothing_stands_beyond_the_edge_of_a_figure(width):
     sheet, t = Sheet(("svg",), width), np.linspace(0.0, 1.0, 50)
-    panels = [Panel("norm of the weights", "-", {"a": t}), Panel("filtered errors", "m/s, rad/s", {"b": 1e-3 * t - 4e-4})]
+    panels = [
+        Panel("norm of the weights", "-", {"a": 3e-4 * t}),
+        Panel("filtered errors", "m/s, rad/s", {"b": 1e-3 * t - 4e-4}),
+    ]
     with drawing(sheet):
-        figure = arranged(t, panels, 1, sheet, False)
-        fit(figure)
+        figure = arranged(t, panels, 1 if width else 2, sheet, False)
+        if width:
+            fit(figure)
         inside(figure)
 
 

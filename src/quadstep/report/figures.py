@@ -24,7 +24,7 @@ LONGEST_LABEL = 18
 NAMES = 4
 """Most names of a legend beside one another."""
 
-LEFT, RIGHT, BETWEEN, LABEL, SPARE = 0.85, 0.15, 1.0, 0.62, 0.45
+LEFT, RIGHT, BETWEEN, LABEL, SPARE = 0.85, 0.15, 1.0, 0.66, 0.45
 """Room [in] left and right of the panels, between them, from an axis to the middle of its label, and for a legend that is
 wider than its panel.
 """
@@ -145,8 +145,7 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
         axes.set_visible(False)
     for axes in grid.flat:
         axes.yaxis.set_label_coords(-far / across, 0.5)
-        if tight:
-            axes.yaxis.label.set_verticalalignment("center")  # of one line or two
+        axes.yaxis.label.set_verticalalignment("center")  # of one line or two
     if log_time:
         logarithmic_time(grid[0, 0], t)
     shown = list(grid.T.flat[: len(panels)])
