@@ -380,6 +380,11 @@ def test_missions_on_different_paths_are_not_compared(tmp_path):
     result = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out")
     assert result.refused
     assert f"{one} and {other} fly different paths" in result.err
+    for part in ("score_from = 0.5\n", "[simulation]\nduration = 0.3\n"):
+        other = write(tmp_path, part + MISSION if "score" in part else MISSION + part, "part.toml")
+        result = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out")
+        assert result.refused
+        assert f"{one} and {other} count their errors over different times" in result.err
     assert not (tmp_path / "out").exists()
 
 

@@ -73,10 +73,24 @@ def test_every_number_in_metrics_json_may_be_named(mission, tmp_path, no_figures
     del content["mission"]
     names = list(scalars(content))
     assert "attitude.theta.angle_settling[s]" in names
-    options = [part for name in names for part in ("--require", f"{name}=1e9")]
+    options = [part for name in names for part in ("--require", f"{name}={requirements.BOUNDS.get(name, 1e9)!r}")]
     run = flown(mission, tmp_path, *options, "--json")
     assert run.code in (0, 4)
     assert [one["metric"] for one in json.loads(run.out)["requirements"]] == names
+
+
+@pytest.mark.parametrize(
+    ("required", "said"),
+    [
+        ("largest_tilt=45", "every flight meets that: an angle is in rad (45° are 0.785)"),
+        ("saturated_share=10", "every flight meets that: a share is from 0 to 1"),
+    ],
+)
+def test_a_requirement_in_degrees_or_percent_which_every_flight_would_meet_is_refused(mission, tmp_path, required, said):
+    path = write(tmp_path, "vehicle = { preset = 'x500' }\n" + LINE, "real.toml")
+    run = flown(path, tmp_path, "--require", required)
+    assert run.refused
+    assert said in run.err
 
 
 def test_a_time_that_is_never_reached_meets_no_requirement():

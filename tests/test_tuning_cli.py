@@ -85,6 +85,23 @@ def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
     assert f"{said} The tuned gains" in (tmp_path / "out" / "report.html").read_text()
 
 
+def test_gains_that_keep_no_constraint_are_not_praised_first(tmp_path):
+    done = tune(
+        written(tmp_path, QUICK.replace("constraints = {}", "constraints = { position_rmse = 1e-9 }")), tmp_path / "out"
+    )
+    said = "Even with the best gains found, constraints are broken in tuning."
+    assert done.out.startswith(said)
+    assert f'<p class="answer">{said} ' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("change", [("constraints = {}", "constraints = { phase_margin = 30.0 }"),
+                                    ("[tune]", "[margins]\nphase = 30.0\n[tune]")])  # fmt: skip
+def test_a_phase_margin_in_degrees_is_refused(tmp_path, change):
+    done = tune(written(tmp_path, QUICK.replace(*change)), tmp_path / "out")
+    assert done.refused
+    assert "phase" in done.err and "3.14" in done.err
+
+
 def test_the_table_changes_no_flight(tmp_path):
     plans = [read_mission(written(tmp_path, text)).plan() for text in (QUICK, PAPER)]
     assert fingerprint(plans[:1]) == fingerprint(plans[1:])

@@ -173,10 +173,6 @@ def show(done: "Tuned", folder: Path) -> None:
     flights = found.history[-1].flights
     before, after = found.present.judged.objective, found.best.judged.objective
     say(f"Objective over the flights used for tuning: {number(before)} -> {number(after)}, after {flights} flights.")
-    if not found.best.judged.feasible:
-        lost = found.best.judged.lost
-        wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
-        say(f"Even with the best gains found, {wrong} in tuning.")
     for sentence in (verdict, *done.evidence.graded):
         say(sentence)
     for gain in done.asked.gains:

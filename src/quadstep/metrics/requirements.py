@@ -20,6 +20,10 @@ class Requirement(NamedTuple):
     most: float
 
 
+BOUNDS = {"largest_tilt[rad]": math.pi, "overturned[rad]": math.pi, "heading_error[rad]": math.pi, "saturated_share": 1.0}
+"""What no flight exceeds: a limit above it was meant in degrees or percent."""
+
+
 class JudgedMetric(NamedTuple):
     """A requirement applied to a flight. metric: with its unit. measured: None where the flight has no such number."""
 
@@ -64,6 +68,14 @@ def with_full_names(wanted: Collection[Requirement], known: Collection[str]) -> 
             raise UserError(
                 f"{OPTION}: {one.metric!r:.60} is not a metric of this flight; allowed, with or without the unit: {allowed}"
             )
+        most = BOUNDS.get(full[one.metric], math.inf)
+        if one.most > most:
+            meant = (
+                f"an angle is in rad ({one.most:g}° are {math.radians(one.most):.3g})"
+                if most > 1.0
+                else "a share is from 0 to 1"
+            )
+            raise UserError(f"{OPTION} {one.metric}={one.most:g}: every flight meets that: {meant}")
     return [one._replace(metric=full[one.metric]) for one in wanted]
 
 

@@ -4,6 +4,7 @@ The keys of a mission depend on the plant: `Mission` has the keys that all have 
 subclasses, one per plant, add theirs. All of them are made by `check_mission`, from files and in Python.
 """
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -12,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, cast
 
-from pydantic import ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from quadstep.engines.fly import FlightPlan, fly, reason
 from quadstep.engines.loop import Loop
@@ -42,7 +43,7 @@ class MarginsSection(Section):
     """Least stability margins of a loop that is graded sound; they affect no flight."""
 
     gain: Annotated[NonNegative, Quantity("dB", "least gain margin, upwards and downwards")] = LEAST_GAIN
-    phase: Annotated[NonNegative, Quantity("rad", "least phase margin")] = LEAST_PHASE
+    phase: Annotated[NonNegative, Field(le=math.pi), Quantity("rad", "least phase margin")] = LEAST_PHASE
     delay: Annotated[
         NonNegative | None, Quantity("s", "least delay margin; default: twice the latency of sensors and commands")
     ] = None

@@ -91,6 +91,9 @@ def as_constraints(table: dict[str, object]) -> dict[str, Constraint]:
         limit = "least" if is_margin(key) else "most"
         given = {limit: one} if isinstance(one, int | float) and not isinstance(one, bool) else one
         found[key] = as_section(Constraint, given, key, f"a number or {{ {limit} = ..., share = ... }}")
+        least = found[key].least or 0.0
+        if key.startswith("phase_margin") and least > math.pi:
+            raise ValueError(f"{key}: should be at most 3.14 rad; {least:g}° are {math.radians(least):.3g} rad")
     return found
 
 

@@ -10,6 +10,7 @@ from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.check import check
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import MISSION, check_mission, refuse_others
+from quadstep.mission.schema import Mission
 from quadstep.report.publish import publishing
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of, digests
 from quadstep.studies.comparison.cells import Situation, StudyCell
@@ -39,9 +40,14 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
         except UserError as error:
             run.report_problem(Problem(("", name), str(error)))
     for one in found_cells[1:]:
+        pair = " and ".join(str(places[cell.controller]) for cell in (found_cells[0], one))
         if one.campaign.defaults.get("path") != found_cells[0].campaign.defaults.get("path"):
-            pair = " and ".join(str(places[cell.controller]) for cell in (found_cells[0], one))
             raise UserError(f"{pair} fly different paths, so their errors do not say which is better; give both one path")
+        if counted(one.mission) != counted(found_cells[0].mission):
+            raise UserError(
+                f"{pair} count their errors over different times, so these do not say which is better; give both one "
+                "simulation.duration and one score_from"
+            )
     identity = digest_of([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
     with publishing(folder, identity, run.how.overwrite, code=code_digest()) as out:
         for one in found_cells:
@@ -57,6 +63,11 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             entrants=tuple(as_flown(one, places[one.controller]) for one in found_cells),
         )
         return concluded(run, out, folder, about, flights, flown)
+
+
+def counted(mission: Mission) -> tuple[float, float]:
+    """From when to when errors count [s]."""
+    return mission.scored_from, mission.simulation.duration or mission.path.build(mission.folder).length
 
 
 def cell_of(name: str, path: Path, seeds: int) -> StudyCell:

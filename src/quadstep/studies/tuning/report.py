@@ -75,6 +75,15 @@ def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
     return f"Before you fly them: at rest the loop with the tuned gains is {said}; with the present gains it is {before}."
 
 
+def broken(asked: TuningRequest, found: SearchResult) -> str:
+    """What to say first where no gains were found that lose no flight and keep the constraints; else nothing."""
+    if found.best.judged.feasible:
+        return ""
+    lost = found.best.judged.lost
+    wrong = f"{lost} of {asked.seeds} flights are lost" if lost else "constraints are broken"
+    return f"Even with the best gains found, {wrong} in tuning."
+
+
 def gain_rows(asked: TuningRequest, found: SearchResult) -> list[tuple[str, ...]]:
     """Each gain, present and tuned, and whether it ends at an edge of its range."""
     both = (found.present.values, found.best.values)

@@ -27,7 +27,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.schema import digests, strings
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
 from quadstep.studies.tuning.objective import Compared, compare
-from quadstep.studies.tuning.report import caution, draw_search, evidence
+from quadstep.studies.tuning.report import broken, caution, draw_search, evidence
 from quadstep.studies.tuning.search import Candidate, Search, SearchResult, check_budget, shown_flights
 
 TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
@@ -67,7 +67,7 @@ def tune(
         content = wanted.with_gains(found.best.values)
         mission = check_mission(content, TUNED, path.parent)
         grade = grading(mission)
-        first = caution(grading(wanted.mission), grade)
+        first = " ".join(filter(None, (broken(wanted, found), caution(grading(wanted.mission), grade))))
         elsewhere = write_mission(out, wanted, content, first)
         write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
