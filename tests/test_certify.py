@@ -112,12 +112,17 @@ def test_the_targets_are_what_the_plant_lacks():
     known = estimate + 250.0 * h.r2 + 10.0 * h.integral_2
     assert lengths(left + known - second)[middle].max() < 0.05 * lengths(second)[middle].max()
     assert lengths(moment).max() > 0.4
+    largest = [lengths(one).max() for one in (first, second)]
+    assert record(c)["nets"]["largest_target"] == pytest.approx(largest, rel=1e-9)
 
 
 def test_the_missing_force_is_bounded_by_thrust_times_attitude_error_and_filter():
     h = rich().history
     assert (lengths(h.delta) <= h.thrust * lengths(h.e2[:, 1:]) + lengths(h.lag) + 1e-12).all()
-    assert record(rich())["coupling"]["share_within_u_e2_and_filter"] == 1.0
+    said = record(rich())["coupling"]
+    assert said["share_within_u_e2_and_filter"] == 1.0
+    work, r = np.mean(lengths(h.r1) * lengths(h.delta)), np.concatenate([h.r1, h.r2], axis=1)
+    assert said["ratio_in_the_mean"] == pytest.approx(work / (rich().conditions.k_min * np.mean(lengths(r) ** 2)))
 
 
 def test_least_squares_leaves_a_residual_orthogonal_to_the_basis():

@@ -60,6 +60,21 @@ def test_a_function_stays_in_its_enclosure(name):
     assert most <= 0.0
 
 
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_stays_in_its_enclosure_of_second_order(name):
+    """Where products of directions have directions of their own, what is of third order is left to the rest."""
+    count, rng = len(CENTRES), np.random.default_rng(3)
+    found = FUNCTIONS[name](*seeded(CENTRES, spread(CENTRES, RADII), spare=count * count + 4, second=count))
+    others = found.rest + np.abs(found.parts[count + count * count :]).sum(axis=0)
+    rounding = 1e-15 * (np.abs(found.centre) + np.abs(found.parts).sum(axis=0))
+    for trial in range(200):
+        e = rng.uniform(-1.0, 1.0, CENTRES.shape)
+        e = np.sign(e) if trial % 2 else e
+        powers = np.concatenate([e, (e[:, None] * e).reshape(count * count, -1)])
+        parabola = found.centre + (found.parts[: len(powers)] * powers).sum(axis=0)
+        assert (np.abs(FUNCTIONS[name](*(CENTRES + RADII * e)) - parabola) <= others + rounding).all()
+
+
 @pytest.mark.parametrize("name", EXACT)
 def test_a_box_without_width_holds_the_exact_value_and_the_one_that_flies(name):
     """Two roundings apart at most: the rest is a few units in the last place."""
