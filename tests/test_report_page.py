@@ -184,6 +184,12 @@ def test_a_page_lists_its_sections_and_prints_on_a4(tmp_path):
     assert "<nav" not in markup.page_text("T", [markup.heading("one", "one")])
 
 
+@pytest.mark.parametrize(("height", "kind"), [(300.0, ""), (400.5, ' class="tall"')])
+def test_only_a_tall_figure_may_fill_a_page_of_paper(height, kind):
+    drawn = f'<svg data-axes="[]" width="576pt" height="{height}pt" viewBox="0 0 576 {height}"></svg>'
+    assert markup.inline_figure(drawn, "What to see").startswith(f"<figure{kind}>")
+
+
 def test_a_figure_without_svg_is_its_png(tmp_path):
     job().draw(tmp_path, Sheet(("png",)))
     assert 'src="data:image/png;base64,' in markup.figure(tmp_path / "curve", "A curve")
