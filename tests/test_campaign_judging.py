@@ -6,14 +6,39 @@ import pytest
 
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import read_campaign
-from tests.campaigns import MASS, fly, manifest, written
+from tests.campaigns import MASS, SHORT, fly, manifest, written
 from tests.verdicts import checked, properties
 
 FAILING = f"{MASS}[failure]\nlargest_error = 1e-9\n"
 
 
+UNDEFINED = """from quadstep.own import Metric
+
+
+class Undefined(Metric):
+    name, unit = "undefined", "m"
+
+    def start(self):
+        return 0.0
+
+    def add(self, sums, sample):
+        return sums
+
+    def value(self, sums):
+        return sums / sums
+"""
+
+
 def success(folder):
     return manifest(folder)["summary"]["success"]
+
+
+@pytest.mark.parametrize(("limits", "good"), [("", 1.0), ("[failure]\nundefined = 8.0\n", 0.0)])
+def test_a_metric_without_a_value_fails_a_flight_only_where_it_has_a_limit(tmp_path, limits, good):
+    (tmp_path / "undefined.py").write_text(UNDEFINED, encoding="utf-8")
+    path = written(tmp_path, MASS + limits, 'metrics = ["undefined.py:Undefined"]\n' + SHORT, "flights = 10\n")
+    assert fly(path, tmp_path / "out").code == 0
+    assert success(tmp_path / "out")["value"] == good
 
 
 def test_the_lower_end_of_the_interval_must_reach_what_is_required(tmp_path):

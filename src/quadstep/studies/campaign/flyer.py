@@ -192,12 +192,10 @@ def table(
 
 
 def judged(table: "pa.Table", campaign: Campaign) -> "pa.Table":
-    """The flights with a last column that says which succeed: those completed, every metric known and not above its
-    limit.
+    """The flights with a last column that says which succeed: those completed with every metric that has a limit known and
+    not above it.
     """
     success = table[OUTCOME].to_numpy() == OUTCOMES[Outcome.COMPLETED]
-    for name in campaign.metrics:
-        success &= np.isfinite(table[name].to_numpy())
     for name, most in campaign.file.failure.items():
         success &= table[campaign.thresholds[name]].to_numpy() <= most
     rest = table.drop_columns([SUCCESS]) if SUCCESS in table.column_names else table
