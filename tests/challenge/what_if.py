@@ -1,5 +1,6 @@
 """What `quadstep what-if` says of a change of parameters, against more flights of a campaign with another seed."""
 
+import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -94,12 +95,16 @@ def answered(seed: int) -> Iterator[Answered]:
                 yield Answered(said["failed"][name]["low"], said["failed"][name]["high"], truth, f"fail, {name}: {case}")
             for name, found in said["metrics"].items():
                 values = [one[name] for one in sides]
-                means = [float(one[some].mean()) for one, some in zip(values, kept, strict=True)]
-                means.append(float((values[1] - values[0])[both].mean()))
+                means = [mean(one[some]) for one, some in zip(values, kept, strict=True)]
+                means.append(mean((values[1] - values[0])[both]))
                 for when, truth in zip(("before", "after", "difference"), means, strict=True):
                     one = found[when]
                     if one and one["low"] is not None and np.isfinite(truth):
                         yield Answered(one["low"], one["high"], truth, f"{name}, {when}: {case}")
+
+
+def mean(values: np.ndarray) -> float:
+    return float(values.mean()) if len(values) else math.nan
 
 
 def intervals(seed: int) -> Iterable[Attempt]:

@@ -35,8 +35,8 @@ UNHEARD = 0.5
 excited, as nothing but a resonance grows beyond.
 """
 
-HIDDEN = 0.4
-"""Largest gain of a resonance beyond, with larger gains: 8 dB below 1, as noise tells it to 2 dB or so."""
+HIDDEN = 0.32
+"""Largest gain of a resonance beyond, with larger gains: 10 dB below 1, as noise tells it to 4 dB."""
 
 STEP, STEPS = 1.1, 15
 """Factor from one value of a parameter that is tried to the next, and how many are."""

@@ -73,7 +73,7 @@ class IdentifiedPlant(NamedTuple):
         return (
             f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a "
             f"delay of {1e3 * delay:.3g} ms. It tells the loop beyond what was excited, but for a resonance there, whose gain "
-            f"is at most {self.hidden:.2g} by the noise in the command."
+            f"is at most about {self.hidden:.2g} by the noise in the command."
         )
 
     def as_json(self) -> dict[str, float]:
