@@ -101,6 +101,7 @@ fuzz: $(READY)
 lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/python -m pytest -q -p no:cacheprovider tests/test_structure.py -k "order or rooms or circle"
 
 types: $(READY)
 	$(BIN)/mypy
