@@ -142,7 +142,7 @@ def tune(
 ) -> None:
     """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights not used for tuning.
 
-    Writes tuned.toml, report.html, history.csv, a picture, table.tex and metrics.json. The mission's table
+    Writes tuned.toml, report.html, history.csv, a figure, table.tex and metrics.json. The mission's table
     [tune] says what may change, and what is better (docs/tuning.md).
     """
     check_seed(seed)

@@ -39,7 +39,7 @@ def linear(
     Latency, rotor lag and the rate of every loop are exact; noise and turbulence are left out. Writes report.html,
     linear.json, margins.csv, poles.csv and figures/ (docs/linear.md).
 
-    Exit code 0: linearised, stable or not. 2: bad input, no state of rest, or a law that has no slope there.
+    Exit code 0: linearised, stable or not. 2: bad input, no state of rest, or a law without a derivative there.
     """
     folder, drawn_on = out or Path("out") / f"{file.stem}-linear", drawing.sheet()
     drawn = "mission" in read_toml(file)

@@ -188,7 +188,7 @@ def setpoint_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -
     one = axis_excitation(path, found, loop, place)
     if one.explained < EXPLAINED:
         raise UserError(
-            f"{path}: {loop.command}: {100 * max(one.explained, 0.0):.0f} % of it are what {loop.named} of the log make of "
+            f"{path}: {loop.command}: {loop.named} of the log explain {100 * max(one.explained, 0.0):.0f} % of it from "
             f"{loop.setpoint} and {loop.rate}; {100 * EXPLAINED:g} % are needed: gains changed, or another controller flew"
         )
     source = loop.setpoint, loop.rate, loop.command

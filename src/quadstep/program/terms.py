@@ -187,5 +187,5 @@ def decimal(value: Fraction) -> str:
     """A float's value for Gappa: a whole number times a power of two."""
     power = value.denominator.bit_length() - 1
     if value.denominator != 1 << power:
-        raise ValueError(f"{value} is no float")
+        raise ValueError(f"{value} is not a float")
     return f"{value.numerator}b-{power}" if power else str(value.numerator)

@@ -75,7 +75,7 @@ def write_file(path: Path, form: str, found: Certificate | SetCertificate, prove
 def refuse_unsealed(path: Path, content: Mapping[str, object]) -> None:
     """Refuses a certificate without a digest, as those of earlier versions are. Raises UserError."""
     if SEAL not in content:
-        raise UserError(f"{path}: has no digest of its content ({SEAL!r}), so it was changed or is old; prove it anew")
+        raise UserError(f"{path}: has no digest of its content ({SEAL!r}), so it was changed or is old; prove it again")
 
 
 def packed(flown: Array) -> str:

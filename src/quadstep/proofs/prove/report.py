@@ -127,7 +127,7 @@ def place_beside(certificate: Path) -> Path:
     """Where the report of a certificate goes. Raises UserError for a file that is no such report."""
     path = certificate.with_suffix(".html")
     if path == certificate:
-        raise UserError(f"{path}: the report is written there; give the certificate another ending, such as .json")
+        raise UserError(f"{path}: the report is written there; give the certificate another file extension, such as .json")
     if path.exists() and (not path.is_file() or MARK not in path.read_text(encoding="utf-8", errors="replace")):
         raise UserError(f"{path}: exists and is not a report of `quadstep prove`; choose another --out")
     return path

@@ -142,7 +142,7 @@ def refuse_idle(loop: SampledLoop, names: list[str], slopes: Array) -> None:
     """Raises UserError for numbers that keep any value they are given."""
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
-        raise UserError(f"{loop.said(*found)}: to first order these keep any value given and do not return on their own")
+        raise UserError(f"{loop.said(*found)}: to first order these stay wherever they are, and do not return by themselves")
 
 
 def refuse_neutral(loop: SampledLoop, names: list[str], returns: Array) -> None:
@@ -150,7 +150,7 @@ def refuse_neutral(loop: SampledLoop, names: list[str], returns: Array) -> None:
     _, sizes, ways = np.linalg.svd(returns)
     if len(names) and sizes[-1] < NEUTRAL:
         named = loop.said(*(names[i] for i in np.argsort(-np.abs(ways[-1]), stable=True)[:3]))
-        raise UserError(f"{named}: to first order a combination of these keeps any value given, and does not return by itself")
+        raise UserError(f"{named}: to first order a combination of these stays wherever it is, and does not return by itself")
 
 
 def refuse_edge(loop: SampledLoop, names: list[str], bent: NDArray[np.bool_]) -> None:
