@@ -300,6 +300,21 @@ def test_a_flood_of_one_student_is_one_submission(room, port):
     assert ask(port, "/submit", other, "[controller]\n")[0] == 303, "others are not kept waiting"
 
 
+def test_a_reader_whose_submission_is_refused_has_the_text_still_and_a_way_back(room, port):
+    ada = next(iter(room.members))
+    browser = {"Accept": "text/html,*/*;q=0.8"}
+    assert ask(port, "/submit", ada, "[controller]\n")[0] == 303
+    status, headers, text = ask(port, "/submit", ada, urlencode({"mission": "# <b>mine</b>\n"}), headers=browser)
+    assert (status, headers["Content-Type"]) == (429, "text/html; charset=utf-8")
+    assert "Your last submission has not been flown yet." in text
+    assert '<a href="/">' in text and "http-equiv" not in text
+    assert "# &lt;b&gt;mine&lt;/b&gt;\n</textarea>" in text and "<b>mine" not in text
+    status, _, text = ask(port, "/submit", ada, b"\xff", headers=browser)
+    assert status == 400 and "text in UTF-8" in text and '<a href="/">' in text
+    assert "Waiting to be flown" in ask(port, "/submit", ada)[2], "reloaded, it is the board"
+    assert ask(port, "/submit", ada, "[controller]\n")[1]["Content-Type"].startswith("text/plain"), "in a terminal, one line"
+
+
 @pytest.mark.parametrize(("length", "status"), [
     ("1" * 5000, 411),
     ("999999999", 413),

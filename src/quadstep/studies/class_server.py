@@ -82,18 +82,21 @@ class ClassHandler(Handler):
         return self.submitted(member) if self.command == "POST" else self.shown(member)
 
     def submitted(self, member: Member) -> Answer:
+        text = ""
         try:
-            self.room.submit(member, self.sent)
+            text = self.sent()
+            self.room.submit(member, text)
         except Refusal as refusal:
+            if "text/html" in self.headers.get("Accept", ""):
+                return self.board(member, refusal, text)
             return Answer(refusal.status, KINDS[".txt"], f"{refusal}\n")
         return Answer(HTTPStatus.SEE_OTHER, KINDS[".txt"], "It will be flown.\n", headers={"Location": "/"})
 
     def shown(self, member: Member) -> Answer:
         """The answer to what a student asks to see."""
         path, page = self.path.partition("?")[0], member.folder / f"{member.latest}" / "page.html"
-        if path == "/":
-            policy = POLICY.replace("form-action 'none'", "form-action 'self'")
-            return Answer(HTTPStatus.OK, KINDS[".html"], board(self.room, member), headers={"Content-Security-Policy": policy})
+        if path in ("/", "/submit"):  # where a reader is whose submission was refused
+            return self.board(member)
         if path == "/favicon.ico":  # what browsers ask for of themselves
             return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
         if path == "/mission.toml":
@@ -101,6 +104,13 @@ class ClassHandler(Handler):
         if path == "/mine" and member.latest and files.is_file(page):
             return Answer(HTTPStatus.OK, KINDS[".html"], file=files.opened(page, files.PAGE, links=False))
         return Answer(HTTPStatus.NOT_FOUND, KINDS[".txt"], "There is nothing here. The board is at /\n")
+
+    def board(self, member: Member, refusal: Refusal | None = None, text: str = "") -> Answer:
+        policy = POLICY.replace("form-action 'none'", "form-action 'self'")
+        status = refusal.status if refusal else HTTPStatus.OK
+        return Answer(
+            status, KINDS[".html"], board(self.room, member, refusal, text), headers={"Content-Security-Policy": policy}
+        )
 
     def sent(self) -> str:
         """The text of a submission: the body, or the field of the form. Raises Refusal."""
@@ -118,8 +128,8 @@ class ClassHandler(Handler):
         raise Refusal(HTTPStatus.BAD_REQUEST, said)
 
 
-def board(room: Room, member: Member) -> str:
-    """The page of a student as HTML, every text escaped."""
+def board(room: Room, member: Member, refusal: Refusal | None = None, text: str = "") -> str:
+    """The page of a student as HTML, every text escaped. refusal, text: of a submission that is not taken."""
     words, symbol = units.metric(room.ground.metric)
     rows = [
         [f"{place}", f"{one.name} (you)" if one is member else one.name, units.quantity(one.value or 0.0, symbol)]
@@ -128,17 +138,21 @@ def board(room: Room, member: Member) -> str:
     best = "" if member.value is None else f"Your best: {units.quantity(member.value, symbol)}. "
     mine = f'<p>{best}<a href="/mine">Your latest flight</a>, with a slider for every gain.</p>' if member.latest else ""
     free = ", ".join(room.ground.free)
-    waits = '<meta http-equiv="refresh" content="3">' if member.waits else ""
+    waits = member.waits and not refusal
+    again = '<meta http-equiv="refresh" content="3; url=/">' if waits else ""
+    written = text or member.text or first_text(room.mission, room.ground.free)
+    why = f"<b>Not taken: {escape(str(refusal))}</b>{' Your text is below.' if text else ''}"
     body = [
+        f'<p role="alert">{why} <a href="/">Back to the board</a></p>' if refusal else "",
         paragraph(f"{member.name}. {member.said}", escape), mine,
         table(("", "student", words), rows, escape) if rows else paragraph("Nobody has flown it yet."),
         heading("Submit", "submit"),
         paragraph(f"All fly the same mission; the smallest {words} wins. You may change only {free}.", escape),
         '<p>Remove the # before a gain and change it, or send a whole mission like <a href="/mission.toml">the '
         "class's</a>; what you leave out is taken from there. Code is never run.</p>",
-        "" if member.waits else FORM.replace("{}", escape(member.text or first_text(room.mission, room.ground.free))),
+        "" if waits else FORM.replace("{}", escape(written)),
     ]  # fmt: skip
-    return page_text(room.mission.name, body, "Class", STYLE + waits)
+    return page_text(room.mission.name, body, "Class", STYLE + again)
 
 
 def class_server(room: Room, port: int, access: Access) -> Server:

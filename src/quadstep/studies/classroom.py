@@ -15,7 +15,6 @@ import resource
 import secrets
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from http import HTTPStatus
@@ -177,12 +176,10 @@ class Room:
         given = token.encode("utf-8", "replace")
         return next((one for known, one in self.members.items() if hmac.compare_digest(given, known.encode())), None)
 
-    def submit(self, member: Member, sent: Callable[[], str]) -> None:
-        """Put what a student sends into the queue, unless it is too soon. sent: reads it. Raises Refusal."""
-        self.check_turn(member)
-        text = sent()
+    def submit(self, member: Member, text: str) -> None:
+        """Put what a student sends into the queue, unless it is too soon. Raises Refusal."""
         with self.lock:
-            self.check_turn(member)  # two may come at once
+            self.check_turn(member)
             member.waits, member.last, member.said, member.text = True, time.monotonic(), "Waiting to be flown.", text
             self.waiting.put((member, text))
 
