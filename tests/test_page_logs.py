@@ -90,7 +90,8 @@ def test_logs_are_dropped_on_the_page(open_page, tmp_path, record):
     ulg.write_bytes(made_logs.ulog(record, record.motors))
     made_logs.mcap(mcap, record, record.motors, lambda file: Writer(file, compression=CompressionType.NONE))
     for path, kind, name in ((csv, "CSV", "x"), (ulg, "ULog", "x"), (mcap, "MCAP", "state.p[0]")):
-        assert drop(page, path).startswith(f"Opened {path.name}: {kind} with ")
+        said = drop(page, path)
+        assert said.startswith(f"Opened {path.name}: {kind} with ") and "quadstep advise" in said
         assert page.locator(".chip:visible").inner_text().startswith(path.name)
         values = signal(page, name)[1]
         wanted = [1.0, 2.0, 4.0] if path is csv else record.channels["position"][:, 0].astype("f4" if path is ulg else "f8")
@@ -106,7 +107,8 @@ BROKEN = [
     ("a.csv", b"t,x\n1,1\n0,2\n", "line 3: its time, column t"),
     ("a.csv", b"t,x\nnow,1\nthen,2\n", "line 2: its time, column t"),
     ("a.csv", b"t,x\n0,a\n1,b\n", "without a signal"),
-    ("a.bin", bytes(100), "is not a CSV, ULog or MCAP file"),
+    ("a.bin", bytes(100), "is not a CSV, ULog or MCAP file; “quadstep advise” reads it"),
+    ("a.png", bytes(100), "is not a CSV, ULog or MCAP file."),
     ("a.ulg", b"ULog\x01\x12\x35\x01" + bytes(8), "ULog without a signal"),
     ("a.ulg", b"ULog\x01\x12\x35\x01" + bytes(range(256)) * 4, "ULog"),
     ("a.mcap", b"\x89MCAP0\r\n" + b"\x04" + bytes([255] * 8), "MCAP"),

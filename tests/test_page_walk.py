@@ -37,10 +37,12 @@ show = { K_r1 = 1.5 }
 
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory):
-    """Two steps on one short flight."""
+    """Two steps, each on a short flight of its own."""
     folder = tmp_path_factory.mktemp("walk")
     write(folder, LINE)
-    story = write(folder, "# A walk\n\n" + STEP.format(number=1) + STEP.format(number=2), "story.md")
+    write(folder, LINE, "other.toml")
+    second = STEP.format(number=2).replace("mission.toml", "other.toml")
+    story = write(folder, "# A walk\n\n" + STEP.format(number=1) + second, "story.md")
     return write(folder, fly_missions([], story=read_story(story)), "page.html")
 
 
@@ -61,8 +63,10 @@ def test_a_step_begins_in_sight_and_with_the_focus(open_page, page_file, width, 
         page.click(f"#guide-{button}")
         assert page.locator("#guide h2").inner_text() == title
         assert_new("#guide h2")
+        assert page.locator("#walk").is_hidden()  # what a step moves and shows needs the room
     page.click("#guide-finish")
     assert_new("#guide-start")
+    assert page.locator("#walk").is_visible()
 
 
 @pytest.mark.parametrize(("place", "said", "width"), [(0, "✕", 360), (1, "✓", 1200)])

@@ -100,6 +100,8 @@ def test_no_words_of_the_scene_stand_under_what_explains_it(open_page):
             labels = page.evaluate(BOXES, ".label")
             seen |= {one["text"] for one in labels}
             assert_apart(labels, page.evaluate(BOXES, "#legend, #caption, #camera, .badge"))
+            for place, label in enumerate(labels):
+                assert_apart([label], labels[place + 1 :])
     assert len(seen) > 8
     for part in ("#legend", "#caption"):
         colour = page.locator(part).evaluate("one => getComputedStyle(one).backgroundColor")

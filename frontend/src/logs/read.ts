@@ -17,6 +17,6 @@ export function readLog(name: string, buffer: ArrayBuffer): Log {
   const begins = (magic: readonly number[]): boolean => magic.every((byte, i) => bytes[i] === byte);
   if (begins(ULOG)) return readUlog(short, buffer);
   if (begins(MCAP)) return readMcap(short, buffer);
-  if (bytes.subarray(0, 4096).includes(0)) throw new BadFile(`${short}: it is not a CSV, ULog or MCAP file`);
+  if (bytes.subarray(0, 4096).includes(0)) throw new BadFile(`${short}: it is not a CSV, ULog or MCAP file${/\.(bin|bbl|bfl)$/i.test(name) ? "; “quadstep advise” reads it" : ""}`);
   return readCsv(short, new TextDecoder().decode(buffer));
 }

@@ -50,13 +50,11 @@ export class Axes {
 
   label(labels: Labels, camera: PerspectiveCamera): void {
     const { step, floor, at } = this;
-    NAMES.forEach((name, axis) => {
-      for (let k = 1; k <= MARKS; k += 1) {
-        at.set(0, 0, floor).setComponent(axis, k * step);
-        if (k % 2 === 0) labels.put("tick", `${plain(Number((k * step).toPrecision(6)))} m`, at, camera);
-      }
-      at.set(0, 0, floor).setComponent(axis, step * (MARKS + 0.9));
-      labels.put("axis", name, at, camera);
-    });
+    const put = (kind: "axis" | "tick", text: string, axis: number, far: number): void =>
+      labels.put(kind, text, at.set(0, 0, floor).setComponent(axis, far), camera);
+    NAMES.forEach((name, axis) => put("axis", name, axis, step * (MARKS + 0.9))); // before numbers, which make room for them
+    for (let k = MARKS; k > 0; k -= 2) {
+      NAMES.forEach((_, axis) => put("tick", `${plain(Number((k * step).toPrecision(6)))} m`, axis, k * step));
+    }
   }
 }

@@ -71,7 +71,9 @@ export class Labels {
     const left = past && kind !== "axis" && kind !== "tick";
     if (past && kind === "tick") return;
     const top = y + RISE[kind];
-    if (this.clash({ left: left ? x - long : x, right: left ? x : x + long, top, bottom: top + HEIGHT })) return;
+    const area = { left: left ? x - long : x, right: left ? x : x + long, top, bottom: top + HEIGHT };
+    if (this.clash(area)) return;
+    this.taken.push(area);
     const element = (this.pool[this.used] ??= this.make());
     this.used++;
     const name = `label ${kind}${left ? " left" : ""}`;

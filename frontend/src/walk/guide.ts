@@ -100,7 +100,7 @@ export class Guide {
     };
     fill(
       this.host,
-      h("p", { class: "guide-place" }, `Step ${place + 1} of ${last + 1}`, button("Leave the walk", "guide-leave", undefined)),
+      h("p", { class: "guide-place" }, `Step ${place + 1} of ${last + 1} · ${this.session.page.flights.find(({ id }) => id === step.flight)!.name}`, button("Leave the walk", "guide-leave", undefined)),
       h("progress", { max: last + 1, value: place + 1, "aria-label": "Progress of the walk" }),
       h("h2", { tabindex: -1 }, ...rich(step.title)),
       ...(step.guess ? [] : text),

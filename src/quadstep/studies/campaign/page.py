@@ -26,6 +26,7 @@ from quadstep.report.evidence import Evidence
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import PlannedBatch, planner
 from quadstep.studies.campaign.schema import Campaign, campaign_of, read_campaign
+from quadstep.studies.campaign.varied import variation_text
 from quadstep.studies.tuning.ground import TuningRequest
 
 MOST_FLIGHTS = 1000
@@ -85,7 +86,7 @@ def of_batch(batch: PlannedBatch, campaign: Campaign) -> Rate:
         every=batch.ticks.every,
         results=OUTCOME + len(flatten(batch.loop.start(batch.start, batch.parameters).score)),
         failure={name: float(most) for name, most in campaign.file.failure.items()},
-        keys=tuple(campaign.file.keys),
+        keys=tuple(f"{key} ({variation_text(campaign.file, key)})" for key in campaign.file.keys),
     )  # fmt: skip
 
 
