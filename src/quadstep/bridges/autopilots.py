@@ -155,17 +155,17 @@ class AutopilotKind(NamedTuple):
 
 
 def by_mavlink(
-    station: Station, _: PilotFunction, __: Address, plan: FlightPlan, ___: Model, found: AutopilotSettings, where: str,
+    station: Station, _: PilotFunction, __: Address, plan: FlightPlan, ___: Model, settings: AutopilotSettings, where: str,
     said: Told,
 ) -> GroundStation:  # fmt: skip
-    return Pilot(station, where, plan, found.frame, found.curve, said)
+    return Pilot(station, where, plan, settings.frame, settings.curve, said)
 
 
 def by_sticks(
-    one: PilotFunction, motors: Address, plan: FlightPlan, model: Model, found: AutopilotSettings, where: str, said: Told
+    one: PilotFunction, motors: Address, plan: FlightPlan, model: Model, settings: AutopilotSettings, where: str, said: Told
 ) -> GroundStation:
     """By the sticks of a remote control, with Betaflight's console."""
-    return Sticks(plan, model, console(where), found.frame, motors.port, lambda: one.last, said)
+    return Sticks(plan, model, console(where), settings.frame, motors.port, lambda: one.last, said)
 
 
 KINDS = {
@@ -271,15 +271,15 @@ class AutopilotSection(PilotedSection):
             )
         return kind.matching(plan.parameters, plant.geometry)
 
-    def watch(self, told: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
+    def watch(self, say: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
         for one in CONNECTIONS.values():
-            one.told, one.first_wait, one.pilot, one.kept = told, first_wait, None, True
+            one.told, one.first_wait, one.pilot, one.kept = say, first_wait, None, True
 
-    def lead(self, plan: FlightPlan, model: Model, where: str, said: Callable[[str], None]) -> None:
+    def lead(self, plan: FlightPlan, model: Model, where: str, say: Callable[[str], None]) -> None:
         found, kind = self.matching(plan), KINDS[self.type]
         motors = address(self.connect, kind.port)
         for one in CONNECTIONS.values():
-            one.pilot = partial(kind.station, one, motors, plan, model, found, where, said)
+            one.pilot = partial(kind.station, one, motors, plan, model, found, where, say)
 
     def build(self, vehicle: ModelledVehicle, folder: Path) -> BuiltController:
         model = vehicle.model()

@@ -152,9 +152,9 @@ class Sticks:
 
     def __init__(
         self, plan: FlightPlan, model: Model, where: Address, frame: Mapping[str, float], port: int,
-        shares: Callable[[], list[float]], told: Callable[[str], None],
+        shares: Callable[[], list[float]], say: Callable[[str], None],
     ) -> None:  # fmt: skip
-        self.plan, self.model, self.where, self.frame, self.shares, self.told = plan, model, where, frame, shares, told
+        self.plan, self.model, self.where, self.frame, self.shares, self.told = plan, model, where, frame, shares, say
         self.outer = BetaflightRates.gains(model).outer
         self.full = float(model.per_speed * model.fastest * model.fastest)
         self.place = where.host, port + 2

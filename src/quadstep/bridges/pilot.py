@@ -80,9 +80,9 @@ class Pilot:
 
     def __init__(
         self, station: Station, where: str, plan: FlightPlan, frame: Mapping[str, float],
-        curve: Mapping[str, float], told: Callable[[str], None],
+        curve: Mapping[str, float], say: Callable[[str], None],
     ) -> None:  # fmt: skip
-        self.station, self.where, self.plan, self.told = station, where or station.connect, plan, told
+        self.station, self.where, self.plan, self.told = station, where or station.connect, plan, say
         self.frame, self.wanted = frame, {**frame, **curve}
         self.duration = plan.ticks.last * plan.ticks.step
         self.link: Connection | None = None

@@ -138,12 +138,12 @@ def check_hold(hold: float) -> None:
 
 
 def serve(
-    plan: FlightPlan, connect: str, kind: SetpointKind, rate: float, hold: float, told: Callable[[float], None],
+    plan: FlightPlan, connect: str, kind: SetpointKind, rate: float, hold: float, progress: Callable[[float], None],
     heard: Callable[[], None] = lambda: None,
 ) -> int:  # fmt: skip
     """Send the path of a plan once, in its own time, then its last point at rest for `hold` [s]; the number of setpoints.
 
-    told: of the time [s] after each. heard: called once a vehicle was heard.
+    progress: of the time [s] after each. heard: called once a vehicle was heard.
 
     Raises UserError for an address that cannot be opened, a vehicle that is not heard, and where pymavlink is absent.
     """
@@ -157,7 +157,7 @@ def serve(
         if beat.autopilot == ARDUPILOT and kind is not SetpointKind.POSITION:
             refuse_climb_rate(link, kind)
         heard()
-        return stream(plan, link, kind, rate, hold, told)
+        return stream(plan, link, kind, rate, hold, progress)
     finally:
         link.close()
 
@@ -237,7 +237,7 @@ def at_rest(reference: Reference) -> Reference:
 
 
 def stream(
-    plan: FlightPlan, link: Connection, kind: SetpointKind, rate: float, hold: float, told: Callable[[float], None]
+    plan: FlightPlan, link: Connection, kind: SetpointKind, rate: float, hold: float, progress: Callable[[float], None]
 ) -> int:
     duration, started, count = plan.ticks.last * plan.ticks.step, time.monotonic(), 0
     while count / rate <= duration + hold:
@@ -247,5 +247,5 @@ def stream(
         one = setpoint(plan, reference if at <= duration else at_rest(reference))
         send(link, kind, at, one)
         count += 1
-        told(at)
+        progress(at)
     return count

@@ -172,19 +172,19 @@ def processors(exported: Exported, measured: Measurements) -> list[str]:
     return parts
 
 
-def instructions(exported: Exported, found: OnArm, clock: float, pace: float) -> list[tuple[str, str]]:
+def instructions(exported: Exported, counts: OnArm, clock: float, pace: float) -> list[tuple[str, str]]:
     """Rows of the instructions of each function and their share of its period."""
-    assert found.counted
+    assert counts.counted
     clocked = exported.clocked
     periods = {"made": clocked.period("law"), **{name: clocked.period(name) for name in clocked.every}}
     rows = []
-    for name, worst in found.counted.worst.items():
+    for name, worst in counts.counted.worst.items():
         share = worst / pace / clock / periods[name]
         said = (
-            f"{worst} at worst, {found.counted.average[name]} on average; {100.0 * share:.2g} % of {1e3 * periods[name]:g} ms"
+            f"{worst} at worst, {counts.counted.average[name]} on average; {100.0 * share:.2g} % of {1e3 * periods[name]:g} ms"
         )
         rows.append((f"instructions of {name}", f"{said} at {1e-6 * clock:g} MHz and {pace:g} a cycle"))
-    due = sum(worst for name, worst in found.counted.worst.items() if name != "made")
+    due = sum(worst for name, worst in counts.counted.worst.items() if name != "made")
     rows.append(("all but made due at once", f"{due} instructions, {100.0 * due / pace / clock / 1e-3:.2g} % of 1 ms"))
     return rows
 
@@ -222,10 +222,10 @@ def guarantees() -> str:
     )
 
 
-def misra(found: dict[str, int] | None) -> str:
-    if found is None:
+def misra(counts: dict[str, int] | None) -> str:
+    if counts is None:
         return "Not checked: export with --measure where cppcheck is installed."
-    if not found:
+    if not counts:
         return "cppcheck's addon finds no deviation."
-    rows = [(rule, str(count), REASONS.get(rule, "not judged yet")) for rule, count in found.items()]
+    rows = [(rule, str(count), REASONS.get(rule, "not judged yet")) for rule, count in counts.items()]
     return "Deviations that cppcheck's addon finds:\n\n" + markdown_table(("rule", "places", "why"), rows)

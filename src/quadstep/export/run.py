@@ -93,7 +93,7 @@ LONGEST = 8.0
 """Seconds of the flight in f32."""
 
 
-def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Callable[[str], None]) -> Measurements:
+def measurements(exported: Exported, plan: FlightPlan, folder: Path, say: Callable[[str], None]) -> Measurements:
     absent: list[str] = []
     on_arm: dict[str, arm.OnArm] = {}
     lacking = arm.missing_programs()
@@ -103,7 +103,7 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
     elif exported.precise:
         absent.append("code, stack and instructions: Cortex-M4F computes in f32")
     else:
-        told("measuring on Cortex-M")
+        say("measuring on Cortex-M")
         if lacking:
             absent.append(f"instructions: {arm.MACHINE} not found (Debian: qemu-system-arm)")
         with tempfile.TemporaryDirectory() as work:
@@ -115,17 +115,17 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
     if no_cppcheck():
         absent.append("MISRA: cppcheck not found (Debian: cppcheck)")
     else:
-        told("checking MISRA rules")
+        say("checking MISRA rules")
         try:
             found = deviations(folder, [f"{exported.name}.c", f"{exported.name}_params.c"])
         except UserError as error:
             absent.append(f"MISRA: {error}")
-    return Measurements(on_arm, found, None if exported.precise else in_f32(plan, absent, told), tuple(absent))
+    return Measurements(on_arm, found, None if exported.precise else in_f32(plan, absent, say), tuple(absent))
 
 
-def in_f32(plan: FlightPlan, absent: list[str], told: Callable[[str], None]) -> tuple[float, float] | None:
+def in_f32(plan: FlightPlan, absent: list[str], say: Callable[[str], None]) -> tuple[float, float] | None:
     """How far the flight with the controller in f32 is from that in f64, at most [m], and how long it is [s]."""
-    told("flying in f32")
+    say("flying in f32")
     whole, ticks = plan.ticks, plan.ticks
     short = plan._replace(ticks=ticks._replace(last=min(whole.last, round(LONGEST / ticks.step))))
     try:
@@ -187,13 +187,13 @@ def facts_of(path: Path, plan: FlightPlan, name: str) -> Facts:
 
 
 def export_mission(
-    path: Path, folder: Path, request: ExportRequest, told: Callable[[str], None] = lambda _: None
+    path: Path, folder: Path, request: ExportRequest, say: Callable[[str], None] = lambda _: None
 ) -> ExportOutcome:
-    """Write the law of a mission in `path` as C into `folder`. told: of every stage. Raises UserError."""
+    """Write the law of a mission in `path` as C into `folder`. say: of every stage. Raises UserError."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     facts = facts_of(path, plan, mission.name)
-    told("recording the law")
+    say("recording the law")
     try:
         law = exported(plan, request.precise, facts.lines())
         files: dict[str, str] = c99_files(law, plan)
@@ -207,24 +207,26 @@ def export_mission(
             place = out / name
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_text(text, encoding="utf-8")
-        found = measurements(law, plan, out, told) if request.measure else NOTHING
+        found = measurements(law, plan, out, say) if request.measure else NOTHING
         (out / "datasheet.md").write_text(datasheet(law, facts, found), encoding="utf-8")
         write_json(out / MANIFEST, {"name": mission.name, "target": request.target, "precision": kind, **facts._asdict()})
-    told("flying the mission")
+    say("flying the mission")
     short = mission.shortfall(plan)
     warnings = (*plan.warnings, *([f"{short}: the law is exported as it is"] if short else []))
     return ExportOutcome(law, [*files, "datasheet.md", MANIFEST], summary(law, found), warnings)
 
 
-def summary(law: Exported, found: Measurements) -> list[str]:
+def summary(law: Exported, measurements: Measurements) -> list[str]:
     kind = "f64" if law.precise else "f32"
     lines = [f"{law.subject.controller.label or law.name} in C99, {kind}: {state_size(law)} bytes of RAM."]
-    for processor, one in found.arm.items():
+    for processor, one in measurements.arm.items():
         counts = one.counted.worst if one.counted else {}
         due = sum(count for name, count in counts.items() if name != "made")
         said = f"; all loops due at once take at most {due} instructions" if due else ""
         lines.append(f"{processor}: {one.sizes.code} bytes of code, {max(one.sizes.stack.values())} of stack{said}.")
-    if found.apart:
-        lines.append(f"f32 deviates from f64 by at most {1e6 * found.apart[0]:.3g} micrometres over {found.apart[1]:g} s.")
-    lines += [f"Not measured: {one}." for one in found.absent] if found.arm or found.misra else []
+    if measurements.apart:
+        lines.append(
+            f"f32 deviates from f64 by at most {1e6 * measurements.apart[0]:.3g} micrometres over {measurements.apart[1]:g} s."
+        )
+    lines += [f"Not measured: {one}." for one in measurements.absent] if measurements.arm or measurements.misra else []
     return lines

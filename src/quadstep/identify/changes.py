@@ -68,22 +68,22 @@ class Advice(NamedTuple):
     held: bool = False
 
 
-def advised(found: Response, whole: Iterable[float] = (), most: float = 1.0, least: float = 0.0) -> Advice | None:
+def advised(response: Response, whole: Iterable[float] = (), most: float = 1.0, least: float = 0.0) -> Advice | None:
     """The largest factor from `least` to `most` with which the loop would be sound at the lower ends of its intervals; None
     where none is known to make it so. The loop is stable as flown, and with other gains up to where its phase crosses -180
     degrees. whole: gains that are rounded to whole numbers, which leaves the loop sound too.
     """
-    turns = [one.value for one in gain_margins(found)]
+    turns = [one.value for one in gain_margins(response)]
     floor = max((one.high for one in turns if one.low < 1.0), default=0.0)
     ceiling = min((max(one.low, 1.0) for one in turns if one.value > 1.0), default=math.inf)
-    if math.isinf(ceiling) or not (floor or found.rising):
+    if math.isinf(ceiling) or not (floor or response.rising):
         return None  # a gain margin is unknown, whatever the factor
     low, high = max(floor * APART, least), min(ceiling / APART, most)
     tried = FACTORS[(floor < FACTORS) & (low <= FACTORS) & (high >= FACTORS)]
-    expected = ((float(factor), measured(found.scaled(float(factor)))) for factor in tried)
+    expected = ((float(factor), measured(response.scaled(float(factor)))) for factor in tried)
     sound = (one for one in expected if one[1].sound)
     return next(
-        (Advice(*one) for one in sound if all(measured(found.scaled(by)).sound for by in factor_range(one[0], whole))), None
+        (Advice(*one) for one in sound if all(measured(response.scaled(by)).sound for by in factor_range(one[0], whole))), None
     )
 
 
@@ -261,12 +261,12 @@ def parameter_changes(flight: Excited, other: Mapping[str, float]) -> dict[str, 
 
 
 def changed_responses(
-    flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]], found: Response
+    flight: Excited, loop: RateLoop, tried: Iterable[dict[str, float]], response: Response
 ) -> Iterator[tuple[dict[str, float], Response]]:
     """A response with other parameters, as long as it comes no nearer to -1."""
-    start = np.abs(1.0 / found.sensitivity).min()
+    start = np.abs(1.0 / response.sensitivity).min()
     for other in tried:
-        then = found.scaled(ratio(flight, loop, other, found.omega))
+        then = response.scaled(ratio(flight, loop, other, response.omega))
         if np.abs(1.0 / then.sensitivity).min() < NEARER * start:
             return
         yield other, then

@@ -154,26 +154,26 @@ def motors(one: Excited, loop: RateLoop) -> tuple[Floats, Floats] | None:
     return time, np.stack([(latest(motor, time, 0.0) - low) / (high - low) for motor, (low, high) in spinning], axis=1)
 
 
-def damage_note(found: Topics) -> str:
-    return f" ({damage(found.damaged)})" if found.damaged else ""
+def damage_note(topics: Topics) -> str:
+    return f" ({damage(topics.damaged)})" if topics.damaged else ""
 
 
-def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excited:
+def by_setpoint(path: Path, topics: Topics, loops: tuple[RateLoop, ...]) -> Excited:
     """What setpoints excited, of the axis where they tell most. Raises UserError."""
     logged = [
         (AXES.index(one.axis), one) for one in loops
-        if all(len(found.columns.get(name, ((),))[0]) > 1 for name in (one.setpoint, one.rate, one.command))
+        if all(len(topics.columns.get(name, ((),))[0]) > 1 for name in (one.setpoint, one.rate, one.command))
     ]  # fmt: skip
     if not logged:
         wanted = ", ".join((loops[0].setpoint, loops[0].rate, loops[0].command))
-        set_it = faster(loops[0].form, found.parameters)
+        set_it = faster(loops[0].form, topics.parameters)
         raise UserError(
-            f"{path}: has no setpoint, rate and command of a rate loop{damage_note(found)}, such as {wanted}{set_it}"
+            f"{path}: has no setpoint, rate and command of a rate loop{damage_note(topics)}, such as {wanted}{set_it}"
         )
     several, refused = [], []
     for place, one in logged:
         try:
-            several.append(setpoint_excitation(path, found, one, place))
+            several.append(setpoint_excitation(path, topics, one, place))
         except UserError as error:
             refused.append(error)
     if not several:
@@ -183,9 +183,9 @@ def by_setpoint(path: Path, found: Topics, loops: tuple[RateLoop, ...]) -> Excit
     return best._replace(others=tuple(one for one in several if one is not best and wide(one.measured) >= NARROWEST))
 
 
-def setpoint_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Excited:
+def setpoint_excitation(path: Path, topics: Topics, loop: RateLoop, place: int) -> Excited:
     """What the setpoint of an axis excited, where the command follows it. Raises UserError."""
-    one = axis_excitation(path, found, loop, place)
+    one = axis_excitation(path, topics, loop, place)
     if one.explained < EXPLAINED:
         raise UserError(
             f"{path}: {loop.command}: {loop.named} of the log explain {100 * max(one.explained, 0.0):.0f} % of it from "
@@ -194,18 +194,18 @@ def setpoint_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -
     source = loop.setpoint, loop.rate, loop.command
     answer = response(one.excitation, one.command, one.period, HEARD, one.told).blurred(one.late)
     answer = answer._replace(rising=not one.levelled)
-    flight = Excited(loop.axis, source, answer, *one[:3], found.parameters, found.damaged, loop, one.levelled)
-    changed = tuple(name for name in found.changed if loop.has(name))
-    return flight._replace(begin=one.begin, rate=one.rate, columns=found.columns, changed=changed)
+    flight = Excited(loop.axis, source, answer, *one[:3], topics.parameters, topics.damaged, loop, one.levelled)
+    changed = tuple(name for name in topics.changed if loop.has(name))
+    return flight._replace(begin=one.begin, rate=one.rate, columns=topics.columns, changed=changed)
 
 
 def sampled(
-    path: Path, found: Topics, excitation: str, command: str, late: float, form: str
+    path: Path, topics: Topics, excitation: str, command: str, late: float, form: str
 ) -> tuple[Floats, Floats, float, float]:
     """Both at the command's even times while the excitation was logged, their period and the first time [s]. late: time [s]
     from a logged excitation to the logged command that holds it. form: of the autopilot's parameters. Raises UserError.
     """
-    columns, parameters = found.columns, found.parameters
+    columns, parameters = topics.columns, topics.parameters
     d, u = columns[excitation], columns[command]
     refuse_backward(path, columns, (excitation, command))
     d = d._replace(time=d.time + late)
@@ -230,9 +230,9 @@ def refuse_clipped(path: Path, one: Excited) -> None:
         raise UserError(f"{what}; excite with a smaller magnitude")
 
 
-def wide(found: Response) -> float:
+def wide(response: Response) -> float:
     """The ratio of the highest frequency to the lowest; 0 where there is none."""
-    return float(found.omega[-1] / found.omega[0]) if len(found.omega) >= FEWEST_POINTS else 0.0
+    return float(response.omega[-1] / response.omega[0]) if len(response.omega) >= FEWEST_POINTS else 0.0
 
 
 def refuse_narrow(path: Path, one: Excited) -> None:

@@ -108,13 +108,13 @@ def filtered(flight: FlightRecord, part: slice, truth: dict[str, Floats]) -> dic
     return {"position": values[:, :3], "velocity": values[:, 3:6], "attitude": values[:, 6:]}
 
 
-def deviation(found: dict[str, Floats], truth: dict[str, Floats]) -> Deviation:
-    mine, theirs = matrices(found["attitude"]), matrices(truth["attitude"])
+def deviation(values: dict[str, Floats], truth: dict[str, Floats]) -> Deviation:
+    mine, theirs = matrices(values["attitude"]), matrices(truth["attitude"])
     up = np.einsum("ni,ni->n", mine[:, 2], theirs[:, 2])
     heading = [np.arctan2(one[:, 1, 0], one[:, 0, 0]) for one in (mine, theirs)]
     return Deviation(
-        position=found["position"] - truth["position"],
-        velocity=found["velocity"] - truth["velocity"],
+        position=values["position"] - truth["position"],
+        velocity=values["velocity"] - truth["velocity"],
         tilt=np.arccos(np.clip(up, -1.0, 1.0)),
         yaw=np.angle(np.exp(1j * (heading[0] - heading[1]))),
     )

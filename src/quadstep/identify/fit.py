@@ -150,18 +150,18 @@ def identify(
 
 def anew(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free],
-    told: dict[str, AverageEstimate], fitted: dict[str, Fitted], kept: dict[str, str],
+    averages: dict[str, AverageEstimate], fitted: dict[str, Fitted], kept: dict[str, str],
 ) -> tuple[PredictorParameters, dict[str, Fitted]]:  # fmt: skip
     """The parameters with what is not determined as it was; the others, whose best values depend on that, are fitted to it."""
     before = leaves_of(numbers_of(vehicle, flights))
     p = with_values(p, {leaf: before[leaf] for one in free if one.key in kept for leaf in one.leaves})
     values: dict[str, float] = {}
     if {"rotor.rise_time", "command.delay"} & kept.keys():  # with which averages take the commands
-        p, told, _, _ = from_averages(flights, vehicle, p)
-        values |= {key: one.value for key, one in told.items() if key in FROM_AVERAGES}
+        p, averages, _, _ = from_averages(flights, vehicle, p)
+        values |= {key: one.value for key, one in averages.items() if key in FROM_AVERAGES}
     if rest := tuple(one for one in free if one.key not in kept):
         short = problem_of(flights, vehicle, p, SHORT, rest)
-        p = short.at(search(short, point_of(p, rest), SHORT_WEIGHTS, REFITTED, priors(rest, p, told)))
+        p = short.at(search(short, point_of(p, rest), SHORT_WEIGHTS, REFITTED, priors(rest, p, averages)))
         values |= zip((one.key for one in rest), values_at(point_of(p, rest), rest), strict=True)
     p = with_values(p, {leaf: before[leaf] for one in AVERAGED if one.key in kept for leaf in one.leaves})
     moved = {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
@@ -171,7 +171,7 @@ def anew(
         one.key for one in free if one.key in ends or (one.logarithmic and one.key in moved and moved[one.key].unsure)
     ]:
         kept.update(dict.fromkeys(lost, UNDETERMINED))
-        return anew(flights, vehicle, p, free, told, {key: one for key, one in fitted.items() if key not in lost}, kept)
+        return anew(flights, vehicle, p, free, averages, {key: one for key, one in fitted.items() if key not in lost}, kept)
     return p, moved
 
 
@@ -192,17 +192,17 @@ def about(one: Fitted, value: float) -> Fitted:
     return one._replace(value=value, low=min(one.low, value), high=max(one.high, value))
 
 
-def in_step(free: Sequence[Free], point: Floats, found: StandardErrors, told: dict[str, AverageEstimate]) -> float:
+def in_step(free: Sequence[Free], point: Floats, errors: StandardErrors, averages: dict[str, AverageEstimate]) -> float:
     """The share of the pulls on predictions that are in step: as large as it takes for the axial drag that they give to be
     that of the averages, to which it hardly matters how commands change between the rows of a log.
     """
     place = [one.key for one in free].index(CHECKED[0])
-    average = told.get(CHECKED[0])
+    average = averages.get(CHECKED[0])
     if average is None or average.value < 2.0 * average.error:
         return IN_STEP
     apart = abs(float(point[place]) - math.log(average.value))
-    chance = 2.0 * math.hypot(float(found.errors[place]), average.error / average.value)
-    return min(max((apart - chance) / float(found.pulls[place]), IN_STEP), 1.0)
+    chance = 2.0 * math.hypot(float(errors.errors[place]), average.error / average.value)
+    return min(max((apart - chance) / float(errors.pulls[place]), IN_STEP), 1.0)
 
 
 def below(share: float) -> float:

@@ -59,7 +59,7 @@ def from_averages(
     return *averaged(block, p, vehicle.geometry(), flights[0].speeds), block
 
 
-def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, AverageEstimate]) -> Prior:
+def priors(free: Sequence[Free], p: PredictorParameters, averages: dict[str, AverageEstimate]) -> Prior:
     """Priors: from averages for free parameters that they determine, vague ones at the start for the vehicle's others."""
     places, centres, deviations = [], [], []
     start = point_of(p, free)
@@ -67,7 +67,7 @@ def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Average
         if one.key.startswith("prediction.") or not one.logarithmic:
             continue
         places.append(place)
-        known = told.get(one.key) if one.key in SURE else None
+        known = averages.get(one.key) if one.key in SURE else None
         if known and known.value > 0.0 and known.error < known.value:
             centres.append(math.log(known.value))
             deviations.append(max(known.error / known.value, 1e-3))

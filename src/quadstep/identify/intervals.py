@@ -79,14 +79,14 @@ def averaged(
 
 
 def by_structure(
-    block: HalfSeconds, p: PredictorParameters, told: dict[str, AverageEstimate], geometry: Geometry, speeds: bool
+    block: HalfSeconds, p: PredictorParameters, averages: dict[str, AverageEstimate], geometry: Geometry, speeds: bool
 ) -> dict[str, float]:
     """By how much the numbers from averages differ with the structures that the flights do not tell from the plain one."""
-    found = dict.fromkeys(told, 0.0)
+    found = dict.fromkeys(averages, 0.0)
     for variant in VARIANTS:
         _, others, _ = averaged(block, p, geometry, speeds, variant=variant)
         for key in found.keys() & others.keys():
-            found[key] = max(found[key], abs(others[key].value - told[key].value))
+            found[key] = max(found[key], abs(others[key].value - averages[key].value))
     return found
 
 
@@ -137,7 +137,7 @@ def freedom(shifts: Floats) -> Floats:
 
 
 def standard_errors(
-    around: Curvature, prior: Prior, sure: Sequence[tuple[int, str]], told: dict[str, AverageEstimate],
+    around: Curvature, prior: Prior, sure: Sequence[tuple[int, str]], averages: dict[str, AverageEstimate],
     starts: Floats, block: HalfSeconds | None, blocks: Floats,
     p: PredictorParameters, geometry: Geometry, speeds: bool,
 ) -> StandardErrors:  # fmt: skip
@@ -163,7 +163,7 @@ def standard_errors(
     pulls = np.concatenate([np.abs(around.gradients[:, :many] @ inverse).sum(axis=0), np.zeros(len(AVERAGED))])
     at = {place: DYNAMIC[place] for place, _ in sure} | {many + i: one for i, one in enumerate(AVERAGED)}
     for place, free in at.items():
-        if known := told.get(free.key):
+        if known := averages.get(free.key):
             pulls[place] += known.pulls / (known.value if free.logarithmic else 1.0)
     variance = jackknife(shifts) ** 2
     variance[many:] += np.array([INEXACT * one.scale for one in AVERAGED]) ** 2
@@ -174,12 +174,12 @@ def standard_errors(
         if place not in [at for at, _ in sure]:
             variance[:many] += (inverse[:, place] / one) ** 2
     speed = [one.key for one in AVERAGED].index("command.speed")
-    if "command.speed" in told:
-        more = (told["command.speed"].error / told["command.speed"].value) ** 2 - variance[many + speed]
+    if "command.speed" in averages:
+        more = (averages["command.speed"].error / averages["command.speed"].value) ** 2 - variance[many + speed]
         if more > 0.0:
             variance[many + speed] += more
             variance[:many] += more * (inverse @ crossed[:, speed]) ** 2
-    if "command.exponent" not in told and not speeds:
+    if "command.exponent" not in averages and not speeds:
         place = [one.key for one in AVERAGED].index("command.exponent")
         variance[:many] += (UNKNOWN_EXPONENT * (inverse @ crossed[:, place])) ** 2
     return StandardErrors(np.sqrt(variance), freedom(shifts), pulls)

@@ -74,16 +74,16 @@ class MeasuredLoop(NamedTuple):
         return spelled(self.phase.at, ".3g"), spelled(Estimate(*map(math.degrees, self.phase.value)), ".1f"), *self.gains()
 
 
-def measured(found: Response) -> MeasuredLoop:
-    crossings, turns = crossovers(found), gain_margins(found)
+def measured(response: Response) -> MeasuredLoop:
+    crossings, turns = crossovers(response), gain_margins(response)
     up = min((one for one in turns if one.value.value >= 1.0), key=lambda one: one.value.value, default=None)
     down = max((one for one in turns if one.value.value < 1.0), key=lambda one: one.value.value, default=None)
     phase = margin(crossings)
     left = tuple(one for one in crossings if not determined(one))
-    ends = float(found.omega[0]), float(found.omega[-1])
+    ends = float(response.omega[0]), float(response.omega[-1])
     # The phase of a loop without an attitude loop crosses -180 degrees nowhere above, and below |L| is larger than here.
-    rests = found.rising and down is None
-    level = interval(abs(found.opened[0]), found.opened_error[0], found.freedom[0]).low if rests else 0.0
+    rests = response.rising and down is None
+    level = interval(abs(response.opened[0]), response.opened_error[0], response.freedom[0]).low if rests else 0.0
     floor = 20.0 * math.log10(level) if level > 0.0 else None
     return MeasuredLoop(phase and phase._replace(value=sized(phase.value)), up, down, left, *ends, floor)
 

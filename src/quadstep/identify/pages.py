@@ -44,29 +44,29 @@ AXES = ("roll", "pitch", "yaw")
 
 
 def write_replay(
-    folder: Path, flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, told: Evidence, overwrite: bool,
-    sheet: Sheet,
+    folder: Path, flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed, evidence: Evidence,
+    overwrite: bool, sheet: Sheet,
 ) -> None:  # fmt: skip
-    """Write every file of the folder. told: what was found. Raises UserError."""
-    with publishing(folder, identity(flights, asked), overwrite) as out:
+    """Write every file of the folder. evidence: what was found. Raises UserError."""
+    with publishing(folder, identity(flights, request), overwrite) as out:
         (out / FIGURES).mkdir()
-        write_tables(out, found)
-        illustrated(told, found, out, sheet.with_svg()).write(out)
+        write_tables(out, result)
+        illustrated(evidence, result, out, sheet.with_svg()).write(out)
 
 
-def illustrated(told: Evidence, found: Replayed, out: Path, sheet: Sheet) -> Evidence:
+def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -> Evidence:
     """The same with its figures, which are drawn into a folder: one of each kind at the top, the others below."""
     groups = sheet.chosen(("errors", one, one) for one in GROUPS)
     if groups:
-        draw_errors(out / ERRORS, found.predictions[0].compared, found.period, sheet, groups)
-    again = with_chosen("again", [flight_picture(one, place) for place, one in enumerate(found.flown)], sheet)
-    estimates = with_chosen("estimate", [estimate_picture(one, place) for place, one in enumerate(found.estimates)], sheet)
+        draw_errors(out / ERRORS, result.predictions[0].compared, result.period, sheet, groups)
+    again = with_chosen("again", [flight_picture(one, place) for place, one in enumerate(result.flown)], sheet)
+    estimates = with_chosen("estimate", [estimate_picture(one, place) for place, one in enumerate(result.estimates)], sheet)
     flown, estimated = ([drawn(out, job, sheet) for job in jobs] for jobs in (again, estimates))
     caption = "Mean prediction error against the time ahead: the vehicle helps where its line is below both guesses."
     rest = [*flown[1:], *estimated[1:]]
     more = [markup.heading("The other flights", "others")] if rest else []
     figures = [*([Figure(ERRORS, caption)] if groups else []), *flown[:1], *estimated[:1]]
-    return told._replace(figures=figures, sections=[*told.sections, *more, *rest])
+    return evidence._replace(figures=figures, sections=[*evidence.sections, *more, *rest])
 
 
 def with_chosen(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
@@ -75,9 +75,9 @@ def with_chosen(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[Figu
     return [job for job in chosen if job.panels]
 
 
-def draw_errors(path: Path, found: ErrorTable, period: float, sheet: Sheet, groups: Sequence[str] = GROUPS) -> None:
+def draw_errors(path: Path, errors: ErrorTable, period: float, sheet: Sheet, groups: Sequence[str] = GROUPS) -> None:
     """Mean errors of the predictions and of the two guesses over the time ahead."""
-    ahead = period * np.array(found.horizons)
+    ahead = period * np.array(errors.horizons)
     columns = 1 if len(groups) % 2 else sheet.side_by_side(2)
     rows = len(groups) // columns
     with drawing(sheet):
@@ -85,7 +85,7 @@ def draw_errors(path: Path, found: ErrorTable, period: float, sheet: Sheet, grou
         margins(figure, sheet, 0.09, 0.13, 0.98, 0.91, 0.24, 0.2)
         panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
         for group, axes in zip(groups, panels.flat, strict=True):
-            means = np.array([found.means(horizon, group) for horizon in found.horizons]).T * FACTOR[group]
+            means = np.array([errors.means(horizon, group) for horizon in errors.horizons]).T * FACTOR[group]
             unit, factor = handy(UNIT[group], float(means.max()))
             for style, name, row in zip(LINES, ("predicted", "constant", "zero rate"), factor * means, strict=False):
                 axes.plot(ahead, row, label=name, marker="o", markersize=3, **style)
@@ -140,7 +140,7 @@ def drawn(out: Path, job: FigureJob, sheet: Sheet) -> Figure:
 
 
 def write_identification(
-    path: Path, told: Evidence, run: Identification, flights: Sequence[FlightRecord], start: AirframeSection
+    path: Path, evidence: Evidence, run: Identification, flights: Sequence[FlightRecord], start: AirframeSection
 ) -> None:
     """Write the page, its figures of the flights that were held out or, if none were, of the fitted ones. Raises UserError."""
     tested = run.tested or run.found
@@ -156,13 +156,13 @@ def write_identification(
         ]
         sections: list[Section] = [
             markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
-            *told.sections,
+            *evidence.sections,
             unexplained(followers, shown, vehicle, kind),
             *simulated_again(out, shown, vehicle),
             *([markup.heading("The other flights", "others")] if pictures[2:] else []),
             *pictures[2:],
         ]
-        text = told._replace(figures=pictures[:2], sections=sections).html(out)
+        text = evidence._replace(figures=pictures[:2], sections=sections).html(out)
     write_beside(path, text)
 
 

@@ -160,26 +160,26 @@ def slopes(values: Floats, omega: Floats) -> Complex:
     return np.stack([1.0 / effect + 0.0 * s, -s / (1.0 + lag * s), -s, -1.0 / (s + damping)], axis=1)
 
 
-def fitted(found: Response, control: Complex, weight: Floats, start: Floats) -> tuple[Floats, Floats, float]:
+def fitted(response: Response, control: Complex, weight: Floats, start: Floats) -> tuple[Floats, Floats, float]:
     """Values, their covariance, and the weighted squares that are left of the sensitivity, whose errors are normal. How late
     the excitation is is fitted too: where the loop no longer answers, the command is the excitation.
     """
-    late = max(found.late, 1e-9)
+    late = max(response.late, 1e-9)
 
     def left(values: Floats) -> tuple[Complex, float]:
-        shift = np.exp(-1j * values[-1] * found.omega)
-        rest = (found.sensitivity - shift / (1.0 + control * turned(values[:-1], found.omega))) * weight
+        shift = np.exp(-1j * values[-1] * response.omega)
+        rest = (response.sensitivity - shift / (1.0 + control * turned(values[:-1], response.omega))) * weight
         return rest, float((np.abs(rest) ** 2).sum() + (values[-1] / late) ** 2)
 
-    scale = float(np.median(np.abs(found.opened / (control * turned(start, found.omega)))))
+    scale = float(np.median(np.abs(response.opened / (control * turned(start, response.omega)))))
     values, least = np.array([start[0] * scale, *start[1:], 0.0]), [1e-3 * start[0] * scale, 0.0, 0.0, 0.0, -np.inf]
     rest, cost = left(values)
     firm = FIRM
     for _ in range(ROUNDS):
-        opened = control * turned(values[:-1], found.omega)
-        moves = -opened[:, None] / (1.0 + opened[:, None]) * slopes(values[:-1], found.omega)
-        shifted = np.exp(-1j * values[-1] * found.omega) / (1.0 + opened) * weight
-        moves = np.concatenate([moves, -1j * found.omega[:, None]], axis=1) * shifted[:, None]
+        opened = control * turned(values[:-1], response.omega)
+        moves = -opened[:, None] / (1.0 + opened[:, None]) * slopes(values[:-1], response.omega)
+        shifted = np.exp(-1j * values[-1] * response.omega) / (1.0 + opened) * weight
+        moves = np.concatenate([moves, -1j * response.omega[:, None]], axis=1) * shifted[:, None]
         prior = np.array([[0.0, 0.0, 0.0, 0.0, 1.0 / late]])
         matrix = np.concatenate([moves.real, moves.imag, prior])
         square = matrix.T @ matrix

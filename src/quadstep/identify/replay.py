@@ -249,29 +249,29 @@ class Replayed(NamedTuple):
     laws: Sequence[str] = ()
 
 
-def replayed(flights: Sequence[FlightRecord], asked: ReplayRequest) -> Replayed:
+def replayed(flights: Sequence[FlightRecord], request: ReplayRequest) -> Replayed:
     """All that is asked; predictions where nothing else is, and for a report. Raises UserError."""
-    estimates = [estimate(flight) for flight in flights] if asked.estimator else []
-    flown = fly_again(list(flights), asked.section, asked.controller) if asked.controller else []
-    if not asked.report and (asked.estimator or asked.controller):
+    estimates = [estimate(flight) for flight in flights] if request.estimator else []
+    flown = fly_again(list(flights), request.section, request.controller) if request.controller else []
+    if not request.report and (request.estimator or request.controller):
         return Replayed(flights[0].period, [], None, flown, estimates)
-    thrust = span_of_thrust(flights, asked.section)
-    laws = [said for one in flights if (said := law_of(one, asked.section))]
-    return Replayed(flights[0].period, predicted_errors(flights, asked), thrust, flown, estimates, laws)
+    thrust = span_of_thrust(flights, request.section)
+    laws = [said for one in flights if (said := law_of(one, request.section))]
+    return Replayed(flights[0].period, predicted_errors(flights, request), thrust, flown, estimates, laws)
 
 
-def predicted_errors(flights: Sequence[FlightRecord], asked: ReplayRequest) -> list[Predictions]:
+def predicted_errors(flights: Sequence[FlightRecord], request: ReplayRequest) -> list[Predictions]:
     """Errors of the vehicle's predictions, and of those with its learned residual."""
-    horizons = DRAWN_HORIZONS if asked.report else HORIZONS
-    numbers, guided = ready(flights, asked.section, asked.commands_only)
-    found = compare(flights, asked.section, numbers, guided, horizons)
+    horizons = DRAWN_HORIZONS if request.report else HORIZONS
+    numbers, guided = ready(flights, request.section, request.commands_only)
+    found = compare(flights, request.section, numbers, guided, horizons)
     knows = "commands and setpoints" if guided else "commands alone"
     said = f"{found.starts} predictions of {counted(len(found.names), 'flight')} from {knows}"
     several = [Predictions(said, found)]
-    if asked.residual:
-        effects = asked.section.effects.model_copy(update={"residual": True})
-        section = asked.section.model_copy(update={"effects": effects})
-        numbers, guided = ready(flights, section, asked.commands_only)
+    if request.residual:
+        effects = request.section.effects.model_copy(update={"residual": True})
+        section = request.section.model_copy(update={"effects": effects})
+        numbers, guided = ready(flights, section, request.commands_only)
         again = compare(flights, section, numbers, guided, horizons)
         several.append(Predictions(f"The same with the learned residual, from {knows}", again))
     return several

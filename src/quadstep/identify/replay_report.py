@@ -40,33 +40,33 @@ TIMES = 2.0
 SI = UNIT | {"attitude": "rad", "rates": "rad/s"}
 
 
-def identity(flights: Sequence[FlightRecord], asked: ReplayRequest) -> str:
+def identity(flights: Sequence[FlightRecord], request: ReplayRequest) -> str:
     """A digest of the logs and of what is asked of them."""
-    digest = hashlib.sha256(f"{asked!r} {[(one.name, one.period) for one in flights]}".encode())
+    digest = hashlib.sha256(f"{request!r} {[(one.name, one.period) for one in flights]}".encode())
     for flight in flights:
         for values in (flight.time, flight.motors, *flight.channels.values()):
             digest.update(values.tobytes())
     return f"replay-{digest.hexdigest()[:16]}"
 
 
-def panels_of(asked: ReplayRequest) -> dict[str, tuple[str, ...]]:
+def panels_of(request: ReplayRequest) -> dict[str, tuple[str, ...]]:
     """The figures of a replay, those of one kind under one name, and their panels."""
-    again = {"again": tuple("xyz")} if asked.controller else {}
-    return {"errors": GROUPS, **again, **({"estimate": tuple(ESTIMATED)} if asked.estimator else {})}
+    again = {"again": tuple("xyz")} if request.controller else {}
+    return {"errors": GROUPS, **again, **({"estimate": tuple(ESTIMATED)} if request.estimator else {})}
 
 
-def write_tables(out: Path, found: Replayed) -> None:
+def write_tables(out: Path, result: Replayed) -> None:
     """What was found as CSV, in SI."""
     names = [f"{name}[{SI[group]}]" for group in GROUPS for name in columns(group)]
-    rows = error_rows(found.predictions[0].compared, found.period)
+    rows = error_rows(result.predictions[0].compared, result.period)
     write_csv(out / "prediction_errors.csv", ("flight", "samples_ahead", "ahead[s]", *names), rows)
-    if found.flown:
+    if result.flown:
         header = ("flight", "which", "rmse[m]", "lead[s]", "tilt[rad]", "rate[rad/s]")
-        both = [(one.name, who, *of) for one in found.flown for who, of in (("real", one.real), ("simulated", one.simulated))]
+        both = [(one.name, who, *of) for one in result.flown for who, of in (("real", one.real), ("simulated", one.simulated))]
         write_csv(out / "tracking.csv", header, both)
-    if found.estimates:
+    if result.estimates:
         header = ("flight", "estimate", "position[m]", "velocity[m/s]", "tilt[rad]", "yaw[rad]")
-        write_csv(out / "estimates.csv", header, [(one.name, *who) for one in found.estimates for who in estimators(one)])
+        write_csv(out / "estimates.csv", header, [(one.name, *who) for one in result.estimates for who in estimators(one)])
 
 
 def columns(group: str) -> tuple[str, str, str]:
@@ -74,23 +74,23 @@ def columns(group: str) -> tuple[str, str, str]:
     return group, f"{group}_constant", f"{group}_zero_rate"
 
 
-def error_rows(found: ErrorTable, period: float) -> list[tuple[object, ...]]:
+def error_rows(errors: ErrorTable, period: float) -> list[tuple[object, ...]]:
     """Mean errors of each flight at each horizon, in SI."""
-    several = (found.predicted, found.constant, found.zero)
+    several = (errors.predicted, errors.constant, errors.zero)
     return [
         (name, horizon, horizon * period, *(float(one[h, g, i]) for g in range(len(GROUPS)) for one in several))
-        for i, name in enumerate(found.names)
-        for h, horizon in enumerate(found.horizons)
+        for i, name in enumerate(errors.names)
+        for h, horizon in enumerate(errors.horizons)
     ]
 
 
-def numbers(found: ErrorTable) -> dict[str, object]:
+def numbers(errors: ErrorTable) -> dict[str, object]:
     """Mean errors over the flights, in SI, and their ratios to those of "constant"."""
-    said: dict[str, object] = {"flights": len(found.names), "predictions": found.starts}
+    said: dict[str, object] = {"flights": len(errors.names), "predictions": errors.starts}
     for horizon in HORIZONS:
         for group in GROUPS:
-            said[f"{group}_error_{horizon}_ahead[{SI[group]}]"] = found.means(horizon, group)[0]
-            said[f"{group}_error_{horizon}_ahead_to_constant"] = found.ratio(horizon, group).value
+            said[f"{group}_error_{horizon}_ahead[{SI[group]}]"] = errors.means(horizon, group)[0]
+            said[f"{group}_error_{horizon}_ahead_to_constant"] = errors.ratio(horizon, group).value
     return said
 
 
@@ -101,55 +101,55 @@ METHOD = (
 )
 
 
-def evidence(flights: Sequence[FlightRecord], asked: ReplayRequest, found: Replayed, warnings: Sequence[str]) -> Evidence:
+def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed, warnings: Sequence[str]) -> Evidence:
     """What was found, for its readers. warnings: where the logs contradict their mapping."""
     named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
-    name, first = f"{asked.vehicle}, {named}", found.predictions[0].compared if found.predictions else None
+    name, first = f"{request.vehicle}, {named}", result.predictions[0].compared if result.predictions else None
     sections: list[Section] = [markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape)]
     sections += [markup.heading("Predictions", "predictions"), markup.paragraph(METHOD)] if first else []
-    sections += [error_table(one.title, one.compared, found.period) for one in found.predictions]
-    if found.flown and asked.controller:
-        sections.append(tracking_table(found.flown, str(asked.controller["type"])))
-    if found.estimates:
-        sections.append(estimate_table(found.estimates))
-    known = [flight.name for flight in flights if was_fitted_to(asked.section, flight)]
+    sections += [error_table(one.title, one.compared, result.period) for one in result.predictions]
+    if result.flown and request.controller:
+        sections.append(tracking_table(result.flown, str(request.controller["type"])))
+    if result.estimates:
+        sections.append(estimate_table(result.estimates))
+    known = [flight.name for flight in flights if was_fitted_to(request.section, flight)]
     left = [flight for flight in flights if first and flight.name not in first.names]
     unseen = [f"Nothing is predicted for {listed([one.name for one in left])}: {why_unusable(left)}."] if left else []
-    thrust = [f"{of_thrust(found.thrust)}.".capitalize()] if found.thrust and not is_wrong(found.thrust) else []
-    said = " ".join([*no_test(known, len(flights)), *unseen, answer(found)])
+    thrust = [f"{of_thrust(result.thrust)}.".capitalize()] if result.thrust and not is_wrong(result.thrust) else []
+    said = " ".join([*no_test(known, len(flights)), *unseen, answer(result)])
     return Evidence(
         name=name,
         kind="Replay",
         answer=said,
-        sentences=[said, *thrust, *found.laws],
+        sentences=[said, *thrust, *result.laws],
         record={"name": name, "version": __version__, **(numbers(first) if first else {})},
-        facts=facts(first, found.period) if first else (),
+        facts=facts(first, result.period) if first else (),
         sections=sections,
-        more=[*thrust, *found.laws],
+        more=[*thrust, *result.laws],
         warnings=warnings,
     )
 
 
-def answer(found: Replayed) -> str:
+def answer(result: Replayed) -> str:
     """What was asked, in a sentence: predictions, simulated flights, estimates; before them a thrust that is wrong."""
-    wrong = found.thrust if is_wrong(found.thrust) else None
+    wrong = result.thrust if is_wrong(result.thrust) else None
     said = (
         [f"{of_thrust(wrong).capitalize()}: predictions learn it from the log, a simulated flight does not"] if wrong else []
     )
-    said += [predicting(found.predictions[0].compared, found.period)] if found.predictions else []
-    if found.flown:
-        said.append(likeness(found.flown).rstrip("."))
-    if found.estimates:
-        said.append(f"The Kalman filter's position is off by {quantity(filtered(found.estimates), 'm')} (RMS)")
+    said += [predicting(result.predictions[0].compared, result.period)] if result.predictions else []
+    if result.flown:
+        said.append(likeness(result.flown).rstrip("."))
+    if result.estimates:
+        said.append(f"The Kalman filter's position is off by {quantity(filtered(result.estimates), 'm')} (RMS)")
     first, *rest = said
     return "; ".join([first, *(one[0].lower() + one[1:] for one in rest)]) + "."
 
 
-def no_test(known: Sequence[str], flights: int) -> list[str]:
+def no_test(names: Sequence[str], flights: int) -> list[str]:
     """What comes before all else where a vehicle was fitted to these of the flights, or to parts of them."""
-    if not known:
+    if not names:
         return []
-    these = listed(known) if len(known) < flights else "this flight" if flights == 1 else "these flights"
+    these = listed(names) if len(names) < flights else "this flight" if flights == 1 else "these flights"
     return [f"The vehicle was identified from the recording of {these}, so this does not test it."]
 
 
@@ -179,9 +179,9 @@ def share(ratio: Estimate, of: str) -> str:
     return f"{interval(*ratio)} times {of}" if several else f"{percent(ratio.value, ratio.low, ratio.high)} of {of}"
 
 
-def filtered(found: Sequence[Estimated]) -> float:
+def filtered(estimates: Sequence[Estimated]) -> float:
     """RMS of the filter's position errors over flights [m]."""
-    return float(np.sqrt(np.mean([one.filter.position**2 for one in found])))
+    return float(np.sqrt(np.mean([one.filter.position**2 for one in estimates])))
 
 
 def facts(compared: ErrorTable, period: float) -> list[markup.Fact]:
@@ -203,15 +203,15 @@ def in_time(horizon: int, period: float) -> str:
     return f"{horizon * period:.2g}\u00a0s"
 
 
-def error_table(title: str, found: ErrorTable, period: float) -> TableSection:
+def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
     """Mean errors at each of `HORIZONS`."""
     rows: list[Sequence[markup.Cell]] = []
     for group in GROUPS:
-        unit, factor = handy(UNIT[group], FACTOR[group] * max(max(found.means(horizon, group)) for horizon in HORIZONS))
+        unit, factor = handy(UNIT[group], FACTOR[group] * max(max(errors.means(horizon, group)) for horizon in HORIZONS))
         for horizon in HORIZONS:
-            texts = [number(factor * FACTOR[group] * one) for one in found.means(horizon, group)]
-            to_zero = number(found.ratio(horizon, group, "zero").value)
-            rows.append((f"{group}, {horizon} [{unit}]", *texts, said(found.ratio(horizon, group)), to_zero))
+            texts = [number(factor * FACTOR[group] * one) for one in errors.means(horizon, group)]
+            to_zero = number(errors.ratio(horizon, group, "zero").value)
+            rows.append((f"{group}, {horizon} [{unit}]", *texts, said(errors.ratio(horizon, group)), to_zero))
     header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")
     return TableSection("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", escape, shown=title)
 
@@ -221,9 +221,9 @@ def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:
     return [(who, *of) for who, of in (("filter", one.filter), ("the log's own", one.own)) if of]
 
 
-def estimate_table(found: Sequence[Estimated]) -> TableSection:
+def estimate_table(estimates: Sequence[Estimated]) -> TableSection:
     rows = []
-    for one in found:
+    for one in estimates:
         for who, position, velocity, tilt, yaw in estimators(one):
             angles = [quantity(np.degrees(angle), "°") for angle in (tilt, yaw)]
             rows.append((f"{one.name}, {who}", quantity(position, "m"), quantity(velocity, "m/s"), *angles))
@@ -238,22 +238,23 @@ def estimate_table(found: Sequence[Estimated]) -> TableSection:
 TRACKING = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [°/s]", "lost")
 
 
-def likeness(found: Sequence[FlightComparison]) -> str:
+def likeness(comparisons: Sequence[FlightComparison]) -> str:
     """How similar they are, in a sentence: equal errors need not be the same ones, so how far apart the flights are too."""
-    near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
-    apart = [one.apart for one in found if not one.lost]
-    said = f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found), 'flight')}"
+    near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in comparisons if not one.lost)
+    apart = [one.apart for one in comparisons if not one.lost]
+    said = f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(comparisons), 'flight')}"
     if not apart:
         return f"{said}: all simulated flights were lost."
     span = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
-    lost = f"; {len(found) - len(apart)} were lost" if len(apart) < len(found) else ""
+    lost = f"; {len(comparisons) - len(apart)} were lost" if len(apart) < len(comparisons) else ""
     return f"{said}, and the simulated position is {span} from the real one (RMS){lost}."
 
 
-def tracking_table(found: Sequence[FlightComparison], controller: str) -> TableSection:
+def tracking_table(comparisons: Sequence[FlightComparison], controller: str) -> TableSection:
     """How each flight, and its simulation, follows its setpoints."""
     rows = [
-        (one.name, *map(" / ".join, zip(tracked(one.real), tracked(one.simulated), strict=True)), one.lost) for one in found
+        (one.name, *map(" / ".join, zip(tracked(one.real), tracked(one.simulated), strict=True)), one.lost)
+        for one in comparisons
     ]
     title = f"Logged setpoints simulated with {controller}"
     text = f"{title}, starting from the measured state."

@@ -189,28 +189,28 @@ def interval(value: float, error: float, freedom: float) -> Estimate:
     return Estimate(value, value - half, value + half)
 
 
-def crossovers(found: Response) -> list[Crossing]:
+def crossovers(response: Response) -> list[Crossing]:
     """Where |L| crosses 1, and the phase margin there [rad], the phase of L above -180 degrees."""
-    level, phase = np.log(np.abs(found.opened)), np.unwrap(np.angle(-found.opened))
-    seen = zeros(found, level, np.flatnonzero(np.diff(level > 0.0)), level, phase)
+    level, phase = np.log(np.abs(response.opened)), np.unwrap(np.angle(-response.opened))
+    seen = zeros(response, level, np.flatnonzero(np.diff(level > 0.0)), level, phase)
     return joined([Crossing(grown(at), interval(math.remainder(margin, 2.0 * math.pi), *off)) for at, margin, *off in seen])
 
 
 def zeros(
-    found: Response, over: Floats, places: NDArray[np.intp], along: Floats, read: Floats
+    response: Response, over: Floats, places: NDArray[np.intp], along: Floats, read: Floats
 ) -> Iterator[tuple[Estimate, float, float, float]]:
     """For each place at which `over` crosses zero: the logarithm of the frequency, what is read there, the error of that, and
     its degrees of freedom. along: `over`, but without jumps by whole turns.
 
     The error along the crossing counts too: a loop gain that is off moves the crossing, and the phase with it.
     """
-    x, relative = np.log(found.omega), found.opened_error / np.abs(found.opened)
+    x, relative = np.log(response.omega), response.opened_error / np.abs(response.opened)
     for i in places:
         share = float(over[i] / (over[i] - over[i + 1]))
         near = slice(max(i - NEAR, 0), i + NEAR + 2)
         slope, turn = (float(np.polyfit(x[near], one[near], 1)[0]) for one in (along, read))
         at, value, error = (float(one[i] + share * (one[i + 1] - one[i])) for one in (x, read, relative))
-        freedom, steep = float(found.freedom[i]), max(abs(slope), 1e-9)
+        freedom, steep = float(response.freedom[i]), max(abs(slope), 1e-9)
         yield interval(at, error / steep, freedom), value, error * math.hypot(1.0, turn / steep), freedom
 
 
@@ -238,14 +238,14 @@ def hull(several: list[Estimate]) -> Estimate:
     )
 
 
-def gain_margins(found: Response) -> list[Crossing]:
+def gain_margins(response: Response) -> list[Crossing]:
     """Where the phase of L crosses -180 degrees, and by which factor the gain may grow there until the loop is unstable; below
     1 by which it may fall.
     """
-    level, phase = np.log(np.abs(found.opened)), np.unwrap(np.angle(-found.opened))
+    level, phase = np.log(np.abs(response.opened)), np.unwrap(np.angle(-response.opened))
     off = phase - 2.0 * math.pi * np.round(phase / (2.0 * math.pi))
     places = np.flatnonzero(np.diff(off > 0.0) & (np.abs(np.diff(off)) < math.pi))
-    seen = zeros(found, off, places, phase, level)
+    seen = zeros(response, off, places, phase, level)
     return joined([Crossing(grown(at), grown(interval(-gain, *error))) for at, gain, *error in seen])
 
 

@@ -84,16 +84,16 @@ def columns_of(loops: tuple[RateLoop, ...]) -> list[str]:
     ]
 
 
-def axis_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Excitation:
+def axis_excitation(path: Path, topics: Topics, loop: RateLoop, place: int) -> Excitation:
     """Of one axis. Raises UserError."""
-    r, y, u = (found.columns[name] for name in (loop.setpoint, loop.rate, loop.command))
-    refuse_backward(path, found.columns, (loop.setpoint, loop.rate, loop.command))
+    r, y, u = (topics.columns[name] for name in (loop.setpoint, loop.rate, loop.command))
+    refuse_backward(path, topics.columns, (loop.setpoint, loop.rate, loop.command))
     period, steps = (float(np.median(np.diff(one.time))) for one in (u, r))
-    refuse_slow(path, f"{loop.setpoint}, {loop.command}", max(period, steps), loop.form, found.parameters)
-    if found.parameters.get(ACRO, 1.0) < 0.5:
+    refuse_slow(path, f"{loop.setpoint}, {loop.command}", max(period, steps), loop.form, topics.parameters)
+    if topics.parameters.get(ACRO, 1.0) < 0.5:
         raise UserError(f"{path}: flew in a mode other than acro; what controls the attitude there is unknown; fly acro")
-    levelled = latest(found.columns.get(LEVELLED), u.time, 1.0 if loop.attitude else 0.0)
-    first, last = stretch(u.time, flown(found.columns, place, u.time), levelled, LONGEST_GAP * period)
+    levelled = latest(topics.columns.get(LEVELLED), u.time, 1.0 if loop.attitude else 0.0)
+    first, last = stretch(u.time, flown(topics.columns, place, u.time), levelled, LONGEST_GAP * period)
     if last - first < 2 or u.time[last] - u.time[first] < SHORTEST:
         gaps = int((np.diff(u.time) >= LONGEST_GAP * period).sum())
         missing = (
@@ -105,17 +105,17 @@ def axis_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Ex
     setpoint, rate = (loop.unit * value for value in (latest(r, time + 0.25 * period, 0.0), np.interp(time, y.time, y.value)))
     refuse_not_finite(path, {loop.setpoint: setpoint, loop.rate: rate, loop.command: command})
     refuse_unchanged(path, {loop.setpoint: setpoint, loop.command: command})
-    around = found.parameters.get(loop.attitude) if levelled[first] else 0.0
+    around = topics.parameters.get(loop.attitude) if levelled[first] else 0.0
     if around is None:
         raise UserError(f"{path}: {loop.attitude} is not among the log's parameters")
     s: Complex = (2j * np.pi * np.fft.rfftfreq(len(time), period)[1:]).astype(np.complex128)
     big_r, big_y, big_u = (spectral(one) for one in (setpoint, rate, command))
     try:
-        f, k = loop.transfers(found.parameters, s)
+        f, k = loop.transfers(topics.parameters, s)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     added, damped = (
-        spectral(np.interp(time, *found.columns[name])) if name in found.columns else 0.0 * big_u
+        spectral(np.interp(time, *topics.columns[name])) if name in topics.columns else 0.0 * big_u
         for name in loop.apart or ("", "")
     )
     judged = slice(CYCLES - 1, int((np.abs(s) < np.pi / (4.0 * period)).sum()))  # an integral's ends leak into slower lines
@@ -129,7 +129,7 @@ def axis_excitation(path: Path, found: Topics, loop: RateLoop, place: int) -> Ex
     later: Complex = f * np.exp(-period * s)
     if loop.form == "px4" and left(later) < left(f):  # stamped alike, but made after the command: as in PX4's simulators
         f = later
-    answer = around * loop.unfiltered(found.parameters, s) * big_y / s
+    answer = around * loop.unfiltered(topics.parameters, s) * big_y / s
     given = big_r + answer
     excitation = np.fft.irfft(np.concatenate([[0.0], f * given + added]), len(time))
     told = np.concatenate([[False], amplitudes(given) > OWN * amplitudes(answer)])

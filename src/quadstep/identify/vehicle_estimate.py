@@ -267,50 +267,50 @@ def body_inertia(sheet: Datasheet, count: int) -> tuple[Number, Number, Number]:
     return first, second, third
 
 
-def vehicle_of(sheet: Datasheet, found: VehicleEstimate) -> AirframeSection:
+def vehicle_of(sheet: Datasheet, estimate: VehicleEstimate) -> AirframeSection:
     full, empty = FULL * sheet.cells, EMPTY * sheet.cells
 
     def short(number: Number) -> float:
         return float(f"{number.value:.5g}")
 
-    exponent = short(found.voltage_exponent)
+    exponent = short(estimate.voltage_exponent)
     content = {
-        "description": sheet.name, "mass": sheet.mass, "inertia": [short(one) for one in found.inertia], "gravity": 9.81,
+        "description": sheet.name, "mass": sheet.mass, "inertia": [short(one) for one in estimate.inertia], "gravity": 9.81,
         "layout": sheet.layout, "arm": 0.5 * sheet.wheelbase,
         "rotor": {
-            "thrust_coefficient": short(found.thrust), "torque_coefficient": short(found.torque),
-            "inertia": short(found.rotor_inertia), "rise_time": short(found.rise), "fall_time": short(found.rise),
-            "slowest": float(f"{0.08 * found.fastest.value:.3g}"), "fastest": short(found.fastest),
+            "thrust_coefficient": short(estimate.thrust), "torque_coefficient": short(estimate.torque),
+            "inertia": short(estimate.rotor_inertia), "rise_time": short(estimate.rise), "fall_time": short(estimate.rise),
+            "slowest": float(f"{0.08 * estimate.fastest.value:.3g}"), "fastest": short(estimate.fastest),
             "radius": 0.5 * sheet.propeller.size,
         },
         "drag": {
-            "parasitic": [short(found.parasitic)] * 2 + [float(f"{2.0 * found.parasitic.value:.5g}")],
-            "rotor": [short(found.disc_drag), short(found.disc_drag), short(found.axial_drag)],
+            "parasitic": [short(estimate.parasitic)] * 2 + [float(f"{2.0 * estimate.parasitic.value:.5g}")],
+            "rotor": [short(estimate.disc_drag), short(estimate.disc_drag), short(estimate.axial_drag)],
         },
         "battery": {
-            "full": full, "empty": empty, "capacity": short(found.capacity), "resistance": short(found.resistance),
-            "efficiency": short(found.efficiency),
+            "full": full, "empty": empty, "capacity": short(estimate.capacity), "resistance": short(estimate.resistance),
+            "efficiency": short(estimate.efficiency),
         },
         "command": {
-            "speed": float(f"{found.fastest.value * (found.nominal / full) ** exponent:.5g}"),
-            "exponent": short(found.exponent), "voltage_exponent": exponent,
-            "nominal_voltage": float(f"{found.nominal:.5g}"), "delay": 0.01,
+            "speed": float(f"{estimate.fastest.value * (estimate.nominal / full) ** exponent:.5g}"),
+            "exponent": short(estimate.exponent), "voltage_exponent": exponent,
+            "nominal_voltage": float(f"{estimate.nominal:.5g}"), "delay": 0.01,
         },
         "sources": {
             "mass": "data sheet", "arm": "data sheet: half the wheelbase", "layout": "data sheet", "gravity": "standard",
-            "inertia": found.inertia[0].source,
-            "rotor.thrust_coefficient": found.thrust.source, "rotor.torque_coefficient": found.torque.source,
-            "rotor.inertia": found.rotor_inertia.source,
-            "rotor.rise_time": found.rise.source, "rotor.fall_time": found.rise.source,
-            "rotor.slowest": "usual: 8 % of the fastest", "rotor.fastest": found.fastest.source,
+            "inertia": estimate.inertia[0].source,
+            "rotor.thrust_coefficient": estimate.thrust.source, "rotor.torque_coefficient": estimate.torque.source,
+            "rotor.inertia": estimate.rotor_inertia.source,
+            "rotor.rise_time": estimate.rise.source, "rotor.fall_time": estimate.rise.source,
+            "rotor.slowest": "usual: 8 % of the fastest", "rotor.fastest": estimate.fastest.source,
             "rotor.radius": "data sheet: half the propeller's diameter",
-            "drag.parasitic": found.parasitic.source, "drag.rotor": found.disc_drag.source,
+            "drag.parasitic": estimate.parasitic.source, "drag.rotor": estimate.disc_drag.source,
             "drag.flapping": "usual: none", "drag.translational_lift": "usual: none",
             "battery.full": f"usual: {FULL} V a cell", "battery.empty": f"usual: {EMPTY} V a cell",
-            "battery.capacity": found.capacity.source, "battery.resistance": found.resistance.source,
-            "battery.efficiency": found.efficiency.source,
-            "command.speed": found.fastest.source, "command.exponent": found.exponent.source,
-            "command.voltage_exponent": found.voltage_exponent.source,
+            "battery.capacity": estimate.capacity.source, "battery.resistance": estimate.resistance.source,
+            "battery.efficiency": estimate.efficiency.source,
+            "command.speed": estimate.fastest.source, "command.exponent": estimate.exponent.source,
+            "command.voltage_exponent": estimate.voltage_exponent.source,
             "command.nominal_voltage": "where command.speed holds", "command.delay": "usual: 10 ms, +-50 %",
         },
     }  # fmt: skip

@@ -23,31 +23,31 @@ from quadstep.vehicle.airframe_plant import Observer
 FLIGHTS = 2000
 
 
-def varying(found: VehicleEstimate) -> list[tuple[str, Number]]:
+def varying(estimate: VehicleEstimate) -> list[tuple[str, Number]]:
     """The keys of a mission that vary. Inertia about z follows that about x and y only loosely, so each varies by itself."""
     return [
-        ("vehicle.rotor.thrust_coefficient", found.thrust),
-        ("vehicle.rotor.torque_coefficient", found.torque),
-        ("vehicle.rotor.fastest", found.fastest),
-        ("vehicle.rotor.rise_time", found.rise),
-        ("vehicle.rotor.inertia", found.rotor_inertia),
-        ("vehicle.inertia.0", found.inertia[0]),
-        ("vehicle.inertia.1", found.inertia[1]),
+        ("vehicle.rotor.thrust_coefficient", estimate.thrust),
+        ("vehicle.rotor.torque_coefficient", estimate.torque),
+        ("vehicle.rotor.fastest", estimate.fastest),
+        ("vehicle.rotor.rise_time", estimate.rise),
+        ("vehicle.rotor.inertia", estimate.rotor_inertia),
+        ("vehicle.inertia.0", estimate.inertia[0]),
+        ("vehicle.inertia.1", estimate.inertia[1]),
     ]
 
 
-def bodies(found: VehicleEstimate) -> tuple[tuple[float, float], tuple[float, float]]:
+def bodies(estimate: VehicleEstimate) -> tuple[tuple[float, float], tuple[float, float]]:
     """Between which the inertias about x and y may be drawn, one without the other, beside that about z as it is: each may
     use up a little less than half of what the triangle inequality leaves it, so that every draw is a rigid body.
     """
-    x, y, z = (one.value for one in found.inertia)
+    x, y, z = (one.value for one in estimate.inertia)
     below, x_above, y_above = (0.49 * max(0.0, left) for left in (x + y - z, y + z - x, x + z - y))
     return (x - min(below, y_above), x + x_above), (y - min(below, x_above), y + y_above)
 
 
-def campaign_text(sheet: Datasheet, found: VehicleEstimate, vehicle_file: str) -> str:
+def campaign_text(sheet: Datasheet, estimate: VehicleEstimate, vehicle_file: str) -> str:
     """The campaign file: a circle, flown with the controller's usual gains, which believe in the vehicle as estimated."""
-    inertia = [float(f"{one.value:.5g}") for one in found.inertia]
+    inertia = [float(f"{one.value:.5g}") for one in estimate.inertia]
     lines = [
         f"# What the data sheet of {json.dumps(sheet.name, ensure_ascii=False)[1:-1]} leaves open: does it fly all the same?",
         f"name = {json.dumps(f'{sheet.name}, uncertain', ensure_ascii=False)}",
@@ -61,8 +61,8 @@ def campaign_text(sheet: Datasheet, found: VehicleEstimate, vehicle_file: str) -
         "",
         "[vary]",
     ]
-    ranges = {f"vehicle.inertia.{axis}": ends for axis, ends in enumerate(bodies(found))}
-    for key, number in varying(found):
+    ranges = {f"vehicle.inertia.{axis}": ends for axis, ends in enumerate(bodies(estimate))}
+    for key, number in varying(estimate):
         spread = f"median = {number.value:.5g}, sigma = {number.spread:.3g}"
         least, most = ranges.get(key, (0.0, math.inf))
         low, high = max(least, number.value * 0.25**number.spread), min(most, number.value * 4.0**number.spread)
@@ -91,9 +91,9 @@ def was_fitted_to(vehicle: AirframeSection, flight: FlightRecord) -> bool:
     return any(len(marks.intersection(one.split())) >= ENOUGH for one in vehicle.identified_from.values())
 
 
-def identified_vehicle(vehicle: AirframeSection, found: Identified, description: str, mass_source: str) -> AirframeSection:
+def identified_vehicle(vehicle: AirframeSection, fit: Identified, description: str, mass_source: str) -> AirframeSection:
     """The fitted vehicle. Rotors are placed from its centre of gravity; parameters that flights cannot determine stay."""
-    leaves = leaves_of(found.numbers)
+    leaves = leaves_of(fit.numbers)
     content = vehicle.model_dump(exclude_none=True, exclude={"preset", "file", "layout", "arm", "rotors", "residual"})
     offset = [leaves[f"offset.{axis}"] for axis in range(3)]
     content["rotors"] = [
@@ -106,7 +106,7 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
     ]
     content["description"] = description
     # yaw determines only the ratio of torque to inertia: the body's proportions stay, and so does that ratio
-    stretch = stretched(vehicle, found)
+    stretch = stretched(vehicle, fit)
     x, y = (leaves[f"airframe.inertia.{axis}"] for axis in (0, 1))
     content["inertia"] = [rounded(value) for value in (x, y, stretch * vehicle.inertia[2])]
     rotor, drag = content["rotor"], content["drag"]
@@ -127,11 +127,11 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
         "delay": rounded(leaves["curve.delay"]),
     }
     content["imu"] = {"tilt": [rounded(leaves[f"tilt.{axis}"]) for axis in (0, 1)]}
-    content["prediction"] = observer_content(found.numbers.observer)
-    if found.guided:
-        content["guided_prediction"] = observer_content(found.guided)
-    content["undetermined"] = list(found.kept)
-    content["sources"] = sources(vehicle, found, stretch, mass_source)
+    content["prediction"] = observer_content(fit.numbers.observer)
+    if fit.guided:
+        content["guided_prediction"] = observer_content(fit.guided)
+    content["undetermined"] = list(fit.kept)
+    content["sources"] = sources(vehicle, fit, stretch, mass_source)
     try:
         return AirframeSection.model_validate(content)
     except ValidationError as error:
@@ -143,20 +143,20 @@ ABOUT_YAW = ("rotor.torque_coefficient", "rotor.inertia")
 """What flights determine only in proportion to the inertia about z."""
 
 
-def stretched(vehicle: AirframeSection, found: Identified) -> float:
+def stretched(vehicle: AirframeSection, fit: Identified) -> float:
     """The factor from the given to the fitted inertias about x and y."""
-    leaves = leaves_of(found.numbers)
+    leaves = leaves_of(fit.numbers)
     return (leaves["airframe.inertia.0"] + leaves["airframe.inertia.1"]) / (vehicle.inertia[0] + vehicle.inertia[1])
 
 
-def in_proportion(vehicle: AirframeSection, found: Identified) -> Identified:
+def in_proportion(vehicle: AirframeSection, fit: Identified) -> Identified:
     """The result with the numbers that yaw determines as the vehicle file has them: for the inertia about z in proportion."""
-    stretch, fitted = stretched(vehicle, found), dict(found.fitted)
+    stretch, fitted = stretched(vehicle, fit), dict(fit.fitted)
     for key in ABOUT_YAW:
         if one := fitted.get(key):
             value, low, high = (stretch * number for number in one[:3])
             fitted[key] = Fitted(value, low, high, one.unit, f"{one.source}, for the inertia about z in proportion")
-    return found._replace(fitted=fitted)
+    return fit._replace(fitted=fitted)
 
 
 UNLIKE = "do --vehicle and its mass suit the vehicle that flew?"
@@ -174,13 +174,13 @@ def observer_content(observer: Observer) -> dict[str, object]:
     }
 
 
-def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_source: str) -> dict[str, str]:
+def sources(vehicle: AirframeSection, fit: Identified, stretch: float, mass_source: str) -> dict[str, str]:
     result = dict(vehicle.sources)
     result["mass"] = mass_source
     grouped: dict[str, list[str]] = {}
-    said = {key: f"as it was: {reason}" for key, reason in found.kept.items()} | {
+    said = {key: f"as it was: {reason}" for key, reason in fit.kept.items()} | {
         key: f"identified, {one.value:.4g}, 95 % {one.low:.4g} to {one.high:.4g} ({one.source})"
-        for key, one in found.fitted.items()
+        for key, one in fit.fitted.items()
     }
     for key, one in said.items():
         base, _, axis = key.partition("[")

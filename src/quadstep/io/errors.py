@@ -51,7 +51,7 @@ class InterruptedRun(Exception):  # noqa: N818 (it is no error)
     """Ctrl-C in a run whose results so far are kept; the message says where and how to go on."""
 
 
-def unknown_name(what: str, given: object, names: Iterable[str], other: str = "") -> str:
+def unknown_name(what: str, value: object, names: Iterable[str], other: str = "") -> str:
     """What is said of a name that is none of these: which are, what else is allowed, and which one was probably meant.
 
     >>> unknown_name("preset", "x50", ["crazyflie", "x500"])
@@ -60,7 +60,7 @@ def unknown_name(what: str, given: object, names: Iterable[str], other: str = ""
     "unknown mapping 'y'; allowed: a file"
     """
     known = list(names)
-    return f"unknown {what} {shorten(given)}; allowed: {listed(known, other)}{did_you_mean(given, known)}"
+    return f"unknown {what} {shorten(value)}; allowed: {listed(known, other)}{did_you_mean(value, known)}"
 
 
 def listed(names: Iterable[str], other: str = "") -> str:
@@ -69,9 +69,9 @@ def listed(names: Iterable[str], other: str = "") -> str:
     return f"{known}, or {other}" if known and other else known or other or "none"
 
 
-def did_you_mean(given: object, names: Sequence[str]) -> str:
+def did_you_mean(value: object, names: Sequence[str]) -> str:
     """The end of a refusal: which of the names was probably meant; nothing where none is like it."""
-    near = get_close_matches(given, names, 1) if isinstance(given, str) and len(given) <= LONGEST_VALUE else ()
+    near = get_close_matches(value, names, 1) if isinstance(value, str) and len(value) <= LONGEST_VALUE else ()
     return "".join(f"; did you mean {one}?" for one in near)
 
 

@@ -201,11 +201,11 @@ def some(values: dict[str, float], whose: str) -> dict[str, float]:
     return values
 
 
-def once(found: dict[str, Said], key: str, value: Said, line: int) -> None:
+def once(entries: dict[str, Said], key: str, value: Said, line: int) -> None:
     """Enter what may be said once only. Raises UserError."""
-    if key in found:
+    if key in entries:
         raise UserError(f"line {line}: {key} is given twice")
-    found[key] = value
+    entries[key] = value
 
 
 def number_of(text: str, what: str) -> float:

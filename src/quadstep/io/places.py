@@ -65,16 +65,16 @@ def place(text: object) -> Place | None:
     return Place(found["where"], found["name"]) if found else None
 
 
-def digests(found: Place, folder: Path) -> dict[str, str]:
+def digests(place: Place, folder: Path) -> dict[str, str]:
     """Of everything that the thing is made of, by name: its file and those beside it that it imports, or an installed package.
 
     Raises UserError.
     """
-    path = found.file(folder)
+    path = place.file(folder)
     if path is None:
-        top = found.where.partition(".")[0]
+        top = place.where.partition(".")[0]
         return {top: package_code(top)}
-    beside = Path(found.where if found.where.endswith(".py") else found.where.replace(".", "/")).parent
+    beside = Path(place.where if place.where.endswith(".py") else place.where.replace(".", "/")).parent
     return {str(beside / one.name): code_of({one: content}) for one, content in sources(path).items()}
 
 

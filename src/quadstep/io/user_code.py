@@ -132,48 +132,48 @@ def refuse(reason: str) -> None:
 
 
 @contextlib.contextmanager
-def only(given: Sequence[str]) -> Iterator[None]:
+def only(names: Sequence[str]) -> Iterator[None]:
     """Meanwhile no code of users is run but these files, wherever a mission looks for ones of their names, and modules."""
     global trusted  # noqa: PLW0603 (a policy of the process)
-    trusted = given
+    trusted = names
     try:
         yield
     finally:
         trusted = None
 
 
-def refuse_stranger(found: Place, folder: Path) -> Path:
+def refuse_stranger(place: Place, folder: Path) -> Path:
     """The folder in which to look for what a mission names. Raises UserError for code that may not run."""
     if trusted is None:
         return folder
     for one in trusted:
         file = Path(one)
-        if one == found.where or file.name == Path(found.where).name or (file.suffix == ".py" and file.stem == found.where):
+        if one == place.where or file.name == Path(place.where).name or (file.suffix == ".py" and file.stem == place.where):
             return file.parent
-    raise UserError(f"{found.text}: is code, which is not run unless you name its file: --controller {found.where}")
+    raise UserError(f"{place.text}: is code, which is not run unless you name its file: --controller {place.where}")
 
 
-def load(found: Place, folder: Path) -> object:
+def load(place: Place, folder: Path) -> object:
     """The class or function that a mission names. folder: the mission's. Raises UserError."""
     if refused:
-        raise UserError(f"{found.text}: user code is not run: {refused}")
-    own = refuse_stranger(found, folder)
-    path = (found if own is folder else found._replace(where=Path(found.where).name)).file(own)
-    if path is None and found.text not in NAMED:
+        raise UserError(f"{place.text}: user code is not run: {refused}")
+    own = refuse_stranger(place, folder)
+    path = (place if own is folder else place._replace(where=Path(place.where).name)).file(own)
+    if path is None and place.text not in NAMED:
         with contextlib.suppress(UserError):  # too many files
-            FILES.update(map(str, package_files(found.where.partition(".")[0])))
-    NAMED.add(found.text)
+            FILES.update(map(str, package_files(place.where.partition(".")[0])))
+    NAMED.add(place.text)
     try:
-        module = family_of(path).module(path) if path else importlib.import_module(found.where)
+        module = family_of(path).module(path) if path else importlib.import_module(place.where)
     except (UserError, KeyboardInterrupt):
         raise
     except BaseException as error:  # SystemExit too
-        said = user_error(error, str(path or found.text))
-        raise (UserError(f"{found.text}, which {found.origin} registers: {said}") if found.origin else said) from error
-    if not hasattr(module, found.name):
+        said = user_error(error, str(path or place.text))
+        raise (UserError(f"{place.text}, which {place.origin} registers: {said}") if place.origin else said) from error
+    if not hasattr(module, place.name):
         known = [name for name, one in vars(module).items() if getattr(one, "__module__", "") == module.__name__]
-        raise UserError(f"{path or found.where}: has no {found.name!r}; it defines {', '.join(known) or 'nothing'}")
-    return getattr(module, found.name)
+        raise UserError(f"{path or place.where}: has no {place.name!r}; it defines {', '.join(known) or 'nothing'}")
+    return getattr(module, place.name)
 
 
 class Family:

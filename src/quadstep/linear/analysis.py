@@ -120,9 +120,9 @@ def analyse_rest(mission: Mission) -> RestAnalysis:
         return RestAnalysis(rests[0], with_place(found, mission, rests)._replace(near=near, tried=tried, later=later))
 
 
-def with_place(found: Analysis, mission: Mission, rests: list[Rest]) -> Analysis:
+def with_place(analysis: Analysis, mission: Mission, rests: list[Rest]) -> Analysis:
     """With where its loops rest, and whether the mission has events."""
-    return found._replace(aside=max(map(aside, rests)), eventful=bool(getattr(mission, "events", ())))
+    return analysis._replace(aside=max(map(aside, rests)), eventful=bool(getattr(mission, "events", ())))
 
 
 def limits(mission: Mission) -> MarginLimits:
@@ -131,10 +131,10 @@ def limits(mission: Mission) -> MarginLimits:
     return MarginLimits(asked.gain, asked.phase, asked.least_delay(mission.latency))
 
 
-def of_loop(loop: ReducedPeriod, asked: MarginLimits = TEXTBOOK) -> Analysis:
+def of_loop(loop: ReducedPeriod, limits: MarginLimits = TEXTBOOK) -> Analysis:
     channels = loop.period.channels
     modes = Modes(loop)
-    found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held, asked, loop.period.bends)
+    found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held, limits, loop.period.bends)
     if not found.stable:
         return found
     omega, ready = frequencies(loop), opened(loop)
@@ -156,25 +156,25 @@ def of_even_rotors(plan: FlightPlan) -> list[FlightPlan]:
     return [plan._replace(parameters=plan.parameters._replace(airframe=airframe._replace(rotor=one))) for one in both]
 
 
-def worst_of(found: list[Analysis]) -> Analysis:
+def worst_of(analyses: list[Analysis]) -> Analysis:
     """The slowest of several loops of the same channels, with the least of all margins; or the unstable one, if any is."""
-    slowest = max(found, key=lambda one: one.poles[0].real)
+    slowest = max(analyses, key=lambda one: one.poles[0].real)
     if not slowest.stable:
         return slowest
-    not_held = tuple(dict.fromkeys(name for one in found for name in one.not_held))
-    worst = tuple(least(each) for each in zip(*(one.margins for one in found), strict=True))
-    return slowest._replace(margins=worst, not_held=not_held, bends=found[0].bends)
+    not_held = tuple(dict.fromkeys(name for one in analyses for name in one.not_held))
+    worst = tuple(least(each) for each in zip(*(one.margins for one in analyses), strict=True))
+    return slowest._replace(margins=worst, not_held=not_held, bends=analyses[0].bends)
 
 
-def least(found: tuple[Margins, ...]) -> Margins:
-    turned = min(found, key=lambda one: one.phase)
+def least(margins: tuple[Margins, ...]) -> Margins:
+    turned = min(margins, key=lambda one: one.phase)
     return Margins(
-        gain_up=min(one.gain_up for one in found),
-        gain_down=max(one.gain_down for one in found),
+        gain_up=min(one.gain_up for one in margins),
+        gain_down=max(one.gain_down for one in margins),
         phase=turned.phase,
         phase_at=turned.phase_at,
-        delay=min(one.delay for one in found),
-        disk=min(one.disk for one in found),
-        sensitivity=max(one.sensitivity for one in found),
-        complementary=max(one.complementary for one in found),
+        delay=min(one.delay for one in margins),
+        disk=min(one.disk for one in margins),
+        sensitivity=max(one.sensitivity for one in margins),
+        complementary=max(one.complementary for one in margins),
     )

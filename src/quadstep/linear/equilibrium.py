@@ -83,16 +83,16 @@ def hovering(mission: Mission) -> FlightPlan:
     return quiet(held_mission(mission, path.law.reference(0.0, path.parameters), path.length).plan(warn=False))
 
 
-def held_mission(mission: Mission, wanted: Reference, duration: float, aside: float = 0.0) -> Mission:
+def held_mission(mission: Mission, reference: Reference, duration: float, aside: float = 0.0) -> Mission:
     """The mission held at a point of its path [s]. aside: how far beside it along each axis it begins [m]."""
-    x, y, z = (float(entry) for entry in wanted.position)
+    x, y, z = (float(entry) for entry in reference.position)
     path = StepPath(
         type="step",
         start=(x + aside, y + aside, z + aside),
         end=(x, y, z),
         time=0.0 if aside == 0.0 else BEGUN,
         duration=duration,
-        yaw=float(wanted.yaw),
+        yaw=float(reference.yaw),
     )
     changes: dict[str, object] = {"path": path}
     if isinstance(mission, MultirotorMission | LagrangeMission):

@@ -75,19 +75,19 @@ LEAST_ASIDE = 1e-3
 WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 
 
-def graded(found: Analysis) -> Grade:
-    if not found.stable:
-        first = found.poles[0]
+def graded(analysis: Analysis) -> Grade:
+    if not analysis.stable:
+        first = analysis.poles[0]
         pace = f"by a factor of {math.e:.3g} in {-first.time_constant:.3g} s"
-        return Grade(UNSTABLE, f"a mode grows {pace} ({found.said(first.states)})")
-    if found.not_held:
-        return Grade(UNSTABLE, f"it does not hold {', '.join(found.not_held)}; a deviation there never decays")
-    measures = least_of(found)
+        return Grade(UNSTABLE, f"a mode grows {pace} ({analysis.said(first.states)})")
+    if analysis.not_held:
+        return Grade(UNSTABLE, f"it does not hold {', '.join(analysis.not_held)}; a deviation there never decays")
+    measures = least_of(analysis)
     short = [one for one in measures if not one.met]
     said = ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures)
-    if found.aside >= LEAST_ASIDE:
-        said += f"; it rests {quantity(found.aside, 'm')} from where the path begins"
-    said += "; its events are not counted" if found.eventful else ""
+    if analysis.aside >= LEAST_ASIDE:
+        said += f"; it rests {quantity(analysis.aside, 'm')} from where the path begins"
+    said += "; its events are not counted" if analysis.eventful else ""
     if not short:
         return Grade(SOUND, f"least {said}", measures)
     missed = " and ".join(f"{one.what} margin below {one.text(one.limit)}" for one in short)
@@ -103,9 +103,9 @@ SAME = 1e-4
 """Share by which margins of channels differ through rounding: of equal ones the first is named, on every machine."""
 
 
-def least_of(found: Analysis) -> tuple[Measure, ...]:
+def least_of(analysis: Analysis) -> tuple[Measure, ...]:
     """The least gain margin of both ways, phase margin and delay margin over all channels."""
-    pairs = list(zip((channel.name for channel in found.channels), found.margins, strict=True))
+    pairs = list(zip((channel.name for channel in analysis.channels), analysis.margins, strict=True))
 
     def least(what: str, bound: float, scale: float, unit: str, *of: tuple[str, Callable[[Margins], float]]) -> Measure:
         every = [(value(one), ", ".join(filter(None, (name, way)))) for way, value in of for name, one in pairs]
@@ -115,9 +115,9 @@ def least_of(found: Analysis) -> tuple[Measure, ...]:
         return Measure(what, value, bound, channel, scale, unit)
 
     return (
-        least("gain", found.limits.gain, 1.0, " dB", ("up", lambda one: one.up), ("down", lambda one: one.down)),
-        least("phase", found.limits.phase, math.degrees(1.0), "°", ("", lambda one: one.phase)),
-        least("delay", found.limits.delay, 1e3, " ms", ("", lambda one: one.delay)),
+        least("gain", analysis.limits.gain, 1.0, " dB", ("up", lambda one: one.up), ("down", lambda one: one.down)),
+        least("phase", analysis.limits.phase, math.degrees(1.0), "°", ("", lambda one: one.phase)),
+        least("delay", analysis.limits.delay, 1e3, " ms", ("", lambda one: one.delay)),
     )
 
 
@@ -211,18 +211,22 @@ def margin_metrics(mission: Mission, names: Iterable[str]) -> dict[str, float]:
     return {name: found[name] for name in names}
 
 
-def of_analysis(found: Analysis) -> dict[str, float]:
+def of_analysis(analysis: Analysis) -> dict[str, float]:
     """All metrics by name; for a channel that the vehicle does not have, the stand-in for an infinite margin."""
-    by_channel = {channel.name: one for channel, one in zip(found.channels, found.margins, strict=False)}
-    if found.stable:
-        by_channel[""] = least(found.margins)
+    by_channel = {channel.name: one for channel, one in zip(analysis.channels, analysis.margins, strict=False)}
+    if analysis.stable:
+        by_channel[""] = least(analysis.margins)
     made = {}
     for name in MARGINS:
         kind = next(kind for kind in UNITS if name.startswith(kind))
         one = by_channel.get(name.removeprefix(kind).removeprefix("_"))
         endless = MOST.get(kind, 1.0)
         made[name] = (
-            UNHELD[kind] if not found.stable else endless if one is None else min(sizes(one)[kind], MOST.get(kind, math.inf))
+            UNHELD[kind]
+            if not analysis.stable
+            else endless
+            if one is None
+            else min(sizes(one)[kind], MOST.get(kind, math.inf))
         )
     return made
 

@@ -40,28 +40,28 @@ def margin_numbers(one: Margins) -> list[float | None]:
     return [*gains, *map(finite, rest)]
 
 
-def channel_margins(found: Analysis) -> dict[str, list[float | None]]:
-    return {channel.name: margin_numbers(one) for channel, one in zip(found.channels, found.margins, strict=False)}
+def channel_margins(analysis: Analysis) -> dict[str, list[float | None]]:
+    return {channel.name: margin_numbers(one) for channel, one in zip(analysis.channels, analysis.margins, strict=False)}
 
 
-def record(found: Analysis, steps: list[StepResponse]) -> dict[str, object]:
-    period, grade, asked = found.loop.period, graded(found), found.limits
+def record(analysis: Analysis, steps: list[StepResponse]) -> dict[str, object]:
+    period, grade, asked = analysis.loop.period, graded(analysis), analysis.limits
     return {
         "grade": grade.word,
         "why": grade.why,
         "limits": {"gain[dB]": asked.gain, "phase[rad]": asked.phase, "delay[s]": asked.delay},
-        "stable": found.holds,
-        "not_held": list(found.not_held),
+        "stable": analysis.holds,
+        "not_held": list(analysis.not_held),
         "period[s]": period.length,
         "states": list(period.names),
-        "margins": {name: dict(zip(MARGIN_COLUMNS, one, strict=True)) for name, one in channel_margins(found).items()},
-        "bends": list(found.bends),
-        "bends_near": list(found.near),
-        "sides_tried": found.tried,
-        "changes_until[s]": list(found.later),
-        "rests_aside[m]": found.aside,
-        "poles[1/s]": [[pole.real, pole.imaginary] for pole in found.poles],
-        "pole_states": [list(pole.states) for pole in found.poles],
+        "margins": {name: dict(zip(MARGIN_COLUMNS, one, strict=True)) for name, one in channel_margins(analysis).items()},
+        "bends": list(analysis.bends),
+        "bends_near": list(analysis.near),
+        "sides_tried": analysis.tried,
+        "changes_until[s]": list(analysis.later),
+        "rests_aside[m]": analysis.aside,
+        "poles[1/s]": [[pole.real, pole.imaginary] for pole in analysis.poles],
+        "pole_states": [list(pole.states) for pole in analysis.poles],
         "steps": {step.name: {"overshoot[-]": step.overshoot, "settling[s]": finite(step.settling)} for step in steps},
     }
 
@@ -173,9 +173,9 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     )
 
 
-def captions(found: Analysis, moves: list[StepResponse]) -> dict[str, str]:
+def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     """What to see in each figure."""
-    pairs = list(zip(found.channels, found.margins, strict=False))
+    pairs = list(zip(analysis.channels, analysis.margins, strict=False))
     phase = min(pairs, key=lambda pair: pair[1].phase)
     near = max(pairs, key=lambda pair: pair[1].sensitivity)
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
@@ -195,12 +195,12 @@ def captions(found: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     }
 
 
-def draw(folder: Path, found: Analysis, moves: list[StepResponse], sheet: Sheet) -> None:
+def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: Sheet) -> None:
     """The figures: frequencies up to half the rate of the law."""
     folder.mkdir()
-    ready = opened(found.loop)
+    ready = opened(analysis.loop)
     omega = np.geomspace(max(LOWEST, SLOWEST_SHOWN), np.pi * len(ready.due) / ready.length, DRAWN)
-    shown = OpenLoop(found.channels, omega, harmonic(ready, omega))
+    shown = OpenLoop(analysis.channels, omega, harmonic(ready, omega))
     draw_bode(folder / "bode", shown, sheet)
     draw_nyquist(folder / "nyquist", shown, sheet)
     draw_steps(folder / "step", moves, sheet)

@@ -46,11 +46,11 @@ def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | s
         yield first * plans[0].ticks.step, at(plans, first, limits(mission))
 
 
-def at(plans: list[FlightPlan], first: int, asked: MarginLimits) -> Analysis | str:
+def at(plans: list[FlightPlan], first: int, limits: MarginLimits) -> Analysis | str:
     try:
         with linearising():
             loops = [reduced(linearised(Loops(plan), flown_to(plan, first), first)) for plan in plans]
-            return worst_of([of_loop(one, asked) for one in loops])
+            return worst_of([of_loop(one, limits) for one in loops])
     except NotLinearError as error:
         return str(error)
 

@@ -73,8 +73,8 @@ def margin_cells(one: Margins) -> list[str]:
     return [decibels(one.gain_up), decibels(one.gain_down), *map(number, rest), *peaks]
 
 
-def margin_rows(found: Analysis) -> list[list[str]]:
-    return [[channel.name, *margin_cells(one)] for channel, one in zip(found.channels, found.margins, strict=False)]
+def margin_rows(analysis: Analysis) -> list[list[str]]:
+    return [[channel.name, *margin_cells(one)] for channel, one in zip(analysis.channels, analysis.margins, strict=False)]
 
 
 def grouped(poles: list[Pole]) -> list[Group]:
@@ -106,24 +106,24 @@ def pole_rows(poles: list[Pole], said: Callable[[Iterable[str]], str], most: int
     ]
 
 
-def sentences(found: Analysis, but: str = "") -> list[str]:
+def sentences(analysis: Analysis, but: str = "") -> list[str]:
     """The opening lines, before any number. but: what the mission's flight does that was not asked."""
-    grade, period = graded(found), found.loop.period
+    grade, period = graded(analysis), analysis.loop.period
     rest = at_rest({"grade": grade.word, "why": grade.why})
     answer = f"{but[0].upper()}{but[1:]}; {rest}." if but else grade.sentence
-    later = [LATER.format(listed([f"{t:.3g}" for t in found.later]))] if found.later else []
-    if not found.stable:
+    later = [LATER.format(listed([f"{t:.3g}" for t in analysis.later]))] if analysis.later else []
+    if not analysis.stable:
         return [answer, *later]
-    slowest = f"The slowest mode has a time constant of {number(found.poles[0].time_constant, '.3g')} s."
-    still = dict.fromkeys(name for pole in found.poles if not pole.real and not pole.imaginary for name in pole.states)
+    slowest = f"The slowest mode has a time constant of {number(analysis.poles[0].time_constant, '.3g')} s."
+    still = dict.fromkeys(name for pole in analysis.poles if not pole.real and not pole.imaginary for name in pole.states)
     if still:
-        slowest = f"A mode neither grows nor decays: {found.said(still)} keep any value they are given."
+        slowest = f"A mode neither grows nor decays: {analysis.said(still)} keep any value they are given."
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
-    bent = [f"{BENT.format(found.tried)} ({', '.join(found.bends)})."] if found.bends else []
-    if found.near and not bent:
-        bent = [NEAR.format(found.said(short(found.near)), found.tried)]
+    bent = [f"{BENT.format(analysis.tried)} ({', '.join(analysis.bends)})."] if analysis.bends else []
+    if analysis.near and not bent:
+        bent = [NEAR.format(analysis.said(short(analysis.near)), analysis.tried)]
     return [answer, *later, slowest, sampled, *bent]
 
 

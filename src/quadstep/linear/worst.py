@@ -47,31 +47,31 @@ class LeastMargin(NamedTuple):
     where: str
 
 
-def stable(found: Found) -> list[tuple[str, Analysis]]:
-    return [(name, one) for name, one in found if isinstance(one, Analysis) and one.stable]
+def stable(loops: Found) -> list[tuple[str, Analysis]]:
+    return [(name, one) for name, one in loops if isinstance(one, Analysis) and one.stable]
 
 
-def grades(found: Found, where: str = "") -> str:
+def grades(loops: Found, where: str = "") -> str:
     """How many loops have each grade, as a sentence. where: they are, after a blank, as " at rest"."""
-    words = [graded(one).word if isinstance(one, Analysis) else UNKNOWN for _, one in found]
+    words = [graded(one).word if isinstance(one, Analysis) else UNKNOWN for _, one in loops]
     counts = [f"{words.count(word)} {word}" for word in (SOUND, FRAGILE, UNSTABLE, UNKNOWN) if word in words]
     return f"Of {len(words)} loops{where}: {', '.join(counts)}."
 
 
-def unstable(found: Found) -> list[str]:
+def unstable(loops: Found) -> list[str]:
     """A sentence each on the loops that are unstable, and on those that do not hold something."""
-    linearised = [(name, one) for name, one in found if isinstance(one, Analysis)]
+    linearised = [(name, one) for name, one in loops if isinstance(one, Analysis)]
     growing = [name for name, one in linearised if not one.stable]
     loose = [(name, ", ".join(one.not_held)) for name, one in linearised if one.stable and one.not_held]
-    lines = [f"Unstable: {len(growing)} of {len(found)}, first {growing[0]}."] if growing else []
+    lines = [f"Unstable: {len(growing)} of {len(loops)}, first {growing[0]}."] if growing else []
     if loose:
-        lines.append(f"Not held: in {len(loose)} of {len(found)}; {loose[0][0]} does not hold {loose[0][1]}.")
+        lines.append(f"Not held: in {len(loose)} of {len(loops)}; {loose[0][0]} does not hold {loose[0][1]}.")
     return lines
 
 
-def rows(found: Found) -> list[list[str]]:
+def rows(loops: Found) -> list[list[str]]:
     """A row of `ROW_HEADER` for each loop that could be linearised: the least margins of all its channels."""
-    return [[name, *cells(one)] for name, one in found if isinstance(one, Analysis)]
+    return [[name, *cells(one)] for name, one in loops if isinstance(one, Analysis)]
 
 
 def cells(one: Analysis) -> list[str]:
@@ -83,13 +83,13 @@ def cells(one: Analysis) -> list[str]:
     return [graded(one).word, pole, *(text(worst_of_all) for _, _, _, text in MEASURES[:5])]
 
 
-def refused(found: Found) -> list[str]:
+def refused(loops: Found) -> list[str]:
     """A line for each reason why loops cannot be linearised: their names or, if many, their number and the first."""
     alike: dict[str, list[tuple[str, str]]] = {}
-    for name, one in found:
+    for name, one in loops:
         if isinstance(one, str):
             alike.setdefault(NUMBER.sub("", one), []).append((name, one))
-    return [f"{whose([name for name, _ in those], len(found))}: {those[0][1]}" for those in alike.values()]
+    return [f"{whose([name for name, _ in those], len(loops))}: {those[0][1]}" for those in alike.values()]
 
 
 def whose(names: Sequence[str], total: int) -> str:
@@ -97,13 +97,13 @@ def whose(names: Sequence[str], total: int) -> str:
     return ", ".join(names) if len(names) <= NAMED else f"{len(names)} of {total}, first {names[0]}"
 
 
-def worst(found: Found) -> list[LeastMargin]:
+def worst(loops: Found) -> list[LeastMargin]:
     """The least of each margin over all loops and channels."""
     made = []
     for title, value, less, text in MEASURES:
         every = [
             (value(margins), name, channel.name, margins)
-            for name, one in stable(found)
+            for name, one in stable(loops)
             for channel, margins in zip(one.channels, one.margins, strict=True)
         ]
         if every:
@@ -112,9 +112,9 @@ def worst(found: Found) -> list[LeastMargin]:
     return made
 
 
-def facts(found: Found) -> list[Fact]:
+def facts(loops: Found) -> list[Fact]:
     """The same for a report's summary: the least of the most common margins."""
-    known, made = {one.margin: one for one in worst(found)}, []
+    known, made = {one.margin: one for one in worst(loops)}, []
     up, down = (known.get(f"gain {way} [dB]") for way in ("up", "down"))
     ways = [(one, way) for one, way in ((up, "up"), (down, "down")) if one and one.text != "none"]
     gain = min(ways, key=lambda pair: abs(float(pair[0].text)), default=(up, ""))

@@ -76,22 +76,22 @@ def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:
     return float(((forces <= least + tolerance) | (forces >= greatest - tolerance)).any(axis=1).mean()) if len(forces) else 0.0
 
 
-def has(seen: LoggedFlight, *names: str) -> bool:
-    return all(name in seen.log.columns for name in names)
+def has(flight: LoggedFlight, *names: str) -> bool:
+    return all(name in flight.log.columns for name in names)
 
 
-def rows(seen: LoggedFlight, entries: Mapping[str, str], values: Numbers) -> QuantityRows:
+def rows(flight: LoggedFlight, entries: Mapping[str, str], values: Numbers) -> QuantityRows:
     """Over the whole log."""
-    return QuantityRows(entries, values.reshape(len(values), -1), seen.log.column("t"))
+    return QuantityRows(entries, values.reshape(len(values), -1), flight.log.column("t"))
 
 
-def position_error(seen: LoggedFlight) -> QuantityRows | None:
+def position_error(flight: LoggedFlight) -> QuantityRows | None:
     """e1 (Eq. 11), from `since` on."""
-    t, axes = seen.log.column("t"), position_axes(seen.log)
+    t, axes = flight.log.column("t"), position_axes(flight.log)
     if not axes:
         return None
-    scored = seen.log._replace(rows=seen.log.rows[t >= seen.since])
-    return QuantityRows(dict.fromkeys(axes, "m"), position_errors(scored), t[t >= seen.since])
+    scored = flight.log._replace(rows=flight.log.rows[t >= flight.since])
+    return QuantityRows(dict.fromkeys(axes, "m"), position_errors(scored), t[t >= flight.since])
 
 
 ARMS = 10.0
@@ -113,31 +113,31 @@ def moves(wanted: Numbers) -> bool:
     return bool(steps > 1 and (wanted.max(axis=0) - wanted.min(axis=0) > POINT).any())
 
 
-def error_against_path(seen: LoggedFlight) -> QuantityRows | None:
+def error_against_path(flight: LoggedFlight) -> QuantityRows | None:
     """Distance from the path, and what it is measured against [m].
 
     Of a path that moves: the distance of its points from where the vehicle started, or from where the path was when errors
     began to count, whichever is less, and no more than `FAR`: the error of a vehicle that stays there. Of a point: `ARMS`
     arms of the vehicle, and only the second half of the flight, when it should have arrived.
     """
-    found = position_error(seen)
+    found = position_error(flight)
     if found is None or len(found.t) < 2:
         return None
-    axes = position_axes(seen.log)
-    started = seen.log.table(*axes)[0]
-    wanted = seen.log.table(*(f"{axis}_d" for axis in axes))[-len(found.t) :]
+    axes = position_axes(flight.log)
+    started = flight.log.table(*axes)[0]
+    wanted = flight.log.table(*(f"{axis}_d" for axis in axes))[-len(found.t) :]
     distance = np.linalg.norm(found.values, axis=1)
     if moves(wanted):
         gone = (np.minimum(np.linalg.norm(wanted - place, axis=1), FAR) for place in (started, wanted[0]))
         against, first = min(gone, key=rmse), 0
     else:
-        against, first = np.full(len(distance), ARMS * (seen.arm or ARM)), len(distance) // 2
+        against, first = np.full(len(distance), ARMS * (flight.arm or ARM)), len(distance) // 2
     return QuantityRows({"error": "-"}, np.column_stack([distance, against])[first:], found.t[first:])
 
 
-def error_over_time(seen: LoggedFlight) -> QuantityRows | None:
+def error_over_time(flight: LoggedFlight) -> QuantityRows | None:
     """As `error_against_path`, of the whole flight."""
-    found, against = position_error(seen), error_against_path(seen)
+    found, against = position_error(flight), error_against_path(flight)
     if found is None or against is None:
         return None
     scale = np.full(len(found.t), np.sqrt(np.mean(np.square(against.values[:, 1]))))
@@ -151,102 +151,102 @@ RATE_SCALE = 1e3
 """What rates are measured against [rad/s]."""
 
 
-def rates_over_time(seen: LoggedFlight) -> QuantityRows | None:
+def rates_over_time(flight: LoggedFlight) -> QuantityRows | None:
     """Magnitude of the angular rates, and `RATE_SCALE`."""
-    names = next((names for names in RATES if has(seen, *names)), None)
+    names = next((names for names in RATES if has(flight, *names)), None)
     if names is None:
         return None
-    rates = np.linalg.norm(seen.log.table(*names), axis=1)
-    return rows(seen, {"rate": "-"}, np.column_stack([rates, np.full(len(rates), RATE_SCALE)]))
+    rates = np.linalg.norm(flight.log.table(*names), axis=1)
+    return rows(flight, {"rate": "-"}, np.column_stack([rates, np.full(len(rates), RATE_SCALE)]))
 
 
-def attitude_error(seen: LoggedFlight) -> QuantityRows | None:
+def attitude_error(flight: LoggedFlight) -> QuantityRows | None:
     """Of each angle of the paper's plant against its command; None of a law that does not say which attitude it wants."""
-    if not has(seen, *ANGLES, "psi_d", "theta_d", "phi_d"):
+    if not has(flight, *ANGLES, "psi_d", "theta_d", "phi_d"):
         return None
-    return rows(seen, dict.fromkeys(ANGLES, "rad"), attitude_errors(seen.log))
+    return rows(flight, dict.fromkeys(ANGLES, "rad"), attitude_errors(flight.log))
 
 
 HEADINGS = ("heading_d", "yaw"), ("psi_d", "psi")
 """What is asked for and what is flown, of a rigid body and of the paper's plant."""
 
 
-def heading_error(seen: LoggedFlight) -> QuantityRows | None:
+def heading_error(flight: LoggedFlight) -> QuantityRows | None:
     """Yaw less the heading that is asked for, the shorter way round."""
-    names = next((names for names in HEADINGS if has(seen, *names)), None)
+    names = next((names for names in HEADINGS if has(flight, *names)), None)
     if names is None:
         return None
-    wanted, yaw = seen.log.table(*names).T
+    wanted, yaw = flight.log.table(*names).T
     turns = np.floor((yaw - wanted) / (2.0 * np.pi) + 0.5)
-    return rows(seen, {"heading": "rad"}, (yaw - wanted - 2.0 * np.pi * turns)[:, None])
+    return rows(flight, {"heading": "rad"}, (yaw - wanted - 2.0 * np.pi * turns)[:, None])
 
 
-def attitude_from_last(seen: LoggedFlight) -> QuantityRows | None:
+def attitude_from_last(flight: LoggedFlight) -> QuantityRows | None:
     """Each of these angles less the last command: level, or the final yaw."""
-    if not has(seen, *ANGLES, "psi_d", "theta_d", "phi_d"):
+    if not has(flight, *ANGLES, "psi_d", "theta_d", "phi_d"):
         return None
-    last = seen.log.table("psi_d", "theta_d", "phi_d")[-1]
-    return rows(seen, dict.fromkeys(ANGLES, "rad"), seen.log.table(*ANGLES) - last)
+    last = flight.log.table("psi_d", "theta_d", "phi_d")[-1]
+    return rows(flight, dict.fromkeys(ANGLES, "rad"), flight.log.table(*ANGLES) - last)
 
 
-def measuring_error(seen: LoggedFlight) -> QuantityRows | None:
+def measuring_error(flight: LoggedFlight) -> QuantityRows | None:
     """What the controller was told of the position, less the truth."""
-    if not has(seen, "x_m", "y_m", "z_m"):
+    if not has(flight, "x_m", "y_m", "z_m"):
         return None
-    return rows(seen, dict.fromkeys("xyz", "m"), seen.log.table("x_m", "y_m", "z_m") - seen.log.table("x", "y", "z"))
+    return rows(flight, dict.fromkeys("xyz", "m"), flight.log.table("x_m", "y_m", "z_m") - flight.log.table("x", "y", "z"))
 
 
-def tilt(seen: LoggedFlight) -> QuantityRows | None:
+def tilt(flight: LoggedFlight) -> QuantityRows | None:
     """Between thrust and vertical."""
-    if has(seen, "q_x", "q_y"):
-        cosines = 1.0 - 2.0 * (seen.log.table("q_x", "q_y") ** 2).sum(axis=1)
-    elif has(seen, *ANGLES):
-        theta, phi = seen.log.table("theta", "phi").T
+    if has(flight, "q_x", "q_y"):
+        cosines = 1.0 - 2.0 * (flight.log.table("q_x", "q_y") ** 2).sum(axis=1)
+    elif has(flight, *ANGLES):
+        theta, phi = flight.log.table("theta", "phi").T
         cosines = ARRAYS.cos(theta) * ARRAYS.cos(phi)
     else:
         return None
     cosines = np.clip(cosines, -1.0, 1.0)  # round-off beyond 1 counts as 1
-    return rows(seen, {"tilt": "rad"}, ARRAYS.atan2(np.sqrt((1.0 - cosines) * (1.0 + cosines)), cosines))
+    return rows(flight, {"tilt": "rad"}, ARRAYS.atan2(np.sqrt((1.0 - cosines) * (1.0 + cosines)), cosines))
 
 
-def inputs(seen: LoggedFlight) -> QuantityRows | None:
+def inputs(flight: LoggedFlight) -> QuantityRows | None:
     """Thrust and torques of the paper's plant, or what the plant calls its inputs and logs."""
-    for names in (tuple(seen.efforts), INPUTS):
-        if names and has(seen, *names):
-            return rows(seen, {name: seen.log.columns[name] for name in names}, seen.log.table(*names))
+    for names in (tuple(flight.efforts), INPUTS):
+        if names and has(flight, *names):
+            return rows(flight, {name: flight.log.columns[name] for name in names}, flight.log.table(*names))
     return None
 
 
-def rotors(seen: LoggedFlight) -> QuantityRows | None:
+def rotors(flight: LoggedFlight) -> QuantityRows | None:
     """Each rotor's thrust."""
-    names = rotor_columns(seen.log.columns)
-    return rows(seen, dict.fromkeys(names, "N"), seen.log.table(*names)) if names else None
+    names = rotor_columns(flight.log.columns)
+    return rows(flight, dict.fromkeys(names, "N"), flight.log.table(*names)) if names else None
 
 
-def total_thrust(seen: LoggedFlight) -> QuantityRows | None:
+def total_thrust(flight: LoggedFlight) -> QuantityRows | None:
     """Of all rotors."""
-    found = rotors(seen)
-    return rows(seen, {"thrust": "N"}, found.values.sum(axis=1)) if found else None
+    found = rotors(flight)
+    return rows(flight, {"thrust": "N"}, found.values.sum(axis=1)) if found else None
 
 
-def saturation(seen: LoggedFlight) -> QuantityRows | None:
+def saturation(flight: LoggedFlight) -> QuantityRows | None:
     """1 at samples at which the rotors' limits left less than was asked for, else 0."""
     names = ("u", "tau_x", "tau_y", "tau_z")
-    if not has(seen, *names, *(f"{name}_a" for name in names)):
+    if not has(flight, *names, *(f"{name}_a" for name in names)):
         return None
-    wanted, made = seen.log.table(*names), seen.log.table(*(f"{name}_a" for name in names))
+    wanted, made = flight.log.table(*names), flight.log.table(*(f"{name}_a" for name in names))
     scale = float(np.abs(wanted[:, 0]).mean())
     missing = np.abs(wanted - made) > SATURATED * np.array([scale, *3 * [0.1 * scale]])
-    return rows(seen, {"saturated": "-"}, np.any(missing, axis=1).astype(float))
+    return rows(flight, {"saturated": "-"}, np.any(missing, axis=1).astype(float))
 
 
-def wind(seen: LoggedFlight) -> QuantityRows | None:
+def wind(flight: LoggedFlight) -> QuantityRows | None:
     """In world axes."""
     names = ("wind_x", "wind_y", "wind_z")
-    return rows(seen, dict.fromkeys(names, "m/s"), seen.log.table(*names)) if has(seen, *names) else None
+    return rows(flight, dict.fromkeys(names, "m/s"), flight.log.table(*names)) if has(flight, *names) else None
 
 
-def weight_norms(seen: LoggedFlight) -> QuantityRows | None:
+def weight_norms(flight: LoggedFlight) -> QuantityRows | None:
     """Of each net."""
-    names = [name for name in ("norm_W1", "norm_W2") if has(seen, name)]
-    return rows(seen, dict.fromkeys(names, "-"), seen.log.table(*names)) if names else None
+    names = [name for name in ("norm_W1", "norm_W2") if has(flight, name)]
+    return rows(flight, dict.fromkeys(names, "-"), flight.log.table(*names)) if names else None

@@ -59,12 +59,12 @@ def without_unit(metric: str) -> str:
     return metric.partition("[")[0]
 
 
-def with_full_names(wanted: Collection[Requirement], known: Collection[str]) -> list[Requirement]:
+def with_full_names(requirements: Collection[Requirement], names: Collection[str]) -> list[Requirement]:
     """The requirements with the full names of their metrics. Raises UserError for metrics that are not known."""
-    full = {without_unit(metric): metric for metric in known} | {metric: metric for metric in known}
-    for one in wanted:
+    full = {without_unit(metric): metric for metric in names} | {metric: metric for metric in names}
+    for one in requirements:
         if one.metric not in full:
-            allowed = ", ".join(sorted(known))
+            allowed = ", ".join(sorted(names))
             raise UserError(
                 f"{OPTION}: {one.metric!r:.60} is not a metric of this flight; allowed, with or without the unit: {allowed}"
             )
@@ -76,7 +76,7 @@ def with_full_names(wanted: Collection[Requirement], known: Collection[str]) -> 
                 else "a share is from 0 to 1"
             )
             raise UserError(f"{OPTION} {one.metric}={one.most:g}: every flight meets that: {meant}")
-    return [one._replace(metric=full[one.metric]) for one in wanted]
+    return [one._replace(metric=full[one.metric]) for one in requirements]
 
 
 def judge(one: Requirement, measured: Mapping[str, float | None], diverged: str | None) -> JudgedMetric:

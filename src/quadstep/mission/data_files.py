@@ -151,13 +151,13 @@ def completed(law: type[Controller], table: Mapping[str, object], folder: Path) 
     return CompletedTable(under(merged, known), tuple(notes(law, found, name, near_first)), near_first)
 
 
-def refuse_unknown(law: type[Controller], found: AutopilotParameters, name: str) -> None:
+def refuse_unknown(law: type[Controller], parameters: AutopilotParameters, name: str) -> None:
     """Raises ValueError for a parameter in one of the law's groups that the firmware does not have, or has under another name,
     and for a value with which the law does not fly.
     """
     keys = law.by_key()
     groups = {group(key) for key in keys if "." in key}
-    for one, value in found.values.items():
+    for one, value in parameters.values.items():
         if one not in keys and one not in law.unmodelled and group(one) in groups:
             raise ValueError(f"{KEY}: {name}: {one} is not a parameter of {law.source}{did_you_mean(one, list(keys))}")
         if one in law.renamed:
@@ -172,15 +172,17 @@ def group(name: str) -> str:
     return name.rpartition(".")[0] if "." in name else name.partition("_")[0]
 
 
-def notes(law: type[Controller], found: AutopilotParameters, name: str, left: tuple[str, ...]) -> list[str]:
+def notes(law: type[Controller], parameters: AutopilotParameters, name: str, left: tuple[str, ...]) -> list[str]:
     """Of another release, of what the law does without, and of defaults that are not its own."""
     keys, said = law.by_key(), []
-    if found.version and found.version not in law.source:
-        said.append(f"{name}: is from version {found.version}; {law.name} is {law.source}'s")
+    if parameters.version and parameters.version not in law.source:
+        said.append(f"{name}: is from version {parameters.version}; {law.name} is {law.source}'s")
     if left:
-        many = f"{len(left)} of {len(found.values)} parameters: " if len(left) > FEW else ""
+        many = f"{len(left)} of {len(parameters.values)} parameters: " if len(left) > FEW else ""
         said.append(f"{name}: {law.name} does not use {many}{briefly(left)}")
-    if other := sorted(key for key, one in found.defaults.items() if key in keys and keys[key][1].fixed not in (None, one)):
+    if other := sorted(
+        key for key, one in parameters.defaults.items() if key in keys and keys[key][1].fixed not in (None, one)
+    ):
         said.append(
             f"{name}: is from another firmware or vehicle than {law.source}: it has other defaults for {briefly(other)}"
         )

@@ -149,11 +149,11 @@ class StartSection(Section):
             raise ValueError(f"attitude: theta must be inside (-pi/2, pi/2) rad, not {self.attitude[1]:g}")
         return self
 
-    def state(self, wanted: Reference) -> State:
+    def state(self, reference: Reference) -> State:
         return State(
-            position=Vector(self.position) if self.position else wanted.position,
-            velocity=Vector(self.velocity) if self.velocity else wanted.velocity,
-            attitude=Vector(self.attitude) if self.attitude else Vector((wanted.yaw, 0.0, 0.0)),
+            position=Vector(self.position) if self.position else reference.position,
+            velocity=Vector(self.velocity) if self.velocity else reference.velocity,
+            attitude=Vector(self.attitude) if self.attitude else Vector((reference.yaw, 0.0, 0.0)),
             rates=Vector(self.rates),
         )
 

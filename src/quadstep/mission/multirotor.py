@@ -157,15 +157,15 @@ class AirframeStart(Section):
     rates: Annotated[Triple, Quantity("rad/s", "rates about the body axes")] = (0.0, 0.0, 0.0)
     hovering: Annotated[bool, Quantity("", "whether rotors start at hover speed; false: at idle")] = True
 
-    def state(self, vehicle: BuiltAirframe, wanted: Reference, moving: bool) -> AirframeState:
+    def state(self, vehicle: BuiltAirframe, reference: Reference, moving: bool) -> AirframeState:
         """The state at t = 0. moving: whether it flies along the path already; else it is at rest, as before a take-off."""
         weight, still = vehicle.airframe.mass * vehicle.airframe.gravity, Vector((0.0, 0.0, 0.0))
         hover, _, _ = allocate(vehicle.geometry, vehicle.allocation, weight, still)
-        velocity = wanted.velocity if moving else still
+        velocity = reference.velocity if moving else still
         return AirframeState(
-            position=Vector(self.position) if self.position else wanted.position,
+            position=Vector(self.position) if self.position else reference.position,
             velocity=Vector(self.velocity) if self.velocity else velocity,
-            attitude=from_yaw_pitch_roll(Vector(self.attitude or (wanted.yaw, 0.0, 0.0))),
+            attitude=from_yaw_pitch_roll(Vector(self.attitude or (reference.yaw, 0.0, 0.0))),
             rates=Vector(self.rates),
             speeds=hover if self.hovering else Vector(vehicle.airframe.rotor.slowest for _ in hover),
             charge=0.0,

@@ -64,12 +64,12 @@ class PilotedSection(ControllerSection):
         """What the autopilot must be told of the plan's vehicle."""
 
     @abstractmethod
-    def watch(self, told: Callable[[str], None], first_wait: float) -> None:
+    def watch(self, say: Callable[[str], None], first_wait: float) -> None:
         """Tells what the next flight waits for; it waits so long for an autopilot to appear [s]. Its user leads it."""
 
-    def lead(self, plan: "FlightPlan", model: Model, where: str, said: Callable[[str], None]) -> None:
+    def lead(self, plan: "FlightPlan", model: Model, where: str, say: Callable[[str], None]) -> None:
         """Leads the next flight instead of its user: arms, takes off, sends the plan's path. model: of its vehicle. where: it
-        is reached; empty: where it usually is. said: of what the user should know. Raises UserError where it cannot.
+        is reached; empty: where it usually is. say: of what the user should know. Raises UserError where it cannot.
         """
         raise UserError("--pilot: is not supported with this autopilot")
 
@@ -131,20 +131,20 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
         raise UserError(f"{kind}: {error}") from error
 
 
-def as_controller(thing: object, found: Place, measures: type) -> type[Controller]:
+def as_controller(thing: object, place: Place, measures: type) -> type[Controller]:
     """A class of controllers; a function of time, measurement and reference becomes one. Raises UserError."""
     if inspect.isclass(thing) and issubclass(thing, Controller):
         if thing.law is Controller.law:
-            raise UserError(f"{found.text}: has no method `law`")
+            raise UserError(f"{place.text}: has no method `law`")
         if not hasattr(thing, "Gains"):
-            raise UserError(f"{found.text}: has no `Gains`, the NamedTuple of its declared gains")
+            raise UserError(f"{place.text}: has no `Gains`, the NamedTuple of its declared gains")
         return thing
     if callable(thing) and not inspect.isclass(thing):
         if measures not in (Measured, State):
             said = "a function flies a real vehicle or the paper's plant; this vehicle needs a Controller"
-            raise UserError(f"{found.text}: {said}")
-        return opaque_law(thing, found.name, measures)
-    raise UserError(f"{found.text}: should be a subclass of quadstep.own.Controller, or a function")
+            raise UserError(f"{place.text}: {said}")
+        return opaque_law(thing, place.name, measures)
+    raise UserError(f"{place.text}: should be a subclass of quadstep.own.Controller, or a function")
 
 
 def check_declared(law: type[Controller]) -> None:

@@ -121,19 +121,19 @@ def the_only(thing: type[T]) -> T:
 
 
 def own_or(
-    base: type, section: type[OwnSection], group: str, known: Sequence[str | None] = (None,),
+    base: type, section: type[OwnSection], group: str, names: Sequence[str | None] = (None,),
     otherwise: Callable[[object], object] | None = None,
 ) -> Callable[[object, Callable[[object], object], ValidationInfo], object]:  # fmt: skip
     """A validator around that of the package's tables: takes one of a class of the user's own too.
 
-    base: what the class is one of; section: what its table is; group: of entry points. known: each `type` of the package's
+    base: what the class is one of; section: what its table is; group: of entry points. names: each `type` of the package's
     tables, None where one needs none. otherwise: as in `or_own`.
     """
 
     def table(kind: object, folder: Path) -> type[OwnSection] | None:
         thing = own_class(kind, base, group, folder)
-        if thing is None and kind not in known:
-            raise unknown_type(kind, filter(None, known), group)
+        if thing is None and kind not in names:
+            raise unknown_type(kind, filter(None, names), group)
         return own_section(str(kind), thing, section) if thing else None
 
     return or_own(lambda kind: issubclass(kind, section), table, otherwise)

@@ -128,10 +128,10 @@ class SensorsSection(Section):
             if latency >= duration:
                 raise ValueError(f"sensors.{key}: {latency:g} s is not shorter than the flight of {duration:g} s")
 
-    def build(self, step: float, control_period: float, gravity: float, asked: Sequence[str] = ()) -> BuiltSensors:
+    def build(self, step: float, control_period: float, gravity: float, columns: Sequence[str] = ()) -> BuiltSensors:
         """The sensors of a flight with integrator steps of `step` [s]. Raises ValueError for periods that do not fit.
 
-        asked: what the controller measures beside the motion, fields of `Measured`.
+        columns: what the controller measures beside the motion, fields of `Measured`.
         """
         imu = self.imu_period or control_period
         fix = self.fix_period or imu
@@ -140,7 +140,7 @@ class SensorsSection(Section):
         late = samples(self.latency, imu, "sensors.latency")
         board_late = samples(self.imu_latency, imu, "sensors.imu_latency")
         delay, lag = divmod(late, every)
-        asked = (*asked, *NEEDS) if self.predictor else asked
+        columns = (*columns, *NEEDS) if self.predictor else columns
         suite = Suite(
             noisy=self.noisy,
             estimator=self.law,
@@ -148,8 +148,8 @@ class SensorsSection(Section):
             delay=delay,
             lag=lag,
             imu_delay=board_late,
-            accelerometer="specific_force" in asked,
-            late=(self.imu_latency if self.estimator else self.latency) if "age" in asked else None,
+            accelerometer="specific_force" in columns,
+            late=(self.imu_latency if self.estimator else self.latency) if "age" in columns else None,
         )
         oldest = self.imu_latency if self.estimator else self.latency + fix - imu
         return BuiltSensors(suite, self.numbers(gravity), imu_steps, imu_steps * every, oldest)

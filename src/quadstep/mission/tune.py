@@ -97,14 +97,14 @@ def as_constraints(table: dict[str, object]) -> dict[str, Constraint]:
     return found
 
 
-def as_section(model: type[Checked], given: object, key: str, wanted: str) -> Checked:
+def as_section(model: type[Checked], value: object, key: str, wanted: str) -> Checked:
     """A section checked; ValueError with one line on what is wrong."""
-    if isinstance(given, model):
-        return given
-    if not isinstance(given, dict):
-        raise ValueError(f"{key}: should be {wanted}, not {given!r:.40}")  # noqa: TRY004 (pydantic takes it for an answer)
+    if isinstance(value, model):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError(f"{key}: should be {wanted}, not {value!r:.40}")  # noqa: TRY004 (pydantic takes it for an answer)
     try:
-        return check(model, given, key)
+        return check(model, value, key)
     except UserError as error:
         raise ValueError(str(error)) from None
 

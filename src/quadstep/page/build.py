@@ -155,14 +155,14 @@ def missions_page(flown: Sequence[ShownFlight]) -> str:
 
 
 def flown_mission(
-    mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = (),
+    mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, names: Sequence[str] = (),
     measured: tuple[Metrics, list[str]] | None = None,
 ) -> ShownFlight:  # fmt: skip
-    """A mission as the page takes it. folder: where its files are looked up; taken: ids in use; measured: its metrics and
+    """A mission as the page takes it. folder: where its files are looked up; names: ids in use; measured: its metrics and
     warnings, where they are known.
     """
     metrics, found = measured or mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
     return ShownFlight(
-        identity(mission.name, taken), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings
+        identity(mission.name, names), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings
     )

@@ -40,20 +40,20 @@ def part(name: str) -> str:
     return f"<{kind}>{files('quadstep.page').joinpath(name).read_text(encoding='utf-8')}</{kind}>"
 
 
-def list_page(root: Path, found: list[ResultFolder], share: str = "") -> str:
+def list_page(root: Path, folders: list[ResultFolder], share: str = "") -> str:
     """The list of results as HTML, every text escaped. share: markup that says how others open it."""
-    if not found:
+    if not folders:
         body = [paragraph("No results yet. `quadstep fly` and `quadstep reproduce` produce them.")]
     else:
-        cards = "".join(card(result) for result in sorted(found, key=lambda one: -one.changed))
+        cards = "".join(card(result) for result in sorted(folders, key=lambda one: -one.changed))
         together = '<a class="together" id="together" hidden>Compare the two</a>'
-        body = [bar(found), f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
+        body = [bar(folders), f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
     drop = [] if share else [DROP, part("dropped.js")]
     return page_text(f"Results in {root.name or root}", [share, *body, *drop], "Results", part("results.css"))
 
 
-def bar(found: Iterable[ResultFolder]) -> str:
-    kinds = "".join(f"<option>{escape(kind)}</option>" for kind in sorted({one.kind for one in found}))
+def bar(folders: Iterable[ResultFolder]) -> str:
+    kinds = "".join(f"<option>{escape(kind)}</option>" for kind in sorted({one.kind for one in folders}))
     orders = {"newest": "newest first", "name": "by name", "error": "smallest error first", "folder": "by folder"}
     options = "".join(f'<option value="{key}">{text}</option>' for key, text in orders.items())
     return (

@@ -235,8 +235,8 @@ def open_two(folders: tuple[Path, Path], links: tuple[Link, ...] = ()) -> str:
     return build_page(f"{first.name} and {second.name}", "", [first, second], links=links)
 
 
-def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> ShownFlight:
-    """The flight in `folder`. taken: names that others on the page have. Raises UserError where there is none."""
+def flown_in(folder: Path, names: tuple[str, ...] = ()) -> ShownFlight:
+    """The flight in `folder`. names: names that others on the page have. Raises UserError where there is none."""
     content = manifest(folder)
     ended = content.get("ended[s]")
     log = read_log(folder / "flight.csv", outcome(content), float(ended) if isinstance(ended, int | float) else 0.0)
@@ -245,7 +245,7 @@ def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> ShownFlight:
     found = content.get("warnings")
     warnings = tuple(line for line in found if isinstance(line, str)) if isinstance(found, list) else ()
     metrics = metrics_of(content)
-    return ShownFlight(identity(name, taken), name, GROUP, planned.mission, planned.plan, log, metrics,
+    return ShownFlight(identity(name, names), name, GROUP, planned.mission, planned.plan, log, metrics,
                   warnings=warnings, why_not=planned.why_not)  # fmt: skip
 
 

@@ -306,8 +306,8 @@ def json_number(value: float) -> float | int | str:
     return int(value) if value == int(value) and abs(value) < 2**53 and not negative_zero else value
 
 
-def identity(name: str, taken: Sequence[str]) -> str:
+def identity(name: str, names: Sequence[str]) -> str:
     """An id of letters, digits and hyphens that is not taken."""
     base = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:40].strip("-") or "flight"
-    candidates = [base, *(f"{base}-{number}" for number in range(2, len(taken) + 3))]
-    return next(candidate for candidate in candidates if candidate not in taken)
+    candidates = [base, *(f"{base}-{number}" for number in range(2, len(names) + 3))]
+    return next(candidate for candidate in candidates if candidate not in names)

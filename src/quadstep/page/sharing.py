@@ -34,8 +34,8 @@ class Access(NamedTuple):
         place = f"[{name}]" if ":" in name else name
         return f"http://{place}:{port}/" + (f"?token={self.token}" if self.token else "")
 
-    def opens(self, given: str) -> bool:
-        return hmac.compare_digest(given.encode("utf-8", "replace"), self.token.encode())
+    def opens(self, text: str) -> bool:
+        return hmac.compare_digest(text.encode("utf-8", "replace"), self.token.encode())
 
 
 def access(host: str) -> Access:

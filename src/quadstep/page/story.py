@@ -30,26 +30,26 @@ CHOICES = ("controller", "ghost")
 """What may be moved beside sliders."""
 
 
-def as_values(given: object) -> object:
+def as_values(value: object) -> object:
     """What a control may be set to. Raises ValueError."""
-    parts = given if isinstance(given, list) else [given]
+    parts = value if isinstance(value, list) else [value]
     if not all(isinstance(one, bool | int | float) and abs(one) < math.inf for one in parts):
-        raise ValueError(f"should be a number, true or false, or a list of numbers, not {given!r:.60}")
-    return given
+        raise ValueError(f"should be a number, true or false, or a list of numbers, not {value!r:.60}")
+    return value
 
 
-def as_window(given: list[float]) -> list[float]:
+def as_window(bounds: list[float]) -> list[float]:
     """A stretch of time. Raises ValueError."""
-    if len(given) != 2 or not given[0] < given[1]:
-        raise ValueError(f"should be two times, the later one last, not {given!r:.60}")
-    return given
+    if len(bounds) != 2 or not bounds[0] < bounds[1]:
+        raise ValueError(f"should be two times, the later one last, not {bounds!r:.60}")
+    return bounds
 
 
-def as_range(given: list[float]) -> list[float]:
+def as_range(bounds: list[float]) -> list[float]:
     """The lowest and the highest value that count. Raises ValueError."""
-    if len(given) != 2 or not 0.0 <= given[0] < given[1] < math.inf:
-        raise ValueError(f"should be two numbers, 0 or more, the larger one last, not {given!r:.60}")
-    return given
+    if len(bounds) != 2 or not 0.0 <= bounds[0] < bounds[1] < math.inf:
+        raise ValueError(f"should be two numbers, 0 or more, the larger one last, not {bounds!r:.60}")
+    return bounds
 
 
 Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -201,10 +201,10 @@ def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) ->
     )  # fmt: skip
 
 
-def components(control: Control, given: Values, where: str) -> list[float]:
+def components(control: Control, values: Values, where: str) -> list[float]:
     """A value for each component; one stands for all. Raises UserError."""
     count = len(control.components)
-    found = [float(one) for one in (given if isinstance(given, list) else [given] * count)]
+    found = [float(one) for one in (values if isinstance(values, list) else [values] * count)]
     if len(found) != count:
         raise UserError(f"{where}: should be one number or {count}, not {len(found)}")
     outside = [one for one in found if not control.low <= one <= control.high]

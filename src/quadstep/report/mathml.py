@@ -281,25 +281,25 @@ def letters(name: str) -> str:
     return name if len(name) == 1 else ""
 
 
-def piece(found: re.Match[str]) -> str:
+def piece(match: re.Match[str]) -> str:
     """A piece of a formula as LaTeX; empty for what is prose."""
-    if found["by"]:
-        return (r"\tfrac{1}{2}" if found["half"] else "") + rf"\frac{{d}}{{d{letters(found['by'])}}}"
-    if found["name"]:
-        whole = letters(found["name"] + found["digits"])
-        base, below = whole or letters(found["name"]), [found["digits"]] if found["digits"] and not whole else []
-        for part in found["parts"].split("_")[1:]:
+    if match["by"]:
+        return (r"\tfrac{1}{2}" if match["half"] else "") + rf"\frac{{d}}{{d{letters(match['by'])}}}"
+    if match["name"]:
+        whole = letters(match["name"] + match["digits"])
+        base, below = whole or letters(match["name"]), [match["digits"]] if match["digits"] and not whole else []
+        for part in match["parts"].split("_")[1:]:
             if part in OVER:
                 base = base and rf"{OVER[part]}{{{base}}}"
             else:
                 below.append(letters(part) or (part if part[-1].isdigit() else rf"\mathrm{{{part}}}"))
-        base = rf"\tilde{{{base}}}" if base and found["wave"] else base
+        base = rf"\tilde{{{base}}}" if base and match["wave"] else base
         return f"{base}_{{{' '.join(below)}}}" if base and below else base
-    if found["number"]:
-        return found["number"] + (rf" \times 10^{{{int(found['power'])}}}" if found["power"] else "")
-    if found["raised"] or found["below"]:
-        return f"^{{{found['raised']}}}" if found["raised"] else rf"_{{\{found['below']}}}"
-    return r"\times" if found["times"] else SIGNS.get(found["sign"] or "", found["sign"] or "") or found["space"] or ""
+    if match["number"]:
+        return match["number"] + (rf" \times 10^{{{int(match['power'])}}}" if match["power"] else "")
+    if match["raised"] or match["below"]:
+        return f"^{{{match['raised']}}}" if match["raised"] else rf"_{{\{match['below']}}}"
+    return r"\times" if match["times"] else SIGNS.get(match["sign"] or "", match["sign"] or "") or match["space"] or ""
 
 
 def set_off(pieces: list[tuple[str, str]]) -> str:

@@ -186,9 +186,9 @@ def other_panels(log: FlightLog) -> list[Panel]:
     return found
 
 
-def signal_panels(log: FlightLog, drawn: Sequence[Panel]) -> list[Panel]:
+def signal_panels(log: FlightLog, panels: Sequence[Panel]) -> list[Panel]:
     """All columns that are not drawn yet, those of one unit together."""
-    shown = {"t", *(name for panel in drawn for name in panel.lines)}
+    shown = {"t", *(name for panel in panels for name in panel.lines)}
     units = dict.fromkeys(unit for name, unit in log.columns.items() if name not in shown)
     rest = {unit: [name for name in log.columns if log.columns[name] == unit and name not in shown] for unit in units}
     return [Panel(", ".join(names), unit, {name: log.column(name) for name in names}) for unit, names in rest.items()]

@@ -54,14 +54,14 @@ def publishing(
 
 
 def replace(
-    folder: Folder, draft: Folder, names: list[str], previous: list[str], last: str, said: Mapping[str, object]
+    folder: Folder, draft: Folder, names: list[str], previous: list[str], last: str, record: Mapping[str, object]
 ) -> None:
     """Move files into place, remove those of the previous result, and move the manifest last.
 
     Meanwhile the folder's manifest names the files of both, so that after a kill the same command replaces all of them.
     """
     folder.check_free(names)
-    meanwhile = {**said, "files": sorted({*previous, *names})}
+    meanwhile = {**record, "files": sorted({*previous, *names})}
     folder.write(last, as_text(meanwhile), synced=False)
     folder.take(draft, [one for one in names if one != last], last)
     for one in sorted(set(previous) - set(names)):
@@ -80,8 +80,8 @@ def files_to_replace(path: Path, identity: str, overwrite: bool) -> list[str]:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def replaceable(folder: Folder, said: Mapping[str, object], overwrite: bool, name: str) -> list[str]:
-    """The files of the result that a folder holds. said: what identifies the new one, as in a manifest.
+def replaceable(folder: Folder, record: Mapping[str, object], overwrite: bool, name: str) -> list[str]:
+    """The files of the result that a folder holds. record: what identifies the new one, as in a manifest.
 
     Raises UserError where replacing it was not requested.
     """
@@ -98,11 +98,11 @@ def replaceable(folder: Folder, said: Mapping[str, object], overwrite: bool, nam
         except UserError as error:
             says = f" ({error})"
     found = any(not one.startswith(WRITING) for one in folder.names())
-    others = [key for key in ("fingerprint", "code") if content.get(key) != said.get(key, content.get(key))]
+    others = [key for key in ("fingerprint", "code") if content.get(key) != record.get(key, content.get(key))]
     if not overwrite and others and found:
         what = f"other results ({content['name']})" if content.get("name") else "other files"
         what, says = (f"this result, but {OTHER_CODE}", "") if others == ["code"] else (what, says)
-        changes = changed_files(content.get("named"), cast(Mapping[str, str], said.get("named", {})))
+        changes = changed_files(content.get("named"), cast(Mapping[str, str], record.get("named", {})))
         says += f"; {changes}" if changes else ""
         raise UserError(f"{folder.path}: holds {what}{says}; choose another --out, or replace them with --overwrite")
     return names_in(content.get("files"))

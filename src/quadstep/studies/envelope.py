@@ -47,10 +47,10 @@ class Envelope(NamedTuple):
 class Map(Study[Envelope]):
     """Where a mission can be flown, over two of its keys."""
 
-    def __init__(self, asked: Request) -> None:
-        self.asked, self.campaign, self.flights = asked, asked.campaign, asked.cells * asked.flights
-        axes = [axis.key for axis in asked.axes]
-        text = json.dumps(["envelope", self.campaign.fingerprint, asked.flights, self.campaign.file.failure, axes])
+    def __init__(self, request: Request) -> None:
+        self.asked, self.campaign, self.flights = request, request.campaign, request.cells * request.flights
+        axes = [axis.key for axis in request.axes]
+        text = json.dumps(["envelope", self.campaign.fingerprint, request.flights, self.campaign.file.failure, axes])
         self.identity = hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def fold(self, flown: Flown) -> Envelope:
@@ -58,19 +58,19 @@ class Map(Study[Envelope]):
         cells = cells_of(self.asked, flown)
         return Envelope(self.asked, cells, list(panels(self.asked, cells)))
 
-    def evidence(self, found: Envelope, out: Path, sheet: Sheet) -> Evidence:
+    def evidence(self, envelope: Envelope, out: Path, sheet: Sheet) -> Evidence:
         """The map, each panel in numbers, and the results of every cell."""
-        (out / DATA).write_bytes(parquet(table(self.asked, found.cells)))
-        draw_map(out / PICTURE, self.asked, found.cells, sheet)
-        name, rows = f"Envelope of {self.campaign.defaults['name']}", [row(one) for one in found.panels]
+        (out / DATA).write_bytes(parquet(table(self.asked, envelope.cells)))
+        draw_map(out / PICTURE, self.asked, envelope.cells, sheet)
+        name, rows = f"Envelope of {self.campaign.defaults['name']}", [row(one) for one in envelope.panels]
         return Evidence(
             name=name,
             kind="Envelope",
-            answer=answer(found),
-            sentences=[sentence(found)],
-            record=as_json(found),
-            facts=[fact(one) for one in found.panels],
-            figures=[Figure(PICTURE, caption(found), coded=True, label="Map")],
+            answer=answer(envelope),
+            sentences=[sentence(envelope)],
+            record=as_json(envelope),
+            facts=[fact(one) for one in envelope.panels],
+            figures=[Figure(PICTURE, caption(envelope), coded=True, label="Map")],
             sections=[
                 TableSection("Panel by panel", "panels", HEADER, rows),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
@@ -79,26 +79,26 @@ class Map(Study[Envelope]):
         )
 
 
-def settings(asked: Request) -> list[tuple[str, str]]:
+def settings(request: Request) -> list[tuple[str, str]]:
     return [
-        ("mission", str(asked.campaign.defaults["name"])),
+        ("mission", str(request.campaign.defaults["name"])),
         *(
             (axis.key, f"{len(axis.values)} values from {as_typed(axis.values[0])} to {as_typed(axis.values[-1])}")
-            for axis in reversed(asked.axes)
+            for axis in reversed(request.axes)
         ),
-        ("flights per cell", str(asked.flights)),
-        ("a flight fails", asked.campaign.failing),
+        ("flights per cell", str(request.flights)),
+        ("a flight fails", request.campaign.failing),
         ("a cell counts as flyable", f"if at least {100 * FLYABLE:g} % of its flights succeed"),
         ("results of every cell", DATA),
     ]
 
 
-def panels(asked: Request, cells: Cells) -> Iterator[MapPanel]:
-    for place in range(asked.shape[0]):
+def panels(request: Request, cells: Cells) -> Iterator[MapPanel]:
+    for place in range(request.shape[0]):
         flyable, rmse = cells.flyable[place], cells.rmse[place][cells.flyable[place]]
         counts = zip(CAUSES, cells.causes[place].reshape(-1, len(CAUSES)).sum(axis=0).tolist(), strict=True)
         yield MapPanel(
-            f"{asked.by.key} = {as_typed(asked.by.values[place])}" if asked.by else "",
+            f"{request.by.key} = {as_typed(request.by.values[place])}" if request.by else "",
             flyable.size,
             int(flyable.sum()),
             float(cells.share[place].mean()),
@@ -107,8 +107,8 @@ def panels(asked: Request, cells: Cells) -> Iterator[MapPanel]:
         )
 
 
-def as_json(found: Envelope) -> dict[str, object]:
-    asked, file = found.asked, found.asked.campaign.file
+def as_json(envelope: Envelope) -> dict[str, object]:
+    asked, file = envelope.asked, envelope.asked.campaign.file
     return {
         "precision": file.precision,
         "seed": file.seed,
@@ -122,28 +122,28 @@ def as_json(found: Envelope) -> dict[str, object]:
         "vary": {key: one.model_dump(exclude_none=True) for key, one in file.vary.items() if key not in keys(asked)},
         "correlated": [one.model_dump(exclude_none=True) for one in file.correlated],
         "mission": json.loads(json.dumps(asked.campaign.content, default=str)),
-        "panels": [dict(zip((*MapPanel._fields[:-1], "rmse[m]"), one, strict=True)) for one in found.panels],
+        "panels": [dict(zip((*MapPanel._fields[:-1], "rmse[m]"), one, strict=True)) for one in envelope.panels],
     }
 
 
-def keys(asked: Request) -> list[str]:
-    return [axis.key for axis in asked.axes]
+def keys(request: Request) -> list[str]:
+    return [axis.key for axis in request.axes]
 
 
-def answer(found: Envelope) -> str:
+def answer(envelope: Envelope) -> str:
     """How much of the map can be flown, in a sentence."""
-    asked = found.asked
-    over = f"combination{'' if max(one.cells for one in found.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
-    if all(one.flyable == one.cells for one in found.panels):
-        whole = f"Every one of the {found.panels[0].cells} {over} can be flown{asked.campaign.meaning}"
-        return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points.{idle(found)}"
-    parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in found.panels]
-    return f"Of the {over}, {', '.join(parts)} can be flown{asked.campaign.meaning}{most_of(asked)}.{idle(found)}"
+    asked = envelope.asked
+    over = f"combination{'' if max(one.cells for one in envelope.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
+    if all(one.flyable == one.cells for one in envelope.panels):
+        whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{asked.campaign.meaning}"
+        return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points.{idle(envelope)}"
+    parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in envelope.panels]
+    return f"Of the {over}, {', '.join(parts)} can be flown{asked.campaign.meaning}{most_of(asked)}.{idle(envelope)}"
 
 
-def idle(found: Envelope) -> str:
+def idle(envelope: Envelope) -> str:
     """Which axes make no difference to any result, as wind to a vehicle without drag, in a sentence after a blank."""
-    asked, cells = found.asked, found.cells
+    asked, cells = envelope.asked, envelope.cells
     results = [cells.causes, cells.rmse, cells.mean, cells.largest]
     axes = [(0, asked.by), (1, asked.y), (2, asked.x)]
     keys = [
@@ -156,17 +156,17 @@ def idle(found: Envelope) -> str:
     return f" No result depends on {units.listed(keys, 'or')}." if keys else ""
 
 
-def most_of(asked: Request) -> str:
+def most_of(request: Request) -> str:
     """How many of a point's flights count for all, where there are several."""
-    if asked.flights > 1:
-        return f", that is, at least {100 * FLYABLE:g} % of {asked.flights} flights succeed"
-    return " in the one flight of each, which chance varies" if asked.random else ""
+    if request.flights > 1:
+        return f", that is, at least {100 * FLYABLE:g} % of {request.flights} flights succeed"
+    return " in the one flight of each, which chance varies" if request.random else ""
 
 
-def caption(found: Envelope) -> str:
+def caption(envelope: Envelope) -> str:
     """What the map shows: where it ends, or that it does not."""
-    grey = sum(one.cells - one.flyable for one in found.panels)
-    known = [one.rmse for one in found.panels if one.rmse]
+    grey = sum(one.cells - one.flyable for one in envelope.panels)
+    known = [one.rmse for one in envelope.panels if one.rmse]
     least, most = (units.quantity(end(each[i] for each in known), "m") if known else "" for i, end in ((0, min), (1, max)))
     colour = f"Colour: median position RMSE, from {least} to {most}; lighter means larger. " if known else ""
     if grey:
@@ -186,14 +186,14 @@ def row(one: MapPanel) -> list[str]:
     return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]
 
 
-def sentence(found: Envelope) -> str:
+def sentence(envelope: Envelope) -> str:
     """The flyable share of each panel, in words."""
-    asked = found.asked
+    asked = envelope.asked
     parts = [
         f"{100.0 * panel.flyable / panel.cells:.3g} % ({panel.flyable} of {panel.cells} cells)"
         + (f" with {panel.name}" if panel.name else "")
-        for panel in found.panels
+        for panel in envelope.panels
     ]
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
     of = f"of {asked.x.key} and {asked.y.key}: {', '.join(parts)}{most_of(asked)}."
-    return f"Flyable{asked.campaign.meaning} {of}{same}{idle(found)}"
+    return f"Flyable{asked.campaign.meaning} {of}{same}{idle(envelope)}"

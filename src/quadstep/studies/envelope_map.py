@@ -77,12 +77,12 @@ class Cells(NamedTuple):
         return self.share >= FLYABLE
 
 
-def cells_of(asked: Request, flown: Flown) -> Cells:
+def cells_of(request: Request, flown: Flown) -> Cells:
     """The flights of a map gathered. Raises UserError for values that cannot be flown."""
-    cells = asked.cells
+    cells = request.cells
     causes = np.zeros((cells, len(CAUSES)), dtype=np.int64)
     outcomes = np.zeros((cells, len(OUTCOMES)), dtype=np.int64)
-    rmse = np.full((asked.flights, cells), np.nan)
+    rmse = np.full((request.flights, cells), np.nan)
     largest = np.full(cells, np.nan)
     for (first, past), flights in flown:
         turn, cell = np.divmod(np.arange(first, past), cells)
@@ -95,14 +95,14 @@ def cells_of(asked: Request, flown: Flown) -> Cells:
         np.fmax.at(largest, cell[through], numbers(flights[LARGEST])[through])
     median, mean = middle(rmse)
     return Cells(
-        flights=asked.flights,
-        random=asked.random,
-        causes=causes.reshape(*asked.shape, -1),
-        completed=outcomes[:, 0].reshape(asked.shape),
-        rmse=median.reshape(asked.shape),
-        mean=mean.reshape(asked.shape),
-        largest=largest.reshape(asked.shape),
-        outcome=outcomes.argmax(axis=1).reshape(asked.shape),
+        flights=request.flights,
+        random=request.random,
+        causes=causes.reshape(*request.shape, -1),
+        completed=outcomes[:, 0].reshape(request.shape),
+        rmse=median.reshape(request.shape),
+        mean=mean.reshape(request.shape),
+        largest=largest.reshape(request.shape),
+        outcome=outcomes.argmax(axis=1).reshape(request.shape),
     )
 
 
@@ -123,11 +123,11 @@ def middle(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
     return median, mean
 
 
-def table(asked: Request, cells: Cells) -> pa.Table:
+def table(request: Request, cells: Cells) -> pa.Table:
     """One row per cell; missing values are null. Without chance in a cell, its share is no estimate."""
-    count = asked.cells
-    drawn = draw(asked.campaign.file, np.arange(count))
-    columns: dict[str, object] = {axis.key: drawn_column(drawn[axis.key]) for axis in reversed(asked.axes)}
+    count = request.cells
+    drawn = draw(request.campaign.file, np.arange(count))
+    columns: dict[str, object] = {axis.key: drawn_column(drawn[axis.key]) for axis in reversed(request.axes)}
     known = {successes: interval(cells, successes) for successes in np.unique(cells.successes).tolist()}
     estimates = np.array([known[successes] for successes in cells.successes.ravel().tolist()])
     columns["flights"] = pa.array(np.full(count, cells.flights))
@@ -171,9 +171,9 @@ LISTED_TICKS = 25
 LEAST = 1e-12
 
 
-def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
+def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet) -> None:
     """Write `path` in the sheet's formats."""
-    campaign, (count, _, _) = asked.campaign, asked.shape
+    campaign, (count, _, _) = request.campaign, request.shape
     mission = check_mission(campaign.content, campaign.source, campaign.folder)
     columns = sheet.side_by_side(2 if count == 4 else min(count, 3), 2.0)
     rows = -(-count // columns)
@@ -186,17 +186,17 @@ def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
             if place >= count:
                 axes.set_axis_off()
                 continue
-            draw_panel(axes, asked, cells, place, norm)
-            if asked.by:
-                axes.set_title(f"{label(mission, asked.by.key)} = {as_typed(asked.by.values[place])}")
+            draw_panel(axes, request, cells, place, norm)
+            if request.by:
+                axes.set_title(f"{label(mission, request.by.key)} = {as_typed(request.by.values[place])}")
         for axes in grid.flat[max(0, count - columns) : count]:
-            axes.set_xlabel(label(mission, asked.x.key))
+            axes.set_xlabel(label(mission, request.x.key))
             axes.tick_params(labelbottom=True)
         for axes in grid[:, 0]:
-            axes.set_ylabel(label(mission, asked.y.key))
+            axes.set_ylabel(label(mission, request.y.key))
         if norm:
-            draw_scale(figure, grid, norm, asked)
-        handles = legend(asked, cells)
+            draw_scale(figure, grid, norm, request)
+        handles = legend(request, cells)
         if handles:
             beside = max(1, min(len(handles), 4, int(width / 1.7)))
             figure.legend(handles=handles, loc="outside lower center", ncols=beside, handlelength=2.6, handleheight=1.6)
@@ -217,7 +217,7 @@ def coloured(cells: Cells) -> NDArray[np.bool_]:
     return cells.share >= 0.5
 
 
-def draw_panel(axes: Axes, asked: Request, cells: Cells, place: int, norm: LogNorm | None) -> None:
+def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: LogNorm | None) -> None:
     """One panel: x to the right, y up."""
     good, cause = coloured(cells)[place], cells.cause[place]
     image = np.ones((*good.shape, 4))
@@ -225,12 +225,12 @@ def draw_panel(axes: Axes, asked: Request, cells: Cells, place: int, norm: LogNo
         image[~good & (cause == number), :3] = float(LOOKS[name][0])
     if norm:
         image[good] = colormaps[COLOURS](norm(np.maximum(cells.rmse[place][good], LEAST)))
-    left, right, bottom, top = *axis_ends(asked.x), *axis_ends(asked.y)
+    left, right, bottom, top = *axis_ends(request.x), *axis_ends(request.y)
     axes.imshow(image, extent=(left, right, bottom, top), origin="lower", aspect="auto", interpolation="none")
-    across, up = edges(asked.x), edges(asked.y)
+    across, up = edges(request.x), edges(request.y)
     for number, name in enumerate(CAUSES):
         hatch(axes, ~good & (cause == number), across, up, LOOKS[name][1])
-    if asked.flights > 1 and min(good.shape) > 1:
+    if request.flights > 1 and min(good.shape) > 1:
         share = cells.share[place]
         levels = [level for level in CONTOURS if share.min() < level <= share.max()]
         centres = [0.5 * (edge[1:] + edge[:-1]) for edge in (across, up)]
@@ -238,7 +238,7 @@ def draw_panel(axes: Axes, asked: Request, cells: Cells, place: int, norm: LogNo
             axes.contour(
                 *centres, share, levels, colors="black", linewidths=1.2, linestyles=[CONTOURS[level] for level in levels]
             )
-    for axis, given in ((axes.xaxis, asked.x), (axes.yaxis, asked.y)):
+    for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
         if given.ranged:
             axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
         else:
@@ -274,19 +274,19 @@ def hatch(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up:
         axes.add_patch(PathPatch(outline, facecolor="none", edgecolor="0.35", linewidth=0.0, hatch=pattern))
 
 
-def legend(asked: Request, cells: Cells) -> list[Artist]:
+def legend(request: Request, cells: Cells) -> list[Artist]:
     """The legend of greys and lines, as far as they occur."""
     grey = ~coloured(cells)
     limits = ", ".join(
-        f"{name} > {most:g} {unit_of(asked.campaign.thresholds[name])}".strip()
-        for name, most in asked.campaign.file.failure.items()
+        f"{name} > {most:g} {unit_of(request.campaign.thresholds[name])}".strip()
+        for name, most in request.campaign.file.failure.items()
     )
     handles: list[Artist] = [
         Patch(facecolor=grade, edgecolor="0.35", hatch=pattern, linewidth=0.0, label=words or limits)
         for number, (grade, pattern, words) in enumerate(LOOKS[name] for name in CAUSES)
         if (grey & (cells.cause == number)).any()
     ]
-    if asked.flights > 1 and min(asked.shape[1:]) > 1:
+    if request.flights > 1 and min(request.shape[1:]) > 1:
         lines = {level: style for level, style in CONTOURS.items() if cells.share.min() < level <= cells.share.max()}
         handles += [
             Line2D([], [], color="black", linewidth=1.2, linestyle=style, label=f"{100 * level:g} % succeed")
@@ -295,7 +295,7 @@ def legend(asked: Request, cells: Cells) -> list[Artist]:
     return handles
 
 
-def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, asked: Request) -> None:
+def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, request: Request) -> None:
     bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=grid.ravel().tolist(), pad=0.02, aspect=30)
     decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
     bar.ax.yaxis.set_major_locator(
@@ -303,7 +303,7 @@ def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, asked: 
     )
     bar.ax.yaxis.set_minor_locator(NullLocator())
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: length(value)))
-    bar.set_label("median position RMSE" if asked.flights > 1 else "position RMSE")
+    bar.set_label("median position RMSE" if request.flights > 1 else "position RMSE")
 
 
 def length(metres: float) -> str:

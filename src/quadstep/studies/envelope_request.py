@@ -56,11 +56,11 @@ def parse_axis(option: str, text: str, most: int) -> MapAxis:
     return MapAxis(option, key, values, ranged and len(values) > 1)
 
 
-def spaced(where: str, given: str, most: int) -> tuple[float, ...]:
+def spaced(where: str, text: str, most: int) -> tuple[float, ...]:
     """The numbers of a:b:n. Raises UserError."""
-    parts = given.split(":")
+    parts = text.split(":")
     if len(parts) != 3:
-        raise UserError(f"{where}: {given!r:.60} cannot be parsed; {HOW}")
+        raise UserError(f"{where}: {text!r:.60} cannot be parsed; {HOW}")
     low, high = (number(where, part) for part in parts[:2])
     if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", parts[2], re.ASCII):
         raise UserError(f"{where}: n in a:b:n should be a whole number, not {parts[2]!r:.60}")
@@ -72,14 +72,14 @@ def spaced(where: str, given: str, most: int) -> tuple[float, ...]:
     return tuple(evenly_spaced(low, high, count))
 
 
-def listed(where: str, given: str) -> tuple[Value, ...]:
+def listed(where: str, text: str) -> tuple[Value, ...]:
     """The values of v1,v2,v3. Raises UserError."""
-    parts = [part.strip() for part in given.split(",")]
+    parts = [part.strip() for part in text.split(",")]
     if not all(parts):
-        raise UserError(f"{where}: a value is missing in {given!r:.60}; {HOW}")
+        raise UserError(f"{where}: a value is missing in {text!r:.60}; {HOW}")
     values = tuple(value(where, part) for part in parts)
     if len({type(one) for one in values}) > 1:
-        raise UserError(f"{where}: values should be all numbers, all true or false, or all words, not {given!r:.60}")
+        raise UserError(f"{where}: values should be all numbers, all true or false, or all words, not {text!r:.60}")
     twice = [part for part, one in zip(parts, values, strict=True) if values.count(one) > 1] if len(values) <= 1000 else []
     if twice or len(set(values)) < len(values):
         raise UserError(f"{where}: {(twice or ['a value'])[0]} is given twice")

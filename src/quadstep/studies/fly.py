@@ -86,11 +86,11 @@ class FlightSummary(NamedTuple):
 
 
 def fly_mission(
-    path: Path, folder: Path, engine: Engine, overwrite: bool, told: Told = lambda *_: None,
+    path: Path, folder: Path, engine: Engine, overwrite: bool, progress: Told = lambda *_: None,
     flight: int | None = None, required: Sequence[Requirement] = (), results: Path | None = None,
     sheet: Sheet | None = None, piloting: Piloting | None = None, grading: Grading = ungraded,
 ) -> FlightSummary:  # fmt: skip
-    """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
+    """Fly the mission in `path`, write `folder`, and return a summary. progress: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
     flown. sheet: what the figures are drawn on. piloting: an autopilot instead of its controller. grading: of
@@ -107,29 +107,29 @@ def fly_mission(
         pilot.said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
         keep(found, path.parent, pilot.said)
         section = cast(PilotedSection, mission.controller)
-        section.watch(lambda stage: told(stage, 0, 1), pilot.first_wait)
+        section.watch(lambda stage: progress(stage, 0, 1), pilot.first_wait)
         if pilot.pilot:
             section.lead(plan, mission.modelled.model(), pilot.where, pilot.said)
-    summary = fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet, grading)
+    summary = fly_planned(mission, plan, beside, folder, engine, overwrite, progress, required, sheet, grading)
     if found is not None and not pilot.pilot and not plan.loop.controller.why_lost(plan.parameters.gains):
         return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
     return summary
 
 
-def keep(found: Matching, folder: Path, said: Callable[[str], None]) -> None:
-    """Write what an autopilot must be told beside the mission, so that it can be loaded before it flies. said: why not."""
-    place, text = folder / found.file, found.text()
+def keep(matching: Matching, folder: Path, say: Callable[[str], None]) -> None:
+    """Write what an autopilot must be told beside the mission, so that it can be loaded before it flies. say: why not."""
+    place, text = folder / matching.file, matching.text()
     try:
         mine = not place.exists() or place.read_text(encoding="utf-8").startswith(text.partition("\n")[0])
     except (OSError, UnicodeDecodeError):
         mine = False
     if not mine:
-        said(f"warning: {place}: was not written by quadstep, and is left as it is")
+        say(f"warning: {place}: was not written by quadstep, and is left as it is")
         return
     try:
         write_beside(place, text)
     except UserError as error:
-        said(f"warning: {error}")
+        say(f"warning: {error}")
 
 
 def under(piloting: Piloting, mission: Mission) -> Mission:
@@ -144,7 +144,7 @@ def under(piloting: Piloting, mission: Mission) -> Mission:
 
 
 def fly_planned(
-    mission: Mission, plan: FlightPlan, beside: Path, folder: Path, engine: Engine, overwrite: bool, told: Told,
+    mission: Mission, plan: FlightPlan, beside: Path, folder: Path, engine: Engine, overwrite: bool, progress: Told,
     required: Sequence[Requirement], sheet: Sheet | None, grading: Grading = ungraded,
 ) -> FlightSummary:  # fmt: skip
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
@@ -152,10 +152,10 @@ def fly_planned(
     if sheet and sheet.signals:
         sheet.check_signals(labels_of(mission.figures(log_before_flight(plan, 1.0))))  # before it is flown
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
-        log = fly_logged(plan, engine, told)
+        log = fly_logged(plan, engine, progress)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
         ending = ending_state(plan, log)
-        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, ending, told, sheet, why, grading)
+        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, ending, progress, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
     summary = summarise(mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission), ending)
@@ -167,7 +167,7 @@ def fly_planned(
 
 def write_results(
     out: Path, pool: DrawingPool, mission: Mission, plan: FlightPlan, log: FlightLog, engine: Engine,
-    beside: Path, ending: Metrics, told: Told = lambda *_: None, sheet: Sheet | None = None, why: str = "",
+    beside: Path, ending: Metrics, progress: Told = lambda *_: None, sheet: Sheet | None = None, why: str = "",
     grading: Grading = ungraded,
 ) -> tuple[Metrics, tuple[str, ...]]:  # fmt: skip
     """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. ending:
@@ -181,20 +181,20 @@ def write_results(
     measured = mission.flight_metrics(log, grading)  # while processes draw
     zero = [f"--signals: {one} is zero throughout, and not drawn" for one in sheet.lacking(labels_of(figures)) if figures]
     metrics, warnings = measured[0], (*plan.warnings, *measured[1], *zero)
-    told("writing tables", 0, 1)
+    progress("writing tables", 0, 1)
     write_log(out / "flight.csv", log)
     write_weights(out / "weights.json", mission, log)
-    told("writing the page", 0, 1)
+    progress("writing the page", 0, 1)
     from quadstep.page.build import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
 
     write_mission_page(out / "page.html", mission, plan, log, beside, measured)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
     described = {**({"ending": ending} if ending else {}), "mission": json.loads(mission.model_dump_json())}
     write_json(out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, **described})
-    told("drawing figures", 0, len(jobs))
+    progress("drawing figures", 0, len(jobs))
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
-        told("drawing figures", done, len(jobs))
+        progress("drawing figures", done, len(jobs))
     captions = {f"figures/{job.name}": job.caption for job in jobs}
     write_report(out / REPORT, mission, log, metrics, warnings, captions, why, ending)
     return metrics, warnings

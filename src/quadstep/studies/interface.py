@@ -204,10 +204,12 @@ def fly_all(missions: Iterable[Flyable], engine: Engine | str = Engine.LANES, pr
     return flights
 
 
-def planned(given: Flyable) -> FlightPlan:
+def planned(mission: Flyable) -> FlightPlan:
     """The plan of a mission, or the plan itself. Raises UserError for anything else."""
-    if isinstance(given, Mission):
-        return given.plan()
-    if isinstance(given, FlightPlan):
-        return given
-    raise UserError(f"only a Mission or its plan can be flown, not {shorten(given)}; read_mission(path) reads one from a file")
+    if isinstance(mission, Mission):
+        return mission.plan()
+    if isinstance(mission, FlightPlan):
+        return mission
+    raise UserError(
+        f"only a Mission or its plan can be flown, not {shorten(mission)}; read_mission(path) reads one from a file"
+    )

@@ -79,18 +79,18 @@ def tasks(lesson: str, source: Path = OWN) -> list[LessonTask]:
     return chosen
 
 
-def check_tasks(asked: list[LessonTask], mission: Mission) -> list[CheckedTask]:
+def check_tasks(tasks: list[LessonTask], mission: Mission) -> list[CheckedTask]:
     """Tasks held against a mission, which flies once, if it is the mission of one of them. Raises UserError."""
     content = plain(mission.model_dump())
-    strange = [differing_keys(one, mission, content) for one in asked]
+    strange = [differing_keys(one, mission, content) for one in tasks]
     if all(strange):
-        return [CheckedTask(one, cases, True) for one, cases in zip(asked, strange, strict=True)]
-    flight, rest = fly(mission), any(one.grade for one in asked)
+        return [CheckedTask(one, cases, True) for one, cases in zip(tasks, strange, strict=True)]
+    flight, rest = fly(mission), any(one.grade for one in tasks)
     lost = None if flight.outcome is Outcome.COMPLETED else f"was lost at {flight.ended:g} s"
     measured = MeasuredMission(scalars(flight.metrics()), grade(mission) if rest else None, lost)
     return [
         CheckedTask(one, cases or judge_flight(one, mission, content, measured), bool(cases))
-        for one, cases in zip(asked, strange, strict=True)
+        for one, cases in zip(tasks, strange, strict=True)
     ]
 
 

@@ -52,7 +52,7 @@ class Study(ABC, Generic[Found]):
         """What the flights show. Raises UserError for values that cannot be flown."""
 
     @abstractmethod
-    def evidence(self, found: Found, out: Path, sheet: Sheet) -> Evidence:
+    def evidence(self, loops: Found, out: Path, sheet: Sheet) -> Evidence:
         """The same for readers; draws its figures, and writes files of its own, into the folder `out`."""
 
 

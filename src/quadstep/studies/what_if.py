@@ -125,19 +125,19 @@ def suffixes(law: type[Controller]) -> tuple[str, ...]:
     return FORMATS.load(law.parameter_file).suffixes
 
 
-def law_of(asked: Question) -> type[Controller]:
+def law_of(question: Question) -> type[Controller]:
     """The stock law whose parameters change. Raises UserError where there is none."""
-    laws = laws_of(asked.file)
+    laws = laws_of(question.file)
     known, named = [key for law in laws for key in law.by_key()], ", ".join(law.name for law in laws)
-    for name in asked.changes:
+    for name in question.changes:
         if name not in known:
             raise UserError(f"{name} is not a parameter of {named}{did_you_mean(name, known)}")
-    fitting = [law for law in laws if all(name in law.by_key() for name in asked.changes)]
+    fitting = [law for law in laws if all(name in law.by_key() for name in question.changes)]
     if not fitting:
-        raise UserError(f"{units.listed(list(asked.changes))} are not parameters of the same law")
-    if asked.file in STOCK and asked.file not in (law.name for law in fitting):
-        raise UserError(f"{asked.file} has no parameter {next(iter(asked.changes))}, which belongs to {fitting[0].name}")
-    return next((law for law in fitting if law.name == asked.file), fitting[0])
+        raise UserError(f"{units.listed(list(question.changes))} are not parameters of the same law")
+    if question.file in STOCK and question.file not in (law.name for law in fitting):
+        raise UserError(f"{question.file} has no parameter {next(iter(question.changes))}, which belongs to {fitting[0].name}")
+    return next((law for law in fitting if law.name == question.file), fitting[0])
 
 
 def question(asked: Question, law: type[Controller], folder: Path) -> Content:
@@ -157,21 +157,21 @@ def question(asked: Question, law: type[Controller], folder: Path) -> Content:
     }
 
 
-def in_gusts(content: Content, asked: Question, before: Mapping[str, float]) -> Content:
+def in_gusts(content: Content, question: Question, before: Mapping[str, float]) -> Content:
     """The mission in wind from every side, whose gains are those that change; before: what they are, by key."""
-    rest, wind = [0.0, 0.0, HEIGHT], asked.wind
-    ends = {key: sorted((one, asked.changes[key.removeprefix("controller.")])) for key, one in before.items()}
+    rest, wind = [0.0, 0.0, HEIGHT], question.wind
+    ends = {key: sorted((one, question.changes[key.removeprefix("controller.")])) for key, one in before.items()}
     drawn = {"type": "uniform", "low": -wind, "high": wind}
     return {
         **content,
         "path": {"type": "step", "start": rest, "end": rest, "time": 0.0, "duration": DURATION},
         "wind": {"turbulence": {"wind_20": wind, "airspeed": max(wind, 1.0)}},
         "sensors": {"gyro_noise": GYRO_NOISE},
-        "limits": {"distance": asked.within},
+        "limits": {"distance": question.within},
         "tune": {
             "gains": {key: {"low": low, "high": high, "scale": "linear"} for key, (low, high) in ends.items()},
             "vary": {"wind.mean.0": drawn, "wind.mean.1": drawn} if wind > 0.0 else {},
-            "unseen": asked.flights,
+            "unseen": question.flights,
             "precision": "f32",  # as the autopilots compute
         },
     }

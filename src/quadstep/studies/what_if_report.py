@@ -102,17 +102,17 @@ def failing(sides: tuple[Side, Side], flights: int) -> tuple[Estimate, Estimate,
 
 
 def evidence(
-    asked: Question, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
+    question: Question, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
 ) -> Evidence:
-    failed = failing(sides, asked.flights)
+    failed = failing(sides, question.flights)
     measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
     steps = [response(one) for one in sides]
     instead = [unsettled(one) for one in sides]
-    changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in asked.changes.items()]
+    changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in question.changes.items()]
     seen = contrasts(sides, failed, measured, steps)
-    air = f"in wind of up to {asked.wind:g} m/s from every side, with turbulence" if asked.wind else "in still air"
-    gusts = f"{units.counted(asked.flights, 'flight')} {air}"
-    lost = f"{units.percent(*failed[1])} are lost or drift by more than {asked.within:g} m"
+    air = f"in wind of up to {question.wind:g} m/s from every side, with turbulence" if question.wind else "in still air"
+    gusts = f"{units.counted(question.flights, 'flight')} {air}"
+    lost = f"{units.percent(*failed[1])} are lost or drift by more than {question.within:g} m"
     answer = (
         f"With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen)}. Of {gusts}, {lost}, "
         f"{units.percent(*failed[0])} before{compared(failed[2])}."
@@ -138,7 +138,7 @@ def evidence(
         TableSection("A step in calm air", "steps", HEADER, step_rows(steps, instead)),
     ]  # fmt: skip
     record: dict[str, object] = {
-        "name": mission.name, "version": __version__, "asked": {**asked._asdict(), "changes": dict(asked.changes)},
+        "name": mission.name, "version": __version__, "asked": {**question._asdict(), "changes": dict(question.changes)},
         "law": law.name, "unmodelled": mission.controller.left, "before": {name: old for name, _, old, _ in changed},
         "failed": {name: one.as_json() for name, one in zip(("before", "after", "difference"), failed, strict=True)},
         "metrics": {one.name: recorded(one) for one in measured},
@@ -160,7 +160,7 @@ def evidence(
         ],
         figures=[Figure(PICTURE, caption(steps, instead), label="Step")],
         sections=tables,
-        warnings=[*hidden_effects(asked), *mission.controller.warnings(mission.modelled)],
+        warnings=[*hidden_effects(question), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
         whose="the hovering loop with the change",
     )
@@ -181,13 +181,13 @@ def caption(steps: Sequence[dict[str, float]], instead: Sequence[str]) -> str:
     return f"A step of {STEP:g} m along x and y in calm air: {'; '.join(said)}."
 
 
-def hidden_effects(asked: Question) -> list[str]:
+def hidden_effects(question: Question) -> list[str]:
     """What the flights do not show of a change, as a warning."""
-    more = asked.unmodelled
+    more = question.unmodelled
     if not more:
-        return list(asked.notes)
+        return list(question.notes)
     changed = "changes, too, and is" if len(more) == 1 else "change, too, and are"
-    return [f"{briefly(more)} {changed} not modelled: the flights do not show what comes of it", *asked.notes]
+    return [f"{briefly(more)} {changed} not modelled: the flights do not show what comes of it", *question.notes]
 
 
 def compared(difference: Estimate) -> str:
@@ -274,9 +274,9 @@ def certain(difference: Estimate) -> bool:
     return difference.low > 0.0 or difference.high < 0.0
 
 
-def better_or_worse(seen: Sequence[Contrast]) -> str:
+def better_or_worse(contrasts: Sequence[Contrast]) -> str:
     """What is better and what is worse, the largest changes first, in clauses."""
-    ordered = sorted(seen, key=lambda one: -abs(one.gain))
+    ordered = sorted(contrasts, key=lambda one: -abs(one.gain))
     clauses = []
     for word, sign in (("better", 1.0), ("worse", -1.0)):
         names = [f"{one.name} {one.brief}" for one in ordered if sign * one.gain >= NOTED]

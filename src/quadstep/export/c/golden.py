@@ -79,14 +79,14 @@ def golden_samples(exported: Exported, path: Callable[[float], Reference]) -> Go
 
 
 def once(
-    exported: Exported, memory: Structure, measured: Structure, wanted: Reference, t: Number, gains: Structure,
+    exported: Exported, memory: Structure, measured: Structure, reference: Reference, t: Number, gains: Structure,
     parameters: Structure, periods: tuple[Number, ...],
 ) -> tuple[Structure, Structure, Structure]:  # fmt: skip
     """One sample with every loop due: the command, the memory after it, and what the actuators make of the command."""
     law = exported.subject.controller
     for loop, period in zip(loops(exported), periods[:-1], strict=True):
-        memory = law.slower(loop, memory, measured, wanted, gains, t, period)
-    command, memory = law.law(memory, measured, wanted, gains, t, periods[-1])
+        memory = law.slower(loop, memory, measured, reference, gains, t, period)
+    command, memory = law.law(memory, measured, reference, gains, t, periods[-1])
     return command, memory, exported.subject.plant.actuate(parameters, command)
 
 

@@ -161,11 +161,11 @@ def told_finite(exported: Exported, what: str) -> str:
     return all_finite(exported, checked_numbers(exported, what) if few(exported) else joined(exported, what))
 
 
-def all_finite(exported: Exported, found: list[Run]) -> str:
+def all_finite(exported: Exported, runs: list[Run]) -> str:
     """The test that these are finite; empty for none."""
     if few(exported):
-        return f"qs_finite({' + '.join(name for run in found for name in run.names)})" if found else ""
-    return " && ".join(run.finite() for run in found)
+        return f"qs_finite({' + '.join(name for run in runs for name in run.names)})" if runs else ""
+    return " && ".join(run.finite() for run in runs)
 
 
 ASKED = ("thrust", "torque", "rates", "thrusts", "speeds")

@@ -24,12 +24,12 @@ TAIL = 528
 """Bytes at the end that may be anything: some boards write whole pages."""
 
 
-def read(path: Path, wanted: list[str]) -> Topics:
+def read(path: Path, columns: list[str]) -> Topics:
     """Columns of an ArduPilot log, of the first instance of each message (I, or C for the filter's core, is 0).
 
     Raises UserError for too many numbers, and for a file that declares no message.
     """
-    fields, content = by_topic(wanted), files.read_bytes(path, files.LOG)
+    fields, content = by_topic(columns), files.read_bytes(path, files.LOG)
     if bytes([*HEAD, FORMAT]) not in content:
         raise UserError(f"{path}: cannot be read as an ArduPilot log: damaged, or another kind of file")
     packed, letters, damaged = walked(content, [*fields, "PARM"])

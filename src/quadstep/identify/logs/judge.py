@@ -35,9 +35,9 @@ def judge(flight: FlightRecord, geometry: Geometry | None = None) -> list[Findin
     return sorted(found, key=lambda one: not one.wrong)
 
 
-def refuse(flight: FlightRecord, found: list[Finding]) -> None:
+def refuse(flight: FlightRecord, findings: list[Finding]) -> None:
     """Raises UserError with everything that contradicts the mapping."""
-    wrong = [one.text for one in found if one.wrong]
+    wrong = [one.text for one in findings if one.wrong]
     if wrong:
         raise UserError(f"{flight.name}: {'; '.join(wrong)}")
 

@@ -137,13 +137,13 @@ def load_mapping(name: str) -> Mapping:
     return Mapping.model_validate(tomllib.loads(text))
 
 
-def read_mapping(given: str) -> Mapping:
+def read_mapping(text: str) -> Mapping:
     """A mapping by name, or from a user's file. Raises UserError."""
-    if given in mapping_names():
-        return load_mapping(given)
-    if not given.endswith(".toml"):
-        raise UserError(unknown_name("mapping", given, mapping_names(), "a file that ends in .toml"))
-    return check(Mapping, read_toml(Path(given)), given, Path(given).parent)
+    if text in mapping_names():
+        return load_mapping(text)
+    if not text.endswith(".toml"):
+        raise UserError(unknown_name("mapping", text, mapping_names(), "a file that ends in .toml"))
+    return check(Mapping, read_toml(Path(text)), text, Path(text).parent)
 
 
 def fitting(header: list[str]) -> str | None:

@@ -41,7 +41,7 @@ def refuse_empty(path: Path) -> None:
             raise UserError(f"{path}: is empty")
 
 
-def read_topics(path: Path, wanted: list[str]) -> Topics:
+def read_topics(path: Path, columns: list[str]) -> Topics:
     """The requested columns that a log has. Raises UserError if it is not a log, or if a package is not installed."""
     extension = path.suffix.lower().removeprefix(".")
     kind = KINDS.get(extension, f"a .{extension} file")
@@ -49,7 +49,7 @@ def read_topics(path: Path, wanted: list[str]) -> Topics:
     found: Topics
     with needed_by(f"reading {kind}"):
         try:
-            found = READERS.load(extension)(path, wanted)
+            found = READERS.load(extension)(path, columns)
         except (UserError, ModuleNotFoundError):
             raise
         except Exception as error:

@@ -43,7 +43,7 @@ def unreadable(path: Path) -> UserError:
     return UserError(f"{path}: cannot be read as a log: not a text file of comma-separated values")
 
 
-def read_columns(path: Path, wanted: list[str]) -> dict[str, Floats]:
+def read_columns(path: Path, columns: list[str]) -> dict[str, Floats]:
     """Columns of a CSV file by name, one number per row; NaN where a field is empty or nan.
 
     Raises UserError for a missing column, a field that is not a number, truncated rows, too few rows or too many.
@@ -51,22 +51,22 @@ def read_columns(path: Path, wanted: list[str]) -> dict[str, Floats]:
     with files.table(path, files.LOG) as lines:
         table = csv.reader(lines)
         try:
-            return collected(path, ((table.line_num, row) for row in table if row), wanted)
+            return collected(path, ((table.line_num, row) for row in table if row), columns)
         except (OSError, ValueError, csv.Error):
             raise unreadable(path) from None
 
 
-def collected(path: Path, table: Iterator[tuple[int, list[str]]], wanted: list[str]) -> dict[str, Floats]:
+def collected(path: Path, table: Iterator[tuple[int, list[str]]], columns: list[str]) -> dict[str, Floats]:
     """`read_columns` for rows, each with its line number."""
     header = [name.strip() for name in next(table, (0, []))[1]]
     check_header(path, header)
-    for name in wanted:
+    for name in columns:
         if name not in header:
             have = ", ".join(cut(one, 30) for one in header[:8]) + (", ..." if len(header) > 8 else "")
             raise UserError(f"{path}: column {shorten(name)} is missing; the file has: {have}")
         if header.count(name) > 1:
             raise UserError(f"{path}: column {shorten(name)} appears more than once in the header")
-    places = [header.index(name) for name in wanted]
+    places = [header.index(name) for name in columns]
     last = max(places)
     found: list[list[float]] = []
     for line, row in table:
@@ -83,8 +83,8 @@ def collected(path: Path, table: Iterator[tuple[int, list[str]]], wanted: list[s
     array = np.array(found)
     if np.isinf(array).any():
         row_number, place = np.argwhere(np.isinf(array))[0]
-        raise UserError(f"{path}: row {row_number + 1}, column {shorten(wanted[place])}: infinite")
-    return dict(zip(wanted, array.T, strict=True))
+        raise UserError(f"{path}: row {row_number + 1}, column {shorten(columns[place])}: infinite")
+    return dict(zip(columns, array.T, strict=True))
 
 
 def wrong_field(path: Path, line: int, row: list[str], places: list[int], header: list[str]) -> UserError:
@@ -128,10 +128,10 @@ class Topics(NamedTuple):
         return cls(columns, damaged, {name: values[-1] for name, values in parameters.items()}, changed)
 
 
-def by_topic(wanted: Iterable[str]) -> dict[str, list[str]]:
+def by_topic(names: Iterable[str]) -> dict[str, list[str]]:
     """Fields by topic; the topic's name ends at the first dot."""
     found: dict[str, list[str]] = {}
-    for name in wanted:
+    for name in names:
         topic, _, field = name.partition(".")
         if field:
             found.setdefault(topic, []).append(field)

@@ -33,9 +33,9 @@ class LoggedTopic(NamedTuple):
     most: int
 
 
-def read(path: Path, wanted: list[str]) -> Topics:
+def read(path: Path, columns: list[str]) -> Topics:
     """Columns of a ULog: the first instance of each topic, times in seconds. Raises UserError if it is none."""
-    fields = by_topic(wanted)
+    fields = by_topic(columns)
     logged, told, damaged = walked(path, files.read_bytes(path, files.LOG), list(fields))
     rows = {}
     for one in logged:

@@ -230,8 +230,8 @@ def body() -> str:
         "errata": errata({name: facts["wrong"][name] for name in QUOTED}),
     }
 
-    def put(found: re.Match[str]) -> str:
-        kind, _, name = found[1].partition(" ")
+    def put(match: re.Match[str]) -> str:
+        kind, _, name = match[1].partition(" ")
         return still(name) if kind == "still" else values[kind]
 
     return re.sub(r"\{\{([\w -]+)\}\}", put, typeset(read("text.html"), around=str))

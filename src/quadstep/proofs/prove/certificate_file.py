@@ -58,17 +58,17 @@ def seen_from(certificate: Path, mission: Path) -> str:
     return Path(os.path.relpath(mission.absolute().parent, certificate.absolute().parent)).as_posix()
 
 
-def write_certificate(path: Path, found: Certificate) -> None:
+def write_certificate(path: Path, proof: Certificate) -> None:
     """Write the file. Raises UserError."""
-    proved: dict[str, object] = {"samples_per_block": found.block, "position[m]": found.position.tolist()}
-    proved |= {"spread": found.spread.tolist(), "boxes": found.boxes.tolist(), "flown": packed(found.flown)}
-    write_file(path, FORMAT, found, proved)
+    proved: dict[str, object] = {"samples_per_block": proof.block, "position[m]": proof.position.tolist()}
+    proved |= {"spread": proof.spread.tolist(), "boxes": proof.boxes.tolist(), "flown": packed(proof.flown)}
+    write_file(path, FORMAT, proof, proved)
 
 
-def write_file(path: Path, form: str, found: Certificate | SetCertificate, proved: Mapping[str, object]) -> None:
+def write_file(path: Path, form: str, proof: Certificate | SetCertificate, proved: Mapping[str, object]) -> None:
     """Write a certificate of either form: its claim, then what proves it. Raises UserError."""
-    claim = {"format": form, "quadstep": __version__, "mission": found.mission, "folder": found.folder}
-    states = {"unknown": written(found.unknown), "states": list(found.states)}
+    claim = {"format": form, "quadstep": __version__, "mission": proof.mission, "folder": proof.folder}
+    states = {"unknown": written(proof.unknown), "states": list(proof.states)}
     write_beside(path, sealed({**claim, **states, **proved}).decode(), parents=True)
 
 
@@ -175,22 +175,22 @@ class SetCertificate(NamedTuple):
     folder: str = ""
 
 
-def write_set(path: Path, found: SetCertificate) -> None:
+def write_set(path: Path, proof: SetCertificate) -> None:
     """Write the file. Raises UserError."""
-    names = found.states
+    names = proof.states
     proved = {
-        "rest": found.rest.tolist(),
-        "live": [names[place] for place in found.live],
-        "twins": {names[place]: names[other] for place, other in found.twins.items()},
-        "unit": names[found.unit] if found.unit >= 0 else "",
-        "spread": found.spread.tolist(),
-        "pairs": list(found.pairs),
-        "radii": found.radii.tolist(),
-        "own_start": found.own,
-        "start[m]": found.start,
-        "position[m]": found.position.tolist(),
+        "rest": proof.rest.tolist(),
+        "live": [names[place] for place in proof.live],
+        "twins": {names[place]: names[other] for place, other in proof.twins.items()},
+        "unit": names[proof.unit] if proof.unit >= 0 else "",
+        "spread": proof.spread.tolist(),
+        "pairs": list(proof.pairs),
+        "radii": proof.radii.tolist(),
+        "own_start": proof.own,
+        "start[m]": proof.start,
+        "position[m]": proof.position.tolist(),
     }
-    write_file(path, SET_FORMAT, found, proved)
+    write_file(path, SET_FORMAT, proof, proved)
 
 
 def is_set(path: Path) -> bool:

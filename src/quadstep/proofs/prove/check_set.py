@@ -53,20 +53,20 @@ class CheckedImage(NamedTuple):
     left: Array
 
 
-def start_states(loop: CheckedLoop, found: SetCertificate) -> list[Operand]:
+def start_states(loop: CheckedLoop, proof: SetCertificate) -> list[Operand]:
     """All states of the loop at the start: the mission's, or as at rest, off them by as much as is unknown."""
-    if found.own:
+    if proof.own:
         return [loop.begun[place] for place in loop.places]
     leaves: list[Operand] = [*loop.start]
-    for place, value in zip(loop.places, found.rest.tolist(), strict=True):
+    for place, value in zip(loop.places, proof.rest.tolist(), strict=True):
         leaves[place] = value
     body = len(flatten(loop.plan.start))
-    leaves[:body] = moved(loop.plan, cast(list[float], leaves[:body]), starts_of(found))
+    leaves[:body] = moved(loop.plan, cast(list[float], leaves[:body]), starts_of(proof))
     return [leaves[place] for place in loop.places]
 
 
-def starts_of(found: SetCertificate) -> Unknown:
-    return found.unknown._replace(start=found.start)
+def starts_of(proof: SetCertificate) -> Unknown:
+    return proof.unknown._replace(start=proof.start)
 
 
 def with_room(one: Operand, directions: int) -> Enclosure:
@@ -79,53 +79,53 @@ def with_room(one: Operand, directions: int) -> Enclosure:
     return Enclosure(one.centre, parts, one.rest, one.reach, None, one.floor)
 
 
-def box(found: SetCertificate, width: Array, second: int, directions: int) -> list[Operand]:
+def box(proof: SetCertificate, width: Array, second: int, directions: int) -> list[Operand]:
     """All states of the loop: the moving ones fill rest + width e, the others are as at rest, or equal to another.
 
     Raises UserError.
     """
     fresh = Fresh(directions, directions, second)
-    numbers: list[Operand] = [float(one) for one in found.rest]
-    for i, place in enumerate(found.live):
-        numbers[place] = number(np.array([found.rest[place]]), width[i], directions, fresh)
-    for place, other in found.twins.items():
+    numbers: list[Operand] = [float(one) for one in proof.rest]
+    for i, place in enumerate(proof.live):
+        numbers[place] = number(np.array([proof.rest[place]]), width[i], directions, fresh)
+    for place, other in proof.twins.items():
         numbers[place] = numbers[other]
-    if found.unit >= 0:  # of a quaternion of length one, up to rounding
-        x, y, z = numbers[found.unit + 1 : found.unit + 4]
+    if proof.unit >= 0:  # of a quaternion of length one, up to rounding
+        x, y, z = numbers[proof.unit + 1 : proof.unit + 4]
         square = 1.0 - (x * x + y * y + z * z)
         if not isinstance(square, Enclosure):
             raise UserError("its attitude does not move")
         w = ENCLOSURES.sqrt(square)
         off = w.rest + 1e-14
-        numbers[found.unit] = Enclosure(w.centre, w.parts, off, w.reach + 1e-14, w.fresh)
+        numbers[proof.unit] = Enclosure(w.centre, w.parts, off, w.reach + 1e-14, w.fresh)
     return numbers
 
 
 def mapped_image(
-    loop: CheckedLoop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int
+    loop: CheckedLoop, proof: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int
 ) -> CheckedImage:
     """The image one sample later. Raises UndefinedError, UserError."""
-    p = pushed(loop.plan.parameters, found.unknown, directions - UNKNOWNS, directions, 1)
+    p = pushed(loop.plan.parameters, proof.unknown, directions - UNKNOWNS, directions, 1)
     after = loop.after(numbers, ticks, p)
-    for place in range(len(found.states)):
-        other = found.twins.get(place)
-        if place == found.unit:
+    for place in range(len(proof.states)):
+        other = proof.twins.get(place)
+        if place == proof.unit:
             first = after[place]
             if not isinstance(first, Enclosure) or not first.low[0] > 0.5:
                 raise UndefinedError("the attitude may turn by more than 120 degrees")
-        elif place not in found.live:
-            constant = isinstance(after[place], float) and after[place] == found.rest[place]
+        elif place not in proof.live:
+            constant = isinstance(after[place], float) and after[place] == proof.rest[place]
             if not (constant if other is None else after[place] is after[other]):
-                raise UserError(f"{found.states[place]} does not stay as the certificate says")
-    gap, left = np.zeros(len(found.live)), np.zeros(len(found.live))
-    parts = np.zeros((len(found.live), directions))
-    for i, place in enumerate(found.live):
+                raise UserError(f"{proof.states[place]} does not stay as the certificate says")
+    gap, left = np.zeros(len(proof.live)), np.zeros(len(proof.live))
+    parts = np.zeros((len(proof.live), directions))
+    for i, place in enumerate(proof.live):
         one = after[place]
         if isinstance(one, float):  # as the law writes it, whatever it was
             one = number(np.array([one]), np.zeros(1), 1)
         if not isinstance(one, Enclosure):
-            raise UserError(f"the loop does not return {found.states[place]} as a state")
-        gap[i] = one.centre[0] - found.rest[place]
+            raise UserError(f"the loop does not return {proof.states[place]} as a state")
+        gap[i] = one.centre[0] - proof.rest[place]
         left[i] = one.rest[0] + abs(gap[i]) * 2.0**-50
         if one.parts is not None:
             parts[i, : len(one.parts)] = one.parts[:, 0]
@@ -136,18 +136,18 @@ def mapped_image(
 class Discs:
     """The set's coordinates as numbers w: a real number for an interval, a complex one and its conjugate for a disc."""
 
-    def __init__(self, found: SetCertificate) -> None:
-        count = len(found.radii)
+    def __init__(self, proof: SetCertificate) -> None:
+        count = len(proof.radii)
         self.apart = np.eye(count, dtype=np.clongdouble)  # z = apart w
         joined = np.eye(count, dtype=np.clongdouble)
-        self.radii = found.radii.astype(np.longdouble)
-        for i in found.pairs:
+        self.radii = proof.radii.astype(np.longdouble)
+        for i in proof.pairs:
             self.apart[i : i + 2, i : i + 2] = np.array([[1, 1], [1j, -1j]]) / 2
             joined[i : i + 2, i : i + 2] = [[1, -1j], [1, 1j]]
-            self.radii[i : i + 2] = min(found.radii[i : i + 2])
+            self.radii[i : i + 2] = min(proof.radii[i : i + 2])
         self.unit = 8.0 * (count + 8) * np.finfo(np.longdouble).eps
-        self.spread = found.spread.astype(np.longdouble) @ self.apart
-        self.into = joined @ np.linalg.inv(found.spread).astype(np.longdouble)
+        self.spread = proof.spread.astype(np.longdouble) @ self.apart
+        self.into = joined @ np.linalg.inv(proof.spread).astype(np.longdouble)
         off = np.abs(np.eye(count) - self.into @ self.spread)
         self.off = off + self.unit * (np.abs(self.into) @ np.abs(self.spread))
 
@@ -166,11 +166,11 @@ class Discs:
         return np.asarray(bound)
 
 
-def failing(loop: CheckedLoop, found: SetCertificate) -> str:
+def failing(loop: CheckedLoop, proof: SetCertificate) -> str:
     """What is not shown, in words; empty if everything is. Raises UserError."""
-    count = len(found.live)
+    count = len(proof.live)
     try:
-        discs = Discs(found)
+        discs = Discs(proof)
     except np.linalg.LinAlgError:
         return "its coordinates depend on each other"
     axes = len(loop.plan.loop.plant.axes)
@@ -182,13 +182,13 @@ def failing(loop: CheckedLoop, found: SetCertificate) -> str:
         return f"{count} moving states have more pairs than the rounding of a sum is bounded for"
     radii = np.asarray(discs.radii, dtype=np.float64)
     try:
-        numbers = box(found, found.spread * radii, count, directions)
-        kept = discs.reached(mapped_image(loop, found, numbers, later, directions), count, second=True)
-        moving = {*found.live, *found.twins, found.unit}
+        numbers = box(proof, proof.spread * radii, count, directions)
+        kept = discs.reached(mapped_image(loop, proof, numbers, later, directions), count, second=True)
+        moving = {*proof.live, *proof.twins, proof.unit}
         numbers = [
-            with_room(one, STARTS + UNKNOWNS) if i in moving else one for i, one in enumerate(start_states(loop, found))
+            with_room(one, STARTS + UNKNOWNS) if i in moving else one for i, one in enumerate(start_states(loop, proof))
         ]
-        first = discs.reached(mapped_image(loop, found, numbers, np.array([0.0]), STARTS + UNKNOWNS), STARTS, second=False)
+        first = discs.reached(mapped_image(loop, proof, numbers, np.array([0.0]), STARTS + UNKNOWNS), STARTS, second=False)
     except UndefinedError as error:
         return f"nothing bounds a sample over the set: {error}"
     astray = discs.off @ discs.radii
@@ -197,7 +197,7 @@ def failing(loop: CheckedLoop, found: SetCertificate) -> str:
         if not np.all(inside):
             return f"{what} is not shown to be in the set a sample later (coordinate {int(np.argmin(inside)) + 1} of {count})"
     reach = np.abs(discs.spread) @ discs.radii * UP
-    if not np.all(reach[[found.live.index(axis) for axis in range(axes)]] <= found.position):
+    if not np.all(reach[[proof.live.index(axis) for axis in range(axes)]] <= proof.position):
         return "the set is larger than the file claims"
     return ""
 

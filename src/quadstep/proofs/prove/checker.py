@@ -149,30 +149,30 @@ class CheckResult(NamedTuple):
     seconds: float
 
 
-def over_its_box(loop: CheckedLoop, found: Certificate, place: int) -> CheckedBlock:
+def over_its_box(loop: CheckedLoop, proof: Certificate, place: int) -> CheckedBlock:
     """A block, over its box of z, e = spread z. Raises UndefinedError, UserError."""
-    n, box, known = len(found.states), found.boxes[place], len(found.states) + PUSHES + CONSTANTS
-    begin, end = place * found.block, min((place + 1) * found.block, len(found.flown) - 1)
+    n, box, known = len(proof.states), proof.boxes[place], len(proof.states) + PUSHES + CONSTANTS
+    begin, end = place * proof.block, min((place + 1) * proof.block, len(proof.flown) - 1)
     samples, total = end - begin, known + 6
-    width, fresh = found.spread * box, Fresh(known, total)
-    x = [number(found.flown[begin:end, i].copy(), width[i], total, fresh) for i in range(n)]
-    p = pushed(loop.plan.parameters, found.unknown, n, total, samples)
+    width, fresh = proof.spread * box, Fresh(known, total)
+    x = [number(proof.flown[begin:end, i].copy(), width[i], total, fresh) for i in range(n)]
+    p = pushed(loop.plan.parameters, proof.unknown, n, total, samples)
     after = loop.after(x, np.arange(begin, end, dtype=np.float64) * float(loop.span), p)
     linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))
     for i, one in enumerate(after):
         if not isinstance(one, Enclosure) or one.parts is None:
-            raise UserError(f"the loop does not return {found.states[i]} as a state")
+            raise UserError(f"the loop does not return {proof.states[i]} as a state")
         linear[:, i] = one.parts.T
-        rest[:, i] = one.rest + np.abs(one.centre - found.flown[begin + 1 : end + 1, i]) * UP
-    into = 2.0 * np.eye(n) - found.spread  # its inverse, as it is a shear
-    middle, reach = linear[samples // 2, :, :known], np.abs(found.spread) @ box
+        rest[:, i] = one.rest + np.abs(one.centre - proof.flown[begin + 1 : end + 1, i]) * UP
+    into = 2.0 * np.eye(n) - proof.spread  # its inverse, as it is a shear
+    middle, reach = linear[samples // 2, :, :known], np.abs(proof.spread) @ box
     step = (middle[:, :n] / np.where(box > 0.0, box, 1.0)) @ into
-    kept = np.concatenate([(step @ found.spread) * box, middle[:, n:]], axis=1)
+    kept = np.concatenate([(step @ proof.spread) * box, middle[:, n:]], axis=1)
     rest += np.abs(linear[:, :, :known] - kept).sum(axis=2) + np.abs(linear[:, :, known:]).sum(axis=2)
     rest += 3.0 * rounding(n) * (np.abs(step) @ (np.abs(into) @ reach + reach))  # `kept`
     all_finite(linear, rest, step, kept)
     once = passage(step, kept[:, n : n + PUSHES], kept[:, n + PUSHES :], rest.max(axis=0) * UP, reach)
-    return block(once, samples, box, into, found.spread)
+    return block(once, samples, box, into, proof.spread)
 
 
 def beginning(loop: CheckedLoop, flown: Array) -> Passage:
@@ -189,39 +189,39 @@ def beginning(loop: CheckedLoop, flown: Array) -> Passage:
     return passage(np.zeros((n, n)), columns, np.zeros((n, CONSTANTS)), rest, np.zeros(n))
 
 
-def failing(loop: CheckedLoop, found: Certificate) -> str:
+def failing(loop: CheckedLoop, proof: Certificate) -> str:
     """What is not shown, in words; empty if everything is. Raises UserError."""
-    axes, seconds = len(found.position), loop.span * loop.plan.ticks.step
+    axes, seconds = len(proof.position), loop.span * loop.plan.ticks.step
     blocks, most = [], np.zeros(axes)
-    for place in range(len(found.boxes)):
+    for place in range(len(proof.boxes)):
         try:
-            blocks.append(over_its_box(loop, found, place))
+            blocks.append(over_its_box(loop, proof, place))
         except UndefinedError as error:
-            return f"at {place * found.block * seconds:g} s: {error}"
-    start = beginning(loop, found.flown[0])
+            return f"at {place * proof.block * seconds:g} s: {error}"
+    start = beginning(loop, proof.flown[0])
     known = from_the_start(blocks, start, axes)
-    for place, box in enumerate(found.boxes):
+    for place, box in enumerate(proof.boxes):
         inside = grown(blocks, start, place, known, axes)
         kept = inside.max(axis=0) <= box  # false for NaN
         if not np.all(kept):
-            name = found.states[int(np.argmin(kept))]
-            return f"at {place * found.block * seconds:g} s: {name} is not shown to stay in its box"
+            name = proof.states[int(np.argmin(kept))]
+            return f"at {place * proof.block * seconds:g} s: {name} is not shown to stay in its box"
         most = np.maximum(most, inside[:, :axes].max(axis=0))
-    if not np.all(most <= found.position):
+    if not np.all(most <= proof.position):
         return f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within the bound that the file claims"
     return ""
 
 
-def refuse_unfit(loop: CheckedLoop, found: Certificate) -> None:
+def refuse_unfit(loop: CheckedLoop, proof: Certificate) -> None:
     """Raises UserError for a certificate that is not one of its mission's flight."""
-    n, axes = len(found.states), len(loop.plan.loop.plant.axes)
-    shear = found.spread - np.eye(n)
+    n, axes = len(proof.states), len(loop.plan.loop.plant.axes)
+    shear = proof.spread - np.eye(n)
     moved, used = np.any(shear != 0.0, axis=1), np.any(shear != 0.0, axis=0)
-    if np.any(moved & used) or np.any(moved[:axes]) or found.states[:axes] != tuple(f"position.{i}" for i in range(axes)):
+    if np.any(moved & used) or np.any(moved[:axes]) or proof.states[:axes] != tuple(f"position.{i}" for i in range(axes)):
         raise UserError("its coordinates are not a shear that keeps the position")
-    if (len(found.flown) - 1) * loop.span != loop.plan.ticks.last // loop.span * loop.span or len(found.position) != axes:
+    if (len(proof.flown) - 1) * loop.span != loop.plan.ticks.last // loop.span * loop.span or len(proof.position) != axes:
         raise UserError("its samples do not match its mission")
-    if not np.array_equal(found.flown[0], [loop.start[place] for place in loop.places]):
+    if not np.array_equal(proof.flown[0], [loop.start[place] for place in loop.places]):
         raise UserError("its flight does not start where its mission does")
 
 

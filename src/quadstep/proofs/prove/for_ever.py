@@ -44,12 +44,12 @@ def held_for_ever(
     return ProofVerdict(name, VerdictKind.PROVED if enough else VerdictKind.OPEN, rows, says, out, COLUMNS)
 
 
-def left_hover(name: str, loop: SampledLoop, unknown: Unknown, found: Departure) -> ProofVerdict:
+def left_hover(name: str, loop: SampledLoop, unknown: Unknown, leaves: Departure) -> ProofVerdict:
     """Hover that flights leave from a start close to it."""
-    axes, begins, box = loop.loop.plant.axes, number_extents(loop, found.begun), number_extents(loop, found.reach)
+    axes, begins, box = loop.loop.plant.axes, number_extents(loop, leaves.begun), number_extents(loop, leaves.reach)
     rows = [
         [axis, "disproved", millimetres_up(float(one)), millimetres_down(float(far)) if far else "0 mm"]
-        for axis, one, far in zip(axes, found.begun, found.reach, strict=False)
+        for axis, one, far in zip(axes, leaves.begun, leaves.reach, strict=False)
     ]
     for quantity, (far, unit) in box.items():
         begun = listed(begins[quantity][0], up, NOTHING)
@@ -59,7 +59,7 @@ def left_hover(name: str, loop: SampledLoop, unknown: Unknown, found: Departure)
     says = (
         f"disproved: hover is unstable{others}. From a state this close to the loop's rest (third column; the law's memory is "
         f"off too, along the fastest growing mode), met at any sample from {loop.period:g} s on, every flight leaves a box "
-        f"about the rest within {up(found.seconds, 3):g} s: at some sample, one of its numbers is farther off than the last "
+        f"about the rest within {up(leaves.seconds, 3):g} s: at some sample, one of its numbers is farther off than the last "
         "column says, or one of the law's memory is beyond a bound of its own. This holds for the law as flown, with "
         "rounding."
     )

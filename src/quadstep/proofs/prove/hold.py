@@ -161,7 +161,9 @@ class Departure(NamedTuple):
     seconds: float
 
 
-def invariant_set(loop: SampledLoop, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | Departure | str:
+def invariant_set(
+    loop: SampledLoop, unknown: Unknown, progress: Callable[[int], None] = lambda _: None
+) -> Hold | Departure | str:
     """The largest set that is found, or the proof that flights leave, or the reason why there is neither."""
     try:
         at = rest(loop)
@@ -183,7 +185,7 @@ def invariant_set(loop: SampledLoop, unknown: Unknown, told: Callable[[int], Non
     for patient, own in ((False, True), (False, False), (True, True), (True, False)):
         try:
             arithmetic = SetArithmetic(loop, at, chosen, unknown, own)
-            found = largest(arithmetic, told, patient)
+            found = largest(arithmetic, progress, patient)
         except UndefinedError as error:
             found = str(error)
         if not isinstance(found, str):

@@ -201,7 +201,7 @@ def instability(loop: SampledLoop, at: Hover) -> Instability | None:
     return Instability(count, len(at.state), *growth(found, loop.period))
 
 
-def growth(found: Spectrum, period: float) -> tuple[float, float]:
+def growth(spectrum: Spectrum, period: float) -> tuple[float, float]:
     """Bounds on the growth rate [1/s] of the largest eigenvalue."""
-    size, radius = abs(found.centres[0]), found.radii[0]
+    size, radius = abs(spectrum.centres[0]), spectrum.radii[0]
     return float(np.log(size - radius)) / period * (1.0 - 1e-12), float(np.log(size + radius)) / period * (1.0 + 1e-12)

@@ -73,19 +73,19 @@ class InvariantSet(NamedTuple):
 class SetArithmetic:
     """The set's own arithmetic, for one loop, its rest and its modes."""
 
-    def __init__(self, loop: SampledLoop, at: RestingLoop, found: Eigenbasis, unknown: Unknown, own: bool = False) -> None:
-        self.loop, self.at, self.modes, self.unknown, self.own = loop, at, found, unknown, own
+    def __init__(self, loop: SampledLoop, at: RestingLoop, basis: Eigenbasis, unknown: Unknown, own: bool = False) -> None:
+        self.loop, self.at, self.modes, self.unknown, self.own = loop, at, basis, unknown, own
         count = len(at.live)
         self.place = list(at.live)
         self.axes = [self.place.index(axis) for axis in range(len(loop.loop.plant.axes))]
         self.joined = np.eye(count, dtype=complex)  # a pair (a, b) as a - i b and a + i b
         self.parted = np.eye(count, dtype=complex)
-        for i in found.pairs:
+        for i in basis.pairs:
             self.joined[i : i + 2, i : i + 2] = [[1.0, -1.0j], [1.0, 1.0j]]
             self.parted[i : i + 2, i : i + 2] = [[0.5, 0.5], [0.5j, -0.5j]]
-        self.into: ComplexArray = self.joined @ np.linalg.inv(found.spread)
+        self.into: ComplexArray = self.joined @ np.linalg.inv(basis.spread)
         size = np.abs(self.into)
-        spread = found.spread @ self.parted
+        spread = basis.spread @ self.parted
         self.reach = np.abs(spread)
         self.astray = np.abs(np.eye(count) - self.into @ spread) + products(count + 4) * (size @ np.abs(spread))
 
@@ -220,7 +220,7 @@ def first_guess(at: SetArithmetic) -> tuple[GrowthGuess, float]:
         side *= 0.1
 
 
-def largest(at: SetArithmetic, told: Callable[[int], None] = lambda _: None, patient: bool = False) -> InvariantSet | str:
+def largest(at: SetArithmetic, progress: Callable[[int], None] = lambda _: None, patient: bool = False) -> InvariantSet | str:
     """The largest set that is found, or why there is none. patient: a guess whose slopes do not contract, from too far out, is
     dropped for the one before. Raises UndefinedError.
     """
@@ -230,7 +230,7 @@ def largest(at: SetArithmetic, told: Callable[[int], None] = lambda _: None, pat
         return unsettled(guess)
     side *= 0.6
     for step in range(MOST_STEPS):
-        told(step)
+        progress(step)
         found = guess.radii_for(side)
         if found is None:
             side *= SMALLER

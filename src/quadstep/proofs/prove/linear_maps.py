@@ -71,13 +71,13 @@ def block(
     return straightened(found, flown[first + 1 : past + 1].T, coordinates, box, first)
 
 
-def straightened(found: Image, after: Array, coordinates: Coordinates, box: Array, first: int) -> Block:
+def straightened(image: Image, after: Array, coordinates: Coordinates, box: Array, first: int) -> Block:
     """One linear map for all samples, that of the middle one; the others' differences from it go into the remainder."""
     count, samples = after.shape
-    parts, middle = found.parts, samples // 2
+    parts, middle = image.parts, samples // 2
     step = (parts[:, :count, middle] / box) @ coordinates.into
     kept = np.concatenate([(step @ coordinates.spread) * box, parts[:, count:, middle]], axis=1)
-    rest = found.rest + np.abs(found.centre - after) * UP + np.abs(parts - kept[:, :, None]).sum(axis=1) * UP
+    rest = image.rest + np.abs(image.centre - after) * UP + np.abs(parts - kept[:, :, None]).sum(axis=1) * UP
     rounded = sum_rounding(count + 2) * (np.abs(step) @ np.abs(coordinates.spread) @ box)
     pushes, constants = kept[:, count : count + PUSHES], kept[:, count + PUSHES :]
     return Block(first, first + samples, step, pushes, constants, (rest.max(axis=1) + rounded) * UP)

@@ -204,15 +204,15 @@ def still_open(
     return ProofVerdict(name, VerdictKind.OPEN, rows, says)
 
 
-def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> ProofVerdict:
+def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> ProofVerdict:
     """The verdict that hover is not a stable equilibrium."""
     log = fly(plan)
     place = ", ".join(f"{one:g}" for one in at.position)
     says = [
         f"disproved: hover at the path's end ({place}) m is an exact equilibrium of the sampled loop, and it is unstable: "
-        f"{found.unstable} of the {found.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in "
-        f"exact arithmetic. The fastest error grows at {rounded_down(found.slowest):g} to {up(found.fastest):g} 1/s, doubling "
-        f"every {math.log(2.0) / found.slowest:.3g} s: there are starts arbitrarily near to it that are driven away from it.",
+        f"{growth.unstable} of the {growth.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in "
+        f"exact arithmetic. The fastest error grows at {rounded_down(growth.slowest):g} to {up(growth.fastest):g} 1/s, doubling"
+        f" every {math.log(2.0) / growth.slowest:.3g} s: there are starts arbitrarily near to it that are driven away from it.",
         *consequence(plan),
         flight_says(log),
     ]

@@ -99,16 +99,16 @@ class StatementRecord:
         return left
 
 
-def search(statement: Statement, seen: StatementRecord, seed: int = 1) -> Cube:
+def search(statement: Statement, record: StatementRecord, seed: int = 1) -> Cube:
     """Move closed loops towards those where a term of the bound is used up, LANES of them for each term. Returns the last."""
     draw = np.random.default_rng([seed, int(statement.number[1:])])
     cube: Cube = draw.random((DIMENSIONS, LANES))
-    groups = len(seen.look(statement.sides(sample_at(cube))))
+    groups = len(record.look(statement.sides(sample_at(cube))))
     cube = np.tile(cube, max(groups, 1))
     owner, lane = np.repeat(np.arange(groups), LANES), np.arange(groups * LANES)
     best, trial = np.full(groups * LANES, np.inf), cube
     for _ in range(STEPS if groups else 0):
-        spare = np.array(seen.look(statement.sides(sample_at(trial))))[owner, lane]
+        spare = np.array(record.look(statement.sides(sample_at(trial))))[owner, lane]
         better = spare < best
         best, cube = np.where(better, spare, best), np.where(better, trial, cube)
         if best.reshape(groups, LANES).min(axis=1).max() < 1.0 - ENOUGH:
@@ -221,30 +221,30 @@ def study_completion(folder: Path, samples: int, overwrite: bool) -> Evidence:
     return found
 
 
-def as_json(found: Completion) -> dict[str, object]:
+def as_json(completion: Completion) -> dict[str, object]:
     return {
         "name": NAME,
         "version": __version__,
-        "statements": [{**margin._asdict(), "holds": margin.holds, "bites": margin.bites} for margin in found.margins],
-        "beside_the_paper": {law: summary._asdict() for law, summary in found.summaries.items()},
-        "without_counter_term_beside_the_completed": found.uncountered._asdict(),
-        "disturbance_over_weight": {f"{t:g}": ratio for t, ratio in found.over_weight.items()},
+        "statements": [{**margin._asdict(), "holds": margin.holds, "bites": margin.bites} for margin in completion.margins],
+        "beside_the_paper": {law: summary._asdict() for law, summary in completion.summaries.items()},
+        "without_counter_term_beside_the_completed": completion.uncountered._asdict(),
+        "disturbance_over_weight": {f"{t:g}": ratio for t, ratio in completion.over_weight.items()},
     }
 
 
-def sentences(found: Completion) -> list[str]:
+def sentences(completion: Completion) -> list[str]:
     """The findings in words, with their numbers."""
-    u = found.uncountered
-    forbidden = ", ".join(f"{t:g} s ({ratio:.1f} times)" for t, ratio in found.over_weight.items() if ratio > 1.0)
+    u = completion.uncountered
+    forbidden = ", ".join(f"{t:g} s ({ratio:.1f} times)" for t, ratio in completion.over_weight.items() if ratio > 1.0)
     return [
-        f"{sum(m.holds for m in found.margins)} of {len(found.margins)} statements hold on "
-        f"{found.margins[0].samples:,} random closed loops and where a search brings them nearest to failing; "
-        f"{sum(m.bites for m in found.margins)} fail if any term of their bound is made a tenth smaller.",
+        f"{sum(m.holds for m in completion.margins)} of {len(completion.margins)} statements hold on "
+        f"{completion.margins[0].samples:,} random closed loops and where a search brings them nearest to failing; "
+        f"{sum(m.bites for m in completion.margins)} fail if any term of their bound is made a tenth smaller.",
         *(
             f"Of {s.flights} flights the paper's law completes {s.other_flies}, '{law}' {s.law_flies}: {s.gained} gained, "
             f"{s.lost} lost. Where both fly, its RMSE is {s.best_ratio:.2g} to {s.worst_ratio:.4g} times the paper's; "
             f"it is worse by more than 1 % in {s.worse}."
-            for law, s in found.summaries.items()
+            for law, s in completion.summaries.items()
         ),
         f"Without its counter-term the completed law flies {u.law_flies} of these {u.flights}, with it {u.other_flies}; where "
         f"both fly, its RMSE is {u.best_ratio:.4g} to {u.worst_ratio:.4g} times that with it (median {u.median_ratio:.3g}).",
@@ -262,19 +262,19 @@ MAPPED = "Position RMSE; x: lost. Darker is worse; the completed laws fly where 
 SEEN = "The theorem on closed loops, random and sought out"
 
 
-def evidence(found: Completion) -> Evidence:
+def evidence(completion: Completion) -> Evidence:
     rows: list[list[markup.Cell]] = [
         [m.number, m.statement, f"{m.worst:.2g}", f"{min(m.reached.values()):.3f}", f"{m.samples:,}", verdict(m)]
-        for m in found.margins
+        for m in completion.margins
     ]
-    first, *others = sentences(found)
-    failing = [m.number for m in found.margins if not (m.holds and m.bites)]
+    first, *others = sentences(completion)
+    failing = [m.number for m in completion.margins if not (m.holds and m.bites)]
     return Evidence(
         name=NAME,
         kind="Study",
         answer=first,
         sentences=[first, *others],
-        record=as_json(found),
+        record=as_json(completion),
         figures=[Figure("completion", MAPPED)],
         sections=[TableSection("Statements of the theorem on closed loops", "statements", HEADER, rows, STATED, shown=SEEN)],
         cases=(Case("every statement", ", ".join(failing) or None),),

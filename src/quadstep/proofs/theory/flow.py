@@ -88,23 +88,23 @@ class Flow:
             twice = twice + weight * (stage @ stage)
         return 0.5 * twice
 
-    def at(self, errors: list[Vector], wanted: Reference) -> LoopInstant:
+    def at(self, errors: list[Vector], reference: Reference) -> LoopInstant:
         """The closed loop with these errors off a reference."""
         r1, i1, e1, e2, r2, i2, a, b, a_c, b_c = errors
         paper, w = self.gains.paper, self.gains.paper.filter_frequency
         zero = Vector((0.0, 0.0, 0.0))
-        velocity = wanted.velocity - (r1 - paper.slope_1 * e1)
+        velocity = reference.velocity - (r1 - paper.slope_1 * e1)
         start = Filtered(Vector((0.0, 0.0)), Vector((0.0, 0.0)))
         memory = BacksteppingMemory(i1, i2, start, paper.weights_1, paper.weights_2)
-        outer = position_loop(paper, memory, State(wanted.position - e1, velocity, zero, zero), wanted, 0.0)
+        outer = position_loop(paper, memory, State(reference.position - e1, velocity, zero, zero), reference, 0.0)
         filtered = Filtered(outer.tilt - a - b, w * b)
-        attitude = with_yaw(wanted.yaw, filtered.value) - e2
+        attitude = with_yaw(reference.yaw, filtered.value) - e2
         raw = counter_rate(self.gains, outer.u_d, Vector(attitude.entries[1:]), filtered.value, r1)
         counter = Filtered(raw - a_c - b_c, w * b_c)
-        rates = with_yaw(wanted.yaw_rate, filtered.rate) - (r2 - paper.slope_2 * e2 - with_yaw(0.0, counter.value))
+        rates = with_yaw(reference.yaw_rate, filtered.rate) - (r2 - paper.slope_2 * e2 - with_yaw(0.0, counter.value))
         return LoopInstant(
-            State(wanted.position - e1, velocity, attitude, rates),
-            wanted,
+            State(reference.position - e1, velocity, attitude, rates),
+            reference,
             CompletedMemory(memory._replace(filtered=filtered), counter),
         )
 
@@ -136,9 +136,9 @@ class Flow:
             ),
         )  # fmt: skip
 
-    def slopes(self, errors: list[Vector], wanted: Reference, force: Vector, torque: Vector) -> LyapunovSlope:
+    def slopes(self, errors: list[Vector], reference: Reference, force: Vector, torque: Vector) -> LyapunovSlope:
         """L_dot of closed loops, and Theorem B's bound on it."""
-        now = self.at(errors, wanted)
+        now = self.at(errors, reference)
         after, before = (self.level(self.moved(now, h, force, torque)) for h in (STEP, -STEP))
         rate = np.asarray((after - before) / (2.0 * STEP))
         s = np.array([np.broadcast_to(np.asarray(v.norm()), np.shape(rate)) for v in self.errors(now)])

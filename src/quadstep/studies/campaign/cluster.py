@@ -100,9 +100,9 @@ def unpacked(told: Order) -> Campaign:
     return campaign
 
 
-def refuse_others(here: str, wanted: Sequence[tuple[str, str]]) -> None:
+def refuse_others(here: str, expected: Sequence[tuple[str, str]]) -> None:
     """Refuses a machine whose `needs` differ. here: names the machine. Raises UserError."""
-    for (name, mine), (_, theirs) in zip(needs(), wanted, strict=False):
+    for (name, mine), (_, theirs) in zip(needs(), expected, strict=False):
         if mine != theirs:
             raise UserError(
                 f"{here} has {name} {mine}, the driver's machine {theirs}: results could differ in the last "

@@ -172,14 +172,14 @@ def groups(columns: list[NDArray[np.generic]], count: int) -> Iterator[tuple[tup
         yield tuple(place.tolist()), members
 
 
-def numbers(drawn: DrawnColumn) -> NDArray[np.float64]:
-    values = drawn.values if drawn.options is None else np.array(drawn.options, dtype=float)[drawn.values]
+def numbers(column: DrawnColumn) -> NDArray[np.float64]:
+    values = column.values if column.options is None else np.array(column.options, dtype=float)[column.values]
     return np.asarray(values, dtype=float)
 
 
-def option(drawn: DrawnColumn, place: int) -> object:
-    assert drawn.options is not None
-    return drawn.options[place]
+def option(column: DrawnColumn, place: int) -> object:
+    assert column.options is not None
+    return column.options[place]
 
 
 def same(alone: object, together: object, place: int) -> bool:

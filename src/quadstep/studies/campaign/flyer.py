@@ -102,18 +102,18 @@ class Flyer:
         return ((span, self.fly(span.first, span.past, progress)) for span in spans)
 
     def fly_drawn(
-        self, flights: NDArray[np.int64], drawn: dict[str, DrawnColumn], progress: Advance | None = None
+        self, flights: NDArray[np.int64], columns: dict[str, DrawnColumn], progress: Advance | None = None
     ) -> "pa.Table":
         """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
-        return table(self.campaign, flights, drawn, *self.sweep_all(flights, drawn, progress))
+        return table(self.campaign, flights, columns, *self.sweep_all(flights, columns, progress))
 
     def sweep_all(
-        self, flights: NDArray[np.int64], drawn: dict[str, DrawnColumn], progress: Advance | None
+        self, flights: NDArray[np.int64], columns: dict[str, DrawnColumn], progress: Advance | None
     ) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
         """Outcome, end [s] and metrics of all of them. Raises UserError for values that cannot be flown."""
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
-        for batch in self.planner.batches(flights, drawn):
+        for batch in self.planner.batches(flights, columns):
             swept = self.swept(batch, progress)
             outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
             metrics[batch.members] = swept.metrics
@@ -202,12 +202,12 @@ def judged(table: "pa.Table", campaign: Campaign) -> "pa.Table":
     return rest.append_column(SUCCESS, load_arrow().array(success))
 
 
-def drawn_column(drawn: DrawnColumn) -> "pa.Array":
+def drawn_column(column: DrawnColumn) -> "pa.Array":
     """A column of drawn values: numbers, booleans or text."""
     pa = load_arrow()
-    if drawn.options is None:
-        return pa.array(drawn.values)
-    return pa.array(drawn.shown_options()).take(pa.array(drawn.values.astype(np.int64)))
+    if column.options is None:
+        return pa.array(column.values)
+    return pa.array(column.shown_options()).take(pa.array(column.values.astype(np.int64)))
 
 
 def device_flyer(campaign: Campaign) -> Flyer:

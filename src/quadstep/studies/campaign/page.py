@@ -96,7 +96,9 @@ ENDS = (
 )
 
 
-def what_if_page(gusts: TuningRequest, seed: int, law: type[Controller], changes: Mapping[str, float], found: Evidence) -> str:
+def what_if_page(
+    gusts: TuningRequest, seed: int, law: type[Controller], changes: Mapping[str, float], evidence: Evidence
+) -> str:
     """The HTML. gusts, seed: the flights in gusts, with the values before. changes: of the parameters. Raises UserError."""
     content = {key: value for key, value in gusts.content.items() if key != "tune"}
     file = gusts.campaign(gusts.section.vary, seed=seed, flights=min(gusts.unseen, MOST_FLIGHTS))
@@ -105,4 +107,4 @@ def what_if_page(gusts: TuningRequest, seed: int, law: type[Controller], changes
     after = [f"set={quote(f'{law.name}.{name}', safe='')}:{value!r}" for name, value in changes.items()]
     flight = f"#flight={quote(shown.id, safe='')}"
     links = [Link("before", flight), Link("after", "&".join([flight, *after])), Link("report", "report.html")]
-    return build_page(found.name, f"{found.answer} {ENDS}", [shown._replace(moved=changes)], links=links)
+    return build_page(evidence.name, f"{evidence.answer} {ENDS}", [shown._replace(moved=changes)], links=links)

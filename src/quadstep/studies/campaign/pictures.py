@@ -203,57 +203,57 @@ class ByKey(NamedTuple):
     errors: dict[int, Numbers]
 
 
-def by_key(found: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
+def by_key(bins: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
     """The flights of each bin. rmse: one number per flight, NaN where it did not complete."""
-    counts = np.bincount(found.places, minlength=found.size)
-    good = np.bincount(found.places, success, minlength=found.size).astype(int)
+    counts = np.bincount(bins.places, minlength=bins.size)
+    good = np.bincount(bins.places, success, minlength=bins.size).astype(int)
     known = np.isfinite(rmse)
-    places, values = found.places[known], rmse[known]
+    places, values = bins.places[known], rmse[known]
     small = places.astype(np.int16)  # sorted by counting
-    apart = np.split(values[np.argsort(small, kind="stable")], np.cumsum(np.bincount(places, minlength=found.size))[:-1])
+    apart = np.split(values[np.argsort(small, kind="stable")], np.cumsum(np.bincount(places, minlength=bins.size))[:-1])
     errors = {place: np.quantile(some, QUANTILES) for place, some in enumerate(apart) if len(some)}
     return ByKey({i: share(int(good[i]), int(counts[i])) for i in np.flatnonzero(counts).tolist()}, errors)
 
 
-def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCREEN) -> None:
+def draw_key(path: Path, key: str, bins: Bins, shown: ByKey, sheet: Sheet = SCREEN) -> None:
     """Success rate and position RMSE over one key."""
     with drawing(sheet):
-        crowded = len(found.labels) > 5 or any(len(label) > 10 for label in found.labels)
+        crowded = len(bins.labels) > 5 or any(len(label) > 10 for label in bins.labels)
         height = 4.2 if crowded else 2.9
         columns = sheet.side_by_side(2, 3.0)
         figure = new_figure(sheet, COLUMN, height, 0.8 * height * 2 / columns)
         axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
         margins(figure, sheet, 0.075, (1.8 if crowded else 0.55) / height, 0.985, 1.0 - 0.3 / height, 0.2)
         success, errors = axes
-        draw_success(success, found, shown.good)
-        draw_errors(errors, found, shown.errors)
+        draw_success(success, bins, shown.good)
+        draw_errors(errors, bins, shown.errors)
         for one in axes:
             one.set_xlabel(key)
-            if found.edges is None:
-                one.set_xticks(range(found.size), found.labels)
+            if bins.edges is None:
+                one.set_xticks(range(bins.size), bins.labels)
                 one.tick_params(axis="x", rotation=35 if crowded else 0)
                 for label in one.get_xticklabels() if crowded else ():
                     label.set_horizontalalignment("right")
                     label.set_rotation_mode("anchor")
-                one.set_xlim(-0.6, found.size - 0.4)
+                one.set_xlim(-0.6, bins.size - 0.4)
                 one.grid(axis="x", visible=False)
-            elif found.log:
+            elif bins.log:
                 logarithmic(one)
         write(figure, path, sheet)
 
 
-def draw_success(axes: Axes, found: Bins, good: Mapping[int, Estimate]) -> None:
+def draw_success(axes: Axes, bins: Bins, good: Mapping[int, Estimate]) -> None:
     """The share of successes in each bin, with its interval."""
     places = list(good)
     value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
     bottom = max(0.0, 100.0 - 1.15 * (100.0 - float(low.min())))
-    if found.edges is None:
+    if bins.edges is None:
         at = np.array(places, dtype=float)
         axes.hlines(value, at - 0.3, at + 0.3, color=LINE, linewidth=1.2)
         axes.vlines(at, low, high, color=LINE, linewidth=1.2)
     else:
-        left, right = found.edges[places], found.edges[[place + 1 for place in places]]
-        at = middles(found, places)
+        left, right = bins.edges[places], bins.edges[[place + 1 for place in places]]
+        at = middles(bins, places)
         axes.hlines(value, left, right, color=LINE, linewidth=1.2)
         axes.vlines(at, low, high, color="0.4", linewidth=1.0)
     axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=LINE)
@@ -263,7 +263,7 @@ def draw_success(axes: Axes, found: Bins, good: Mapping[int, Estimate]) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
 
 
-def draw_errors(axes: Axes, found: Bins, errors: Mapping[int, Numbers]) -> None:
+def draw_errors(axes: Axes, bins: Bins, errors: Mapping[int, Numbers]) -> None:
     """Median and the middle 80 % of the position RMSE in each bin."""
     unit, factor = units.handy("m", max((float(some[-1]) for some in errors.values()), default=0.0))
     axes.set_title(f"position RMSE [{unit}]: median and middle 80 %")
@@ -272,12 +272,12 @@ def draw_errors(axes: Axes, found: Bins, errors: Mapping[int, Numbers]) -> None:
         return
     places = list(errors)
     low, middle, high = factor * np.array(list(errors.values())).T
-    if found.edges is None:
+    if bins.edges is None:
         at = np.array(places, dtype=float)
         axes.bar(at, high - low, 0.6, low, color=FILL, edgecolor="0.5")
         axes.hlines(middle, at - 0.3, at + 0.3, color=LINE, linewidth=1.6)
     else:
-        at = middles(found, places)
+        at = middles(bins, places)
         axes.fill_between(at, low, high, color=FILL, linewidth=0.0)
         axes.plot(at, middle, color=LINE, linewidth=1.4, marker="o", markersize=2.5)
     if spans_decades(float(low.min()), float(high.max())):
@@ -287,11 +287,11 @@ def draw_errors(axes: Axes, found: Bins, errors: Mapping[int, Numbers]) -> None:
         axes.set_ylim(bottom=0.0)
 
 
-def middles(found: Bins, places: Sequence[int]) -> Numbers:
+def middles(bins: Bins, places: Sequence[int]) -> Numbers:
     """The middle of some ranges as it appears on the axis."""
-    assert found.edges is not None
-    left, right = found.edges[list(places)], found.edges[[place + 1 for place in places]]
-    return np.sqrt(left * right) if found.log else 0.5 * (left + right)
+    assert bins.edges is not None
+    left, right = bins.edges[list(places)], bins.edges[[place + 1 for place in places]]
+    return np.sqrt(left * right) if bins.log else 0.5 * (left + right)
 
 
 def logarithmic(axes: Axes, which: str = "x") -> None:

@@ -169,9 +169,9 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
     return body
 
 
-def ranked(keys: list[str], found: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:
+def ranked(keys: list[str], estimates: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:
     """All keys with the share of each result that they explain, the key with the largest share first."""
-    ranking = {key: {name: shares[key] for name, shares in found.items() if key in shares} for key in keys}
+    ranking = {key: {name: shares[key] for name, shares in estimates.items() if key in shares} for key in keys}
     return dict(sorted(ranking.items(), key=lambda item: -max((one.value for one in item[1].values()), default=-1.0)))
 
 

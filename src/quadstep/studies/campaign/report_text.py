@@ -166,8 +166,8 @@ def distributions(summary: CampaignSummary) -> TableSection:
     return TableSection(*title, ("of completed flights", "share below", "value with its 95 % interval"), rows, text)
 
 
-def largest(known: Iterable[Estimate]) -> float:
-    return max(number for one in known for number in one if not math.isnan(number))
+def largest(estimates: Iterable[Estimate]) -> float:
+    return max(number for one in estimates for number in one if not math.isnan(number))
 
 
 FIRST_ORDER = (
@@ -177,14 +177,14 @@ FIRST_ORDER = (
 
 
 def ranking(
-    campaign: Campaign, found: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]]
+    campaign: Campaign, estimates: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]]
 ) -> list[TableSection]:
     lines = []
     for name, (why, pair) in said.items():
         if why:
             lines.append(f"The causes of {name} are not analysed: {why}.")
             continue
-        shares = {key: one[name] for key, one in found.items() if name in one}
+        shares = {key: one[name] for key, one in estimates.items() if name in one}
         clear = {key: one for key, one in shares.items() if one.low > 0.0}
         if clear:
             key = max(clear, key=lambda key: clear[key].value)
@@ -208,9 +208,9 @@ def ranking(
             f"100 %: {groups}."
         )
     body = paragraphs(lines)
-    if any(found.values()):
-        names = list(dict.fromkeys(name for one in found.values() for name in one))
-        rows = [(key, *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in found.items()]
+    if any(estimates.values()):
+        names = list(dict.fromkeys(name for one in estimates.values() for name in one))
+        rows = [(key, *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in estimates.items()]
         body.append(TableSection(header=("key", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
         body.append(TableSection(text=FIRST_ORDER))
     return body

@@ -52,15 +52,15 @@ class FinishedCampaign(NamedTuple):
     folder: Path
 
 
-def fly_campaign(asked: CampaignRequest) -> FinishedCampaign:
+def fly_campaign(request: CampaignRequest) -> FinishedCampaign:
     """Fly a campaign. Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept."""
-    campaign = read_campaign(asked.path)
-    count = asked.flights or campaign.flights
+    campaign = read_campaign(request.path)
+    count = request.flights or campaign.flights
     campaign.check_count(count)
-    fly: Fly[Chunk] = loaded(CAMPAIGNS, asked.engine)(campaign)
-    with opened(asked.folder, campaign, count, asked.engine, asked.resume, asked.overwrite) as store:
-        fly_missing(store, fly, store.flights, asked.progress)
-        return finish(store, campaign, asked)
+    fly: Fly[Chunk] = loaded(CAMPAIGNS, request.engine)(campaign)
+    with opened(request.folder, campaign, count, request.engine, request.resume, request.overwrite) as store:
+        fly_missing(store, fly, store.flights, request.progress)
+        return finish(store, campaign, request)
 
 
 def fly_missing(store: Store, fly: Fly[Chunk], flights: int, progress: Progress) -> None:
@@ -72,15 +72,15 @@ def fly_missing(store: Store, fly: Fly[Chunk], flights: int, progress: Progress)
 
 
 def finish(
-    store: Store, campaign: Campaign, asked: CampaignRequest, decision: str = "", tail: float = TAIL
+    store: Store, campaign: Campaign, request: CampaignRequest, decision: str = "", tail: float = TAIL
 ) -> FinishedCampaign:
     """Summarise what was flown; write the report and the final manifest. decision, tail: as in `CampaignSummary`."""
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
-    grading, grid = asked.grading(campaign.mission), campaign.file.combinations
+    grading, grid = request.grading(campaign.mission), campaign.file.combinations
     summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
     summary = summary._replace(meaning=campaign.meaning, decision=decision)
-    write_report(store, campaign, summary, asked.path, asked.sheet)
+    write_report(store, campaign, summary, request.path, request.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)
 
@@ -157,27 +157,27 @@ def parsed(text: str) -> float:
     return target
 
 
-def fly_until(asked: CampaignRequest, target: float) -> DecidedRun:
+def fly_until(request: CampaignRequest, target: float) -> DecidedRun:
     """Fly a campaign until its failures are known to be rarer than the target, or not to be; `flights` is a limit.
 
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
     """
-    campaign, most = read_campaign(asked.path), asked.flights
+    campaign, most = read_campaign(request.path), request.flights
     first = next(looks(target))
-    check(campaign, asked.path, first, most)
-    fly: Fly[Chunk] = loaded(CAMPAIGNS, asked.engine)(campaign)
-    known = Store.manifest_in(asked.folder) if asked.resume else None
+    check(campaign, request.path, first, most)
+    fly: Fly[Chunk] = loaded(CAMPAIGNS, request.engine)(campaign)
+    known = Store.manifest_in(request.folder) if request.resume else None
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)
     seen: list[LookResult] = []
-    with opened(asked.folder, campaign, begun, asked.engine, asked.resume, asked.overwrite) as store:
+    with opened(request.folder, campaign, begun, request.engine, request.resume, request.overwrite) as store:
         for place, look in enumerate(looks(target)):
             if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
                 break
             if look.flights > store.flights:
                 campaign.check_count(look.flights)
                 store.shorten(look.flights)
-            fly_missing(store, fly, look.flights, asked.progress)
+            fly_missing(store, fly, look.flights, request.progress)
             success = store.read([SUCCESS])[SUCCESS].slice(0, look.flights)
             failures = look.flights - int(pc.sum(success).as_py() or 0)
             seen.append(LookResult(look, failures, exact_share(failures, look.flights, look.tail)))
@@ -185,7 +185,9 @@ def fly_until(asked: CampaignRequest, target: float) -> DecidedRun:
                 break
         last = seen[-1]
         tail = last.look.tail if last.look.flights == store.flights else TAIL  # of a run resumed with more, theirs
-        return DecidedRun(finish(store, campaign, asked, decision(target, seen, campaign.meaning), tail), target, tuple(seen))
+        return DecidedRun(
+            finish(store, campaign, request, decision(target, seen, campaign.meaning), tail), target, tuple(seen)
+        )
 
 
 def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:
@@ -199,16 +201,16 @@ def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None
         raise UserError(f"--flights {most}: --until needs at least {first.flights} flights, even if none of them fails")
 
 
-def decision(target: float, seen: Sequence[LookResult], meaning: str) -> str:
+def decision(target: float, looks: Sequence[LookResult], meaning: str) -> str:
     """Whether the target is shown, and by what. meaning: as `Campaign` has it."""
-    last = seen[-1]
+    last = looks[-1]
     if last.rate.high <= target:
         said = f"Shown: fewer than {target:g} of the flights fail{meaning}."
     else:
         said = f"Not met: {target:g} of the flights or more fail{meaning}." if last.rate.low >= target else "Not decided."
     return (
         f"{said} {last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
-        f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(seen)})."
+        f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(looks)})."
     )
 
 

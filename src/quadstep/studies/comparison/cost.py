@@ -169,9 +169,9 @@ def nanoseconds(*plans: FlightPlan) -> list[float]:
     return [1e9 * one / SAMPLES for one in took]
 
 
-def as_json(found: Cost) -> Content:
+def as_json(cost: Cost) -> Content:
     """For a file; no number of nanoseconds is null."""
-    return {**found._asdict(), "nanoseconds": finite(found.nanoseconds)}
+    return {**cost._asdict(), "nanoseconds": finite(cost.nanoseconds)}
 
 
 def from_json(content: Content) -> Cost:

@@ -85,7 +85,7 @@ class Entry(NamedTuple):
     left_out: tuple[str, ...]
 
 
-def entrants(study: ComparisonStudy, kept: Parts, again: bool, local: bool) -> Entry:
+def entrants(study: ComparisonStudy, parts: Parts, again: bool, local: bool) -> Entry:
     """Everybody. again: tune also what the study has gains for. local: whether journals can be kept.
 
     Raises UserError for a file of gains that cannot be read.
@@ -98,7 +98,7 @@ def entrants(study: ComparisonStudy, kept: Parts, again: bool, local: bool) -> E
         for name, entry in study.controllers(vehicle).items():
             try:
                 with in_one_line():
-                    found.append(entrant(study, kept, vehicle, name, entry, given, local))
+                    found.append(entrant(study, parts, vehicle, name, entry, given, local))
             except UserError as error:
                 if entry.optional and isinstance(error, MissingExtraError):
                     absent[name] = f"{name} is left out: {error}"
@@ -111,7 +111,7 @@ def entrants(study: ComparisonStudy, kept: Parts, again: bool, local: bool) -> E
 
 
 def entrant(
-    study: ComparisonStudy, kept: Parts, vehicle: str, name: str, entry: ControllerEntry,
+    study: ComparisonStudy, parts: Parts, vehicle: str, name: str, entry: ControllerEntry,
     given: Mapping[str, list[Content]], local: bool,
 ) -> EntrantSearch:  # fmt: skip
     """One of them. Raises UserError."""
@@ -127,23 +127,23 @@ def entrant(
         origin = FROM_FILE.format(study.file.tuning.gains)
         return EntrantSearch(tuned(study, Entrant(vehicle, name, table, origin, law), [trained_of(one) for one in known]))
     training.check_task(tasks[0])
-    folder = kept.folder.path.absolute() if local else None
+    folder = parts.folder.path.absolute() if local else None
     return EntrantSearch(Entrant(vehicle, name, table, "tuned", law), tuple(tuning(task, folder) for task in tasks))
 
 
-def with_gains(study: ComparisonStudy, asked: EntrantSearch, kept: Parts) -> Entrant:
+def with_gains(study: ComparisonStudy, search: EntrantSearch, kept: Parts) -> Entrant:
     """An entrant with the gains that were found for it."""
-    if not asked.jobs:
-        return asked.entrant
-    parts = [(job, kept.read(job.kind, job.key)) for job in asked.jobs]
-    return tuned(study, asked.entrant, [trained_of(parse_json(part, job.label)) for job, part in parts if part])
+    if not search.jobs:
+        return search.entrant
+    parts = [(job, kept.read(job.kind, job.key)) for job in search.jobs]
+    return tuned(study, search.entrant, [trained_of(parse_json(part, job.label)) for job, part in parts if part])
 
 
-def tuned(study: ComparisonStudy, entrant: Entrant, found: list[training.Trained]) -> Entrant:
+def tuned(study: ComparisonStudy, entrant: Entrant, trained: list[training.Trained]) -> Entrant:
     """An entrant with the best gains of some searches, and others with those of each other search."""
     first, *others = (
         entrant._replace(table=study.with_gains(entrant.vehicle, entrant.table, one.values), trained=one)
-        for one in sorted(found, key=lambda one: one.order)
+        for one in sorted(trained, key=lambda one: one.order)
     )
     return first._replace(others=tuple(others))
 
@@ -178,9 +178,9 @@ def gains_file(study: ComparisonStudy) -> dict[str, list[Content]]:
     return entries
 
 
-def write_gains(path: Path, found: list[Entrant]) -> None:
+def write_gains(path: Path, entrants: list[Entrant]) -> None:
     """gains.json: what was tuned, the best search first, so that another study can take it from there."""
-    every = [each for one in found for each in (one, *one.others)]
+    every = [each for one in entrants for each in (one, *one.others)]
     gains = [{"controller": f"{one.name} on {one.vehicle}", **one.trained._asdict()} for one in every if one.trained]
     path.write_text(json.dumps({"gains": gains}, indent=1) + "\n", encoding="utf-8")
 

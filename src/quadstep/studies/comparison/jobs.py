@@ -82,11 +82,11 @@ def tuning(task: training.TuningTask, folder: Path | None) -> Job[training.Tunin
     return Job(GAINS, decisive, label, who, task, partial(search, task, journal), task.budget, journal=journal)
 
 
-def raising(asked: robustness.Raise) -> Job[robustness.Raise]:
+def raising(rise: robustness.Raise) -> Job[robustness.Raise]:
     """What a controller bears of a disturbance, in about so many flights."""
-    decisive, who = key("margin", *asked.decisive), (asked.vehicle, asked.controller)
-    flights = asked.entry.flights * (robustness.HALVINGS + 3)
-    return Job(MARGINS, decisive, asked.label, who, asked, partial(withstand, asked), flights, asked.law.one_at_a_time)
+    decisive, who = key("margin", *rise.decisive), (rise.vehicle, rise.controller)
+    flights = rise.entry.flights * (robustness.HALVINGS + 3)
+    return Job(MARGINS, decisive, rise.label, who, rise, partial(withstand, rise), flights, rise.law.one_at_a_time)
 
 
 def grading(cell: StudyCell, flight: int) -> Job[StudyCell]:
@@ -124,8 +124,8 @@ def search(task: training.TuningTask, journal: training.JournalPlace | None) -> 
     return as_text({"controller": task.label, **training.train(task, journal)._asdict()})
 
 
-def withstand(asked: robustness.Raise) -> JobResult:
-    return as_text(robustness.as_json(robustness.find(asked)))
+def withstand(rise: robustness.Raise) -> JobResult:
+    return as_text(robustness.as_json(robustness.find(rise)))
 
 
 def measure_flight(cell: StudyCell, flight: int) -> JobResult:

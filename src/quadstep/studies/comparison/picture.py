@@ -29,26 +29,26 @@ def mark(place: int) -> tuple[str, str]:
     return SHAPES[place % len(SHAPES)], FACES[(place // len(SHAPES) + place) % len(FACES)]
 
 
-def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None:
+def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> None:
     """A group of rows for each situation, a row for each controller: median with its interval, a line to the 95 % quantile.
 
     Of more controllers than marks can tell apart, a square for each.
     """
-    if len(found.controllers) > MANY:
-        draw_heat(path, found, vehicle, sheet)
+    if len(results.controllers) > MANY:
+        draw_heat(path, results, vehicle, sheet)
         return
-    situations = [one for one in found.situations if one.vehicle == vehicle]
-    names = found.controllers
+    situations = [one for one in results.situations if one.vehicle == vehicle]
+    names = results.controllers
     group = A_CONTROLLER * len(names) + BETWEEN
-    unit = unit_of(found.metrics[found.metric])
+    unit = unit_of(results.metrics[results.metric])
     with drawing(sheet):
         height = 1.1 + group * len(situations) + 0.2 * math.ceil(len(names) / 4)
         figure = Figure(figsize=(sheet.inches(COLUMN), height), layout="constrained")
         axes = figure.add_subplot()
         for row, situation in enumerate(situations):
-            for one in found.of(situation):
+            for one in results.of(situation):
                 place = names.index(one.controller)
-                draw_result(axes, one, found.metric, -row * group - place * A_CONTROLLER, unit.factor, mark(place))
+                draw_result(axes, one, results.metric, -row * group - place * A_CONTROLLER, unit.factor, mark(place))
         for place, name in enumerate(names):
             shape, face = mark(place)
             axes.plot([], [], linestyle="", marker=shape, color="black", markerfacecolor=face, label=name)
@@ -58,7 +58,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
         axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, 0.5 * BETWEEN + A_CONTROLLER)
         axes.grid(visible=False, axis="y")
         scaled(axes)
-        axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the {found.high}")
+        axes.set_xlabel(f"{title(results.metrics[results.metric])}: median with 95 % interval, line to the {results.high}")
         figure.legend(loc="outside upper left", ncols=legend_columns(figure.get_figwidth(), list(names), 4))
         write(figure, path, sheet)
 
@@ -101,17 +101,19 @@ A_COLUMN, A_ROW = 0.66, 0.32
 """Of squares [in]."""
 
 
-def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None:
+def draw_heat(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> None:
     """Controllers by mean rank, the best on top; the darker a square, the farther from the best of its situation."""
-    situations = [one for one in found.situations if one.vehicle == vehicle]
-    cells = {(one.controller, one.situation): one for one in found.results if one.situation.vehicle == vehicle}
-    names = [name for name in sorted(found.overall(), key=found.overall().__getitem__) if any(name == key[0] for key in cells)]
-    unit = unit_of(found.metrics[found.metric])
-    best = [min(median(one, found.metric) for (_, place), one in cells.items() if place == where) for where in situations]
+    situations = [one for one in results.situations if one.vehicle == vehicle]
+    cells = {(one.controller, one.situation): one for one in results.results if one.situation.vehicle == vehicle}
+    names = [
+        name for name in sorted(results.overall(), key=results.overall().__getitem__) if any(name == key[0] for key in cells)
+    ]
+    unit = unit_of(results.metrics[results.metric])
+    best = [min(median(one, results.metric) for (_, place), one in cells.items() if place == where) for where in situations]
     shades = np.ones((len(names), len(situations)))
     for row, name in enumerate(names):
         for column, where in enumerate(situations):
-            if (name, where) in cells and math.isfinite(value := median(cells[name, where], found.metric)):
+            if (name, where) in cells and math.isfinite(value := median(cells[name, where], results.metric)):
                 shades[row, column] = min(1.0, math.log(value / best[column]) / math.log(WORST))
     with drawing(sheet):
         small = rcParams["legend.fontsize"]
@@ -122,7 +124,7 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
         for row, name in enumerate(names):
             for column, where in enumerate(situations):
                 if (name, where) in cells:
-                    text = square_text(cells[name, where], found.metric, unit.factor)
+                    text = square_text(cells[name, where], results.metric, unit.factor)
                     colour = "white" if shades[row, column] > DARK else "black"
                     axes.text(column, row, text, ha="center", va="center", fontsize=small, color=colour, linespacing=0.9)
         axes.set_yticks(range(len(names)), names)
@@ -132,7 +134,7 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
         axes.grid(visible=False)
         axes.tick_params(length=0.0)
         axes.set_xlabel(
-            f"median {title(found.metrics[found.metric])}, and share lost; the palest cell is the best of its situation, "
+            f"median {title(results.metrics[results.metric])}, and share lost; the palest cell is the best of its situation, "
             f"the darkest {WORST:g} times as much"
         )
         write(figure, path, sheet)

@@ -92,10 +92,10 @@ def losses(flown: CellFlights) -> Estimate:
     return hull([share(int(one.lost.sum()), len(one.lost)) for one in flown.every])
 
 
-def hull(found: Sequence[Estimate]) -> Estimate:
+def hull(estimates: Sequence[Estimate]) -> Estimate:
     """The first value, with an interval about those of all; unknown where one of them is."""
-    low, high = np.array([one[1:] for one in found]).T
-    return Estimate(found[0].value, float(low.min()), float(high.max()))
+    low, high = np.array([one[1:] for one in estimates]).T
+    return Estimate(estimates[0].value, float(low.min()), float(high.max()))
 
 
 def effort(flown: CellFlights) -> Effort:

@@ -33,24 +33,24 @@ IN_SUMMARY = 3
 """Figures."""
 
 
-def write_results(out: Path, found: Comparison, flights: Sequence[Job[StudyCell]], sheet: Sheet) -> Evidence:
+def write_results(out: Path, results: Comparison, flights: Sequence[Job[StudyCell]], sheet: Sheet) -> Evidence:
     """Everything but the flights and gains; what they say. Raises UserError."""
-    tables.write_tables(out, found)
-    vehicles = list(dict.fromkeys(one.vehicle for one in found.situations))
+    tables.write_tables(out, results)
+    vehicles = list(dict.fromkeys(one.vehicle for one in results.situations))
     drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in vehicles}
-    (out / SUMMARY).write_text(markdown(found, drawn), encoding="utf-8")
+    (out / SUMMARY).write_text(markdown(results, drawn), encoding="utf-8")
     (out / "figures").mkdir()
     for vehicle, name in drawn.items():
-        draw_vehicle(out / name, found, vehicle, sheet.with_svg())
-    done = evidence(found, flights, drawn, *write_ghosts(out, found, flights))
+        draw_vehicle(out / name, results, vehicle, sheet.with_svg())
+    done = evidence(results, flights, drawn, *write_ghosts(out, results, flights))
     done.write(out)
     return done
 
 
-def write_ghosts(out: Path, found: Comparison, flights: Sequence[Job[StudyCell]]) -> tuple[list[tuple[str, str]], str]:
+def write_ghosts(out: Path, results: Comparison, flights: Sequence[Job[StudyCell]]) -> tuple[list[tuple[str, str]], str]:
     """page.html; links into it with what they show, or why there is none."""
     try:
-        shown = ghosts(found, flights)
+        shown = ghosts(results, flights)
     except UserError as error:
         return [], str(error)
     (out / PAGE).write_text(shown.html, encoding="utf-8")
@@ -75,156 +75,170 @@ PAIRS = "Number of situations in which the row's {} is significantly better than
 
 
 def evidence(
-    found: Comparison, flights: Sequence[Job[StudyCell]], drawn: Mapping[str, Path], links: list[tuple[str, str]], missing: str
+    results: Comparison,
+    flights: Sequence[Job[StudyCell]],
+    pictures: Mapping[str, Path],
+    links: list[tuple[str, str]],
+    missing: str,
 ) -> Evidence:
-    """What was found, for its readers. drawn: the figure of each vehicle. links: into page.html, or why it is missing."""
-    first, *others = words.sentences(found)
-    problems = {one.line for one in found.problems}
-    uncounted = words.not_counted(found)
-    said = [*uncounted, *(one for one in (first, *others) if one not in problems), *found.left_out]
-    if len(found.ranked) == 1 and len(found.controllers) > 1:  # who is best there is the answer
+    """What was found, for its readers. pictures: the figure of each vehicle. links: into page.html, or why it is missing."""
+    first, *others = words.sentences(results)
+    problems = {one.line for one in results.problems}
+    uncounted = words.not_counted(results)
+    said = [*uncounted, *(one for one in (first, *others) if one not in problems), *results.left_out]
+    if len(results.ranked) == 1 and len(results.controllers) > 1:  # who is best there is the answer
         first, others = others[0].removeprefix(f"{words.MISSIONS}: "), [first, *others[1:]]
-        first = f"N{first[1:]}" if first.startswith(f"no {found.kind} ") else first
-    metric, many = words.title(found.metrics[found.metric]), len(found.controllers) > MANY
+        first = f"N{first[1:]}" if first.startswith(f"no {results.kind} ") else first
+    metric, many = words.title(results.metrics[results.metric]), len(results.controllers) > MANY
     figures = {
         vehicle: Figure(
             str(name),
-            f"{metric[0].upper()}{metric[1:]} of every {found.kind} in every situation{f' on {vehicle}' if vehicle else ''}: "
-            f"median, to the {found.high}. {'The paler' if many else 'The farther left'}, the better.",
+            f"{metric[0].upper()}{metric[1:]} of every {results.kind} in every situation{f' on {vehicle}' if vehicle else ''}"
+            f": median, to the {results.high}. {'The paler' if many else 'The farther left'}, the better.",
             coded=many,  # squares, whose colours are values
         )
-        for vehicle, name in drawn.items()
+        for vehicle, name in pictures.items()
     }
     shown = list(figures.values())[:IN_SUMMARY]
     sections: list[Section] = [
         markup.listing(others),
-        markup.paragraph(f"{words.METHOD.format(found.kind)} {words.searches(found)} {words.tests(found)}"),
-        *([markup.heading("Limitations", "limits"), markup.listing(found.limitations)] if found.limitations else []),
+        markup.paragraph(f"{words.METHOD.format(results.kind)} {words.searches(results)} {words.tests(results)}"),
+        *([markup.heading("Limitations", "limits"), markup.listing(results.limitations)] if results.limitations else []),
         markup.links(links, "See the best two fly the same gust:")
         if links
         else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
     for vehicle, figure in figures.items():
-        text = MEDIANS.format(metric, found.high, counted(found.seeds, "flight"))
-        title = f"{vehicle + ': ' if vehicle else ''}{metric}, median ({found.high})"
+        text = MEDIANS.format(metric, results.high, counted(results.seeds, "flight"))
+        title = f"{vehicle + ': ' if vehicle else ''}{metric}, median ({results.high})"
         label = vehicle or "Missions"
-        sections.append(TableSection(label, identity(label, ()), *tables.matrix(found, vehicle), text, shown=title))
+        sections.append(TableSection(label, identity(label, ()), *tables.matrix(results, vehicle), text, shown=title))
         sections += [] if figure in shown else [figure]
-    if found.linear:
-        rows, title = robustness.rows(found.linear), "Linear loop at rest, smallest margins over all channels"
-        sections.append(TableSection("Linear margins", "linear", found.headed(robustness.HEADER), rows, LOOPS, shown=title))
-        sections.append(markup.listing(robustness.unlinearised(found.linear)))
-    if found.margins:
-        rows, title = tables.margin_rows(found), "Margins, 95 % intervals"
-        sections.append(TableSection("Margins", "margins", found.headed(tables.MARGIN_HEADER), rows, RAISED, shown=title))
-    if len(found.controllers) > 1:
-        ranks = [(name, f"{rank:.2f}") for name, rank in found.overall().items()]
-        header = (found.kind, f"mean rank over {words.ranked_in(found)}, from 0 (best) to 1")
-        names, which = ("", *found.controllers), PAIRS.format(found.kind)
-        sections.append(TableSection("Pairwise comparison", "pairs", names, words.wins(found), which))
+    if results.linear:
+        rows, title = robustness.rows(results.linear), "Linear loop at rest, smallest margins over all channels"
+        sections.append(TableSection("Linear margins", "linear", results.headed(robustness.HEADER), rows, LOOPS, shown=title))
+        sections.append(markup.listing(robustness.unlinearised(results.linear)))
+    if results.margins:
+        rows, title = tables.margin_rows(results), "Margins, 95 % intervals"
+        sections.append(TableSection("Margins", "margins", results.headed(tables.MARGIN_HEADER), rows, RAISED, shown=title))
+    if len(results.controllers) > 1:
+        ranks = [(name, f"{rank:.2f}") for name, rank in results.overall().items()]
+        header = (results.kind, f"mean rank over {words.ranked_in(results)}, from 0 (best) to 1")
+        names, which = ("", *results.controllers), PAIRS.format(results.kind)
+        sections.append(TableSection("Pairwise comparison", "pairs", names, words.wins(results), which))
         sections.append(TableSection(header=header, rows=ranks))
     gains, title = " ".join([GAINS, *uncounted]), "Gains and cost"
-    sections.append(TableSection(title, "gains", found.headed(tables.WHO_HEADER), tables.who_rows(found), gains, shown=title))
-    others_same = "; everything else is the same for all" if found.kind == "controller" else ""
-    differ = f"Other differences between the {found.kind}s{others_same}:"
-    sections.append(TableSection(header=found.headed(tables.DIFFERS_HEADER), rows=tables.differing_rows(found), text=differ))
+    sections.append(
+        TableSection(title, "gains", results.headed(tables.WHO_HEADER), tables.who_rows(results), gains, shown=title)
+    )
+    others_same = "; everything else is the same for all" if results.kind == "controller" else ""
+    differ = f"Other differences between the {results.kind}s{others_same}:"
+    sections.append(
+        TableSection(header=results.headed(tables.DIFFERS_HEADER), rows=tables.differing_rows(results), text=differ)
+    )
     for vehicle in figures:
         label = vehicle or "missions"
-        sections.append(TableSection(f"All numbers: {label}", f"all-{identity(label, ())}", *tables.full_rows(found, vehicle)))
-        effort = tables.effort_rows(found, vehicle)
+        sections.append(
+            TableSection(f"All numbers: {label}", f"all-{identity(label, ())}", *tables.full_rows(results, vehicle))
+        )
+        effort = tables.effort_rows(results, vehicle)
         if any(cell not in markup.BLANK for row in effort for cell in row[2:]):
-            sections.append(TableSection(header=found.headed(tables.EFFORT_HEADER), rows=effort))
+            sections.append(TableSection(header=results.headed(tables.EFFORT_HEADER), rows=effort))
     return Evidence(
-        name=found.name,
+        name=results.name,
         kind="Comparison",
         answer=first,
         sentences=said,
-        record=as_json(found, flights),
-        facts=facts(found),
+        record=as_json(results, flights),
+        facts=facts(results),
         figures=shown,
         sections=sections,
-        paper=tables.latex_tables(found),
+        paper=tables.latex_tables(results),
     )
 
 
-def facts(found: Comparison) -> list[markup.Fact]:
+def facts(results: Comparison) -> list[markup.Fact]:
     """Who is best, and how much is decided."""
-    who = counted(len(found.controllers), found.kind)
-    where = f" in {counted(len(found.ranked), 'situation')}" if found.kind == "controller" else ""
-    flown = markup.Fact("flights", f"{found.seeds} each", who + where)
-    if len(found.controllers) < 2:
+    who = counted(len(results.controllers), results.kind)
+    where = f" in {counted(len(results.ranked), 'situation')}" if results.kind == "controller" else ""
+    flown = markup.Fact("flights", f"{results.seeds} each", who + where)
+    if len(results.controllers) < 2:
         return [flown]
-    rank = min(found.overall().values())
-    decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
-    first = markup.Fact("best mean rank", words.several(found.leaders), f"{rank:.2f}, from 0 (best) to 1")
-    graded = [one.grade.grade for one in found.results if one.grade]
+    rank = min(results.overall().values())
+    decided = sum(pair.winner is not None for one in results.ranked.values() for pair in one.pairs)
+    first = markup.Fact("best mean rank", words.several(results.leaders), f"{rank:.2f}, from 0 (best) to 1")
+    graded = [one.grade.grade for one in results.results if one.grade]
     count = f"{graded.count(FlightGrade.AS_ASKED)} of {len(graded)}"
     asked = markup.Fact("flown as asked", count, "median flights, one of each cell")
-    pairs = markup.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
-    return [first, *([asked] if graded else []), *([pairs] if found.pairs else []), flown]
+    pairs = markup.Fact("pairs decided", f"{decided} of {results.pairs}", "with 95 % confidence in all of them jointly")
+    return [first, *([asked] if graded else []), *([pairs] if results.pairs else []), flown]
 
 
-def as_json(found: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, object]:
+def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, object]:
     files = {job.subject.label: f"{job.kind}/{job.key}.parquet" for job in flights}
-    unit = found.metrics[found.metric].removeprefix(found.metric)
+    unit = results.metrics[results.metric].removeprefix(results.metric)
     return {
-        "name": found.name,
+        "name": results.name,
         "version": __version__,
-        "study": found.source,
-        "seeds": found.seeds,
-        "seed": found.seed,
-        "metric": found.metrics[found.metric],
-        "sentences": words.sentences(found),
-        "cells": list(tables.cell_rows(found)),
-        "pairs": list(tables.pair_rows(found)),
-        "overall": found.overall(),
-        "friedman": {situation.label: one.friedman for situation, one in found.ranked.items()},
+        "study": results.source,
+        "seeds": results.seeds,
+        "seed": results.seed,
+        "metric": results.metrics[results.metric],
+        "sentences": words.sentences(results),
+        "cells": list(tables.cell_rows(results)),
+        "pairs": list(tables.pair_rows(results)),
+        "overall": results.overall(),
+        "friedman": {situation.label: one.friedman for situation, one in results.ranked.items()},
         "controllers": [
             {"vehicle": one.vehicle, "controller": one.name, "gains": one.origin, "tuned": trained and trained._asdict()}
-            for one, trained in ((one, one.trained) for one in found.entrants)
+            for one, trained in ((one, one.trained) for one in results.entrants)
         ],
         "margins": [
             {"margin": row[0], "vehicle": row[1], "controller": row[2], "half": row[3], "few": row[4], "checked": row[5]}
-            for row in tables.margin_rows(found)
+            for row in tables.margin_rows(results)
         ],
         "linear": [
             {"vehicle": vehicle, "controller": controller, "grade": one.grade, "why": one.why, **one.metrics}
-            for (vehicle, controller), one in found.linear.items()
+            for (vehicle, controller), one in results.linear.items()
         ],
         "difference_unit": unit,
         "flights": files,
-        "problems": [one.line for one in found.problems],
-        "left_out": list(found.left_out),
+        "problems": [one.line for one in results.problems],
+        "left_out": list(results.left_out),
     }
 
 
-def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
-    """The page. drawn: the figure of each vehicle, without its ending."""
-    first, *others = words.sentences(found)
-    parts = [f"# {found.name}", f"Made by quadstep {__version__} from `{Path(found.source).name}`, seed {found.seed}.", first]
-    if found.limitations:
-        parts += ["## Limitations", bullets(found.limitations)]
-    for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
-        metric = words.title(found.metrics[found.metric])
+def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
+    """The page. pictures: the figure of each vehicle, without its ending."""
+    first, *others = words.sentences(results)
+    parts = [
+        f"# {results.name}",
+        f"Made by quadstep {__version__} from `{Path(results.source).name}`, seed {results.seed}.",
+        first,
+    ]
+    if results.limitations:
+        parts += ["## Limitations", bullets(results.limitations)]
+    for vehicle in dict.fromkeys(one.vehicle for one in results.situations):
+        metric = words.title(results.metrics[results.metric])
         parts += [
             f"## {vehicle or 'Missions'}",
-            MEDIANS.format(metric, found.high, counted(found.seeds, "flight")),
-            f"![{metric} for every situation and controller]({drawn[vehicle].as_posix()}.png)",
-            markdown_table(*turned(*tables.matrix(found, vehicle))),
+            MEDIANS.format(metric, results.high, counted(results.seeds, "flight")),
+            f"![{metric} for every situation and controller]({pictures[vehicle].as_posix()}.png)",
+            markdown_table(*turned(*tables.matrix(results, vehicle))),
         ]
-    if found.margins:
-        parts += ["## Margins", FAILING, markdown_table(found.headed(tables.MARGIN_HEADER), tables.margin_rows(found))]
+    if results.margins:
+        parts += ["## Margins", FAILING, markdown_table(results.headed(tables.MARGIN_HEADER), tables.margin_rows(results))]
     parts += [
         "## Situation by situation",
         bullets(others),
-        " ".join(filter(None, (words.METHOD.format(found.kind), words.searches(found)))),
+        " ".join(filter(None, (words.METHOD.format(results.kind), words.searches(results)))),
     ]
-    if len(found.controllers) > 1:
-        ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
-        header = (found.kind, f"over {words.ranked_in(found)}, from 0 (best) to 1")
+    if len(results.controllers) > 1:
+        ranked = [[name, f"{rank:.2f}"] for name, rank in results.overall().items()]
+        header = (results.kind, f"over {words.ranked_in(results)}, from 0 (best) to 1")
         parts += ["## Mean ranks", markdown_table(header, ranked)]
-    costs = markdown_table(found.headed(tables.WHO_HEADER), tables.who_rows(found))
-    parts += ["## Gains and cost", costs, *words.not_counted(found)]
+    costs = markdown_table(results.headed(tables.WHO_HEADER), tables.who_rows(results))
+    parts += ["## Gains and cost", costs, *words.not_counted(results)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -248,22 +262,22 @@ class Shown(NamedTuple):
     flights: tuple[tuple[str, str, str], ...]
 
 
-def ghosts(found: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
+def ghosts(results: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
     """The page, and what it shows: for each vehicle the situation that is hardest for the best, and in it the best that can be
     flown again without an autopilot. Raises UserError.
     """
     shown: list[ShownFlight] = []
     links: list[tuple[str, str, str]] = []
-    for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
-        situation = hardest(found, vehicle)
-        ranked = sorted(found.of(situation), key=lambda one: found.ranked[situation].ranks[one.controller])
+    for vehicle in dict.fromkeys(one.vehicle for one in results.situations):
+        situation = hardest(results, vehicle)
+        ranked = sorted(results.of(situation), key=lambda one: results.ranked[situation].ranks[one.controller])
         jobs = {job.subject.controller: job for job in flights if job.subject.situation == situation}
         again = [one.controller for one in ranked if not jobs[one.controller].subject.law.one_at_a_time]
         names = again[: MOST_RIVALS + 1]
         if not names:
             continue
         one = fly_side_by_side(
-            found, situation, jobs[names[0]], {name: jobs[name] for name in names[1:]}, [flight.id for flight in shown]
+            results, situation, jobs[names[0]], {name: jobs[name] for name in names[1:]}, [flight.id for flight in shown]
         )
         shown.append(one)
         text = " and ".join(names[:2])
@@ -271,34 +285,34 @@ def ghosts(found: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
         links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", text))
     if not shown:
         raise UserError("flights of an autopilot cannot be shown without it")
-    return Shown(build_page(found.name, "", shown), tuple(links))
+    return Shown(build_page(results.name, "", shown), tuple(links))
 
 
-def hardest(found: Comparison, vehicle: str) -> Situation:
+def hardest(results: Comparison, vehicle: str) -> Situation:
     """The situation of a vehicle whose best controller has the largest median error that is known."""
 
     def difficulty(situation: Situation) -> float:
-        medians = [one.spreads[found.metric].median.value for one in found.of(situation)]
+        medians = [one.spreads[results.metric].median.value for one in results.of(situation)]
         return min(medians) if np.isfinite(min(medians)) else -1.0
 
-    return max((one for one in found.situations if one.vehicle == vehicle), key=difficulty)
+    return max((one for one in results.situations if one.vehicle == vehicle), key=difficulty)
 
 
 def fly_side_by_side(
-    found: Comparison, situation: Situation, best: Job[StudyCell], rivals: dict[str, Job[StudyCell]], taken: Sequence[str]
+    results: Comparison, situation: Situation, best: Job[StudyCell], rivals: dict[str, Job[StudyCell]], names: Sequence[str]
 ) -> ShownFlight:
     """The first flight of a situation, under the best controller and under its rivals."""
     campaign = best.subject.campaign
     drawn, mission, plan = replay(campaign, FIRST)
     log = fly(plan)
     metrics, warnings = mission.flight_metrics(log)
-    name = situation.label or found.name
+    name = situation.label or results.name
     others: dict[str, ControllerSection] = {}
     for rival, job in rivals.items():
         theirs = job.subject.campaign
         if theirs.content.get("vehicle") == campaign.content.get("vehicle"):
             others[rival] = planner(theirs).mission(drawn).controller
     return ShownFlight(
-        identity(name, taken), name, found.name, mission, plan, log, metrics, campaign.folder,
+        identity(name, names), name, results.name, mission, plan, log, metrics, campaign.folder,
         warnings=tuple(warnings), called=best.subject.controller, rivals=others,
     )  # fmt: skip

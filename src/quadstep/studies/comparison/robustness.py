@@ -112,25 +112,25 @@ def values_of(entry: MarginEntry) -> list[float]:
     return [entry.low + place * entry.step for place in range(1 + math.floor((entry.high - entry.low) / entry.step + 1e-9))]
 
 
-def campaigns(asked: Raise) -> tuple[CampaignFile, Campaign]:
+def campaigns(rise: Raise) -> tuple[CampaignFile, Campaign]:
     """What is drawn, and what is flown: the same with the keys that are raised. Raises UserError."""
-    shared: Content = {"mission": asked.mission, "seed": asked.seed, "precision": asked.precision}
-    shared["correlated"] = asked.draws["correlated"]
-    entry, vary = asked.entry, cast(Content, asked.draws["vary"])
+    shared: Content = {"mission": rise.mission, "seed": rise.seed, "precision": rise.precision}
+    shared["correlated"] = rise.draws["correlated"]
+    entry, vary = rise.entry, cast(Content, rise.draws["vary"])
     ends: Content = {"type": "uniform", "low": entry.low, "high": entry.high}
     if entry.step:
         ends = {"type": "grid", "values": values_of(entry)}
-    drawing = check(CampaignFile, {**shared, "vary": vary}, asked.source)
-    flying = check(CampaignFile, {**shared, "vary": {**vary, **dict.fromkeys(entry.keys, ends)}}, asked.source)
-    return drawing, campaign_of(flying, "", asked.mission, asked.source, asked.folder)
+    drawing = check(CampaignFile, {**shared, "vary": vary}, rise.source)
+    flying = check(CampaignFile, {**shared, "vary": {**vary, **dict.fromkeys(entry.keys, ends)}}, rise.source)
+    return drawing, campaign_of(flying, "", rise.mission, rise.source, rise.folder)
 
 
 class Proving:
     """Flies the flights of a margin at given values."""
 
-    def __init__(self, asked: Raise) -> None:
-        self.asked, self.entry, self.flown = asked, asked.entry, 0
-        self.drawing, campaign = campaigns(asked)
+    def __init__(self, rise: Raise) -> None:
+        self.asked, self.entry, self.flown = rise, rise.entry, 0
+        self.drawing, campaign = campaigns(rise)
         self.flyer = Flyer(campaign, OneThread)
         self.largest = campaign.metrics.index(LARGEST)
 
@@ -152,10 +152,10 @@ class Proving:
         return result
 
 
-def find(asked: Raise) -> Margin:
+def find(rise: Raise) -> Margin:
     """Fly. Raises UserError."""
-    proving = Proving(asked)
-    half, few = by_steps(proving) if asked.entry.step else flight_by_flight(proving)
+    proving = Proving(rise)
+    half, few = by_steps(proving) if rise.entry.step else flight_by_flight(proving)
     return Margin(half, few, tried(proving, half.value), proving.flown)
 
 
@@ -269,16 +269,16 @@ def without_estimator(mission: Mission) -> Mission:
     return mission.model_copy(update={"sensors": sensors})
 
 
-def rows(found: Mapping[tuple[str, str], Linear]) -> list[list[str]]:
+def rows(loops: Mapping[tuple[str, str], Linear]) -> list[list[str]]:
     """A row of `HEADER` for each controller: the least margins of all its channels."""
     none = ["-"] * (len(HEADER) - 3)
-    return [[vehicle or "-", controller, *(one.cells or [one.grade, *none])] for (vehicle, controller), one in found.items()]
+    return [[vehicle or "-", controller, *(one.cells or [one.grade, *none])] for (vehicle, controller), one in loops.items()]
 
 
-def unlinearised(found: Mapping[tuple[str, str], Linear]) -> list[str]:
+def unlinearised(loops: Mapping[tuple[str, str], Linear]) -> list[str]:
     """A line for each that cannot be linearised."""
     return [
         f"{' on '.join(filter(None, (controller, vehicle)))}: {one.why}"
-        for (vehicle, controller), one in found.items()
+        for (vehicle, controller), one in loops.items()
         if not one.metrics
     ]

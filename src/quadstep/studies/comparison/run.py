@@ -58,8 +58,8 @@ class FinishedComparison(NamedTuple):
 class ComparisonRun:
     """Working out the pieces of a comparison. problems: so far; whoever has one takes part no more."""
 
-    def __init__(self, kept: Parts, how: How) -> None:
-        self.kept, self.how = kept, how
+    def __init__(self, parts: Parts, how: How) -> None:
+        self.kept, self.how = parts, how
         self.problems: list[Problem] = []
         self.priced: set[tuple[str, str]] = set()
 
@@ -235,10 +235,10 @@ def cells(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entran
 
 
 def fly(
-    run: ComparisonRun, wanted: Sequence[StudyCell], seeds: int
+    run: ComparisonRun, cells: Sequence[StudyCell], seeds: int
 ) -> tuple[list[Job[StudyCell]], dict[Situation, dict[str, CellFlights]]]:
     """Fly all cells, and read them back. Raises UserError for a situation that nobody survives."""
-    jobs = [flying(cell, seeds) for cell in wanted]
+    jobs = [flying(cell, seeds) for cell in cells]
     run.work("flying", jobs)
     there = [job for job in jobs if not run.out(*job.controller)]
     flown: dict[Situation, dict[str, CellFlights]] = {}
@@ -267,15 +267,15 @@ def unpaired(flights: Sequence[Job[StudyCell]]) -> tuple[str, ...]:
     return (f"Gusts and noise differ between controllers, as their simulation.step does: {listed(said)}.",) if said else ()
 
 
-def read_back(kept: Parts, job: Job[StudyCell]) -> CellFlights:
+def read_back(parts: Parts, job: Job[StudyCell]) -> CellFlights:
     """The flights of a cell. Raises UserError for a file that is not what was written."""
-    content = kept.read(job.kind, job.key)
+    content = parts.read(job.kind, job.key)
     assert content is not None
     with contextlib.suppress(OSError, ValueError, KeyError):
         found = flown_of(pq.read_table(pa.BufferReader(content)), job.subject.campaign)
         if len(found.lost) == job.flights:
             return found
-    raise changed(kept.folder.path / str(kept.find(job.kind, job.key)))
+    raise changed(parts.folder.path / str(parts.find(job.kind, job.key)))
 
 
 def check_all(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entrant]) -> dict[str, str]:
@@ -326,11 +326,11 @@ def linearised(run: ComparisonRun, jobs: Sequence[Job[StudyCell]]) -> dict[tuple
     return {job.controller: one for job in jobs if job.kind == LINEAR and (one := run.read(job, read_linear))}
 
 
-def reported(source: str, wanted: Sequence[str], flown: Sequence[StudyCell]) -> dict[str, str]:
+def reported(source: str, names: Sequence[str], flown: Sequence[StudyCell]) -> dict[str, str]:
     """The metrics to report, with units. Raises UserError for one that not all flights have."""
     known = [cell.campaign.thresholds for cell in flown]
     common = {name: full for name, full in known[0].items() if all(name in one for one in known)}
-    for name in wanted:
+    for name in names:
         if name not in common:
             raise UserError(f"{source}: metrics: {unknown_name('metric', name, common)}")
-    return {name: common[name] for name in wanted}
+    return {name: common[name] for name in names}

@@ -17,14 +17,14 @@ from quadstep.studies.comparison.words import NOTHING, interval_text, percent, s
 Row = dict[str, object]
 
 
-def cell_rows(found: Comparison) -> Iterator[Row]:
+def cell_rows(results: Comparison) -> Iterator[Row]:
     """One row per cell, SI units; what is infinite (lost) or missing is None."""
-    for one in found.results:
-        ranked = found.ranked[one.situation]
+    for one in results.results:
+        ranked = results.ranked[one.situation]
         row: Row = {**one.situation._asdict(), "controller": one.controller, "flights": one.flights}
         row |= {"lost_share": one.lost.value, "lost_low": one.lost.low, "lost_high": one.lost.high}
         for name, spread in one.spreads.items():
-            unit = found.metrics[name].removeprefix(name)
+            unit = results.metrics[name].removeprefix(name)
             row[f"{name}_mean{unit}"] = spread.mean
             for what, estimate in (("median", spread.median), ("p95", spread.high)):
                 row |= {f"{name}_{what}{unit}": estimate.value}
@@ -36,10 +36,10 @@ def cell_rows(found: Comparison) -> Iterator[Row]:
         yield {name: cell(value) for name, value in row.items()}
 
 
-def pair_rows(found: Comparison) -> Iterator[Row]:
+def pair_rows(results: Comparison) -> Iterator[Row]:
     """One row per pair of controllers and situation, SI units."""
-    unit = found.metrics[found.metric].removeprefix(found.metric)
-    for situation, ranked in found.ranked.items():
+    unit = results.metrics[results.metric].removeprefix(results.metric)
+    for situation, ranked in results.ranked.items():
         for one in ranked.pairs:
             row: Row = {
                 **situation._asdict(),
@@ -59,58 +59,58 @@ def pair_rows(found: Comparison) -> Iterator[Row]:
             yield {name: cell(value) for name, value in row.items()}
 
 
-def write_tables(out: Path, found: Comparison) -> None:
+def write_tables(out: Path, results: Comparison) -> None:
     """cells.csv, cells.parquet, pairs.csv, pairs.parquet, and times.csv: what is measured, never twice the same."""
-    for name, rows in (("cells", list(cell_rows(found))), ("pairs", list(pair_rows(found)))):
+    for name, rows in (("cells", list(cell_rows(results))), ("pairs", list(pair_rows(results)))):
         if rows:
             write_csv(out / f"{name}.csv", list(rows[0]), (list(row.values()) for row in rows))
             (out / f"{name}.parquet").write_bytes(parquet(pa.Table.from_pylist(rows)))
-    times = [(*controller, one.nanoseconds) for controller, one in found.costs.items()]
+    times = [(*controller, one.nanoseconds) for controller, one in results.costs.items()]
     write_csv(out / TIMES, ("vehicle", "controller", "nanoseconds_per_sample"), times)
 
 
 # Text
 
 
-def short(found: Comparison, one: SituationResult) -> str:
+def short(results: Comparison, one: SituationResult) -> str:
     """A cell in few words: median, 95 % quantile, what is lost, and why its median flight is not as asked."""
-    spread, factor = one.spreads[found.metric], unit_of(found.metrics[found.metric]).factor
+    spread, factor = one.spreads[results.metric], unit_of(results.metrics[results.metric]).factor
     parts = [f"{factor * value:.3g}" if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]
     lost = f", {share_lost(one)}" if one.lost.value > 0.0 else ""
     return ", ".join([f"{parts[0]} ({parts[1]}){lost}", *(one.grade.labels if one.grade else ())])
 
 
-def matrix(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
+def matrix(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
     """Header and rows: situations of a vehicle by controller."""
-    names = list(dict.fromkeys(one.controller for one in found.results if one.situation.vehicle == vehicle))
+    names = list(dict.fromkeys(one.controller for one in results.results if one.situation.vehicle == vehicle))
     rows = []
-    for situation in found.situations:
+    for situation in results.situations:
         if situation.vehicle == vehicle:
-            there = {one.controller: short(found, one) for one in found.of(situation)}
+            there = {one.controller: short(results, one) for one in results.of(situation)}
             rows.append(
                 [", ".join(filter(None, situation[1:])) or "the missions", *(there.get(name, NOTHING) for name in names)]
             )
     return ["", *names], rows
 
 
-def full_rows(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
+def full_rows(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
     """Header and rows: every cell of a vehicle with all its intervals."""
-    names = [f"{what} {title(full)}" for full in found.metrics.values() for what in ("median", "95 %", "mean")]
+    names = [f"{what} {title(full)}" for full in results.metrics.values() for what in ("median", "95 %", "mean")]
     rows = []
-    for one in found.results:
+    for one in results.results:
         if one.situation.vehicle == vehicle:
-            rank = found.ranked[one.situation].ranks[one.controller]
+            rank = results.ranked[one.situation].ranks[one.controller]
             row = [", ".join(filter(None, one.situation[1:])), one.controller, f"{rank:.2f}", percent(one.lost)]
             row.append(", ".join(one.grade.labels or [one.grade.grade]) if one.grade else NOTHING)
-            for name, full in found.metrics.items():
+            for name, full in results.metrics.items():
                 spread, factor = one.spreads[name], unit_of(full).factor
                 mean = f"{factor * spread.mean:.3g}" if math.isfinite(spread.mean) else NOTHING
                 row += [interval_text(spread.median, factor), interval_text(spread.high, factor), mean]
             rows.append(row)
-    return ["situation", found.kind, "rank", "lost", "median flight", *names], rows
+    return ["situation", results.kind, "rank", "lost", "median flight", *names], rows
 
 
-def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
+def effort_rows(results: Comparison, vehicle: str) -> list[list[str]]:
     """What tracking takes, cell by cell."""
     return [
         [
@@ -119,7 +119,7 @@ def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
             *(f"{value:.4g}" if math.isfinite(value) else NOTHING for value in one.effort[:2]),
             f"{100.0 * one.effort.saturation:.2g} %" if math.isfinite(one.effort.saturation) else NOTHING,
         ]
-        for one in found.results
+        for one in results.results
         if one.situation.vehicle == vehicle
     ]
 
@@ -134,11 +134,11 @@ DIFFERS_HEADER = ("vehicle", "controller", "commands", "measures also", "looks a
 MARGIN_HEADER = ("margin", "vehicle", "controller", "50 % fail at", "5 % fail at", "other flights failing at the 50 % point")
 
 
-def who_rows(found: Comparison) -> list[list[str]]:
+def who_rows(results: Comparison) -> list[list[str]]:
     """How each controller was tuned, and what it costs."""
     rows = []
-    for one in found.entrants:
-        trained, cost = one.trained, found.costs.get((one.vehicle, one.name))
+    for one in results.entrants:
+        trained, cost = one.trained, results.costs.get((one.vehicle, one.name))
         tuned = [NOTHING] * 3
         if trained:
             tuned = [str(trained.tuned), str(trained.flights), f"{trained.flights / trained.tuned:.0f}"]
@@ -150,15 +150,15 @@ def who_rows(found: Comparison) -> list[list[str]]:
     return rows
 
 
-def differing_rows(found: Comparison) -> list[list[str]]:
+def differing_rows(results: Comparison) -> list[list[str]]:
     """What is not the same for all controllers beside their laws."""
-    return [[one.vehicle or NOTHING, one.name, *(part or NOTHING for part in one.differs)] for one in found.entrants]
+    return [[one.vehicle or NOTHING, one.name, *(part or NOTHING for part in one.differs)] for one in results.entrants]
 
 
-def margin_rows(found: Comparison) -> list[list[str]]:
+def margin_rows(results: Comparison) -> list[list[str]]:
     rows = []
-    for (name, vehicle, controller), one in found.margins.items():
-        entry = found.raised[name]
+    for (name, vehicle, controller), one in results.margins.items():
+        entry = results.raised[name]
         points = []
         for estimate in (one.half, one.few):
             value, low, high = (range_text(part, entry.low, entry.high) for part in estimate)
@@ -186,28 +186,28 @@ LOOP = (
 )
 
 
-def latex_tables(found: Comparison) -> str:
+def latex_tables(results: Comparison) -> str:
     """A table for each vehicle: medians with 95 % quantiles, the smallest median of a situation in bold, and margins."""
-    metric, tables = title(found.metrics[found.metric]), []
-    for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
-        header, rows = matrix(found, vehicle)
-        there = [one for one in found.situations if one.vehicle == vehicle]
-        bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in best(found, situation)]
-        text = f"{found.name}: median ({found.high}) of {metric}, {counted(found.seeds, 'flight')} per cell"
-        loops = [[name, *(loop_cell(found, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
+    metric, tables = title(results.metrics[results.metric]), []
+    for vehicle in dict.fromkeys(one.vehicle for one in results.situations):
+        header, rows = matrix(results, vehicle)
+        there = [one for one in results.situations if one.vehicle == vehicle]
+        bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in best(results, situation)]
+        text = f"{results.name}: median ({results.high}) of {metric}, {counted(results.seeds, 'flight')} per cell"
+        loops = [[name, *(loop_cell(results, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
         comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
         tables.append(booktabs(header, [rows, loops], comments, bold))
     return "\n".join(tables)
 
 
-def best(found: Comparison, situation: Situation) -> list[str]:
+def best(results: Comparison, situation: Situation) -> list[str]:
     """The controllers with the smallest median, to the digits shown; nobody where all lose half of their flights."""
-    medians = {one.controller: one.spreads[found.metric].median.value for one in found.of(situation)}
+    medians = {one.controller: one.spreads[results.metric].median.value for one in results.of(situation)}
     least = min(medians.values())
     return [name for name, one in medians.items() if f"{one:.3g}" == f"{least:.3g}" and math.isfinite(one)]
 
 
-def loop_cell(found: Comparison, vehicle: str, controller: str, value: Callable[[Mapping[str, float]], float]) -> str:
+def loop_cell(results: Comparison, vehicle: str, controller: str, value: Callable[[Mapping[str, float]], float]) -> str:
     """A margin of a loop at rest; a dash where it is not linearised."""
-    one = found.linear.get((vehicle, controller))
+    one = results.linear.get((vehicle, controller))
     return NOTHING if one is None or not one.metrics else f"{value(one.metrics):.3g}"

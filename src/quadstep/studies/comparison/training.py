@@ -221,16 +221,16 @@ class Training(Search):
     an estimator, unless that cannot be linearised. unconstrained: why it cannot.
     """
 
-    def __init__(self, grounds: Sequence[CandidateFlyer], asked: TuningTask, journal: Journal) -> None:
-        super().__init__(grounds, asked.budget, asked.seed, SILENT)
+    def __init__(self, grounds: Sequence[CandidateFlyer], task: TuningTask, journal: Journal) -> None:
+        super().__init__(grounds, task.budget, task.seed, SILENT)
         self.journal, self.unconstrained = journal, ""
         self.judges = [Judge(one.asked.section, one.duration) for one in grounds]
-        self.stability = stability(asked)
-        if asked.margins:
+        self.stability = stability(task)
+        if task.margins:
             try:
                 self.stability.margins(self.asked.present)
             except UserError as error:
-                self.unconstrained = str(error).removeprefix(f"{asked.source}: ")
+                self.unconstrained = str(error).removeprefix(f"{task.source}: ")
                 self.stability = self.stability._replace(limits={})
         self.guess = MarginGuess(self.stability.limits)
 
@@ -248,15 +248,15 @@ class Training(Search):
         return over_all([judge.judge(one) for judge, one in zip(self.judges, flown, strict=True)], self.judges)
 
 
-def stability(asked: TuningTask) -> Stability:
+def stability(task: TuningTask) -> Stability:
     """The margins that the gains of a task must leave."""
-    mission = check_mission(asked.rest, asked.source, asked.folder)
+    mission = check_mission(task.rest, task.source, task.folder)
 
     def margins(values: Mapping[str, float]) -> Mapping[str, float]:
-        content = with_numbers(asked.rest, mission, dict(values))
-        return margin_metrics(without_estimator(check_mission(content, asked.source, asked.folder)), asked.margins)
+        content = with_numbers(task.rest, mission, dict(values))
+        return margin_metrics(without_estimator(check_mission(content, task.source, task.folder)), task.margins)
 
-    return Stability(asked.margins, margins)
+    return Stability(task.margins, margins)
 
 
 def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
@@ -271,15 +271,15 @@ def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
     return Judged(objective, means, lost, violation, squashed(objective) + losses)
 
 
-def grounds(asked: TuningTask) -> list[CandidateFlyer]:
+def grounds(task: TuningTask) -> list[CandidateFlyer]:
     """Where the candidates of a task fly. Raises UserError."""
-    wanted = [asked_of(Path(asked.source), "", content, asked.folder) for content in asked.missions]
-    return [CandidateFlyer(one, asked.seed, OneThread) for one in wanted]
+    wanted = [asked_of(Path(task.source), "", content, task.folder) for content in task.missions]
+    return [CandidateFlyer(one, task.seed, OneThread) for one in wanted]
 
 
-def train(asked: TuningTask, journal: JournalPlace | None = None) -> Trained:
+def train(task: TuningTask, journal: JournalPlace | None = None) -> Trained:
     """Tune a controller. journal: where it notes what was flown. Raises UserError."""
-    search = Training(grounds(asked), asked, Journal(journal))
+    search = Training(grounds(task), task, Journal(journal))
     found = search.run()
     best, before = found.best.judged, found.present.judged
     return Trained(
@@ -291,29 +291,29 @@ def train(asked: TuningTask, journal: JournalPlace | None = None) -> Trained:
         flights=search.flights,
         seeds=search.each.every,
         tuned=len(search.asked.gains),
-        seed=asked.seed,
+        seed=task.seed,
         violation=best.violation if math.isfinite(best.violation) else 1.0,
         margins={name: best.parts[name] for name in search.stability.limits if name in best.parts},
         unconstrained=search.unconstrained,
     )
 
 
-def check_task(asked: TuningTask) -> int:
+def check_task(task: TuningTask) -> int:
     """How many gains are tuned. Refuses a budget that is too small for them, and gains that cannot be tuned. Raises
     UserError.
     """
-    path = Path(asked.source)
+    path = Path(task.source)
     try:
-        wanted = [asked_of(path, "", content, asked.folder) for content in asked.missions]
+        wanted = [asked_of(path, "", content, task.folder) for content in task.missions]
     except UserError as error:
-        said = str(error).removeprefix(f"{asked.source}: ")
-        raise UserError(f"{asked.source}: {asked.label} cannot be tuned: {said}") from None
+        said = str(error).removeprefix(f"{task.source}: ")
+        raise UserError(f"{task.source}: {task.label} cannot be tuned: {said}") from None
     each, gains = flights_of(one.seeds for one in wanted), len(wanted[0].gains)
     count = population(gains, each.first)
     least = each.every + FEWEST_GENERATIONS * each.most(count)
-    if asked.budget < least:
+    if task.budget < least:
         raise UserError(
-            f"{asked.source}: tuning.budget: {asked.budget} flights are too few for the {gains} gains of {asked.label}; "
+            f"{task.source}: tuning.budget: {task.budget} flights are too few for the {gains} gains of {task.label}; "
             f"at least {least} are needed: {FEWEST_GENERATIONS} generations of {count} candidates, {each.first} to "
             f"{counted(each.every, 'flight')} each"
         )

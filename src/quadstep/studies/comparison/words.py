@@ -82,19 +82,19 @@ def share_lost(one: SituationResult) -> str:
 # Sentences
 
 
-def sentences(found: Comparison) -> list[str]:
+def sentences(results: Comparison) -> list[str]:
     """The finding as a whole, then situation by situation."""
-    lines = [of_all(found)] if len(found.controllers) > 1 else []
-    lines += [of_situation(found, situation, ranked) for situation, ranked in found.ranked.items()]
-    lines += missed_limits(found)
-    lines += [problem.line for problem in found.problems]
+    lines = [of_all(results)] if len(results.controllers) > 1 else []
+    lines += [of_situation(results, situation, ranked) for situation, ranked in results.ranked.items()]
+    lines += missed_limits(results)
+    lines += [problem.line for problem in results.problems]
     return lines
 
 
-def missed_limits(found: Comparison) -> list[str]:
+def missed_limits(results: Comparison) -> list[str]:
     """Whose gains miss the limits that they were to keep, and who was tuned without."""
     lines = []
-    for one in found.entrants:
+    for one in results.entrants:
         if one.trained and one.trained.violation > 0.0:
             lines.append(f"{one.name} on {one.vehicle}: no gains were found that meet every limit (tuning.constraints).")
         if one.trained and one.trained.unconstrained:
@@ -102,55 +102,57 @@ def missed_limits(found: Comparison) -> list[str]:
     return lines
 
 
-def not_counted(found: Comparison) -> list[str]:
+def not_counted(results: Comparison) -> list[str]:
     """For whom instructions could not be counted, and why."""
     why: dict[str, dict[str, None]] = {}
-    for (_, name), one in found.costs.items():
+    for (_, name), one in results.costs.items():
         if one.uncounted:
             why.setdefault(one.uncounted, {})[name] = None
-    everybody = {name for _, name in found.costs}
+    everybody = {name for _, name in results.costs}
     return [
         f"Instructions were not counted{'' if set(names) == everybody else ' for ' + ', '.join(names)}: {reason}."
         for reason, names in why.items()
     ]
 
 
-def of_all(found: Comparison) -> str:
+def of_all(results: Comparison) -> str:
     """How much is decided, and who ranks first."""
-    pairs = [pair for one in found.ranked.values() if not one.copies for pair in one.pairs]
+    pairs = [pair for one in results.ranked.values() if not one.copies for pair in one.pairs]
     decided, kept = sum(pair.winner is not None for pair in pairs), sum(pair.keeper is not None for pair in pairs)
-    every = [(situation, pair) for situation, one in found.ranked.items() for pair in one.pairs]
-    tiny = sum(negligible(found, situation, pair) for situation, pair in every)
-    won = [negligible(found, situation, pair) for situation, pair in every if pair.winner in found.leaders]
+    every = [(situation, pair) for situation, one in results.ranked.items() for pair in one.pairs]
+    tiny = sum(negligible(results, situation, pair) for situation, pair in every)
+    won = [negligible(results, situation, pair) for situation, pair in every if pair.winner in results.leaders]
     slight = f" (in {tiny} of these by less than {100.0 * NEGLIGIBLE:g} %)" if tiny else ""
-    many = len(found.ranked)
+    many = len(results.ranked)
     over = f" over {many} situations" if many > 1 else ""
-    first, *others = found.leaders
-    everywhere = " in every situation" if found.kind == "controller" else ""
-    text = f"{counted(len(found.controllers), found.kind)}, {counted(found.seeds, 'flight')} each{everywhere}."
+    first, *others = results.leaders
+    everywhere = " in every situation" if results.kind == "controller" else ""
+    text = f"{counted(len(results.controllers), results.kind)}, {counted(results.seeds, 'flight')} each{everywhere}."
     if many > 1:
-        lost = [one.lost.value for one in found.results if one.controller == first and one.lost.value]
+        lost = [one.lost.value for one in results.results if one.controller == first and one.lost.value]
         who = first if others else "it"
         loses = f", though {who} loses flights in {len(lost)} of {many} situations" if lost else ""
         loses += f", up to {end_percent(100.0 * max(lost))} % of them" if lost else ""
-        flown = sum(one.controller == first for one in found.results)
+        flown = sum(one.controller == first for one in results.results)
         loses += fall_short(
-            [one for one in found.results if one.controller == first], found.metric, f"{first}'s" if others else "its"
+            [one for one in results.results if one.controller == first], results.metric, f"{first}'s" if others else "its"
         )
         some = f" over the {flown} of {many} situations that {who} flew" if flown < many else ""
-        leads = f"{several(found.leaders)} share" if others else f"{first} has"
-        leads = f"No {found.kind} flies as asked in any situation: {leads}" if nobody_flies_as_asked(found.results) else leads
+        leads = f"{several(results.leaders)} share" if others else f"{first} has"
+        leads = (
+            f"No {results.kind} flies as asked in any situation: {leads}" if nobody_flies_as_asked(results.results) else leads
+        )
         chance = (
             f"is shown to be better by less than {100.0 * NEGLIGIBLE:g} % only"
             if won
             else "no difference from another is shown"
         )
         chance = "" if others or not pairs or not all(won) else f", but {chance}"
-        text = f"{leads} the best mean rank{some}{loses}{chance}{'' if others else with_grade(found, first)}. {text}"
-    if found.problems:
-        out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in found.problems)
+        text = f"{leads} the best mean rank{some}{loses}{chance}{'' if others else with_grade(results, first)}. {text}"
+    if results.problems:
+        out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in results.problems)
         text += f" Missing from some or all situations because they failed: {several(list(out))}."
-    if pairs and found.seeds < fewest(len(pairs)):
+    if pairs and results.seeds < fewest(len(pairs)):
         text += (
             f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
             f"{'take' if len(pairs) > 1 else 'takes'} at least {fewest(len(pairs))} flights each."
@@ -163,15 +165,15 @@ def of_all(found: Comparison) -> str:
     return text
 
 
-def negligible(found: Comparison, situation: Situation, pair: Pair) -> bool:
+def negligible(results: Comparison, situation: Situation, pair: Pair) -> bool:
     """Whether a pair is decided, but by flights that all complete and hardly differ."""
-    lower = min(one.spreads[found.metric].median.value for one in found.of(situation) if one.controller in pair[:2])
+    lower = min(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller in pair[:2])
     return pair.winner is not None and pair.lost == 0.0 and abs(pair.difference.value) < NEGLIGIBLE * lower
 
 
-def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -> str:
+def with_grade(results: Comparison, controller: str, vehicle: str | None = None) -> str:
     """What a winner's loop is and costs, to follow its name: the worst grade over vehicles, and rotor activity."""
-    loops = [(one, where) for (where, name), one in found.linear.items() if name == controller and vehicle in (None, where)]
+    loops = [(one, where) for (where, name), one in results.linear.items() if name == controller and vehicle in (None, where)]
     if not loops:
         return ""
     worst, where = min(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))
@@ -179,33 +181,33 @@ def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -
     text = f"; {f'on {where} ' if where and vehicle is None else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
     effort = [
         one.effort.activity
-        for one in found.results
+        for one in results.results
         if one.controller == controller and vehicle in (None, one.situation.vehicle) and math.isfinite(one.effort.activity)
     ]
     return text + (f"; rotor activity {sum(effort) / len(effort):.3g} N/s" if effort else "")
 
 
-def ranked_in(found: Comparison) -> str:
+def ranked_in(results: Comparison) -> str:
     """The situations that mean ranks are over."""
-    there = len(found.tuned_in & found.ranked.keys())
-    if 0 < there < len(found.ranked):
-        return f"the {counted(len(found.ranked) - there, 'situation')} not used for tuning"
+    there = len(results.tuned_in & results.ranked.keys())
+    if 0 < there < len(results.ranked):
+        return f"the {counted(len(results.ranked) - there, 'situation')} not used for tuning"
     return "all situations, all of which were used for tuning" if there else "all situations"
 
 
-def searches(found: Comparison) -> str:
+def searches(results: Comparison) -> str:
     """What repeated searches for gains say, and do not."""
-    if not found.searches:
+    if not results.searches:
         return ""
-    if found.searches < 2:
+    if results.searches < 2:
         return (
             "Each controller's gains were searched for once, so decisions hold for these gains: another search for the "
             "same controller may find others."
         )
     return (
-        f"Gains were searched for {found.searches} times for each controller, and each set flew all flights. Intervals cover "
-        "the results of all of them, and a pair is decided only if every set of one is better than every set of the "
-        f"other, which happens to two equal controllers with a chance of {100 * by_chance(found.searches):.2g} %."
+        f"Gains were searched for {results.searches} times for each controller, and each set flew all flights. Intervals "
+        "cover the results of all of them, and a pair is decided only if every set of one is better than every set of the "
+        f"other, which happens to two equal controllers with a chance of {100 * by_chance(results.searches):.2g} %."
     )
 
 
@@ -307,14 +309,17 @@ def lost_flights(results: dict[str, SituationResult]) -> str:
     return f"Lost: {', '.join(f'{several([name])} {percent(share)}' for name, share in lost.items())}." if lost else ""
 
 
-def wins(found: Comparison) -> list[list[str]]:
+def wins(results: Comparison) -> list[list[str]]:
     """For each controller against each other: situations in which it is certainly better, undecided, and certainly worse."""
     rows = []
-    for one in found.controllers:
+    for one in results.controllers:
         row = [one]
-        for other in found.controllers:
+        for other in results.controllers:
             pairs = [
-                pair for ranked in found.ranked.values() for pair in ranked.pairs if {pair.first, pair.second} == {one, other}
+                pair
+                for ranked in results.ranked.values()
+                for pair in ranked.pairs
+                if {pair.first, pair.second} == {one, other}
             ]
             better = sum(pair.winner == one for pair in pairs)
             worse = sum(pair.winner == other for pair in pairs)
@@ -323,10 +328,10 @@ def wins(found: Comparison) -> list[list[str]]:
     return rows
 
 
-def tests(found: Comparison) -> str:
+def tests(results: Comparison) -> str:
     """The size of what was corrected for."""
-    certain = sum(one.friedman < ALPHA / max(1, len(found.ranked)) for one in found.ranked.values())
+    certain = sum(one.friedman < ALPHA / max(1, len(results.ranked)) for one in results.ranked.values())
     return (
-        f"{counted(found.pairs, 'pair')} in each family of tests. By Friedman's test the {found.kind}s differ in {certain} of "
-        f"{len(found.ranked)} situations (with Bonferroni's correction)."
+        f"{counted(results.pairs, 'pair')} in each family of tests. By Friedman's test the {results.kind}s differ in "
+        f"{certain} of {len(results.ranked)} situations (with Bonferroni's correction)."
     )

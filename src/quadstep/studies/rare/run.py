@@ -50,19 +50,19 @@ READING = (
 )
 
 
-def write_report(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: Path, sheet: Sheet) -> Evidence:
+def write_report(record: RareRecord, campaign: Campaign, summary: RareSummary, path: Path, sheet: Sheet) -> Evidence:
     """Write report.html and its figure; what they say. Raises UserError for a full disk."""
-    found = evidence(kept, campaign, summary, path)
+    found = evidence(record, campaign, summary, path)
 
     def write(out: Path) -> None:
-        draw_levels(out / LEVELS, kept.pieces, sheet.with_svg())
+        draw_levels(out / LEVELS, record.pieces, sheet.with_svg())
         found.write_report(out)
 
-    kept.report(write)
+    record.report(write)
     return found
 
 
-def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: Path) -> Evidence:
+def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path: Path) -> Evidence:
     """The estimate for its readers. path: of the campaign."""
     file = campaign.file
     flown = [
@@ -71,7 +71,7 @@ def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: P
         ("a flight fails", campaign.failing),
         ("method", f"{file.rare.method.words}, {file.rare.flights} flights per level"),
         ("seed, precision", f"{file.seed}, {file.precision}"),
-        ("quadstep", kept.manifest["version"]),
+        ("quadstep", record.manifest["version"]),
     ]
     said = sentences(summary, file.rare.method, campaign.meaning)
     value, low, high = (units.number(part) for part in summary.probability)
@@ -91,7 +91,7 @@ def evidence(kept: RareRecord, campaign: Campaign, summary: RareSummary, path: P
         facts=facts,
         figures=[Figure(LEVELS, SHOWN)],
         sections=[
-            TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, kept.pieces)]),
+            TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
             nearest(summary),
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(header=("what varies", "how"), rows=[(key, variation_text(file, key)) for key in file.keys]),
@@ -215,21 +215,21 @@ class RareResult(NamedTuple):
         return self.evidence.required(JudgedShare(least, Estimate(1.0 - value, 1.0 - high, 1.0 - low), doubt=doubt))
 
 
-def estimate(asked: CampaignRequest) -> RareResult:
+def estimate(request: CampaignRequest) -> RareResult:
     """Estimate the probability that a flight of a campaign fails, and write rare.json and a report.
 
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases finished replicates are kept.
     """
-    campaign = read_campaign(asked.path)
-    check_space(campaign.file, asked.path)
+    campaign = read_campaign(request.path)
+    check_space(campaign.file, request.path)
     flights = PointFlyer(campaign)
-    with opened(asked.folder, campaign, asked.resume, asked.overwrite) as kept:
+    with opened(request.folder, campaign, request.resume, request.overwrite) as kept:
         all_of = list(pieces(campaign))
         for piece in all_of[len(kept.pieces) :]:
             over = sum(one.flights for one in kept.pieces)
-            count = Count(asked.progress, done=over, note=f"{piece.place + 1} of {len(all_of)}")
+            count = Count(request.progress, done=over, note=f"{piece.place + 1} of {len(all_of)}")
             kept.add(fly_piece(flights, piece, count.add))
-        summary = summarise(kept.pieces)._replace(rest=asked.grading(campaign.mission))
-        evidence = write_report(kept, campaign, summary, asked.path, asked.sheet)
+        summary = summarise(kept.pieces)._replace(rest=request.grading(campaign.mission))
+        evidence = write_report(kept, campaign, summary, request.path, request.sheet)
         kept.save(complete=True, summary=as_json(summary))
     return RareResult(summary, evidence)

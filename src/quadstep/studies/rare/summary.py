@@ -117,9 +117,9 @@ def crude_of(own: Sequence[FinishedPiece]) -> Crude:
     return Crude(flown, failed, rate, len(rates))
 
 
-def warnings(found: RareSummary) -> list[str]:
+def warnings(summary: RareSummary) -> list[str]:
     """Warnings against the estimate, in sentences."""
-    said, own = [], np.array(found.replicates)
+    said, own = [], np.array(summary.replicates)
     none = int((own == 0.0).sum())
     if none:
         said.append(
@@ -131,35 +131,35 @@ def warnings(found: RareSummary) -> list[str]:
             f"The replicates disagree: the largest is {own.max() / own.min():.3g} times the smallest. Use more flights "
             "per level (rare.flights) or another score (rare.score)."
         )
-    if found.crude.rate.low > found.probability.high or found.crude.rate.high < found.probability.low:
-        said.append(f"Plain Monte Carlo flights disagree: {found.crude.said}.")
-    for what, probability in found.opinions.items():
-        if probability > max(MORE * found.probability.value, found.probability.high):
+    if summary.crude.rate.low > summary.probability.high or summary.crude.rate.high < summary.probability.low:
+        said.append(f"Plain Monte Carlo flights disagree: {summary.crude.said}.")
+    for what, probability in summary.opinions.items():
+        if probability > max(MORE * summary.probability.value, summary.probability.high):
             said.append(
                 f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a failure "
                 "mode; name the metrics that predict it (rare.score)."
             )
-    if found.again is not None and found.again < FEW_AGAIN:
+    if summary.again is not None and summary.again < FEW_AGAIN:
         said.append(
-            f"Noise decides: only {100 * found.again:.2g} % of the failures fail again with different noise, which is redrawn "
-            "and not steered towards failure. Expect little saving over plain Monte Carlo flights."
+            f"Noise decides: only {100 * summary.again:.2g} % of the failures fail again with different noise, which "
+            "is redrawn and not steered towards failure. Expect little saving over plain Monte Carlo flights."
         )
     return said
 
 
-def as_json(found: RareSummary) -> dict[str, object]:
+def as_json(summary: RareSummary) -> dict[str, object]:
     return {
-        "probability": found.probability._asdict(),
-        "replicates": list(found.replicates),
-        "flights": found.flights,
-        "spread": found.spread,
-        "flights_one_by_one": found.one_by_one,
-        "crude": {**found.crude._asdict(), "rate": found.crude.rate._asdict()},
-        "opinions": found.opinions,
-        "nearest_failure": found.nearest.model_dump() if found.nearest else None,
-        "fail_again_with_other_noise": found.again,
-        "warnings": list(found.warnings),
-        AT_REST: dict(found.rest),
+        "probability": summary.probability._asdict(),
+        "replicates": list(summary.replicates),
+        "flights": summary.flights,
+        "spread": summary.spread,
+        "flights_one_by_one": summary.one_by_one,
+        "crude": {**summary.crude._asdict(), "rate": summary.crude.rate._asdict()},
+        "opinions": summary.opinions,
+        "nearest_failure": summary.nearest.model_dump() if summary.nearest else None,
+        "fail_again_with_other_noise": summary.again,
+        "warnings": list(summary.warnings),
+        AT_REST: dict(summary.rest),
     }
 
 
@@ -168,25 +168,25 @@ def rounded(flights: float) -> str:
     return f"{float(f'{flights:.2g}'):,.0f}" if flights < 1e9 else f"{flights:.2g}"
 
 
-def sentences(found: RareSummary, method: Method, meaning: str = "") -> list[str]:
+def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[str]:
     """What was found, the answer first. meaning: as `Campaign` has it."""
-    value, low, high = (f"{part:.3g}" for part in found.probability)
-    count = len(found.replicates)
+    value, low, high = (f"{part:.3g}" for part in summary.probability)
+    count = len(summary.replicates)
     doubt = "if no kind of failure was missed"
-    if found.warnings:
-        doubt = f"doubtful: see the {counted(len(found.warnings), 'warning')}"
+    if summary.warnings:
+        doubt = f"doubtful: see the {counted(len(summary.warnings), 'warning')}"
     lines = [
         f"A flight fails{meaning} with probability {value} "
         f"({doubt}); with 95 % confidence {low} to {high}, from {count} independent "
         f"replicates by {method.words}."
     ]
-    if found.one_by_one:
-        times = found.one_by_one / found.flights
+    if summary.one_by_one:
+        times = summary.one_by_one / summary.flights
         lines.append(
-            f"{found.flights:,} flights in all; plain Monte Carlo would need {rounded(found.one_by_one)} for the same "
+            f"{summary.flights:,} flights in all; plain Monte Carlo would need {rounded(summary.one_by_one)} for the same "
             f"accuracy, {times:.2g} times as many."
         )
-    lines.append(f"Plain Monte Carlo flights: {found.crude.said}.")
-    if found.again is not None:
-        lines.append(f"{100 * found.again:.3g} % of the flights that failed fail again with different noise.")
+    lines.append(f"Plain Monte Carlo flights: {summary.crude.said}.")
+    if summary.again is not None:
+        lines.append(f"{100 * summary.again:.3g} % of the flights that failed fail again with different noise.")
     return lines

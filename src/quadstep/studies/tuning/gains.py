@@ -81,7 +81,7 @@ def gains_of(section: TuneSection, mission: Mission) -> list[TunedGain]:
     return gains
 
 
-def gain(key: str, wanted: Range | None, mission: Mission) -> TunedGain:
+def gain(key: str, limits: Range | None, mission: Mission) -> TunedGain:
     """A gain and what it is at present.
 
     A key of several numbers is one gain: its range is that of the first of them, and the others keep their proportion to it.
@@ -101,13 +101,13 @@ def gain(key: str, wanted: Range | None, mission: Mission) -> TunedGain:
             f"{said}: is {value!r:.40}, which changes the structure of the flight; allowed: {', '.join(tunable(mission))}"
         )
     present = leaves[0].present
-    if wanted is None:  # the range that the gain's own declaration gives it
+    if limits is None:  # the range that the gain's own declaration gives it
         name = ".".join(one for one in rest if not one.isdigit())
         _, declared = mission.controller.controller.by_key().get(name, ("", LEARNING))
-        wanted = Range.model_validate(dict(zip(("low", "high", "scale"), declared.span(present, present), strict=True)))
-    if not wanted.low <= present <= wanted.high:
-        raise UserError(f"{said}: its present value {present:g} is outside low = {wanted.low:g} to high = {wanted.high:g}")
-    return TunedGain(key, wanted, leaves)
+        limits = Range.model_validate(dict(zip(("low", "high", "scale"), declared.span(present, present), strict=True)))
+    if not limits.low <= present <= limits.high:
+        raise UserError(f"{said}: its present value {present:g} is outside low = {limits.low:g} to high = {limits.high:g}")
+    return TunedGain(key, limits, leaves)
 
 
 def shares(values: tuple[float, ...], said: str) -> list[float]:

@@ -182,19 +182,19 @@ def what_to_tune(keys: Sequence[str]) -> str:
 class CandidateFlyer:
     """Flies candidates. drawing: what varies; flying: the same and the gains. sweeper: as of a `Flyer`."""
 
-    def __init__(self, wanted: TuningRequest, seed: int, sweeper: Callable[..., Sweeper] = Sweep) -> None:
-        section, source = wanted.section, str(wanted.path)
-        self.asked = wanted
-        self.drawing = wanted.campaign(section.vary, seed=seed)
+    def __init__(self, request: TuningRequest, seed: int, sweeper: Callable[..., Sweeper] = Sweep) -> None:
+        section, source = request.section, str(request.path)
+        self.asked = request
+        self.drawing = request.campaign(section.vary, seed=seed)
         ends = {
             leaf.key: {"type": "uniform", "low": min(pair), "high": max(pair)}
-            for one in wanted.gains
+            for one in request.gains
             for leaf in one.leaves
             for pair in [(leaf.share * one.range.low, leaf.share * one.range.high)]
         }
-        flying = wanted.campaign({**section.vary, **ends}, seed=seed)
-        content = with_numbers(wanted.content, wanted.mission, wanted.present)
-        self.campaign: Campaign = campaign_of(flying, "", content, source, wanted.path.parent)
+        flying = request.campaign({**section.vary, **ends}, seed=seed)
+        content = with_numbers(request.content, request.mission, request.present)
+        self.campaign: Campaign = campaign_of(flying, "", content, source, request.path.parent)
         self.flyer = Flyer(self.campaign, sweeper)
         plan = self.flyer.planner.plan(self.draws(0).at(0))
         self.duration = plan.ticks.last * plan.ticks.step

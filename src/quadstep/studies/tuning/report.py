@@ -25,22 +25,22 @@ HEADER = ("", "present", "tuned", "tuned - present")
 
 
 def evidence(
-    asked: TuningRequest, found: SearchResult, compared: Compared, figure: str, record: dict[str, object], first: str = ""
+    request: TuningRequest, result: SearchResult, compared: Compared, figure: str, record: dict[str, object], first: str = ""
 ) -> Evidence:
     """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json. first: a
     sentence that comes before all others.
     """
-    before, after = found.present.judged.objective, found.best.judged.objective
-    gains, measured, many = gain_rows(asked, found), measured_rows(compared), compared.flights > 1
+    before, after = result.present.judged.objective, result.best.judged.objective
+    gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences are paired by flight."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
     search = (
-        f"Objective ({AGGREGATES[asked.section.aggregate]} over the flights used for tuning): {units.number(before)} "
-        f"before, {units.number(after)} after {found.history[-1].flights} flights. history.csv lists every candidate."
+        f"Objective ({AGGREGATES[request.section.aggregate]} over the flights used for tuning): {units.number(before)} "
+        f"before, {units.number(after)} after {result.history[-1].flights} flights. history.csv lists every candidate."
     )
     return Evidence(
-        name=asked.mission.name,
+        name=request.mission.name,
         kind="Tuning",
         answer=" ".join(filter(None, (first, answer(compared)))),
         sentences=[*filter(None, [first]), answer(compared)],
@@ -59,7 +59,7 @@ def evidence(
             TableSection("The search", "search", text=search),
         ],
         paper=booktabs(
-            HEADER, [[(*one[:3], "") for one in gains], measured], [f"{asked.mission.name}: {flights}, 95 % intervals"]
+            HEADER, [[(*one[:3], "") for one in gains], measured], [f"{request.mission.name}: {flights}, 95 % intervals"]
         ),
         cases=(Case("tuned"),),
         whose="the loop with the tuned gains",
@@ -75,22 +75,22 @@ def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
     return f"Before you fly them: at rest the loop with the tuned gains is {said}; with the present gains it is {before}."
 
 
-def broken(asked: TuningRequest, found: SearchResult) -> str:
+def broken(request: TuningRequest, result: SearchResult) -> str:
     """What to say first where no gains were found that lose no flight and keep the constraints; else nothing."""
-    if found.best.judged.feasible:
+    if result.best.judged.feasible:
         return ""
-    lost = found.best.judged.lost
-    wrong = f"{lost} of {asked.seeds} flights are lost" if lost else "constraints are broken"
+    lost = result.best.judged.lost
+    wrong = f"{lost} of {request.seeds} flights are lost" if lost else "constraints are broken"
     return f"Even with the best gains found, {wrong} in tuning."
 
 
-def gain_rows(asked: TuningRequest, found: SearchResult) -> list[tuple[str, ...]]:
+def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, ...]]:
     """Each gain, present and tuned, and whether it ends at an edge of its range."""
-    both = (found.present.values, found.best.values)
+    both = (result.present.values, result.best.values)
     return [
-        (label(asked.mission, one.key), *(listed([values[leaf.key] for leaf in one.leaves]) for values in both),
-         one.edge(found.best.values))
-        for one in asked.gains
+        (label(request.mission, one.key), *(listed([values[leaf.key] for leaf in one.leaves]) for values in both),
+         one.edge(result.best.values))
+        for one in request.gains
     ]  # fmt: skip
 
 
@@ -166,14 +166,14 @@ def row(one: Row) -> list[str]:
     return [words, *units.in_one_unit((one.present, one.tuned, one.difference), unit)]
 
 
-def draw_search(path: Path, asked: TuningRequest, found: SearchResult, sheet: Sheet) -> None:
+def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> None:
     """Write `path` in the sheet's formats."""
     with drawing(sheet):
         figure = new_figure(sheet, COLUMN, 4.2, 4.2)
         top, bottom = figure.subplots(2, 1, sharex=True)
         margins(figure, sheet, 0.1, 0.115, 0.975, 0.91, 0.2, 0.3)
-        draw_objective(top, found)
-        draw_gains(bottom, asked, found)
+        draw_objective(top, result)
+        draw_gains(bottom, request, result)
         for axes, most in ((top, 3), (bottom, 4)):
             marks, names = axes.get_legend_handles_labels()
             if marks:
@@ -184,9 +184,9 @@ def draw_search(path: Path, asked: TuningRequest, found: SearchResult, sheet: Sh
         write(figure, path, sheet)
 
 
-def draw_objective(axes: Axes, found: SearchResult) -> None:
+def draw_objective(axes: Axes, result: SearchResult) -> None:
     """Every candidate's, told apart by whether it completed and kept the constraints, and the best so far."""
-    known = [one for one in found.history if math.isfinite(one.judged.objective)]
+    known = [one for one in result.history if math.isfinite(one.judged.objective)]
     kinds = (
         ("feasible", [one for one in known if one.judged.feasible], {"marker": ".", "color": "0.55"}),
         (
@@ -199,9 +199,9 @@ def draw_objective(axes: Axes, found: SearchResult) -> None:
         if candidates:
             places, values = zip(*((one.flights, one.judged.objective) for one in candidates), strict=True)
             axes.scatter(places, values, s=14, label=kind, **marks)
-    best = [one for one in leaders(found) if math.isfinite(one.judged.objective)]
+    best = [one for one in leaders(result) if math.isfinite(one.judged.objective)]
     if best:
-        last = found.history[-1].flights
+        last = result.history[-1].flights
         axes.step(
             [*(one.flights for one in best), last], [*(one.judged.objective for one in best), best[-1].judged.objective],
             where="post", label="best so far", **LINES[0],
@@ -212,11 +212,11 @@ def draw_objective(axes: Axes, found: SearchResult) -> None:
     axes.set_ylabel("objective")
 
 
-def draw_gains(axes: Axes, asked: TuningRequest, found: SearchResult) -> None:
+def draw_gains(axes: Axes, request: TuningRequest, result: SearchResult) -> None:
     """Those of the best so far, each in its range."""
-    best = leaders(found)
-    last = found.history[-1].flights
-    for place, one in enumerate(asked.gains):
+    best = leaders(result)
+    last = result.history[-1].flights
+    for place, one in enumerate(request.gains):
         values = [candidate.point[place] for candidate in best]
         style = LINES[place % len(LINES)]
         flights = [*(candidate.flights for candidate in best), last]
@@ -226,10 +226,10 @@ def draw_gains(axes: Axes, asked: TuningRequest, found: SearchResult) -> None:
     axes.set_ylabel("best gain so far")
 
 
-def leaders(found: SearchResult) -> list[Candidate]:
+def leaders(result: SearchResult) -> list[Candidate]:
     """Each candidate that was the best so far."""
     best: list[Candidate] = []
-    for one in found.history:
+    for one in result.history:
         if one.leads(best[-1] if best else None):
             best.append(one)
     return best

@@ -78,71 +78,71 @@ def tune(
     return Tuned(wanted, found, compared, elsewhere, shown)
 
 
-def on_unseen(ground: CandidateFlyer, found: SearchResult, progress: Progress) -> Compared:
+def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) -> Compared:
     """Compare the present and the tuned gains on flights that the search has not seen."""
-    flights = found.history[-1].flights
+    flights = result.history[-1].flights
 
     def advance(more: int) -> None:
         nonlocal flights
         flights += more
-        shown_flights(progress, flights, found.best.judged.objective)
+        shown_flights(progress, flights, result.best.judged.objective)
 
-    both = [found.present.values, found.best.values]
+    both = [result.present.values, result.best.values]
     present, tuned = (
         flown.with_values(ground.margins(values, ground.asked.section.margins))
         for flown, values in zip(ground.fly(both, UNSEEN, ground.asked.unseen, advance), both, strict=True)
     )
-    return compare(found.judge, present, tuned, changed=both[0] != both[1])
+    return compare(result.judge, present, tuned, changed=both[0] != both[1])
 
 
-def named_files(wanted: TuningRequest) -> tuple[list[str], list[str]]:
+def named_files(request: TuningRequest) -> tuple[list[str], list[str]]:
     """The files that a mission names from its folder: those inside it, and those elsewhere, which stay where they are."""
-    folder = wanted.path.parent
-    names = sorted({name for name in strings(wanted.content) if "." in name and is_file(folder / name)} | own_files(wanted))
+    folder = request.path.parent
+    names = sorted({name for name in strings(request.content) if "." in name and is_file(folder / name)} | own_files(request))
     inside = [name for name in names if not Path(name).is_absolute() and ".." not in Path(name).parts]
     return inside, [name for name in names if name not in inside and not Path(name).is_absolute()]
 
 
-def own_files(wanted: TuningRequest) -> set[str]:
+def own_files(request: TuningRequest) -> set[str]:
     """The Python files beside a mission that it names or that these import, from its folder."""
-    folder = wanted.path.parent
+    folder = request.path.parent
     found: set[str] = set()
-    for own in filter(None, map(place, strings(wanted.content))):
+    for own in filter(None, map(place, strings(request.content))):
         with contextlib.suppress(UserError):  # only a text that looks like one: the mission has been checked
             path = own.file(folder)
             found |= {os.path.relpath(one, folder.resolve()) for one in (sources(path) if path else ())}
     return found
 
 
-def write_mission(out: Path, wanted: TuningRequest, content: dict[str, object], first: str) -> list[str]:
+def write_mission(out: Path, request: TuningRequest, content: dict[str, object], first: str) -> list[str]:
     """The mission with the tuned gains, below what is to be read first, and the files it names beside it; gives those that it
     names elsewhere.
     """
-    text = edited(wanted.text, wanted.content, content)
+    text = edited(request.text, request.content, content)
     if tomllib.loads(text) != content:
-        raise UserError(f"{wanted.path}: could not be written with the tuned gains")
-    inside, elsewhere = named_files(wanted)
+        raise UserError(f"{request.path}: could not be written with the tuned gains")
+    inside, elsewhere = named_files(request)
     for name in inside:
         (out / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(wanted.path.parent / name, out / name)
+        shutil.copyfile(request.path.parent / name, out / name)
     (out / TUNED).write_text(f"# {first}\n{text}" if first else text, encoding="utf-8")
     return elsewhere
 
 
-def write_parameters(out: Path, wanted: TuningRequest, values: Mapping[str, float]) -> None:
+def write_parameters(out: Path, request: TuningRequest, values: Mapping[str, float]) -> None:
     """For the law of an autopilot, a file of its own parameters: those that tuning changed, and no others."""
-    law = wanted.mission.controller.controller
+    law = request.mission.controller.controller
     if not law.parameter_file:
         return
     form, keys = FORMATS.load(law.parameter_file), law.by_key()
     defaults = {key: gain.fixed for key, (_, gain) in keys.items() if isinstance(gain.fixed, float)}
-    changed = {key.removeprefix("controller."): one for key, one in values.items() if one != wanted.present[key]}
+    changed = {key.removeprefix("controller."): one for key, one in values.items() if one != request.present[key]}
     text = form.write({key: one for key, one in changed.items() if key in defaults}, defaults)
     (out / f"tuned{form.suffixes[0]}").write_text(text, encoding="utf-8")
 
 
-def write_history(path: Path, wanted: TuningRequest, history: list[Candidate]) -> None:
-    keys, parts, names = list(wanted.present), list(history[0].judged.parts), wanted.names
+def write_history(path: Path, request: TuningRequest, history: list[Candidate]) -> None:
+    keys, parts, names = list(request.present), list(history[0].judged.parts), request.names
     header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
     header += ["lost", "violation", "cost", "feasible", "conditions", "moved", "whole"]
     rows: list[list[object]] = [
@@ -157,18 +157,18 @@ def write_history(path: Path, wanted: TuningRequest, history: list[Candidate]) -
     write_csv(path, header, rows)
 
 
-def as_json(wanted: TuningRequest, found: SearchResult, compared: Compared, budget: int, seed: int) -> dict[str, object]:
+def as_json(request: TuningRequest, result: SearchResult, compared: Compared, budget: int, seed: int) -> dict[str, object]:
     estimates = ("present", "tuned", "difference")
     rows = [one._asdict() for one in (compared.objective, *compared.rows)]
-    flown = found.history[-1].flights + 2 * wanted.unseen
+    flown = result.history[-1].flights + 2 * request.unseen
     return {
-        "name": wanted.mission.name,
+        "name": request.mission.name,
         "version": __version__,
         "seed": seed,
         "budget": budget,
         "flights": flown,
-        "present": found.present.values,
-        "tuned": found.best.values,
+        "present": result.present.values,
+        "tuned": result.best.values,
         "unseen": {
             "first": UNSEEN,
             "flights": compared.flights,

@@ -92,18 +92,18 @@ def population(gains: int, flights: int) -> int:
     return -(-count // block) * block
 
 
-def check_budget(wanted: TuningRequest, budget: int) -> None:
+def check_budget(request: TuningRequest, budget: int) -> None:
     """Refuse a budget that is too small or too large. Raises UserError."""
-    flights = flights_of([wanted.seeds])
-    count = population(len(wanted.gains), flights.first)
-    least = flights.every + flights.most(count) + 2 * wanted.unseen
+    flights = flights_of([request.seeds])
+    count = population(len(request.gains), flights.first)
+    least = flights.every + flights.most(count) + 2 * request.unseen
     if budget > MOST_FLIGHTS:
         raise UserError(f"--budget: should be from {least} to {MOST_FLIGHTS} flights, not {cut(str(budget), 60)}")
     if budget < least:
         raise UserError(
             f"--budget: {budget} flights are too few; at least {least} are needed: {flights.every} with the present gains "
             f"(tune.seeds), {flights.most(count)} for one generation of {count} candidates, and for the comparison "
-            f"2 x {wanted.unseen} (tune.unseen)"
+            f"2 x {request.unseen} (tune.unseen)"
         )
 
 

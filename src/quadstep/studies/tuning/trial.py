@@ -145,17 +145,17 @@ class MarginGuess:
 
 
 def looked_at(
-    found: Sequence[Tried], values: Sequence[Mapping[str, float]], stability: Stability, least: float
+    trials: Sequence[Tried], values: Sequence[Mapping[str, float]], stability: Stability, least: float
 ) -> list[Tried]:
     """A generation with the margins of those that would be the best on all flights, the cheapest first, until one keeps them.
 
     least: what the best so far costs.
     """
-    seen = list(found)
-    flown = {i: one.whole.cost for i, one in enumerate(found) if one.whole}
+    seen = list(trials)
+    flown = {i: one.whole.cost for i, one in enumerate(trials) if one.whole}
     for place in sorted(flown, key=lambda i: flown[i]):
         if flown[place] < least:
-            if not found[place].judged.lost:  # where flights are lost, margins decide nothing
-                seen[place] = stability.sought(found[place], values[place])
+            if not trials[place].judged.lost:  # where flights are lost, margins decide nothing
+                seen[place] = stability.sought(trials[place], values[place])
             least = min(least, seen[place].judged.cost)
     return seen
