@@ -243,7 +243,7 @@ def test_only_the_stretch_in_the_air_and_of_the_autotune_counts(tmp_path):
 
 def test_what_a_setpoint_does_not_tell_is_refused_with_the_reason(tmp_path):
     with pytest.raises(
-        UserError, match=r"vehicle_torque_setpoint.xyz\[0\]: \d+ % of it are what MC_ROLLRATE_\* of the log make"
+        UserError, match=r"vehicle_torque_setpoint.xyz\[0\]: MC_ROLLRATE_\* of the log explain \d+ % of it from"
     ):
         excited(logged(tmp_path, SOUND, {"MC_ROLLRATE_K": 1.0}), None)
     with pytest.raises(UserError, match="no 10 s of uninterrupted flight in one mode"):

@@ -171,7 +171,7 @@ def test_estimates_that_nothing_moves_are_named():
     found = invariant_set(SampledLoop(mission(type="geometric-adaptive").plan()), Unknown())
     assert isinstance(found, str)
     assert "drag" in found
-    assert "do not return on their own" in found
+    assert "do not return by themselves" in found
 
 
 def test_states_are_named_in_words():

@@ -211,8 +211,8 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
     says = [
         f"disproved: hover at the path's end ({place}) m is an exact equilibrium of the sampled loop, and it is unstable: "
         f"{growth.unstable} of the {growth.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in "
-        f"exact arithmetic. The fastest error grows at {rounded_down(growth.slowest):g} to {up(growth.fastest):g} 1/s, doubling"
-        f" every {math.log(2.0) / growth.slowest:.3g} s: there are starts arbitrarily near to it that are driven away from it.",
+        f"exact arithmetic. The fastest error grows at {rounded_down(growth.slowest):g} to {up(growth.fastest):g} 1/s, "
+        f"doubling every {math.log(2.0) / growth.slowest:.3g} s: starts arbitrarily near to it are driven away from it.",
         *consequence(plan),
         flight_says(log),
     ]
