@@ -9,10 +9,7 @@ from quadstep.vehicle.rigid_body import Effects
 from quadstep.vehicle.rotor import speed_rate
 from tests.airframes import (
     FRONT,
-    LEFT,
     NONE,
-    REAR,
-    RIGHT,
     airframe,
     at,
     attitude_matrix,
@@ -33,27 +30,6 @@ def turned(pattern, seconds=0.1, **setting):
     """R after hovering level with each rotor's speed off by its share of `pattern`, as in front, left, rear, right."""
     speeds = HOVER * (1 + 0.05 * np.array(pattern))
     return attitude_matrix(fly(at(speeds=speeds), speeds, seconds, **setting))
-
-
-@pytest.mark.parametrize(
-    ("faster", "slower", "arm", "sign"),
-    [(FRONT, REAR, FORWARD, 1), (REAR, FRONT, FORWARD, -1), (LEFT, RIGHT, LEFTWARD, 1), (RIGHT, LEFT, LEFTWARD, -1)],
-    ids=["front", "rear", "left", "right"],
-)
-def test_a_faster_rotor_lifts_its_side(faster, slower, arm, sign):
-    pattern = np.zeros(4)
-    pattern[faster], pattern[slower] = 1, -1
-    r = turned(pattern)
-    assert sign * r[UPWARD, arm] > 0.03
-    other = LEFTWARD if arm == FORWARD else FORWARD
-    assert abs(r[UPWARD, other]) < 1e-4
-
-
-def test_faster_rotors_that_turn_counter_clockwise_turn_the_vehicle_clockwise():
-    r = turned((1, -1, 1, -1), seconds=0.3)
-    assert r[LEFTWARD, FORWARD] < -0.02  # the nose goes to the right
-    assert turned((-1, 1, -1, 1), seconds=0.3)[LEFTWARD, FORWARD] > 0.02
-    assert abs(r[UPWARD, FORWARD]) + abs(r[UPWARD, LEFTWARD]) < 1e-6
 
 
 def test_all_faster_climbs_and_tilting_goes_where_the_thrust_leans():

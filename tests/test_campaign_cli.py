@@ -160,7 +160,12 @@ MISTAKES = {
     "unknown key deep in the mission": ("", f'"vehicle.rotors.arms" = {UNIFORM}', ["rotors.arms", "unknown key", "arm"]),
     "an entry that is not there": ("", f'"path.end.7" = {UNIFORM}', ["path.end.7", "0 to 2"]),
     "a list that is not there": ("", f'"start.velocity.0" = {UNIFORM}', ["start.velocity.0", "mission"]),
-    "an empty part": ("", f'"vehicle." = {UNIFORM}', ["vehicle."]),
+    "an empty part": ("", f'"vehicle..mass" = {UNIFORM}', ["vehicle..mass"]),
+    "a number for a table": ("", f'"vehicle" = {UNIFORM}', ["vehicle"]),
+    "an entry of a number": ("", f'"vehicle.mass.0" = {UNIFORM}', ["vehicle.mass.0"]),
+    "inside a number": ("", f'"path.duration.x" = {UNIFORM}', ["path.duration.x"]),
+    "a digit of another script": ("", f'"path.end.²" = {UNIFORM}', ["path.end.²"]),
+    "an endless number": ("", f'"path.end.{"9" * 5000}" = {UNIFORM}', ["path.end.999"]),
     "an empty key": ("", f'"" = {UNIFORM}', ["not a key"]),
     "the seed of a real vehicle": ("", f'seed = {UNIFORM}', ["seed", "noise"]),
 }  # fmt: skip
@@ -176,6 +181,7 @@ def test_a_mistake_in_a_campaign_file_is_one_line_that_names_file_and_key(tmp_pa
     line = refused(fly(path, tmp_path / "out", *([] if "flights" in head else ["--flights", 32])), ".toml", *parts)
     assert "pydantic" not in line
     assert "[key]" not in line
+    assert not (tmp_path / "out").exists()
 
 
 def test_its_first_sentence_names_limits_and_what_of_the_path_is_not_flown(tmp_path):

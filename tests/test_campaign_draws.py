@@ -110,13 +110,6 @@ def test_a_span_is_the_same_as_in_the_whole(drawn, first, past):
         np.testing.assert_array_equal(column, drawn[name][first:past], err_msg=name)
 
 
-def test_chunks_of_any_size_make_the_whole(drawn):
-    for size in (16, 333):
-        for name in ("a.sobol", "a.sobol2", "b.second", "a.grid"):
-            parts = [columns(EVERYTHING, first, first + size)[name] for first in range(0, 10 * size, size)]
-            np.testing.assert_array_equal(np.concatenate(parts), drawn[name][: 10 * size])
-
-
 def test_flights_far_out_are_drawn_too():
     first = 99_000_000
     far = columns(EVERYTHING, first, first + 3)

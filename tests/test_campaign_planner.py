@@ -336,29 +336,6 @@ def test_values_that_no_mission_takes_are_one_line_naming_flight_and_key(name, t
     assert "mission.toml" in text
 
 
-IMPOSSIBLE = {
-    "an unknown key": (SHORT, '"vehicle.mas" = ' + U % (0.1, 0.5), "unknown key"),
-    "an unknown section": (SHORT, '"vehicles.mass" = ' + U % (0.1, 0.5), "unknown key"),
-    "a number for a table": (SHORT, '"vehicle" = ' + U % (0.1, 0.5), "vehicle"),
-    "an entry that is not there": (SHORT, '"path.end.3" = ' + U % (0.1, 0.5), "path.end.3"),
-    "an entry of a number": (SHORT, '"vehicle.mass.0" = ' + U % (0.1, 0.5), "vehicle.mass.0"),
-    "inside a number": (SHORT, '"path.duration.x" = ' + U % (0.1, 0.5), "path.duration.x"),
-    "an empty part": (SHORT, '"vehicle..mass" = ' + U % (0.1, 0.5), "vehicle..mass"),
-    "a digit of another script": (SHORT, '"path.end.²" = ' + U % (0.1, 0.5), "path.end.²"),
-    "an endless number": (SHORT, f'"path.end.{"9" * 5000}" = ' + U % (0.1, 0.5), "path.end.999"),
-}
-
-
-@pytest.mark.parametrize("name", IMPOSSIBLE)
-def test_keys_that_no_mission_has_are_one_line_naming_file_and_key(name, tmp_path):
-    mission, vary, part = IMPOSSIBLE[name]
-    with pytest.raises(UserError) as caught:
-        one = campaign(tmp_path, vary, mission)
-        list(planner(one).batches(np.arange(64), draw(one.file, np.arange(64))))
-    assert part in str(caught.value)
-    assert ".toml" in str(caught.value)
-
-
 @pytest.mark.parametrize("name", ["a mass below zero", "inertia of no body", "upside down"])
 def test_the_flight_that_is_named_is_the_first_that_is_refused(name, tmp_path):
     mission, vary, _ = REFUSED[name]

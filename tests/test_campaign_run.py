@@ -15,10 +15,10 @@ from quadstep.engines.sweep import Sweep
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import InterruptedRun, UserError
 from quadstep.studies.campaign import run as run_module
-from quadstep.studies.campaign.flyer import Flyer, on_lanes
+from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.single_flight import replay
-from quadstep.studies.campaign.store import Chunk, parquet
+from quadstep.studies.campaign.store import parquet
 from quadstep.studies.fly import planned
 from tests.campaigns import MASS, NOISY, SHORT, campaign, flights, fly, manifest, no_report, number, refused, rows, written
 from tests.commands import Listener, quadstep
@@ -79,16 +79,6 @@ def test_flights_are_the_same_on_any_number_of_threads(one, threads, monkeypatch
     made, whole = one
     monkeypatch.setattr(os, "cpu_count", lambda: threads)
     assert Flyer(made).fly(0, 100).to_pylist() == whole.to_pylist()
-
-
-def test_chunks_in_any_order_make_the_same_files(tmp_path):
-    made = campaign(tmp_path, MANY, head="chunk = 16\nflights = 48")
-    chunks = [Chunk(f"{i}", 16 * i, 16 * i + 16) for i in range(3)]
-    forward = dict(on_lanes(made)(chunks, lambda _: None))
-    backward = dict(on_lanes(made)(chunks[::-1], lambda _: None))
-    assert {chunk: parquet(table) for chunk, table in forward.items()} == {
-        chunk: parquet(table) for chunk, table in backward.items()
-    }
 
 
 @pytest.fixture(scope="module")
@@ -332,17 +322,6 @@ def test_flights_that_overflow_are_outcomes(tmp_path):
     assert manifest(tmp_path / "out")["complete"]
 
 
-def test_a_log_normal_beyond_all_numbers_is_one_line(tmp_path):
-    path = written(tmp_path, '"vehicle.mass" = {type="log-normal", median=1, sigma=1000}', head="flights = 64")
-    refused(fly(path, tmp_path / "out"), "vehicle.mass", "flight ")
-
-
-def test_a_campaign_of_nothing_but_noise(tmp_path):
-    path = written(tmp_path, "", NOISY, "flights = 40")
-    assert fly(path, tmp_path / "out").code == 0
-    assert len(set(rows(tmp_path / "out")["position_rmse[m]"].to_pylist())) == 40
-
-
 def test_one_number_for_three_is_the_same_however_it_varies(tmp_path):
     """A number that stands for a list of three is no array of three flights."""
     results = []
@@ -363,13 +342,6 @@ def test_sweepers_of_another_kind_can_be_put_in(tmp_path):
     table = Flyer(made, Counting).fly(0, 30)
     assert sum(asked) == 30
     assert table.to_pylist() == Flyer(made).fly(0, 30).to_pylist()
-
-
-def test_an_impossible_campaign_leaves_no_folder(tmp_path):
-    for vary in ('"vehicle.mas" = {type="uniform", low=1, high=2}', '"vehicle.mass" = {type="uniform", low=-2, high=-1}'):
-        path = written(tmp_path, vary, head="flights = 64")
-        refused(fly(path, tmp_path / "out"), "vehicle.mas")
-        assert not (tmp_path / "out").exists()
 
 
 def test_values_that_are_refused_late_leave_what_was_flown(tmp_path):

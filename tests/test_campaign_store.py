@@ -83,11 +83,6 @@ def test_the_same_campaign_again_is_the_same_to_the_byte(whole, tmp_path):
     assert (tmp_path / "again" / "campaign.json").read_bytes() == (out / "campaign.json").read_bytes()
 
 
-def test_parquet_of_the_same_table_is_the_same():
-    table = pa.table({"x": pa.array(np.arange(100.0)), "y": pa.array(["a", None] * 50)})
-    assert parquet(table) == parquet(pa.table({"x": pa.array(np.arange(100.0)), "y": pa.array(["a", None] * 50)}))
-
-
 def test_a_chunk_counts_once_the_manifest_names_it(tmp_path):
     with store(tmp_path) as one:
         first, second, third = one.chunks
@@ -161,14 +156,7 @@ def test_another_meaning_of_failure_holds_for_all_flights_that_are_there(flown):
 # Corruption
 
 
-def spoil_byte(path):
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
-
-
 SPOILT = {
-    "a byte": spoil_byte,
     "cut": lambda path: path.write_bytes(path.read_bytes()[:-20]),
     "empty": lambda path: path.write_bytes(b""),
     "longer": lambda path: path.write_bytes(path.read_bytes() + b"x"),
@@ -246,18 +234,6 @@ def test_a_doctored_manifest_ends_in_one_line_or_in_the_right_flights(flown, who
         assert rows(out).sort_by("flight").to_pylist() == rows(whole[1]).to_pylist()
     else:
         refused(run, out)
-
-
-def test_files_outside_are_safe_from_a_doctored_manifest(flown, tmp_path):
-    path, out = flown
-    precious = tmp_path / "precious.txt"
-    precious.touch()
-    (out / "sub").mkdir()
-    doctored = {**manifest(out), "files": ["../precious.txt", str(precious), "sub", "flights", 5, ""]}
-    (out / "campaign.json").write_bytes(sealed(doctored))
-    run = fly(path, out, "--overwrite")
-    assert precious.exists()
-    assert run.code == 0 or run.refused, run.err
 
 
 # Refused
@@ -364,7 +340,7 @@ def test_an_empty_folder_is_used_and_a_file_is_refused(tmp_path):
     (tmp_path / "out").mkdir()
     assert fly(path, tmp_path / "out", "--flights", 5).code == 0
     (tmp_path / "file").write_text("mine")
-    for place in ("file", "file/deep", "x" * 300):
+    for place in ("file", "file/deep", "x" * 300, "/proc/nowhere/out", "/proc/out", "/dev/null", "/dev/null/out"):
         refused(fly(path, tmp_path / place), tmp_path / place)
     assert (tmp_path / "file").read_text() == "mine"
 
@@ -379,17 +355,6 @@ def test_what_a_run_left_that_was_killed_at_its_very_start_is_in_nobodys_way(tmp
     run = fly(path, out)
     assert run.code == 0, run.err
     assert rows(out).num_rows == 40
-    assert not leftovers(out)
-
-
-def test_what_a_killed_run_was_writing_is_removed_by_the_next(flown):
-    path, out = flown
-    before = flights(out)
-    (out / "flights/00002.parquet").unlink()
-    (out / "flights" / ".writing-abc").write_bytes(b"half")
-    (out / ".writing-def").write_bytes(b"half")
-    assert fly(path, out, "--resume").code == 0
-    assert flights(out) == before
     assert not leftovers(out)
 
 
@@ -433,48 +398,3 @@ def test_a_full_disk_is_one_line_and_what_was_written_is_kept(whole, tmp_path, m
     assert kept.items() <= flights(whole[1]).items()
     assert fly(path, out, *(["--resume"] if (out / "campaign.json").exists() else [])).code == 0
     assert flights(out) == flights(whole[1])
-
-
-@pytest.mark.parametrize("call", ["write", "flush", "close", "replace", "fsync", "open"])
-def test_wherever_the_disk_fails_nothing_half_written_stays(tmp_path, monkeypatch, call):
-    def fails(*_, **__):
-        raise OSError(errno.EIO, os.strerror(errno.EIO))
-
-    with store(tmp_path) as one:
-        first, second, _ = one.chunks
-        one.write(first, fake(first))
-        before = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
-        with monkeypatch.context() as patch:
-            if call == "replace":
-                patch.setattr(os, "replace", fails)
-            elif call == "fsync":
-                patch.setattr(os, "fsync", fails)
-            elif call == "open":
-                real_open = os.open
-                patch.setattr(os, "open", lambda *some, **more: (fails if some[1] & os.O_CREAT else real_open)(*some, **more))
-            else:
-                real = os.fdopen
-
-                def broken(*arguments, **more):
-                    file = real(*arguments, **more)
-
-                    class Broken:
-                        def __enter__(self):
-                            return self
-
-                        def __exit__(self, *_):
-                            file.close()
-                            if call == "close":
-                                fails()
-
-                        def __getattr__(self, name):
-                            return fails if name == call else getattr(file, name)
-
-                    return Broken()
-
-                patch.setattr(os, "fdopen", broken)
-            with pytest.raises(UserError, match="Input/output error"):
-                one.write(second, fake(second))
-        assert {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()} == before
-    with store(tmp_path, resume=True) as one:
-        assert len(one.missing) == 2

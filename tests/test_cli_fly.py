@@ -237,10 +237,6 @@ def test_a_warm_start_begins_with_the_saved_weights(trained, name):
     assert columns(trained / "second")[f"norm_{name}[-]"][0] == pytest.approx(np.linalg.norm(saved), rel=1e-12)
 
 
-def test_a_warm_start_flies_another_flight(trained):
-    assert not np.array_equal(columns(trained / "first")["x[m]"], columns(trained / "second")["x[m]"])
-
-
 def test_nets_that_start_late_learn_nothing_before(tmp_path, no_figures):
     mission = write(tmp_path, LINE + '[controller]\ntype = "backstepping"\nnets.start = 0.5\n')
     assert quadstep("fly", mission, "--out", tmp_path / "out").code == 0
@@ -249,14 +245,6 @@ def test_nets_that_start_late_learn_nothing_before(tmp_path, no_figures):
     for name in ("norm_W1[-]", "norm_W2[-]"):
         assert (log[name][~late] == 0.0).all()
         assert (log[name][late] > 0.0).all()
-
-
-def test_nets_that_are_off_learn_nothing(tmp_path, no_figures):
-    mission = write(tmp_path, LINE + '[controller]\ntype = "backstepping"\nnets.enabled = false\n')
-    assert quadstep("fly", mission, "--out", tmp_path / "out").code == 0
-    log = columns(tmp_path / "out")
-    assert not log["norm_W1[-]"].any()
-    assert not log["norm_W2[-]"].any()
 
 
 def test_rotor_limits_hold_in_the_log(tmp_path, no_figures):

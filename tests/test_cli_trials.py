@@ -6,41 +6,15 @@ import pytest
 
 from quadstep.engines.fly import fly
 from quadstep.io.errors import UserError
-from quadstep.mission.data_files import read_recording
 from quadstep.mission.read import check_mission, read_mission
 from quadstep.report.publish import publishing, write_json
 
 LINE = {"type": "minimum-jerk", "end": [1.0, 0.0, 1.0], "duration": 3.0}
-COLUMNS = {"t": "t", "x": "x", "y": "y", "z": "z", "psi": None}
-
-
-@pytest.mark.parametrize(
-    "rows", ["0,1,2,3\n1e300,1,2,3", "0,1e308,2,3\n1,1,2,3", "0,1,2,3\n1e-300,1,2,3", "0,1_000,2,3\n1,1,2,3"]
-)
-def test_absurd_numbers_in_a_recording_are_refused_in_one_line(tmp_path, rows):
-    path = tmp_path / "p.csv"
-    path.write_text(f"t,x,y,z\n{rows}\n2,1,2,3\n3,1,2,3\n")
-    with pytest.raises(UserError) as error:
-        read_recording(path, COLUMNS, 1.0)
-    assert "line" in str(error.value)
-
-
-def test_a_column_named_twice_is_refused(tmp_path):
-    path = tmp_path / "p.csv"
-    path.write_text("t,x,x,y,z\n" + "".join(f"{i},1,2,3,4\n" for i in range(5)))
-    with pytest.raises(UserError, match="more than once"):
-        read_recording(path, COLUMNS, 1.0)
 
 
 def publish(folder, identity, name):
     with publishing(folder, identity, overwrite=False) as out:
         write_json(out / "metrics.json", {"name": name})
-
-
-def test_what_a_killed_run_left_does_not_block_the_folder(tmp_path):
-    (tmp_path / "out" / ".writing-left").mkdir(parents=True)
-    publish(tmp_path / "out", "a", "A")
-    assert json.loads((tmp_path / "out" / "metrics.json").read_text())["name"] == "A"
 
 
 def test_a_run_that_finishes_after_another_mission_took_the_folder_is_refused(tmp_path):

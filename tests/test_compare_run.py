@@ -213,7 +213,6 @@ def test_the_same_command_again_flies_nothing_and_gives_the_same_tables(done, mo
     names = ("cells.csv", "pairs.csv", "gains.json", "results.md")
     before = {name: (out / name).read_bytes() for name in names}
     monkeypatch.setattr(jobs, "do_job", lambda job: pytest.fail(f"{job.label} is known"))
-    monkeypatch.setattr(jobs, "do_job", lambda job: pytest.fail(f"{job.label} is known"))
     assert quadstep("compare", file, "--out", out).code == 0
     assert before == {name: (out / name).read_bytes() for name in before}
 

@@ -283,16 +283,6 @@ def test_a_folder_that_cannot_be_written_is_no_error(folder, fly, monkeypatch):
     assert entries(folder) == []
 
 
-def test_an_interrupted_write_leaves_nothing_behind(folder, monkeypatch):
-    def refuse(*_, **__):
-        raise OSError(28, "no space left")
-
-    monkeypatch.setattr(code_cache.os, "fdopen", refuse)
-    code_cache.write("a" * 64, b"code")
-    assert entries(folder) == []
-    assert code_cache.read("a" * 64) is None
-
-
 def test_only_so_many_entries_are_kept_the_oldest_go(folder, monkeypatch):
     monkeypatch.setattr(code_cache, "MOST_ENTRIES", 8)
     for number in range(code_cache.MOST_ENTRIES + 5):

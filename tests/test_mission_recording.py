@@ -137,6 +137,11 @@ FLAWS = {
     "repeated time": (rows((5, "2,3,0,1")), "line 5", "repeats", "2 s, then 2 s"),
     "backward time": (rows((4, "0.5,2,0,0")), "line 4", "backward", "1 s, then 0.5 s"),
     "not UTF-8": (b"t,x,y,z\n\xff\xfe\n", "not a text file"),
+    "endless time": (rows((3, "1e300,1,0,0")), "line 3"),
+    "no time at all": (rows((3, "1e-300,1,0,0")), "line"),
+    "beyond any place": (rows((2, "0,1e308,0,0")), "line 2"),
+    "digits apart": (rows((3, "1,1_000,0,0")), "line 3"),
+    "column named twice": (GOOD.replace("t,x,y,z", "t,x,x,z"), "more than once"),
     "huge field": ("t,x,y,z\n" + "9" * 200_000 + ",0,0,0\n", "line 2", "65536 characters"),
 }
 

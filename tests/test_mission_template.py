@@ -121,14 +121,6 @@ def test_the_template_is_written_once_and_never_over_something(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["mission.toml"]
 
 
-@pytest.mark.parametrize("place", ["nowhere/mission.toml", "file/mission.toml", "x" * 300])
-def test_a_place_that_cannot_be_written_is_refused(tmp_path, place):
-    (tmp_path / "file").touch()
-    with pytest.raises(UserError, match="cannot be written"):
-        write_template(tmp_path / place)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
-
-
 @pytest.mark.parametrize(
     "controller", [one if one in USUAL else pytest.param(one, marks=pytest.mark.thorough) for one in controllers(Measured)]
 )

@@ -16,7 +16,9 @@ RANDOM = np.random.default_rng(12)
 QUARTERS = np.arange(-600, 600) * math.pi / 2
 ANGLES = np.concatenate([RANDOM.uniform(-30, 30, 6000), RANDOM.uniform(-1.6e6, 1.6e6, 2000), QUARTERS])
 POWERS = RANDOM.uniform(-708, 709, 8000)
-POSITIVE = np.concatenate([np.exp(RANDOM.uniform(-700, 700, 4000)), RANDOM.uniform(0.5, 2.0, 4000)])
+ENDS = [0.5, 1.0, 2.0, math.sqrt(0.5), math.sqrt(2.0), np.finfo(float).tiny, np.finfo(float).max]
+NEXT = [np.nextafter(one, other) for one in ENDS[:5] for other in (0.0, 9.0)]
+POSITIVE = np.concatenate([np.exp(RANDOM.uniform(-700, 700, 4000)), RANDOM.uniform(0.5, 2.0, 4000), ENDS, NEXT])
 PLANE = np.ldexp(RANDOM.normal(size=(2, 8000)), RANDOM.integers(-10, 10, (2, 8000)))
 CASES = {
     "sin": (sin, mpmath.sin, (ANGLES,)),

@@ -46,7 +46,9 @@ class Killed(BaseException):
 
 
 class Faults:
-    """Operations on files, the n-th of which goes wrong. how: "fails", "tears" (half of what is written) or "kills"."""
+    """Operations on files, the n-th of which goes wrong. how: "fails", "kills"; of those that write, "breaks" or "tears" after
+    half of it: with an error, or with the end of the process.
+    """
 
     def __init__(self, how, place):
         self.how, self.place, self.count, self.dead = how, place, 0, False
@@ -55,8 +57,10 @@ class Faults:
         """One operation. Once killed, a process does nothing more, whatever its code would do on the way out."""
         if self.dead:
             raise Killed
+        if self.how in ("tears", "breaks"):
+            return real(*given, **more)
         self.count += 1
-        if self.count != self.place or self.how == "tears":
+        if self.count != self.place:
             return real(*given, **more)
         if self.how == "fails":
             raise OSError(errno.EIO, os.strerror(errno.EIO))
@@ -66,7 +70,8 @@ class Faults:
     def fdopen(self, real, handle, *given, **more):
         """A file whose content may come to half of it only."""
         file = self(real, handle, *given, **more)
-        if self.how == "tears" and self.count == self.place:
+        self.count += self.how in ("tears", "breaks")
+        if self.how in ("tears", "breaks") and self.count == self.place:
             write = file.write
 
             class Torn:
@@ -79,6 +84,8 @@ class Faults:
                 def write(inner, content):  # noqa: N805
                     write(content[: len(content) // 2])
                     file.flush()
+                    if self.how == "breaks":
+                        raise OSError(errno.EIO, os.strerror(errno.EIO))
                     self.dead = True
                     raise Killed
 
@@ -173,8 +180,13 @@ def comparison(out):
         (draft / "metrics.json").write_text("{}")
 
 
+def half_written(out):
+    """What is, but for parts that are kept for the next run."""
+    return [path for path in out.rglob(".writing-*") if "kept" not in path.name]
+
+
 @pytest.mark.parametrize("writer", [flight, campaign, estimate, comparison])
-@pytest.mark.parametrize("how", ["fails", "kills", "tears"])
+@pytest.mark.parametrize("how", ["fails", "breaks", "kills", "tears"])
 def test_whatever_goes_wrong_when_the_next_run_ends_as_if_nothing_had(tmp_path, writer, how):
     victim = tmp_path / "victim"
     victim.mkdir()
@@ -195,16 +207,22 @@ def test_whatever_goes_wrong_when_the_next_run_ends_as_if_nothing_had(tmp_path, 
     for place in range(1, 1000):
         out = tmp_path / f"out{place}"
         begun(out)
-        with faults(how, place) as layer, suppress(UserError, OSError, Killed):
-            writer(out)
+        with faults(how, place) as layer, suppress(Killed):
+            try:
+                writer(out)
+            except UserError as error:
+                assert os.strerror(errno.EIO) in str(error), place
+            except OSError:
+                assert writer not in (campaign, estimate), place
         if layer.count < place:
             break
         assert files(victim) == {"thesis.txt": b"precious"}
+        assert how != "breaks" or not half_written(out), place
         writer(out)
         assert files(out) == wanted, (how, place)
-        assert not [path for path in out.rglob(".writing-*") if "kept" not in path.name], (how, place)
+        assert not half_written(out), (how, place)
         shutil.rmtree(out)
-    assert place > 20
+    assert place > (20 if how in ("fails", "kills") else 2)
     assert files(tmp_path / f"out{place}") == wanted
     assert read_lines(JournalPlace(tmp_path / "straight", ".writing-kept/journals/a.jsonl")) == []
 

@@ -4,8 +4,6 @@ import json
 import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -163,22 +161,6 @@ def test_what_killed_runs_left_is_swept_up_but_not_what_a_run_is_writing(tmp_pat
     assert everything(victim) == before
 
 
-def test_a_run_that_is_killed_leaves_nothing_to_the_next(tmp_path):
-    program = """if True:
-        import os, signal, sys
-        from pathlib import Path
-        from quadstep.report.publish import publishing
-        with publishing(Path(sys.argv[1]), "one", overwrite=False) as out:
-            (out / "half").write_text("half")
-            os.kill(os.getpid(), signal.SIGKILL)
-    """
-    out = tmp_path / "out"
-    subprocess.run([sys.executable, "-c", program, str(out)], check=False)
-    assert [path.name for path in out.glob(".writing-*/*")] == ["half"]
-    publish(out)
-    assert sorted(path.name for path in out.iterdir()) == ["figures", "flight.csv", "metrics.json", "report.html"]
-
-
 # Commands
 
 
@@ -232,7 +214,9 @@ def test_every_name_of_other_results_replaced_by_a_link(flown, tmp_path, victim,
             shutil.copytree(folder / manifest, out)
             (out / "zz").symlink_to(victim)
             with_names = json.loads((out / manifest).read_text())
-            (out / manifest).write_bytes(sealed({**with_names, "files": [*with_names["files"], "zz/thesis.txt"]}))
+            listed = [*with_names["files"], "zz/thesis.txt", "../victim/thesis.txt", str(victim / "thesis.txt"), "sub", 5, ""]
+            (out / "sub").mkdir(exist_ok=True)
+            (out / manifest).write_bytes(sealed({**with_names, "files": listed}))
             shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
             (out / name).rename(target)
             (out / name).symlink_to(target)

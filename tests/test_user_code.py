@@ -225,23 +225,17 @@ def test_an_installed_module_is_found_and_has_a_digest(tmp_path):
     [
         (("9.81 +", "1 / 0 +"), "law.py:17: ZeroDivisionError: division by zero; the line: up = 1 / 0 + gains.k"),
         (("-0.5 * measured.rates", "0.0"), "law.py:Hover: law: the Command: should keep the shape it has at the start"),
-        (("), memory", ")"), "law.py:Hover: law: should return a Command and the memory; it returns Command"),
-        (("), memory", "), (1.0,)"), "law.py:Hover: law: the memory: should keep the shape it has at the start"),
         (("import K", "import Q"), "law.py:7: ImportError: cannot import name 'Q'"),
         (("Gains = Gains", "Gains = nothing"), "law.py:14: NameError: name 'nothing' is not defined"),
         (("class Hover(", "class Hover(("), "SyntaxError"),
         (("measures = Measured", "measures = Gains"), "provides a Gains; this one provides a Measured"),
         (("    def law", "    def other"), "has no method `law`"),
-        ((", (K,", ""), ""),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_file_is_one_line(folder, change, said):
     text = (folder / "law.py").read_text()
     (folder / "law.py").write_text(text.replace(*change))
     run = quadstep("fly", folder / "mission.toml", "--out", folder / "out", "--engine", "python")
-    if text.replace(*change) == text:
-        assert run.code == 0, run.err
-        return
     assert run.refused, run
     assert said in run.err
     assert not (folder / "out").exists()
@@ -256,16 +250,6 @@ def test_missions_run_only_what_they_name_and_not_where_that_is_refused(folder, 
     monkeypatch.setattr(user_code, "refused", "here")
     with pytest.raises(UserError, match="is not run: here"):
         load(Place("law.py", "K"), folder)
-
-
-def test_the_traceback_is_for_who_asks(folder):
-    text = (folder / "law.py").read_text()
-    (folder / "law.py").write_text(text.replace("9.81", "1 / 0"))
-    command = [sys.executable, "-m", "quadstep", "fly", "mission.toml", "--traceback"]
-    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert run.returncode != 0
-    assert "Traceback (most recent call last)" in run.stderr
-    assert "ZeroDivisionError" in run.stderr
 
 
 def test_a_function_is_a_controller(folder):

@@ -27,7 +27,6 @@ from quadstep.vehicle.allocation import allocate, columns
 from quadstep.vehicle.paper import Rotors, mix
 from quadstep.vehicle.rigid_body import AirframeState
 from quadstep.vehicle.rotor import electrical_power, terminal_voltage
-from tests.needs import package
 
 ROOT = Path(__file__).parent.parent
 ZERO = vector(0.0, 0.0, 0.0)
@@ -202,24 +201,6 @@ def test_the_papers_vehicle_is_that_of_the_lagrange_plant_seen_in_right_handed_a
             Rotors(arm, moment, 0.0, 1.0), Vector(1.0 if i == place else 0.0 for i in range(4))
         )
         assert list(column) == pytest.approx([thrust, -tau_phi, -tau_theta, -tau_psi])
-
-
-def test_the_hummingbird_is_rotorpys_but_for_what_its_sources_say():
-    params = package("rotorpy.vehicles.hummingbird_params").quad_params
-    vehicle = VEHICLES["hummingbird"]
-    rotor, drag = vehicle.rotor, vehicle.drag
-    ours = (rotor.thrust_coefficient, rotor.torque_coefficient, rotor.rise_time, rotor.fall_time, rotor.slowest, rotor.radius)
-    theirs = ("k_eta", "k_m", "tau_m", "tau_m", "rotor_speed_min", "rotor_radius")
-    assert ours == tuple(params[key] for key in theirs)
-    assert vehicle.inertia == tuple(params[key] for key in ("Ixx", "Iyy", "Izz"))
-    assert drag.parasitic == tuple(params[key] for key in ("c_Dx", "c_Dy", "c_Dz"))
-    assert drag.rotor == tuple(params[key] for key in ("k_d", "k_d", "k_z"))
-    assert (drag.flapping, drag.translational_lift) == (params["k_flap"], params["k_h"])
-    for mount, place, turn in zip(
-        vehicle.geometry().mounts, params["rotor_pos"].values(), params["rotor_directions"], strict=True
-    ):
-        assert mount.position == pytest.approx(tuple(place), abs=1e-9)
-        assert mount.spin == -turn
 
 
 def document():

@@ -1,6 +1,5 @@
 """`quadstep verify`: every equation has a row, every row its evidence, and the page of errata is made from them."""
 
-import builtins
 import importlib
 import json
 import sys
@@ -173,17 +172,11 @@ def test_bad_input_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_path, ar
 
 
 def test_without_sympy_one_line_says_how_to_install_it(monkeypatch, capsys):
-    real = builtins.__import__
-
-    def without(name, *rest, **options):
-        if name.partition(".")[0] in ("sympy", "mpmath"):
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-        return real(name, *rest, **options)
-
     for name in [name for name in sys.modules if name.startswith("quadstep.proofs.verify")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.delattr("quadstep.proofs.verify", raising=False)
-    monkeypatch.setattr(builtins, "__import__", without)
+    for name in ("sympy", "mpmath"):
+        monkeypatch.setitem(sys.modules, name, None)
     assert run(monkeypatch, "verify") == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert line.startswith("quadstep: error: `quadstep verify` needs ")
