@@ -309,6 +309,7 @@ def test_the_walk_says_what_its_guesses_fly(paper_text, tmp_path):
             {"flight": stress, "values": {"nets": [0.0]}},
             {"flight": stress, "values": {"disturbance": [1.5]}},
             {"flight": stress, "values": {"disturbance": [2.0]}},
+            {"flight": "stress-3s-x1-nets", "controller": 1},
         ],
         "own.html": [
             {"flight": own[0]["id"]},
@@ -319,9 +320,12 @@ def test_the_walk_says_what_its_guesses_fly(paper_text, tmp_path):
     }
     flown = [one for name in asked for one in fly_page(tmp_path / name, *asked[name])]
     assert [place for place, one in enumerate(flown) if one["code"] > 0] == [1, 5]
-    slow, _, nets, none, more, _, wind, gale, weak, half = flown
+    slow, _, nets, none, more, _, repaired, wind, gale, weak, half = flown
     assert tilt(slow) == pytest.approx(26.4, abs=0.5)
     assert [1e3 * rmse(one) for one in (nets, none, more)] == pytest.approx([9.0, 93.0, 19.7], abs=0.5)
+    late = column(repaired, "t") > 6.0
+    assert rmse(repaired) == pytest.approx(0.21, abs=0.01)
+    assert np.degrees(np.abs(column(repaired, "theta")[late]).max()) == pytest.approx(20.0, abs=3.0)  # it goes on shaking
     assert [largest(one) for one in (wind, gale, weak, half)] == pytest.approx([0.32, 0.655, 0.107, 0.744], abs=0.002)
 
 

@@ -79,6 +79,33 @@ def test_plots_share_cursor_zoom_and_hover(open_page):
     page.wait_for_selector("#whole", state="visible")
 
 
+def test_two_fingers_zoom_about_the_times_that_they_hold(open_page):
+    page = open_page(width=390, height=800)
+    stage = page.locator("#plot-position .stage")
+    stage.scroll_into_view_if_needed()
+    box, touches = stage.bounding_box(), page.context.new_cdp_session(page)
+    left, width, y = box["x"] + 48, box["width"] - 58, box["y"] + box["height"] / 2
+
+    def touch(kind, *shares):
+        points = [{"x": left + share * width, "y": y, "id": i} for i, share in enumerate(shares)]
+        touches.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", 0.4)
+    held = page.evaluate("quadstep.time()")
+    assert held == pytest.approx(16, abs=0.6)
+    touch("touchStart", 0.4, 0.6)
+    for share in (0.3, 0.2):
+        touch("touchMove", share, 1 - share)
+    touch("touchEnd")
+    assert page.locator("#whole").is_visible() and page.evaluate("quadstep.time()") == held
+    touch("touchStart", 0.2)
+    touch("touchEnd")
+    assert page.evaluate("quadstep.time()") == pytest.approx(held, abs=0.6)  # what the finger held is where it left it
+    touch("touchStart", 0.8)
+    touch("touchEnd")
+    assert page.evaluate("quadstep.time()") == pytest.approx(24, abs=0.6)
+
+
 def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
     page = open_page()
 

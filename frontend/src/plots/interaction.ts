@@ -1,4 +1,4 @@
-// Hands on a plot: hover reads, click moves the time cursor, drag and wheel zoom, double click shows all again.
+// Hands on a plot: hover reads, click moves the time cursor, drag, wheel and two fingers zoom, double click shows all again.
 
 import type { Clock } from "../view/clock";
 import { timeAt } from "./figure";
@@ -11,6 +11,7 @@ const STEP = 0.7; // of the range, for one step of zoom
 export function listen(plot: Plot, window: TimeWindow, clock: Clock, hover: (t: number | undefined) => void): void {
   const { stage } = plot;
   let from: { x: number; t: number } | undefined;
+  const fingers = new Map<number, { x: number; readonly t: number }>(); // where they are, and the time that each holds
 
   const place = (event: MouseEvent): { x: number; t: number } | undefined => {
     const { frame } = plot;
@@ -24,11 +25,17 @@ export function listen(plot: Plot, window: TimeWindow, clock: Clock, hover: (t: 
     if (event.button !== 0) return;
     from = place(event);
     if (event.pointerType === "mouse") stage.setPointerCapture(event.pointerId);
-    else if (from) clock.seek(from.t);
+    else if (from) {
+      if (!fingers.size) clock.seek(from.t);
+      fingers.set(event.pointerId, from);
+    }
   });
   stage.addEventListener("pointermove", (event) => {
     const here = place(event);
     if (!here) return;
+    const finger = fingers.get(event.pointerId);
+    if (finger) finger.x = here.x;
+    if (fingers.size > 1) return pinch(plot, window, [...fingers.values()]);
     hover(here.t);
     if (!from) return;
     if (event.pointerType === "mouse") plot.setBrush(Math.abs(here.x - from.x) > CLICK ? { from: from.t, to: here.t } : undefined);
@@ -40,13 +47,14 @@ export function listen(plot: Plot, window: TimeWindow, clock: Clock, hover: (t: 
       if (Math.abs(here.x - from.x) > CLICK) window.zoom(from.t, here.t);
       else clock.seek(here.t);
     }
+    end(event);
+  });
+  const end = (event: PointerEvent): void => {
+    fingers.delete(event.pointerId);
     from = undefined;
     plot.setBrush(undefined);
-  });
-  stage.addEventListener("pointercancel", () => {
-    from = undefined;
-    plot.setBrush(undefined);
-  });
+  };
+  stage.addEventListener("pointercancel", end);
   stage.addEventListener("pointerleave", () => hover(undefined));
   stage.addEventListener("dblclick", () => reset(plot, window));
   stage.addEventListener(
@@ -69,6 +77,15 @@ export function listen(plot: Plot, window: TimeWindow, clock: Clock, hover: (t: 
     else return;
     event.preventDefault();
   });
+}
+
+/** Show the stretch in which the first and the last finger still hold their times. */
+function pinch({ frame }: Plot, window: TimeWindow, fingers: readonly { x: number; t: number }[]): void {
+  const [one, other] = [fingers[0]!, fingers.at(-1)!];
+  const rate = (other.t - one.t) / (other.x - one.x); // s/px
+  if (!frame || !(rate > 0 && Number.isFinite(rate))) return;
+  const least = one.t - (one.x - frame.box.left) * rate;
+  window.zoom(least, least + frame.box.width * rate);
 }
 
 function reset(plot: Plot, window: TimeWindow): void {

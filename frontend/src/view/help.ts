@@ -1,4 +1,4 @@
-// The keys, in a dialog.
+// Keys, mouse and fingers, in a dialog.
 
 import { byId, h } from "./dom";
 
@@ -17,6 +17,7 @@ const HANDS: readonly (readonly [string, string])[] = [
   ["Logs", "drop a CSV, a ULog or an MCAP file (JSON messages, uncompressed) anywhere to see it together with the flight"],
   ["Plots", "hover reads values, click moves the cursor, drag zooms, double click shows all; wheel zooms with Ctrl or after a click; ↑ ↓ move a plot, ✕ hides it, log changes its axis"],
   ["Scene", "drag turns, wheel zooms, right drag pans"],
+  ["Touch", "in the scene one finger turns, two zoom and pan; on a plot one moves the cursor, two zoom, a double tap shows all"],
   ["Sliders", "the flight follows while you drag, if need be only its beginning, and is flown whole when you let go; any number can be typed next to a slider"],
 ];
 
@@ -29,7 +30,7 @@ export function help(): () => void {
   };
   const close = h("button", { type: "button", class: "plain" }, "Close");
   close.addEventListener("click", () => dialog.close());
-  dialog.append(h("h2", {}, "Keyboard and mouse"), list(KEYS), list(HANDS), close);
+  dialog.append(h("h2", { tabindex: -1, autofocus: true }, "Keyboard, mouse and touch"), list(KEYS), list(HANDS), close);
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   return () => (dialog.open ? dialog.close() : dialog.showModal());
 }
