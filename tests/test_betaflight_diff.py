@@ -97,6 +97,14 @@ def test_what_is_no_number_is_none():
     assert math.isnan(found["acc_calibration"])
 
 
+@pytest.mark.parametrize("comment", ["motors / props 5.1.2", "motors / props 5.1", "quad / battery 4.2.1 of May"])
+def test_a_comment_of_ones_own_is_no_firmware(comment):
+    assert BetaflightDiff.read(f"# {comment}\nset p_roll = 60\n").values == {"p_roll": 60.0}
+    assert BetaflightDiff.read(f"# {comment}\n{DIFF}".replace("{profile}", "0")).values["p_roll"] == 60.0
+    with pytest.raises(UserError, match=r"is from INAV 7\.1"):
+        BetaflightDiff.read(f"# {comment}\n# INAV/MATEKF405 7.1.2 Jun  5 2024\nset mc_p_pitch = 44\n")
+
+
 WRONG = {
     "another version": (DIFF.replace("4.5.1", "4.3.2"), "is from Betaflight 4.3; only Betaflight 4.5 is supported"),
     "INAV": ("# INAV/MATEKF405 7.1.2 Jun 2024\nset mc_p_pitch = 44\n", "is from INAV 7.1; only Betaflight 4.5 is supported"),

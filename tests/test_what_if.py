@@ -118,6 +118,14 @@ def test_a_question_without_sense_is_refused_in_one_line(tmp_path, change):
     assert not (tmp_path / "out" / "metrics.json").exists()
 
 
+@pytest.mark.parametrize("text", ["nonsense", "1\t1\tMC_ROLLRATE_Q\t0.2\t9\n"])
+def test_a_refused_file_is_named_once(tmp_path, text, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.params").write_text(text)
+    with pytest.raises(UserError, match=r"^mine.params: (?!.*mine.params)(?!.*controller)"):
+        answer(Question("mine.params", {"MC_ROLLRATE_P": 0.2}, "x500"), tmp_path / "out")
+
+
 def test_two_files_differ_by_what_changes_between_them(tmp_path):
     defaults = {"pid_rate.roll_kp": 250.0, "posCtlPid.xKp": 2.0, "pid_attitude.yawMaxDelta": 0.0}
     names = []

@@ -126,15 +126,14 @@ def axis_excitation(path: Path, topics: Topics, loop: RateLoop, place: int) -> E
         rest = fed - (by * big_r - k * big_y)[judged]
         return float((np.abs(rest) ** 2).sum() / max(float((np.abs(fed) ** 2).sum()), 1e-300))
 
-    later: Complex = f * np.exp(-period * s)
-    if loop.form == "px4" and left(later) < left(f):  # stamped alike, but made after the command: as in PX4's simulators
-        f = later
+    later = [f * np.exp(-period * s)] if loop.form == "px4" else []  # stamped alike, but used after: in PX4's simulators
+    f, rest = min(((by, left(by)) for by in (f, *later)), key=lambda one: one[1])
     answer = around * loop.unfiltered(topics.parameters, s) * big_y / s
     given = big_r + answer
     excitation = np.fft.irfft(np.concatenate([[0.0], f * given + added]), len(time))
     told = np.concatenate([[False], amplitudes(given) > OWN * amplitudes(answer)])
     return Excitation(
-        excitation, command, period, 1.0 - left(f), told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate
+        excitation, command, period, 1.0 - rest, told, steps / 12.0**0.5, bool(levelled[first]), float(time[0]), rate
     )
 
 

@@ -39,11 +39,11 @@ def as_it_is(part: object) -> str:
     parts, found = [part], []
     for one in parts:
         parts += inner(one)
-        found += [one] if is_own(type(one).__module__, LIVE) else []
+        found += [one] if is_own(type(one).__module__) else []
     bases = {base for one in {type(one) for one in parts} for base in one.__mro__ if base.__module__.startswith("quadstep.")}
     for holder in (*bases, *(sys.modules[name] for name in {base.__module__ for base in bases})):
-        found += [one for one in vars(holder).values() if type(one) is FunctionType and is_own(one.__module__, LIVE)]
-    return " ".join(sorted({captured_digest(one, LIVE) for one in found}))
+        found += [one for one in vars(holder).values() if type(one) is FunctionType and is_own(one.__module__)]
+    return " ".join(sorted({captured_digest(one) for one in found}))
 
 
 def described(part: object) -> str:
@@ -96,23 +96,19 @@ def home(module: str) -> str:
     return module.partition(".")[0][: len(PREFIX) + DIGITS]
 
 
-LIVE = "*"
-"""Instead of the `home` of one thing of the user's: all of the user's, by its code in memory."""
-
-
-def is_own(module: str, own: str) -> bool:
-    """Whether a module is one of these."""
-    if own != LIVE:
+def is_own(module: str, own: str | None = None) -> bool:
+    """Whether a module is one of these, or without these one of the user's."""
+    if own is not None:
         return home(module) == own
     return not module.startswith("quadstep.") and (module.startswith(PREFIX) or is_users(module))
 
 
-def captured_digest(thing: object, own: str) -> str:
+def captured_digest(thing: object, own: str | None = None) -> str:
     """A digest of the constants in a thing of the user's, and in all that it refers to: they tell closures of one code apart.
 
     These are what functions find where they were defined (values in closures, defaults, names of their module) and the
     attributes of classes and objects: numbers, text, arrays, and tuples, lists and dicts of them. Of other people's objects
-    only the type counts. own: the `home` of what is the user's, or `LIVE`.
+    only the type counts. own: the `home` of what is the user's; None: all of the user's, by its code in memory.
     """
     told: list[str] = []
     waiting = [thing]
@@ -132,7 +128,7 @@ def captured_digest(thing: object, own: str) -> str:
     return hashlib.sha256("".join(told).encode(errors="backslashreplace")).hexdigest()
 
 
-def contents(one: object, own: str) -> Iterator[object]:
+def contents(one: object, own: str | None) -> Iterator[object]:
     """What a thing consists of or refers to."""
     users = is_own(getattr(one, "__module__", "") or "", own)
     if isinstance(one, tuple | list):
@@ -148,7 +144,7 @@ def contents(one: object, own: str) -> Iterator[object]:
     elif is_dataclass(one):
         yield from (type(one), *(getattr(one, field.name, None) for field in fields(one)))
     elif isinstance(one, ModuleType):
-        yield from members(one) if own == LIVE and is_own(one.__name__, own) else ()
+        yield from members(one) if own is None and is_own(one.__name__, own) else ()
     elif users:
         yield from (type(one), object.__getstate__(one))
     else:
@@ -177,11 +173,11 @@ def cells(function: FunctionType) -> Iterator[object]:
             yield cell.cell_contents
 
 
-def names(function: FunctionType, own: str) -> Iterator[object]:
+def names(function: FunctionType, own: str | None) -> Iterator[object]:
     """What a function finds in its module; its code too, where that is in no file, or may no longer be that of its file."""
     codes, given = [function.__code__], function.__globals__
     for code in codes:
         codes += [one for one in code.co_consts if isinstance(one, CodeType)]
         yield from (given[name] for name in code.co_names if name in given and not name.startswith("__"))
-        if own == LIVE or "__file__" not in given:
+        if own is None or "__file__" not in given:
             yield from (code.co_code, *(one for one in code.co_consts if not isinstance(one, CodeType)))

@@ -249,7 +249,8 @@ class BetaflightDiff:
     """The text of `diff` or `diff all` of Betaflight 4.5. Feature AIRMODE counts as a setting `airmode`."""
 
     suffixes = (".txt",)
-    ABOUT = re.compile(r"^#\s*(\w+)\s*/.*?\s(\d+\.\d+)\.\d+", re.MULTILINE)
+    ABOUT = re.compile(r"^#\s*(Betaflight|\w+(?=.* [A-Z][a-z]{2} +\d))\s*/.*?\s(\d+\.\d+)\.\d+", re.MULTILINE)
+    """What firmware it is from: any that says when it was built, which other comments do not."""
     SET = re.compile(r"set (\w+) = (.*)")
     PROFILE = re.compile(r"(rateprofile|profile) (\d)")
     OTHER = re.compile(r"(batch (start|end)|[a-z]\w*( .*)?|Entering CLI Mode, .*)")

@@ -206,7 +206,10 @@ def answer(
     """Answer a question, and write the folder `out`. paged: with a page. Raises UserError."""
     law, here = law_of(asked), Path.cwd()
     content = question(asked, law, here)
-    mission = check_mission(content, asked.file, here)
+    try:
+        mission = check_mission(content, asked.file, here)
+    except UserError as error:  # the file stands before all that is said of it, not in it again
+        raise UserError(str(error).replace(f"controller.parameters: {here / asked.file}: ", "")) from None
     now = {name: float(str(attrgetter(name)(mission.controller))) for name in asked.changes}
     same = tuple(f"{name} is already {value:g}" for name, value in now.items() if equal(asked.changes[name], value))
     if len(same) == len(now):

@@ -94,7 +94,7 @@ def unpacked(told: Order) -> Campaign:
     """The campaign to fly. Raises UserError where flights would differ from those on the requesting machine."""
     here = f"--engine ray: node {platform.node()}"
     refuse_others(here, told.needs)
-    campaign: Campaign = pickle.loads(told.campaign)
+    campaign: Campaign = pickle.loads(told.campaign).digested()
     if campaign.fingerprint != told.fingerprint:
         raise UserError(f"{here}: files named by the mission are missing or differ: share {campaign.folder} between nodes")
     return campaign

@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
@@ -162,7 +163,8 @@ class Campaign(NamedTuple):
 
     file: as checked. text: of the campaign file. content: of the mission, as the user wrote it; defaults: the same with every
     default. source, folder: of the mission, for errors and for the files it names. metrics: of its flights, with units.
-    singly: the keys because of which flights are set up one by one, as planning them shows, and how long one took [s].
+    singly: the keys because of which flights are set up one by one, as planning them shows, and how long one took [s]. named:
+    digests of the user's files that it names, by name, as they were read.
     """
 
     file: CampaignFile
@@ -173,6 +175,7 @@ class Campaign(NamedTuple):
     folder: Path
     metrics: tuple[str, ...]
     singly: dict[str, float]
+    named: Mapping[str, str] = {}
 
     @property
     def thresholds(self) -> dict[str, str]:
@@ -249,10 +252,9 @@ class Campaign(NamedTuple):
         """What the campaign itself says that affects a flight."""
         return self.file.model_dump(exclude={"name", "flights", "failure", "mission", "rare"})
 
-    @property
-    def named(self) -> dict[str, str]:
-        """Digests of the user's files that it names, by name."""
-        return digests([self.decides, self.content], self.folder)
+    def digested(self) -> "Campaign":
+        """With the files as they are now."""
+        return self._replace(named=digests([self.decides, self.content], self.folder))
 
 
 def digests(content: object, folder: Path, depth: int = 0) -> dict[str, str]:
@@ -310,7 +312,7 @@ def campaign_of(
     Raises UserError for a mission that could not be flown by itself, and for an unknown metric.
     """
     flown = check_mission(mission, source, folder)
-    campaign = Campaign(file, text, mission, flown.model_dump(), source, folder, flown.scores, {})
+    campaign = Campaign(file, text, mission, flown.model_dump(), source, folder, flown.scores, {}).digested()
     for name in file.failure:
         if name not in campaign.thresholds:
             raise UserError(f"{about or source}: failure.{name}: unknown key; allowed here: {', '.join(campaign.thresholds)}")

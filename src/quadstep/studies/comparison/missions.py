@@ -12,7 +12,7 @@ from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.report.publish import publishing
-from quadstep.studies.campaign.schema import CampaignFile, campaign_of, digests
+from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.comparison.cells import Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem
 from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, concluded, fly, reported
@@ -39,11 +39,12 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             found_cells.append(cell_of(name, path, seeds))
         except UserError as error:
             run.report_problem(Problem(("", name), str(error)))
-    for one in found_cells[1:]:
+    times = [counted(one.mission) for one in found_cells]
+    for one, time in zip(found_cells[1:], times[1:], strict=False):
         pair = " and ".join(str(places[cell.controller]) for cell in (found_cells[0], one))
         if one.campaign.defaults.get("path") != found_cells[0].campaign.defaults.get("path"):
             raise UserError(f"{pair} fly different paths, so their errors do not say which is better; give both one path")
-        if counted(one.mission) != counted(found_cells[0].mission):
+        if time != times[0]:
             raise UserError(
                 f"{pair} count their errors over different times, so these do not say which is better; give both one "
                 "simulation.duration and one score_from"
@@ -51,8 +52,8 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
     identity = digest_of([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
     with publishing(folder, identity, run.how.overwrite, code=code_digest()) as out:
         for one in found_cells:
-            named, beside = digests(one.campaign.content, one.campaign.folder), places[one.controller].parent
-            run.kept.note({str(beside / name): digest for name, digest in named.items()})
+            beside = places[one.controller].parent
+            run.kept.note({str(beside / name): digest for name, digest in one.campaign.named.items()})
         flights, flown = fly(run, found_cells, seeds)
         about = Comparison(
             name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
