@@ -104,7 +104,7 @@ class Shell(StrEnum):
     FISH = "fish"
 
 
-def completion(shell: Annotated[Shell, typer.Argument(help="Which shell: bash, zsh or fish.", show_default=False)]) -> None:
+def completion(shell: Annotated[Shell, typer.Argument(help="Which shell: bash, zsh or fish.")]) -> None:
     """Print a script that completes commands and options in a shell (docs/installing.md)."""
     from typer._completion_shared import get_completion_script
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 def campaign(
-    file: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file.", show_default=False)],
-    flights: Annotated[int | None, typer.Option(help="Number of flights, instead of the file's.", show_default=False)] = None,
+    file: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file.")],
+    flights: Annotated[int | None, typer.Option(help="Number of flights, instead of the file's.")] = None,
     engine: Annotated[Engine, engine_option(CAMPAIGNS)] = Engine.LANES,
     resume: Annotated[bool, typer.Option("--resume", help="Resume the campaign in the folder.")] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<campaign's name>.")] = None,
@@ -31,16 +31,12 @@ def campaign(
     until: Annotated[
         str | None,
         typer.Option(
-            metavar="P",
-            help="Fly until the failure rate is shown to be below P, or above it; --flights: at most this many.",
-            show_default=False,
+            metavar="P", help="Fly until the failure rate is shown to be below P, or above it; --flights: at most this many."
         ),
     ] = None,
     require: Annotated[
         str | None,
-        typer.Option(
-            metavar="SHARE", help="Success rate that the lower end of its exact 95 % interval must reach.", show_default=False
-        ),
+        typer.Option(metavar="SHARE", help="Success rate that the lower end of its exact 95 % interval must reach."),
     ] = None,
     *,
     delivery: Delivery,
@@ -87,22 +83,15 @@ def campaign(
 
 def envelope(
     file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="MISSION.toml", help="Mission file, or a campaign file that varies more keys.", show_default=False
-        ),
+        Path, typer.Argument(metavar="MISSION.toml", help="Mission file, or a campaign file that varies more keys.")
     ],
     x: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Horizontal axis: n values from a to b; or KEY=v1,v2,...")],
     y: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Vertical axis, in the same form.")],
-    by: Annotated[str | None, typer.Option(metavar="KEY=v1,v2", help="One panel per value.", show_default=False)] = None,
-    flights: Annotated[
-        int | None, typer.Option(help="Flights per cell; default: 1, or 20 if flights differ.", show_default=False)
-    ] = None,
+    by: Annotated[str | None, typer.Option(metavar="KEY=v1,v2", help="One panel per value.")] = None,
+    flights: Annotated[int | None, typer.Option(help="Flights per cell; default: 1, or 20 if flights differ.")] = None,
     failure: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="METRIC=MOST", help="Limit above which a flight counts as failed; may be repeated.", show_default=False
-        ),
+        typer.Option(metavar="METRIC=MOST", help="Limit above which a flight counts as failed; may be repeated."),
     ] = None,
     engine: Annotated[Engine, engine_option(CAMPAIGNS)] = Engine.LANES,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-envelope.")] = None,
@@ -129,10 +118,8 @@ def envelope(
 
 
 def tune(
-    mission: Annotated[
-        Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].", show_default=False)
-    ],
-    budget: Annotated[int, typer.Option(help="Maximum number of flights in total.", show_default=False)],
+    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].")],
+    budget: Annotated[int, typer.Option(help="Maximum number of flights in total.")],
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search and of the differences between flights.")] = 1,
     overwrite: OverwriteOption = False,

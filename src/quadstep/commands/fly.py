@@ -19,41 +19,31 @@ from quadstep.report.screen import complain, say, say_whole, show_table
 
 
 def fly(
-    mission: Annotated[
-        Path,
-        typer.Argument(metavar="MISSION.toml", help="Mission file (TOML); `quadstep new` writes one.", show_default=False),
-    ],
+    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML); `quadstep new` writes one.")],
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>.")] = None,
     engine: EngineOption = Engine.LANES,
     overwrite: OverwriteOption = False,
-    flight: Annotated[
-        int | None, typer.Option(help="With a campaign file: number of the flight to fly.", show_default=False)
-    ] = None,
+    flight: Annotated[int | None, typer.Option(help="With a campaign file: number of the flight to fly.")] = None,
     results: Annotated[
-        Path | None,
-        typer.Option(help="With --flight: the campaign's results; default: out/<campaign's name>.", show_default=False),
+        Path | None, typer.Option(help="With --flight: the campaign's results; default: out/<campaign's name>.")
     ] = None,
     require: Annotated[
         list[str] | None,
         typer.Option(
             metavar="METRIC=MOST",
             help="Upper limit for a metric of metrics.json, such as position_rmse=0.05; may be repeated.",
-            show_default=False,
         ),
     ] = None,
     autopilot: Annotated[
         str | None,
         typer.Option(
-            help="Let an autopilot fly it, in lockstep through its simulator interface: px4, ardupilot or betaflight.",
-            show_default=False,
+            help="Let an autopilot fly it, in lockstep through its simulator interface: px4, ardupilot or betaflight."
         ),
     ] = None,
     connect: Annotated[
         str | None,
         typer.Option(
-            metavar="HOST:PORT",
-            help="With --autopilot: where to listen; 127.0.0.1:4560 (px4), :9002 (ardupilot, betaflight).",
-            show_default=False,
+            metavar="HOST:PORT", help="With --autopilot: where to listen; 127.0.0.1:4560 (px4), :9002 (ardupilot, betaflight)."
         ),
     ] = None,
     connect_timeout: Annotated[
@@ -69,7 +59,6 @@ def fly(
             metavar="ADDRESS",
             help="With --pilot: the autopilot's MAVLink address in pymavlink's form, or Betaflight's MSP address; default: "
             "udpin:127.0.0.1:14540 (px4), tcp:127.0.0.1:5760 (ardupilot), tcp:127.0.0.1:5761 (betaflight).",
-            show_default=False,
         ),
     ] = None,
     *,

@@ -18,10 +18,9 @@ if TYPE_CHECKING:
     from quadstep.identify.logs.flight import FlightRecord
     from quadstep.mission.airframe import AirframeSection
 
-LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG", help="Logs of flights.", show_default=False)]
+LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG", help="Logs of flights.")]
 MappingOption = Annotated[
-    str | None,
-    typer.Option(help="Meaning of a CSV's columns: nanobench, crazypad, idsia, or a mapping file (TOML).", show_default=False),
+    str | None, typer.Option(help="Meaning of a CSV's columns: nanobench, crazypad, idsia, or a mapping file (TOML).")
 ]
 
 
@@ -52,13 +51,9 @@ def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]"
 
 def identify(
     logs: LogsArgument,
-    vehicle: Annotated[
-        str, typer.Option(help="Vehicle to start from: a preset's name, or a file (TOML).", show_default=False)
-    ],
+    vehicle: Annotated[str, typer.Option(help="Vehicle to start from: a preset's name, or a file (TOML).")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="Where to write the vehicle.")] = Path("vehicle.toml"),
-    mass: Annotated[
-        float | None, typer.Option(metavar="KG", help="Mass, if it differs from that of --vehicle.", show_default=False)
-    ] = None,
+    mass: Annotated[float | None, typer.Option(metavar="KG", help="Mass, if it differs from that of --vehicle.")] = None,
     mapping: MappingOption = None,
     trust: Annotated[
         bool,
@@ -129,27 +124,19 @@ def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust:
 
 def replay(
     logs: LogsArgument,
-    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).", show_default=False)],
+    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).")],
     mapping: MappingOption = None,
     controller: Annotated[
-        str | None,
-        typer.Option(
-            help="Fly the logged setpoints with this controller: a type, or a TOML file with its keys.", show_default=False
-        ),
+        str | None, typer.Option(help="Fly the logged setpoints with this controller: a type, or a TOML file with its keys.")
     ] = None,
     estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
     commands_only: Annotated[bool, typer.Option("--commands-only", help="Ignore setpoints.")] = False,
     residual: Annotated[bool, typer.Option("--residual", help="Also predict with the vehicle's learned residual.")] = False,
     starts: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help='Rows to predict from: {"flight": [row, ...]} (JSON).', show_default=False),
+        Path | None, typer.Option(metavar="FILE", help='Rows to predict from: {"flight": [row, ...]} (JSON).')
     ] = None,
-    predictions: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where to write these predictions (JSON).", show_default=False)
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write a report, its figures and tables.", show_default=False)
-    ] = None,
+    predictions: Annotated[Path | None, typer.Option(metavar="FILE", help="Where to write these predictions (JSON).")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a report, its figures and tables.")] = None,
     overwrite: OverwriteOption = False,
     *,
     drawing: FigureOptions,

@@ -18,15 +18,13 @@ INSTANTS, MOST = 20, 10_000
 
 
 def linear(
-    file: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="A mission, or a campaign.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="A mission, or a campaign.")],
     controllers: Annotated[
-        str | None,
-        typer.Option(metavar="NAMES", help="Linearise with each of these laws (comma-separated), or all.", show_default=False),
+        str | None, typer.Option(metavar="NAMES", help="Linearise with each of these laws (comma-separated), or all.")
     ] = None,
     along: Annotated[bool, typer.Option("--along", help="Linearise at instants along the flight instead of at rest.")] = False,
     samples: Annotated[
-        int | None,
-        typer.Option(help="Instants of --along (20), or draws of a campaign (all, at most 100).", show_default=False),
+        int | None, typer.Option(help="Instants of --along (20), or draws of a campaign (all, at most 100).")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<file's name>-linear.")] = None,
     overwrite: OverwriteOption = False,
@@ -82,14 +80,9 @@ PRECISIONS = ("f32", "f64")
 
 
 def export(
-    mission: Annotated[
-        Path,
-        typer.Argument(metavar="MISSION.toml", help="Mission file (TOML) whose controller is exported.", show_default=False),
-    ],
+    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML) whose controller is exported.")],
     target: Annotated[str, typer.Option(help="c99, crazyflie, px4 or ardupilot.")] = "c99",
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the files; default: out/<mission's name>-<target>.", show_default=False)
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the files; default: out/<mission's name>-<target>.")] = None,
     precision: Annotated[str, typer.Option(help="Numbers of the C code: f32 or f64.")] = "f32",
     measure: Annotated[
         bool,

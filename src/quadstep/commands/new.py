@@ -12,16 +12,14 @@ from quadstep.report.screen import command, complain, say, say_whole, show_table
 
 
 def new(
-    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="File to write.", show_default=False)],
+    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="File to write.")],
     vehicle: Annotated[
         str | None,
-        typer.Option(
-            help="A preset listed by `quadstep vehicles`, planar, or your own FILE.py:NAME; default: x500.", show_default=False
-        ),
+        typer.Option(help="A preset listed by `quadstep vehicles`, planar, or your own FILE.py:NAME; default: x500."),
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Use the paper's plant and controller instead of a vehicle.")] = False,
     controller: Annotated[
-        str | None, typer.Option(help="Default: rotation-backstepping, or the paper's with --paper.", show_default=False)
+        str | None, typer.Option(help="Default: rotation-backstepping, or the paper's with --paper.")
     ] = None,
 ) -> None:
     """Write a commented mission file to start from."""
@@ -34,11 +32,9 @@ def new(
 
 
 def check(
-    lesson: Annotated[str, typer.Argument(help="A lesson (4), or one exercise (4.5).", show_default=False)],
-    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Your mission (TOML).", show_default=False)],
-    course: Annotated[
-        Path | None, typer.Option(help="A file of exercises instead of the package's (docs/lessons).", show_default=False)
-    ] = None,
+    lesson: Annotated[str, typer.Argument(help="A lesson (4), or one exercise (4.5).")],
+    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Your mission (TOML).")],
+    course: Annotated[Path | None, typer.Option(help="A file of exercises instead of the package's (docs/lessons).")] = None,
     hint: Annotated[bool, typer.Option("--hint", help="Give a hint for each unsolved exercise.")] = False,
     *,
     delivery: Delivery,
@@ -78,9 +74,7 @@ def check(
 
 
 def fit(
-    datasheet: Annotated[
-        Path, typer.Argument(metavar="DATASHEET", help="Data sheet (TOML); docs/logs.md.", show_default=False)
-    ],
+    datasheet: Annotated[Path, typer.Argument(metavar="DATASHEET", help="Data sheet (TOML); docs/logs.md.")],
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where to write the vehicle; default: <name>_vehicle.toml.")
     ] = None,
@@ -137,7 +131,7 @@ making.command()(expanded(fit))
 
 def vehicles(
     vehicle: Annotated[
-        str | None, typer.Argument(help="A preset's name, your own vehicle file (TOML), or FILE.py:NAME.", show_default=False)
+        str | None, typer.Argument(help="A preset's name, your own vehicle file (TOML), or FILE.py:NAME.")
     ] = None,
 ) -> None:
     """List the preset vehicles, or every parameter of one, with unit and source."""

@@ -57,9 +57,7 @@ def millimetres(text: str) -> float:
 
 WidthOption = Annotated[
     float | None,
-    typer.Option(
-        "--width", metavar="MM", parser=millimetres, help="Figure width: 88 for one column, 180 for two.", show_default=False
-    ),
+    typer.Option("--width", metavar="MM", parser=millimetres, help="Figure width: 88 for one column, 180 for two."),
 ]
 StyleOption = Annotated[
     str, typer.Option("--style", help="screen; paper: serif, no titles; or a Matplotlib style file (.mplstyle).")
@@ -70,13 +68,10 @@ SignalsOption = Annotated[
         "--signals",
         metavar="NAMES",
         help="Draw only these: figures or panels, such as position or z,z_d-z,u; a wrong name lists them.",
-        show_default=False,
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else; for machines.")]
-JunitOption = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.", show_default=False)
-]
+JunitOption = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.")]
 OpenOption = Annotated[bool, typer.Option("--open", help="Open it in the browser.")]
 
 

@@ -17,22 +17,14 @@ if TYPE_CHECKING:
 
 
 def prove(
-    mission: Annotated[
-        Path | None, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML).", show_default=False)
-    ] = None,
+    mission: Annotated[Path | None, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML).")] = None,
     force: Annotated[
         float | None,
-        typer.Option(
-            help="Bound of the unknown force on each axis [N]; default: 2.3e-4 on the paper's plant, else 0.",
-            show_default=False,
-        ),
+        typer.Option(help="Bound of the unknown force on each axis [N]; default: 2.3e-4 on the paper's plant, else 0."),
     ] = None,
     torque: Annotated[
         float | None,
-        typer.Option(
-            help="Bound of the unknown torque on each axis [N m]; default: 2.3e-4 on the paper's plant, else 0.",
-            show_default=False,
-        ),
+        typer.Option(help="Bound of the unknown torque on each axis [N m]; default: 2.3e-4 on the paper's plant, else 0."),
     ] = None,
     mass: Annotated[float, typer.Option(help="Relative uncertainty of the mass; 0.01 is 1 %.")] = 0.0,
     inertia: Annotated[float, typer.Option(help="Relative uncertainty of each moment of inertia.")] = 0.0,
@@ -43,18 +35,14 @@ def prove(
     ] = 0.0,
     start_rates: Annotated[float, typer.Option(help="Uncertainty of the angular rates at the start [rad/s].")] = 0.0,
     out: Annotated[
-        Path | None,
-        typer.Option(help="Certificate, beside its report; default: out/<mission's name>-proof.json.", show_default=False),
+        Path | None, typer.Option(help="Certificate, beside its report; default: out/<mission's name>-proof.json.")
     ] = None,
-    check: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Check this certificate instead, independently.", show_default=False)
-    ] = None,
+    check: Annotated[Path | None, typer.Option(metavar="FILE", help="Check this certificate instead, independently.")] = None,
     controller: Annotated[
         list[str] | None,
         typer.Option(
             metavar="FILE",
             help="With --check: your own code, named by the mission, that may run; may be repeated. No other code runs.",
-            show_default=False,
         ),
     ] = None,
 ) -> None:
@@ -95,10 +83,7 @@ def prove(
 
 
 def certify(
-    mission: Annotated[
-        Path,
-        typer.Argument(metavar="MISSION.toml", help="Mission file (TOML) with the paper's controller.", show_default=False),
-    ],
+    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML) with the paper's controller.")],
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-certificate.")
     ] = None,
@@ -124,7 +109,7 @@ def certify(
 
 
 def verify(
-    only: Annotated[str | None, typer.Option(help="One row, by number (1 to 75) or name (T_eta).", show_default=False)] = None,
+    only: Annotated[str | None, typer.Option(help="One row, by number (1 to 75) or name (T_eta).")] = None,
     every: Annotated[bool, typer.Option("--all", help="Print every row, not only those that fail.")] = False,
     as_json: JsonOption = False,
 ) -> None:

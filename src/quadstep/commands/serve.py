@@ -24,16 +24,13 @@ def page(
     missions: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="MISSION.toml",
-            help="Mission files, or one campaign file; default: the paper's cases and stress flights.",
-            show_default=False,
+            metavar="MISSION.toml", help="Mission files, or one campaign file; default: the paper's cases and stress flights."
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="HTML file; default: out/page.html, or out/<mission>.html for one.")] = None,
     show: OpenOption = False,
     story: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.md", help="A guided walk of your own, in Markdown (docs/story.md).", show_default=False),
+        Path | None, typer.Option(metavar="FILE.md", help="A guided walk of your own, in Markdown (docs/story.md).")
     ] = None,
     engine: EngineOption = Engine.LANES,
 ) -> None:
@@ -115,10 +112,7 @@ def serve(
     of: Annotated[
         Path | None,
         typer.Option(
-            "--class",
-            metavar="FILE",
-            help="Fly the controllers that students submit, and rank them (docs/class.md).",
-            show_default=False,
+            "--class", metavar="FILE", help="Fly the controllers that students submit, and rank them (docs/class.md)."
         ),
     ] = None,
 ) -> None:
@@ -171,10 +165,7 @@ ENDED = (
 
 def serve_setpoints(
     mission: Annotated[
-        Path,
-        typer.Argument(
-            metavar="MISSION.toml", help="Mission file (TOML) for a real vehicle; its path is sent.", show_default=False
-        ),
+        Path, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML) for a real vehicle; its path is sent.")
     ],
     connect: Annotated[
         str, typer.Option(metavar="ADDRESS", help="Vehicle address, in pymavlink's form, such as udpin:127.0.0.1:14540.")

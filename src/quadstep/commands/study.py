@@ -46,12 +46,9 @@ RetuneOption = Annotated[bool, typer.Option("--retune", help="Also tune controll
 
 
 def compare(
-    files: Annotated[
-        list[Path], typer.Argument(metavar="STUDY.toml", help="A study; or two or more missions.", show_default=False)
-    ],
+    files: Annotated[list[Path], typer.Argument(metavar="STUDY.toml", help="A study; or two or more missions.")],
     seeds: Annotated[
-        int | None,
-        typer.Option(help="Flights per cell, instead of the study's (or, with missions, of 100).", show_default=False),
+        int | None, typer.Option(help="Flights per cell, instead of the study's (or, with missions, of 100).")
     ] = None,
     engine: JobEngineOption = Engine.LANES,
     retune: RetuneOption = False,
@@ -180,7 +177,7 @@ def region(
 
 def controllers(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/controllers"),
-    seeds: Annotated[int | None, typer.Option(help="Flights per cell, instead of the study's.", show_default=False)] = None,
+    seeds: Annotated[int | None, typer.Option(help="Flights per cell, instead of the study's.")] = None,
     engine: JobEngineOption = Engine.LANES,
     retune: RetuneOption = False,
     keep_going: KeepGoingOption = False,

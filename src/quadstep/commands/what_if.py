@@ -12,22 +12,14 @@ from quadstep.report.pool import start_server
 
 
 def advise(
-    log: Annotated[
-        Path,
-        typer.Argument(metavar="LOG", help="A log of a flight with an excitation, or with quick turns.", show_default=False),
-    ],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log of a flight with an excitation, or with quick turns.")],
     mission: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="MISSION.toml", help="A mission whose modelled margins are shown for comparison.", show_default=False
-        ),
+        Path | None, typer.Option(metavar="MISSION.toml", help="A mission whose modelled margins are shown for comparison.")
     ] = None,
     columns: Annotated[
         str | None,
         typer.Option(
-            metavar="X,Y",
-            help="Columns of the excitation and of the command that contains it; for logs of other autopilots.",
-            show_default=False,
+            metavar="X,Y", help="Columns of the excitation and of the command that contains it; for logs of other autopilots."
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<log's name>-advise.")] = None,
@@ -62,23 +54,18 @@ MOST = 1_000_000
 ParametersArgument = Annotated[
     str,
     typer.Argument(
-        metavar="FILE",
-        help="Parameter file saved from the autopilot, or a stock law such as px4-cascade for its defaults.",
-        show_default=False,
+        metavar="FILE", help="Parameter file saved from the autopilot, or a stock law such as px4-cascade for its defaults."
     ),
 ]
 ChangesArgument = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="NAME=VALUE", help="The change, such as MC_ROLLRATE_P=0.2; or a second parameter file.", show_default=False
-    ),
+    list[str], typer.Argument(metavar="NAME=VALUE", help="The change, such as MC_ROLLRATE_P=0.2; or a second parameter file.")
 ]
 
 
 def what_if(
     parameters: ParametersArgument,
     changes: ChangesArgument,
-    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).", show_default=False)],
+    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).")],
     wind: Annotated[float, typer.Option(metavar="M/S", help="Largest mean wind from each side; gust strength.")] = 3.0,
     within: Annotated[float, typer.Option(metavar="M", help="A flight that drifts farther has failed.")] = 1.0,
     flights: Annotated[int, typer.Option(help="Flights in gusts, before and after.")] = 1000,
