@@ -51,6 +51,16 @@ class InterruptedRun(Exception):  # noqa: N818 (it is no error)
     """Ctrl-C in a run whose results so far are kept; the message says where and how to go on."""
 
 
+@contextlib.contextmanager
+def errors_in(source: object, about: str = "") -> Iterator[None]:
+    """A UserError of this block says first, and once, where it is, and then what it is about if that is given."""
+    try:
+        yield
+    except UserError as error:
+        said = str(error).removeprefix(f"{source}: ")
+        raise UserError(f"{source}: {about and f'{about}: '}{said}") from None
+
+
 def unknown_name(what: str, value: object, names: Iterable[str], other: str = "") -> str:
     """What is said of a name that is none of these: which are, what else is allowed, and which one was probably meant.
 

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
+from pydantic import Field, SerializeAsAny, WrapValidator
 
 from quadstep.io.doors import WINDS
 from quadstep.mission.fields import Duration, NonNegative, Positive, Quantity, Section, Triple
@@ -42,11 +42,9 @@ class TurbulenceSection(Section):
     ] = 6.096
     airspeed: Annotated[Positive | None, Quantity("m/s", "speed at which the gusts pass; default: the mean wind")] = None
 
-    @model_validator(mode="after")
-    def _one_strength(self) -> "TurbulenceSection":
+    def model_post_init(self, context: object) -> None:
         if (self.wind_20 is None) == (self.intensity is None):
             raise ValueError(f"give either wind_20 [m/s] or intensity ({', '.join(INTENSITIES)})")
-        return self
 
     @property
     def strength(self) -> float:
@@ -63,11 +61,9 @@ class WindSection(Section):
     gust: GustSection | None = None
     turbulence: TurbulenceSection | None = None
 
-    @model_validator(mode="after")
-    def _complete(self) -> "WindSection":
+    def model_post_init(self, context: object) -> None:
         if any(self.swing) and not self.swing_frequency:
             raise ValueError("swing needs a swing_frequency [rad/s] above 0")
-        return self
 
     def warnings(self) -> list[str]:
         """What is to be said against this air."""

@@ -125,8 +125,7 @@ class AirframeSection(Section):
         folder = (info.context or {}).get("folder", Path())
         return completed(table, folder) if isinstance(table, dict) else table
 
-    @model_validator(mode="after")
-    def _can_fly(self) -> "AirframeSection":
+    def model_post_init(self, context: object) -> None:
         self._check_inertia()
         self._check_places()
         self._check_authority()
@@ -136,7 +135,6 @@ class AirframeSection(Section):
             raise ValueError("effects.ground = true needs the height `ground` of the ground")
         if self.legs is not None and self.ground is None:
             raise ValueError("legs need the height `ground` of the ground on which they stand")
-        return self
 
     def _check_inertia(self) -> None:
         for value in self.inertia:

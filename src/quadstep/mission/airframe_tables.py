@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from quadstep.mission.fields import (
     Coefficient,
@@ -31,12 +31,10 @@ class MountSection(Section):
     axis: Annotated[Triple, Quantity("", "unit vector of its thrust")] = (0.0, 0.0, 1.0)
     spin: Annotated[Literal["ccw", "cw"], Quantity("", "direction of spin, seen from above")]
 
-    @model_validator(mode="after")
-    def _unit(self) -> "MountSection":
+    def model_post_init(self, context: object) -> None:
         length = Vector(self.axis).norm()
         if abs(length - 1.0) > 1e-3:
             raise ValueError(f"axis must have length 1, not {length:g}")
-        return self
 
     def build(self) -> Mount:
         """The mount as structure; its axis made exactly one long."""
@@ -56,11 +54,9 @@ class RotorSection(Section):
     fastest: Annotated[Positive, Quantity("rad/s", "largest speed")]
     radius: Annotated[Positive, Quantity("m", "radius, from axis to blade tip")]
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "RotorSection":
+    def model_post_init(self, context: object) -> None:
         if self.fastest <= self.slowest:
             raise ValueError(f"fastest = {self.fastest:g} rad/s must be above slowest = {self.slowest:g} rad/s")
-        return self
 
     def build(self) -> RotorParameters:
         thrust, torque = self.thrust_coefficient, self.torque_coefficient
@@ -77,13 +73,11 @@ class DragSection(Section):
         0.0
     )
 
-    @model_validator(mode="after")
-    def _round(self) -> "DragSection":
+    def model_post_init(self, context: object) -> None:
         if self.rotor[0] != self.rotor[1]:
             raise ValueError(
                 f"rotor: the first two entries, both in the disc, must be equal, not {self.rotor[0]:g} and {self.rotor[1]:g}"
             )
-        return self
 
 
 class BatterySection(Section):
@@ -95,13 +89,11 @@ class BatterySection(Section):
     resistance: Annotated[NonNegative, Quantity("ohm", "resistance of cells and wires")]
     efficiency: Annotated[Share, Quantity("", "efficiency of motors and speed controllers")]
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "BatterySection":
+    def model_post_init(self, context: object) -> None:
         if self.empty >= self.full:
             raise ValueError(f"empty = {self.empty:g} V must be below full = {self.full:g} V")
         if self.efficiency == 0.0:
             raise ValueError("efficiency must be greater than 0")
-        return self
 
 
 class EffectsSection(Section):
@@ -181,8 +173,7 @@ class ResidualSection(Section):
     ]
     offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "offsets of the outputs")]
 
-    @model_validator(mode="after")
-    def _shapes(self) -> "ResidualSection":
+    def model_post_init(self, context: object) -> None:
         hidden = len(self.biases)
         for name, rows, count, width in (
             ("inputs", self.inputs, hidden, INPUTS),
@@ -191,7 +182,6 @@ class ResidualSection(Section):
         ):
             if len(rows) != count or any(len(row) != width for row in rows):
                 raise ValueError(f"{name}: should have {count} rows of {width} numbers, as biases has {hidden}")
-        return self
 
     def build(self) -> Residual:
         return Residual(matrix(*self.inputs), Vector(self.biases), matrix(*self.outputs), Vector(self.offsets))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io.errors import UserError
@@ -29,14 +29,12 @@ class ClockSection(Section):
         dict[str, Positive], Quantity("s", "periods of a controller's further loops, by name; default: as declared")
     ] = Field(default={}, max_length=16)
 
-    @model_validator(mode="after")
-    def _whole(self) -> "ClockSection":
+    def model_post_init(self, context: object) -> None:
         for key in type(self).model_fields:
             if key.endswith("_period"):
                 whole_multiple(key, getattr(self, key), self.step)
         for name, period in self.loop_periods.items():
             whole_multiple(f"loop_periods.{name}", period, self.step)
-        return self
 
     def check_loops(self, loops: Sequence[str]) -> None:
         """Refuses a period of a loop that the controller does not have. Raises ValueError."""

@@ -12,7 +12,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.plant import Model
 from quadstep.io.doors import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.doors import registered
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.io.places import place
 from quadstep.io.user_code import load
 from quadstep.metrics.registry import Metrics, flight_metrics
@@ -174,10 +174,8 @@ def declared_kind(kind: str, folder: Path) -> type[Mission]:
     """The mission of the plant that [vehicle] names by its `type`. Raises UserError."""
     if kind in PLANTS:
         return mission_of(PLANTS[kind], kind)
-    try:
+    with errors_in("vehicle.type"):
         plant = own_class(kind, DeclaredPlant, PLANTS_OF_OTHERS, folder)
-    except UserError as error:
-        raise UserError(f"vehicle.type: {error}") from error
     if plant is None:
         raise UserError(f"vehicle.type: {unknown_type(kind, PLANTS, PLANTS_OF_OTHERS)}")
     try:

@@ -24,7 +24,7 @@ from quadstep.interfaces.gain import Gain, Undecided, cached_by_class
 from quadstep.interfaces.learning import NEURONS, SEED, DeclaredNet, Learning
 from quadstep.interfaces.plant import Model
 from quadstep.io.documents import read_json
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.mission.clock import PERIODS, STEP
 from quadstep.mission.data_files import KEY, CompletedTable, check_order, completed, out_of_range_note
 from quadstep.mission.fields import (
@@ -66,10 +66,8 @@ class NetsSection(Section):
 
     def saved_weights(self, path: Path) -> tuple[Matrix, Matrix]:
         """W_hat_1 and W_hat_2 as saved by an earlier flight. Raises UserError."""
-        try:
+        with errors_in("controller.nets.weights"):
             saved = read_weights(path)
-        except UserError as error:
-            raise UserError(f"controller.nets.weights: {error}") from None
         if (saved.neurons, saved.seed) != (self.neurons, self.seed):
             raise UserError(
                 f"{path}: saved with neurons = {saved.neurons}, seed = {saved.seed}; "

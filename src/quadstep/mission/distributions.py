@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple, dotted
 from quadstep.numbers import Number, exp, log, maximum, minimum, total
@@ -31,10 +31,8 @@ class Uniform(Section):
     low: Annotated[Finite, Quantity("", "lower bound, in the key's unit")]
     high: Annotated[Finite, Quantity("", "upper bound")]
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "Uniform":
+    def model_post_init(self, context: object) -> None:
         ordered(self.low, self.high)
-        return self
 
     def quantile(self, u: Number) -> Number:
         """The quantile function: the value below which a draw lies with probability u."""
@@ -56,13 +54,11 @@ class Normal(Section):
     low: Annotated[Finite | None, Quantity("", "truncated below this value")] = None
     high: Annotated[Finite | None, Quantity("", "truncated above this value")] = None
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "Normal":
+    def model_post_init(self, context: object) -> None:
         ordered(self.low, self.high)
         below, above = self.shares
         if above - below < 1e-9:
             raise ValueError("almost no value lies between low and high: they are too far from the mean")
-        return self
 
     @property
     def shares(self) -> tuple[float, float]:
@@ -91,11 +87,9 @@ class LogNormal(Section):
     low: Annotated[Positive | None, Quantity("", "truncated below this value")] = None
     high: Annotated[Positive | None, Quantity("", "truncated above this value")] = None
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "LogNormal":
+    def model_post_init(self, context: object) -> None:
         ordered(self.low, self.high)
         _ = self.logarithm
-        return self
 
     @property
     def logarithm(self) -> Normal:
@@ -122,14 +116,12 @@ class Choice(Section):
         Quantity("", "relative probabilities; default: equal"),
     ] = None
 
-    @model_validator(mode="after")
-    def _weighed(self) -> "Choice":
+    def model_post_init(self, context: object) -> None:
         if self.weights is not None:
             if len(self.weights) != len(self.values):
                 raise ValueError(f"{len(self.weights)} weights for {len(self.values)} values; there must be one for each")
             if not 0.0 < total(self.weights) < math.inf:
                 raise ValueError("weights: their sum must be above 0")
-        return self
 
     @property
     def options(self) -> tuple[object, ...]:
@@ -154,8 +146,7 @@ class Grid(Section):
     high: Annotated[Finite | None, Quantity("", "last value")] = None
     count: Annotated[Annotated[int, Field(ge=1, le=MOST_OPTIONS)] | None, Quantity("", "number of values")] = None
 
-    @model_validator(mode="after")
-    def _complete(self) -> "Grid":
+    def model_post_init(self, context: object) -> None:
         ranged = (self.low is not None, self.high is not None, self.count is not None)
         if (self.values is None) == (not any(ranged)) or (self.values is None and not all(ranged)):
             raise ValueError("give either values, or low, high and count")
@@ -163,7 +154,6 @@ class Grid(Section):
             raise ValueError("values: give at least one")
         if self.count and self.count > 1:
             ordered(self.low, self.high)
-        return self
 
     @property
     def options(self) -> tuple[object, ...]:
@@ -206,8 +196,7 @@ class CorrelatedKeys(Section):
         Quantity("", "with `deviations`: matrix with one row for each key, 1 on the diagonal"),
     ] = None
 
-    @model_validator(mode="after")
-    def _fitting(self) -> "CorrelatedKeys":
+    def model_post_init(self, context: object) -> None:
         count = len(self.keys)
         if len(set(self.keys)) < count:
             raise ValueError("keys: name each only once")
@@ -224,7 +213,6 @@ class CorrelatedKeys(Section):
         if self.correlation and any(row[i] != 1.0 for i, row in enumerate(self.correlation)):
             raise ValueError("correlation: must be 1 on the diagonal")
         _ = self.factor
-        return self
 
     @property
     def factor(self) -> tuple[tuple[float, ...], ...]:

@@ -5,7 +5,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.interfaces.log import FlightLog
@@ -47,11 +47,9 @@ class RotorsSection(Section):
         Quantity("N", "smallest and largest thrust of one rotor; default: no limits"),
     ] = None
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "RotorsSection":
+    def model_post_init(self, context: object) -> None:
         if self.limits and self.limits[0] >= self.limits[1]:
             raise ValueError(f"limits must be [smallest, largest] thrust of one rotor, not {list(self.limits)}")
-        return self
 
 
 class VehicleSection(Section):
@@ -66,8 +64,7 @@ class VehicleSection(Section):
     ] = "standard"
     rotors: RotorsSection = RotorsSection()
 
-    @model_validator(mode="after")
-    def _rigid(self) -> "VehicleSection":
+    def model_post_init(self, context: object) -> None:
         for axis in range(3):
             others = total(self.inertia) - self.inertia[axis]
             if self.inertia[axis] > others * (1.0 + 1e-12):
@@ -75,7 +72,6 @@ class VehicleSection(Section):
                     f"inertia breaks the triangle inequality: {self.inertia[axis]:g} is more than the sum of the other two, "
                     f"{others:g}; no rigid body has it"
                 )
-        return self
 
     def warnings(self) -> list[str]:
         """Limits with which no controller could hover."""
@@ -143,11 +139,9 @@ class StartSection(Section):
     attitude: Annotated[Angles | None, Quantity("rad", "psi, theta, phi; default: the path's yaw, level")] = None
     rates: Annotated[Triple, Quantity("rad/s", "rates of psi, theta, phi")] = (0.0, 0.0, 0.0)
 
-    @model_validator(mode="after")
-    def _upright(self) -> "StartSection":
+    def model_post_init(self, context: object) -> None:
         if self.attitude and abs(self.attitude[1]) >= math.pi / 2.0:
             raise ValueError(f"attitude: theta must be inside (-pi/2, pi/2) rad, not {self.attitude[1]:g}")
-        return self
 
     def state(self, reference: Reference) -> State:
         return State(

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, cast
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from quadstep.control.geometric import Geometric
 from quadstep.interfaces.controller import Measured
@@ -44,11 +44,9 @@ class LastingSection(Section):
     time: Annotated[NonNegative, Quantity("s", "start of the event")]
     until: Annotated[Positive | None, Quantity("s", "end of the event; default: never")] = None
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "LastingSection":
+    def model_post_init(self, context: object) -> None:
         if self.until is not None and self.until <= self.time:
             raise ValueError(f"until = {self.until:g} s must be after time = {self.time:g} s")
-        return self
 
     @property
     def end(self) -> float:

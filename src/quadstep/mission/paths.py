@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple, cast
 
 import numpy as np
-from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator
 
 from quadstep.interfaces.plant import PathLaw, Reference
 from quadstep.io.doors import PATHS
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.mission.check import sections, types
 from quadstep.mission.data_files import ANGLE_UNITS, read_recording
 from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Triple, as_tuple
@@ -56,15 +56,13 @@ class WaypointsPath(Section):
     type: Literal["waypoints"]
     waypoints: Annotated[tuple[Waypoint, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=200)]
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "WaypointsPath":
+    def model_post_init(self, context: object) -> None:
         times = [waypoint.t for waypoint in self.waypoints]
         if times[0] != 0.0:
             raise ValueError(f"the first waypoint must be at t = 0, not {times[0]:g}")
         for before, after in pairwise(times):
             if after - before < 1e-3:
                 raise ValueError(f"times of waypoints must increase by at least 1 ms: {before:g} is followed by {after:g}")
-        return self
 
     def build(self, folder: Path) -> BuiltPath:
         times = np.array([waypoint.t for waypoint in self.waypoints])
@@ -132,11 +130,9 @@ class StepPath(Section):
     duration: Annotated[Duration, Quantity("s", "duration of the whole path")] = 10.0
     yaw: Annotated[Finite, Quantity("rad", "constant yaw")] = 0.0
 
-    @model_validator(mode="after")
-    def _within(self) -> "StepPath":
+    def model_post_init(self, context: object) -> None:
         if self.time >= self.duration:
             raise ValueError(f"time = {self.time:g} s must be before duration = {self.duration:g} s")
-        return self
 
     def build(self, folder: Path) -> BuiltPath:
         return BuiltPath(Step(), self.as_numbers(StepParameters), self.duration)
@@ -162,12 +158,10 @@ class RecordedPath(Section):
     smoothing: Annotated[float, Field(ge=0.01, le=10.0), Quantity("s", "motion faster than this is treated as noise")] = 0.15
 
     def build(self, folder: Path) -> BuiltPath:
-        try:
+        with errors_in("path.file"):
             times, points = read_recording(
                 folder / self.file, self.columns.model_dump(), ANGLE_UNITS[self.psi_unit], LEAST_SPAN * self.smoothing
             )
-        except UserError as error:
-            raise UserError(f"path.file: {error}") from None
         try:
             path = near_recording(times, points, self.smoothing)
         except ValueError:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from quadstep.control.registry import names
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import LONGEST_VALUE, UserError, cut, shorten
+from quadstep.io.errors import LONGEST_VALUE, UserError, cut, errors_in, shorten
 from quadstep.mission.check import check, sections, unknown
 from quadstep.mission.presets import is_airframe
 
@@ -110,10 +110,8 @@ def plan_mission(mission: "Mission", path: Path, folder: Path | None = None) -> 
 
     Raises UserError naming the file.
     """
-    try:
+    with errors_in(path):
         return mission.plan(path.parent if folder is None else folder)
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
 
 
 def check_mission(content: object, source: str, folder: Path = Path(), kind: "type[Mission] | None" = None) -> "Mission":
@@ -125,10 +123,8 @@ def check_mission(content: object, source: str, folder: Path = Path(), kind: "ty
     tables = content if isinstance(content, dict) else {}
     if tables and source.endswith(".toml"):
         content = tables = named_after(Path(source)) | tables
-    try:
+    with errors_in(source):
         kind = kind or kind_of(tables.get("vehicle"), folder)
-    except UserError as error:
-        raise UserError(f"{source}: {error}") from None
     controller, clock = tables.get("controller", {}), tables.get("simulation", {})
     usual = kind.usual_clock(controller.get("type"), clock, folder) if isinstance(controller, dict) else clock
     if usual is not clock:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
-from pydantic import PlainSerializer, SerializeAsAny, WrapValidator, model_validator
+from pydantic import PlainSerializer, SerializeAsAny, WrapValidator
 
 from quadstep.control.predictor import NEEDS, predicting
 from quadstep.interfaces.controller import Controller
@@ -91,11 +91,9 @@ class SensorsSection(Section):
     estimator: Annotated[AnyEstimator, Quantity("", "fuse the sensors in an error-state Kalman filter")] = False
     predictor: Annotated[bool, Quantity("", "propagate late fixes to the present with gyro and accelerometer")] = False
 
-    @model_validator(mode="after")
-    def _whole(self) -> "SensorsSection":
+    def model_post_init(self, context: object) -> None:
         if self.imu_period and self.fix_period:
             multiple(self.fix_period, self.imu_period, "fix_period", "imu_period")
-        return self
 
     @property
     def noisy(self) -> bool:

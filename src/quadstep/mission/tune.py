@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import MARGINS, UNITS, is_margin
@@ -25,12 +25,10 @@ class Range(Section):
     high: Annotated[Finite, Quantity("", "upper bound")]
     scale: Annotated[Literal["log", "linear"], Quantity("", "scale of the search")] = "log"
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "Range":
+    def model_post_init(self, context: object) -> None:
         ordered(self.low, self.high)
         if self.scale == "log" and self.low <= 0.0:
             raise ValueError(f'low = {self.low:g}: a logarithmic scale needs low above 0; or set scale = "linear"')
-        return self
 
     def value(self, place: float) -> float:
         """What is at this place, 0 at low and 1 at high."""
@@ -51,11 +49,9 @@ class Constraint(Section):
     least: Annotated[NonNegative | None, Quantity("", "or: lower limit of a margin; 0: it need not be kept")] = None
     share: Annotated[float, Field(gt=0.0, le=1.0), Quantity("", "share of the flights in which it must be met")] = 1.0
 
-    @model_validator(mode="after")
-    def _one_limit(self) -> "Constraint":
+    def model_post_init(self, context: object) -> None:
         if (self.most is None) == (self.least is None):
             raise ValueError("give either most or least")
-        return self
 
     def keeps(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
         return values <= self.most if self.most is not None else values >= (self.least or 0.0)

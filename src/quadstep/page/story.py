@@ -4,9 +4,9 @@ import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Literal, NamedTuple
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from quadstep.io import files
 from quadstep.io.documents import parse_toml
@@ -69,14 +69,12 @@ class Guess(Section):
     answer: str
     show: dict[str, Values] = Field(default_factory=dict)
 
-    @model_validator(mode="after")
-    def answered(self) -> Self:
+    def model_post_init(self, context: object) -> None:
         """The answer is one of unlike choices. Raises ValueError."""
         if len(set(self.choices)) < len(self.choices):
             raise ValueError("choices: should all be different")
         if self.answer not in self.choices:
             raise ValueError(f"answer: {self.answer!r:.60} is not one of {', '.join(self.choices)}")
-        return self
 
 
 class Settings(Section):

@@ -19,7 +19,7 @@ from quadstep.identify.response import UNSURE
 from quadstep.identify.setpoint_response import faster
 from quadstep.identify.symptoms import symptoms
 from quadstep.io import __version__, files
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.io.parameter_files import FORMATS, Format
 from quadstep.io.run_record import FIGURES
 from quadstep.linear.analysis import analyse_rest
@@ -108,10 +108,8 @@ class ModelledLoop(NamedTuple):
 def modelled_loop(path: Path, flight: Excited) -> ModelledLoop:
     """The loop that a mission models. Raises UserError where it has none, or no such command."""
     mission = read_mission(path)
-    try:
+    with errors_in(path):
         found = analyse_rest(mission).analysis
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
     names = [one.name for one in found.channels]
     if not found.stable or flight.axis not in names:
         what = f"has no command {flight.axis}" if found.stable else "its loop at rest is unstable, so it has no margins"

@@ -9,13 +9,13 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from quadstep.engines.scored import names_without_units
 from quadstep.io import files, places
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import all_installed
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.metrics.registry import LARGEST, RMSE
 from quadstep.mission.check import check
 from quadstep.mission.distributions import CorrelatedKeys, Distribution, Grid, by_key
@@ -118,8 +118,7 @@ class CampaignFile(Section):
     ] = Field(default_factory=dict)
     rare: Annotated[RareSection, Quantity("", "settings of `--rare`")] = RareSection()
 
-    @model_validator(mode="after")
-    def _known(self) -> "CampaignFile":
+    def model_post_init(self, context: object) -> None:
         keys = self.keys
         try:
             _ = [key_parts(key) for key in keys]
@@ -136,14 +135,9 @@ class CampaignFile(Section):
             longer = [other for other in keys if other.startswith(f"{key}.")]
             if longer:
                 raise ValueError(f"vary: {longer[0]} is inside {key}, which varies as a whole")
-        return self
-
-    @model_validator(mode="after")
-    def _flown(self) -> "CampaignFile":
-        for key in self.keys:
+        for key in keys:
             if key.partition(".")[0] in NOT_FLOWN:
                 raise ValueError(f"vary: {key}: {NOT_FLOWN[key.partition('.')[0]]}")
-        return self
 
     @property
     def combinations(self) -> int:
@@ -295,10 +289,8 @@ def read_campaign(path: Path) -> Campaign:
     file = check(CampaignFile, content, str(path))
     if isinstance(file.mission, str):
         source = path.parent / file.mission
-        try:
+        with errors_in(path, "mission"):
             mission, folder = read_toml(source), source.parent
-        except UserError as error:
-            raise UserError(f"{path}: mission: {error}") from None
     else:
         source, mission, folder = path, file.mission, path.parent
     return campaign_of(file, files.read_text(path, files.TOML), mission, str(source), folder, str(path))

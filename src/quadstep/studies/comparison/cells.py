@@ -13,7 +13,7 @@ from quadstep.io import files
 from quadstep.io.documents import parse_toml, read_toml
 from quadstep.io.doors import METRICS, OWN, named, own_place
 from quadstep.io.doors import PLANTS as PLANTS_OF_OTHERS
-from quadstep.io.errors import UserError, unknown_name
+from quadstep.io.errors import UserError, errors_in, unknown_name
 from quadstep.io.places import place
 from quadstep.io.user_code import in_one_line
 from quadstep.metrics.registry import EFFORTS
@@ -121,10 +121,8 @@ class ComparisonStudy(NamedTuple):
 
     def reported(self) -> list[str]:
         """The metrics that are reported, by their names in results. Raises UserError."""
-        try:
+        with errors_in(self.source, "metrics"):
             return [own_metric(one, self.folder).name if is_own(one) else one for one in self.file.metrics]
-        except UserError as error:
-            raise UserError(f"{self.source}: metrics: {error}") from error
 
     def nominal(self, vehicle: str, controller: Content) -> Mission:
         """The mission of a vehicle as its makers know it, on its first path in no scenario."""
@@ -157,22 +155,14 @@ class ComparisonStudy(NamedTuple):
     def cell(self, situation: Situation, name: str, controller: Content, repeat: int = 0) -> StudyCell:
         """A controller in a situation. Raises UserError naming both."""
         mission = self.content(situation, controller)
-        try:
-            campaign = campaign_with(self, mission, self.draws(situation.scenario))
-        except UserError as error:
-            said = str(error).removeprefix(f"{self.source}: ")
-            raise UserError(f"{self.source}: {name} cannot fly {situation.label}: {said}") from None
-        return StudyCell(situation, name, campaign, repeat)
+        with errors_in(self.source, f"{name} cannot fly {situation.label}"):
+            return StudyCell(situation, name, campaign_with(self, mission, self.draws(situation.scenario)), repeat)
 
     def check_cell(self, cell: StudyCell) -> None:
         """Refuses a cell whose first flight cannot be built. Raises UserError."""
         first = {name: one.at(0) for name, one in draw(cell.campaign.file, np.array([FIRST])).items()}
-        try:
-            with in_one_line():
-                planner(cell.campaign).plan(first)
-        except UserError as error:
-            said = str(error).removeprefix(f"{self.source}: ")
-            raise UserError(f"{self.source}: {cell.controller} cannot fly {cell.situation.label}: {said}") from None
+        with errors_in(self.source, f"{cell.controller} cannot fly {cell.situation.label}"), in_one_line():
+            planner(cell.campaign).plan(first)
 
 
 def campaign_with(study: ComparisonStudy, mission: Content, draws: Content) -> Campaign:
@@ -243,11 +233,9 @@ def study_of(text: str, source: str, folder: Path) -> ComparisonStudy:
 def check_vehicles(study: ComparisonStudy) -> None:
     """Refuses vehicles that are not there, or of which nothing is known. Raises UserError."""
     for vehicle in study.file.vehicles:
-        try:
+        with errors_in(study.source, "vehicles"):
             table = study.vehicle(vehicle)
             kind_of(table, study.folder)
-        except UserError as error:
-            raise UserError(f"{study.source}: vehicles: {error}") from error
         if "file" in table and not (study.folder / vehicle).exists():
             names = named((*preset_names(), *PLANTS), PLANTS_OF_OTHERS)
             told = unknown_name("vehicle", vehicle, names, f"the file of one, or {OWN}")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from quadstep.interfaces.controller import BodyRates, Command, Controller, RotorSpeeds, RotorThrusts
 from quadstep.io.documents import parse_json, read_json
-from quadstep.io.errors import MissingExtraError, UserError
+from quadstep.io.errors import MissingExtraError, UserError, errors_in
 from quadstep.io.parts import Parts
 from quadstep.io.user_code import in_one_line
 from quadstep.metrics.statistics import Estimate
@@ -166,15 +166,14 @@ def gains_file(study: ComparisonStudy) -> dict[str, list[Content]]:
     if name is None:
         return {}
     path = study.folder / name
-    try:
+    with errors_in(study.source, "tuning.gains"):
         content = read_json(path)
+    try:
         entries: dict[str, list[Content]] = {}
         for one in content["gains"]:
             entries.setdefault(str(one["controller"]), []).append(one)
     except (KeyError, TypeError):
         raise UserError(f"{path}: is not a file of gains written by `quadstep compare`") from None
-    except UserError as error:
-        raise UserError(f"{study.source}: tuning.gains: {error}") from None
     return entries
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.controller import Controller
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.grade import grade_of_refusal, graded, of_analysis
 from quadstep.linear.worst import ROW_HEADER, cells
@@ -97,13 +97,10 @@ def raised(study: ComparisonStudy, vehicle: str, name: str, controller: str, tab
         vehicle, controller, name, entry, study.content(situation, table), study.draws(entry.scenario), study.source,
         study.folder, study.file.seed, study.file.precision,
     )  # fmt: skip
-    try:
+    with errors_in(study.source, f"margins.{name}: {controller} on {vehicle}"):
         _, campaign = campaigns(found)
         for end in (entry.low, entry.high if entry.step is None else values_of(entry)[-1]):
             planner(campaign).plan(dict.fromkeys(entry.keys, end))
-    except UserError as error:
-        said = str(error).removeprefix(f"{study.source}: ")
-        raise UserError(f"{study.source}: margins.{name}: {controller} on {vehicle}: {said}") from None
     return found
 
 

@@ -5,7 +5,7 @@ measured.
 from collections.abc import Collection, Mapping
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from quadstep.io.errors import unknown_name
 from quadstep.mission.distributions import Together, Varied, ordered
@@ -61,11 +61,9 @@ class PathEntry(Limited):
 
     mission: Annotated[Keys, Quantity("", "mission keys, including path")]
 
-    @model_validator(mode="after")
-    def _with_a_path(self) -> "PathEntry":
+    def model_post_init(self, context: object) -> None:
         if "path" not in self.mission:
             raise ValueError("mission.path: missing; it is needed")
-        return self
 
 
 class ScenarioEntry(Limited):
@@ -92,13 +90,11 @@ class ControllerEntry(Limited):
         Quantity("", "ranges of tuned gains, {} for the declared one; default: all gains that declare a range"),
     ] = None
 
-    @model_validator(mode="after")
-    def _one_of_both(self) -> "ControllerEntry":
+    def model_post_init(self, context: object) -> None:
         if not isinstance(self.controller.get("type"), str):
             raise ValueError("controller.type: missing; it is needed")  # noqa: TRY004 (pydantic takes it for an answer)
         if self.frozen is not None and self.ranges is not None:
             raise ValueError("frozen and ranges are both given; gains are either frozen or tuned")
-        return self
 
 
 class PathAndScenario(Section):
@@ -153,12 +149,10 @@ class MarginEntry(Limited):
     flights: Annotated[int, Field(ge=20, le=10_000), Quantity("", "flights per controller")] = 200
     error: Annotated[Positive, Quantity("m", "limit above which a flight also counts as failed")] = 1.0
 
-    @model_validator(mode="after")
-    def _ordered(self) -> "MarginEntry":
+    def model_post_init(self, context: object) -> None:
         ordered(self.low, self.high)
         if self.step is not None and (self.high - self.low) / self.step > 1000.0:
             raise ValueError(f"step = {self.step:g} makes more than 1000 steps from low to high")
-        return self
 
 
 def check_table(table: object) -> object:
@@ -196,8 +190,7 @@ class StudyFile(Section):
         Quantity("", "limitations of the study, for its report"),
     ] = ()
 
-    @model_validator(mode="after")
-    def _names_what_is_there(self) -> "StudyFile":
+    def model_post_init(self, context: object) -> None:
         twice = [name for name in self.vehicles if self.vehicles.count(name) > 1]
         if twice:
             raise ValueError(f"vehicles: {twice[0]} is named twice")
@@ -212,7 +205,6 @@ class StudyFile(Section):
             self._known_place(where.path, where.scenario, f"tuning.flown[{place}]")
         for name, margin in (self.margins or {}).items():
             self._known_place(margin.path, margin.scenario, f"margins.{name}")
-        return self
 
     def _known_place(self, path: str, scenario: str, said: str) -> None:
         check_known("path", (path,), self.paths, said)

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.io.files import LOG as JOURNAL
 from quadstep.io.parts import changed
 from quadstep.io.results_folder import opened
@@ -303,11 +303,8 @@ def check_task(task: TuningTask) -> int:
     UserError.
     """
     path = Path(task.source)
-    try:
+    with errors_in(task.source, f"{task.label} cannot be tuned"):
         wanted = [asked_of(path, "", content, task.folder) for content in task.missions]
-    except UserError as error:
-        said = str(error).removeprefix(f"{task.source}: ")
-        raise UserError(f"{task.source}: {task.label} cannot be tuned: {said}") from None
     each, gains = flights_of(one.seeds for one in wanted), len(wanted[0].gains)
     count = population(gains, each.first)
     least = each.every + FEWEST_GENERATIONS * each.most(count)

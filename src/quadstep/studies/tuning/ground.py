@@ -16,7 +16,7 @@ from quadstep.engines.sweep import Sweep
 from quadstep.interfaces.closed_loop import Advance, Outcome
 from quadstep.io import files
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.linear.analysis import limits
 from quadstep.linear.grade import margin_metrics
 from quadstep.metrics.registry import MARGINS
@@ -136,18 +136,13 @@ def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, ap
     section = mission.tune
     if section is None:
         raise UserError(f"{path}: {what_to_tune(tunable(mission))}")
-    try:
+    with errors_in(path):
         gains = gains_of(section, mission)
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
     for one in gains if apart else ():
         for end in (one.range.low, one.range.high):
             tried = with_numbers(content, mission, one.numbers(end))
-            try:
+            with errors_in(path, f"tune.gains: {one.key} cannot be {end:g}"):
                 check_mission(tried, str(path), folder)
-            except UserError as error:
-                said = str(error).removeprefix(f"{path}: ")
-                raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
     different = bool(section.vary or section.correlated) or mission.noisy
     return TuningRequest(path, text, content, mission, section, gains, different)
 
@@ -251,10 +246,8 @@ class CandidateFlyer:
         """Of the mission with these gains. Raises UserError where it cannot be linearised."""
         if not names:
             return {}
-        try:
+        with errors_in(self.asked.path, f"tune: {names[0]}"):
             return margin_metrics(self.flyer.planner.mission(candidate), names)
-        except UserError as error:
-            raise UserError(f"{self.asked.path}: tune: {names[0]}: {error}") from None
 
     @property
     def stability(self) -> Stability:
