@@ -115,6 +115,13 @@ def test_scene_shows_something_that_moves(open_page, scheme):
         page.wait_for_timeout(400)
         camera = page.evaluate("quadstep.camera()")
         assert camera["position"][2] > camera["ground"]
+        shape = "one => one.width / one.height"
+        before = page.locator("#scene").evaluate(shape)
+        page.evaluate("dispatchEvent(new Event('beforeprint'))")
+        assert page.locator("#scene-paper").evaluate(shape) == pytest.approx(
+            182 / 80, rel=0.01
+        )  # the box that print.css gives it
+        assert page.locator("#scene").evaluate(shape) == before
 
 
 def test_case_1_flies_as_in_python(open_page):

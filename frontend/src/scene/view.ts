@@ -12,6 +12,7 @@ import {
   MeshBasicMaterial,
   PerspectiveCamera,
   Scene,
+  Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
@@ -38,6 +39,7 @@ const APPARENT = 0.048; // of the picture's height: the least radius the vehicle
 const FEWEST = 26; // pixels
 const THICKEST = 1.8; // pixels: radius of an arrow
 const FOV = 32;
+const PAPER = { width: 910, height: 400 }; // as print.css has it
 const END = 5; // pixels: radius of the dot where the path ends
 const LOST = 1e-6; // s: round-off in the time of the end
 const CORNER: Spot = { x: 0, y: 0, radius: 0 }; // where words are about what is outside the picture
@@ -131,11 +133,15 @@ export class SceneView {
     this.request();
   }
 
-  /** The picture as it is now, where it stays: WebGL's own is gone once it was shown. */
+  /** The picture as it is now, in the proportions of paper, where it stays: WebGL's own is gone once it was shown. */
   onPaper(canvas: HTMLCanvasElement): void {
+    const { width, height } = this.renderer.getSize(new Vector2());
+    this.size(PAPER.width, PAPER.height);
     this.draw();
     [canvas.width, canvas.height] = [this.canvas.width, this.canvas.height];
     canvas.getContext("2d")?.drawImage(this.canvas, 0, 0);
+    this.size(width, height);
+    this.draw();
   }
 
   setTime(t: number): void {
@@ -222,11 +228,15 @@ export class SceneView {
     if (!width || !height) return;
     const aspect = this.camera.aspect;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.size(width, height);
+    if (Math.abs(aspect / this.camera.aspect - 1) > 0.15) this.look(this.view.value);
+    this.draw();
+  }
+
+  private size(width: number, height: number): void {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (Math.abs(aspect / this.camera.aspect - 1) > 0.15) this.look(this.view.value);
-    this.draw();
   }
 
   /** Draw once, at the next frame. */

@@ -1,5 +1,6 @@
 """Flights as the page shows them: flown live where their laws allow it, as recorded where not."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -210,7 +211,7 @@ def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
     for axis, values in group(metrics, "position").items():
         found.append((f"largest error in {axis}", length(values["largest[m]"])))
     if "largest_tilt[rad]" in metrics:
-        found.append(("largest tilt", f"{metric(metrics, 'largest_tilt[rad]'):.3g} rad"))
+        found.append(("largest tilt", f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"))
     if "u" in metrics:
         found.append(("largest thrust", f"{metric(metrics, 'u', 'largest[N]'):.4g} N"))
     torques = [
