@@ -88,7 +88,7 @@ def heard(place: int, every: int = 1, motors: bool = True):
 
 def said(one) -> str:
     now = measured(one.measured)
-    return next(peak(one, now, changes(one, now, plant(one)))).said
+    return next(peak(one, now, changes(one, now, plant(one)))).sentence
 
 
 def test_a_resonance_gets_a_notch_and_flown_with_it_the_command_is_as_quiet_as_said(tmp_path):

@@ -218,7 +218,7 @@ def piloted(answer):
 def test_a_vehicle_stands_until_the_rotors_carry_it():
     pilot, link = piloted(lambda time: [0.4] * 4 if time < 2.995 else [0.5] * 4)
     stages = []
-    pilot.told = stages.append
+    pilot.say = stages.append
     pilot.begin(MOVING, 4, 0.99)
     assert pilot.stood == pytest.approx(3.01)
     times = [one.time for one in link.told[1:]]

@@ -80,7 +80,7 @@ def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):
     flown(room, "[controller]\nK_r1 = 0\n")
     assert not member.folder.exists(), "what is not flown leaves nothing"
     member.folder.write_text("in the way")
-    said = flown(room, "[controller]\nK_r1 = 6.0\n").said
+    said = flown(room, "[controller]\nK_r1 = 6.0\n").message
     assert said.startswith("This machine could not fly it:")
     assert not member.waits
 
@@ -128,7 +128,7 @@ def test_code_files_and_other_missions_are_refused_and_leave_nothing(room, tmp_p
         assert said in str(error)
         member = next(iter(room.members.values()))
     else:
-        assert said in member.said
+        assert said in member.message
     assert not ran.exists()
     assert not member.folder.exists()
     assert member.value is None
@@ -151,7 +151,7 @@ def test_an_endless_mission_ends_with_its_time(room, tmp_path):
     ground = room.ground._replace(free=("simulation", "path"))
     text = "[simulation]\nduration = 20000.0\nlog_period = 1.0\nstep = 0.0002\n"
     found = flown_apart(text, ground, tmp_path / "flight", 1.0)
-    assert found.said == "Your submission was not flown: it takes more memory, or more than 1 s of computing."
+    assert found.message == "Your submission was not flown: it takes more memory, or more than 1 s of computing."
     assert not found.flown
 
 
@@ -189,9 +189,9 @@ def test_a_class_that_is_restarted_says_what_it_kept(room, tmp_path):
     text = "[controller]\nK_r1 = 6.0\n"
     flown(room, text)
     ada, other = Room(tmp_path / "class.toml", tmp_path / "out").members.values()
-    assert ada.said == "The class was restarted: your flights were kept. What was still waiting has to be sent again."
+    assert ada.message == "The class was restarted: your flights were kept. What was still waiting has to be sent again."
     assert (ada.text, ada.latest, ada.waits) == (text, 1, False)
-    assert other.said == "Nothing of yours has been flown yet."
+    assert other.message == "Nothing of yours has been flown yet."
 
 
 def test_names_and_metrics_of_a_class_are_checked(tmp_path, monkeypatch):

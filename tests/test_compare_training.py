@@ -90,8 +90,8 @@ def test_a_search_that_was_stopped_goes_on_and_ends_as_if_nothing_had_been(train
 def test_a_journal_of_another_search_is_not_used(trained):
     _, journal = trained
     first, known = read_lines(journal)[0], Journal(journal)
-    assert known.taken([{"controller.k_x": 1.0}]) is None
-    assert known.taken(first["values"]) == first
+    assert known.next_generation([{"controller.k_x": 1.0}]) is None
+    assert known.next_generation(first["values"]) == first
     assert all(isinstance(one, Tried) for one in first["tried"])
 
 

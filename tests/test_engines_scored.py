@@ -15,7 +15,7 @@ from quadstep.engines.eager import fly_floats
 from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.loop import Loop
 from quadstep.engines.scored import Score, metrics, scored
-from quadstep.engines.sweep import KERNELS, Sweep, given_names, places, prepare
+from quadstep.engines.sweep import KERNELS, Sweep, number_names, places, prepare
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.reductions import Largest, LargestLength, Rms, RmsLength, Variation
 from quadstep.mission.read import read_mission
@@ -301,7 +301,7 @@ def test_values_of_another_shape_are_refused(shape):
 
 
 def test_names_give_places_and_what_cannot_vary_is_refused():
-    assert [given_names(TILTED, NUMBERS)[place] for place in PLACES] == list(VARYING)
+    assert [number_names(TILTED, NUMBERS)[place] for place in PLACES] == list(VARYING)
     with pytest.raises(ValueError, match="nothing"):
         places(TILTED, NUMBERS, ["nothing"])
     numbers = parameters(path=WAYPOINTS)

@@ -35,7 +35,7 @@ def test_slow_modes_are_not_taken_for_deviations_that_stay(preset, controller):
 def test_the_integral_of_a_tuned_law_is_its_slowest_mode():
     analysis = analyse_rest(Mission(vehicle={"preset": "x500"}, path=HOLD, controller=TUNED)).analysis
     assert all(set(pole.states) <= {f"integral.{i}" for i in range(3)} for pole in analysis.poles[:3])
-    assert pole_rows(analysis.poles, analysis.said)[0][-1].startswith("the law's integral along ")
+    assert pole_rows(analysis.poles, analysis.in_words)[0][-1].startswith("the law's integral along ")
 
 
 def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():

@@ -12,7 +12,7 @@ from quadstep.control.opaque import opaque_law
 from quadstep.io import doors
 from quadstep.io.errors import UserError
 from quadstep.io.places import place
-from quadstep.io.user_code import NAMED, blamed, said_of
+from quadstep.io.user_code import NAMED, blamed, message_of
 from quadstep.studies.campaign.schema import digests
 from quadstep.studies.tuning.ground import read_request
 from quadstep.studies.tuning.run import named_files
@@ -195,7 +195,7 @@ def test_an_error_of_the_user_is_told_from_others(tmp_path):
     with pytest.raises(SystemExit) as error:
         read_mission(mission(tmp_path, law(law="raise SystemExit"))).plan()
     assert blamed(error.value)
-    assert said_of(error.value) == "SystemExit"
+    assert message_of(error.value) == "SystemExit"
 
 
 @pytest.mark.parametrize("changes", [

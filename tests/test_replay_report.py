@@ -116,16 +116,16 @@ def test_a_recording_to_which_a_vehicle_was_fitted_is_known_by_its_motion_and_is
     other = tmp_path / "B0_made.csv"
     other.write_bytes((logs / "B1_made.csv").read_bytes())
 
-    def said_of(*paths):
+    def message_of(*paths):
         run = quadstep("replay", *paths, "--vehicle", mine, "--mapping", logs / "map.toml")
         assert run.code == 0, run.err
         return " ".join(run.out.split())
 
     known = "The vehicle was identified from the recording of {}, so this does not test it. "
     for path in (logs / "B0_made.csv", renamed, half):
-        assert known.format("this flight") in said_of(path)
-    assert known.format("half") in said_of(half, other)
-    assert "does not test it" not in said_of(other)
+        assert known.format("this flight") in message_of(path)
+    assert known.format("half") in message_of(half, other)
+    assert "does not test it" not in message_of(other)
 
 
 def test_parts_of_one_recording_are_not_two_flights(tmp_path, logs):

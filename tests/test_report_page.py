@@ -168,11 +168,11 @@ def test_a_summary_says_the_answer_its_intervals_and_shows_its_figures(tmp_path)
 
 @pytest.mark.parametrize("span", [(float("nan"), 0.5, 1.0, 0.0, 1.0), (0.0, 0.5, 1.0, 1.0, 1.0)])
 def test_no_interval_is_no_drawing(span):
-    assert markup.drawn_interval(markup.Span("", *span)) == ""
+    assert markup.interval_picture(markup.Span("", *span)) == ""
 
 
 def test_an_interval_is_drawn_on_its_scale():
-    drawn = ET.fromstring(markup.drawn_interval(markup.Span("96 %", 0.93, 0.96, 0.98)))
+    drawn = ET.fromstring(markup.interval_picture(markup.Span("96 %", 0.93, 0.96, 0.98)))
     assert float(drawn.find("ellipse").get("cx")) == pytest.approx(4.0 + 0.92 * 96.0, abs=0.1)
 
 

@@ -11,7 +11,7 @@ from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing
 from quadstep.report.figures import draw
 from quadstep.report.panel import Panel
-from quadstep.report.panels import chosen_jobs, flight_jobs, labels_of
+from quadstep.report.panels import flight_jobs, jobs_to_draw, labels_of
 from quadstep.report.sheet import Sheet, sheet
 
 PAPER = {"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.1], "duration": 0.5}}
@@ -78,7 +78,7 @@ def test_what_is_asked_for_is_drawn_below_what_comes_of_it():
 
 
 def chosen(jobs, signals):
-    return {job.name: [panel.label for panel in job.panels] for job in chosen_jobs(jobs, sheet(signals=signals))}
+    return {job.name: [panel.label for panel in job.panels] for job in jobs_to_draw(jobs, sheet(signals=signals))}
 
 
 def test_signals_are_drawn_in_one_figure_in_the_order_asked_for():
@@ -91,7 +91,7 @@ def test_signals_are_drawn_in_one_figure_in_the_order_asked_for():
     assert chosen(jobs, "wind") == {}
     assert sheet(signals="z,wind").lacking(labels_of(jobs)) == ["wind"]
     assert chosen([], "z") == {}
-    (one,) = chosen_jobs(jobs, sheet(signals="z"))
+    (one,) = jobs_to_draw(jobs, sheet(signals="z"))
     np.testing.assert_array_equal(one.panels[0].lines["z"], log.column("z"))
     assert one.caption.startswith("Largest values: z, z")
 

@@ -173,7 +173,7 @@ def comparison(out):
         if parts.read("gains", "a") is None:
             journal = Journal(JournalPlace(out, ".writing-kept/journals/a.jsonl"))
             for number in range(2):
-                if journal.taken([{"k": number}]) is None:
+                if journal.next_generation([{"k": number}]) is None:
                     journal.add(number, [{"k": number}], [Tried(Judged(1.0, {"x": 2.0}, 0, 0.0, 1.0))])
             parts.add("gains", "a", b"gains of a")
         parts.publish(draft, [("gains", "a")])

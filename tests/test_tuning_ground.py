@@ -8,7 +8,7 @@ import pytest
 from quadstep.engines.scored import names_without_units
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
-from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
+from quadstep.studies.tuning.ground import CandidateFlyer, tuning_request
 
 MISSION = {
     "vehicle": {"preset": "research-2.6kg"},
@@ -24,7 +24,7 @@ NONE = {"controller.corner": 10.0, "controller.pace": 0.014}  # the weights diff
 
 @pytest.fixture(scope="module")
 def ground():
-    return CandidateFlyer(asked_of(Path("m.toml"), "", MISSION, Path()), 1)
+    return CandidateFlyer(tuning_request(Path("m.toml"), "", MISSION, Path()), 1)
 
 
 def test_gains_without_a_law_are_one_line_of_a_mission():
@@ -56,6 +56,6 @@ def test_gains_that_change_together_need_not_fit_one_without_the_other():
     gains = {"controller.MPC_THR_MIN": {"low": 0.12, "high": 0.55}, "controller.MPC_THR_HOVER": {"low": 0.5, "high": 0.6}}
     mission = {**MISSION, "controller": {"type": "px4-cascade"}, "tune": {"gains": gains}}
     with pytest.raises(UserError, match=r"MPC_THR_MIN cannot be 0\.55: .* PX4 v1\.15 needs MPC_THR_MIN <= MPC_THR_HOVER"):
-        asked_of(Path("m.toml"), "", mission, Path())
-    together = asked_of(Path("m.toml"), "", mission, Path(), apart=False)
+        tuning_request(Path("m.toml"), "", mission, Path())
+    together = tuning_request(Path("m.toml"), "", mission, Path(), apart=False)
     assert together.present == {"controller.MPC_THR_MIN": 0.12, "controller.MPC_THR_HOVER": 0.5}

@@ -14,7 +14,7 @@ from quadstep.report.progress import SILENT
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
-from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, kept_margins, read_request, sound
+from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, read_request, required_margins, sound
 from quadstep.studies.tuning.objective import Judge
 from quadstep.studies.tuning.search import Search, population
 from tests.commands import Listener, metrics
@@ -256,7 +256,7 @@ def test_a_sound_loop_stays_sound_unless_its_margins_are_given_up(tmp_path):
     ("constraints = { gain_margin_up = 3.0 }", {"gain_margin_up"}),
 ])  # fmt: skip
 def test_margins_are_kept_unless_one_is_named_or_nothing_is_constrained(tmp_path, monkeypatch, given, wanted):
-    monkeypatch.setattr("quadstep.studies.tuning.ground.kept_margins", lambda _: {"phase_margin": Constraint(least=0.5)})
+    monkeypatch.setattr("quadstep.studies.tuning.ground.required_margins", lambda _: {"phase_margin": Constraint(least=0.5)})
     asked = read_request(written(tmp_path, SMALL.format(more=given)))
     assert set(asked.section.constraints) == wanted
     assert {one.least for one in asked.section.constraints.values()} <= {None, 0.5, 3.0}
@@ -268,9 +268,11 @@ def test_a_loop_that_lacks_margin_must_not_lose_any(monkeypatch):
     )
     now = {"gain_margin_up": 20.0, "gain_margin_down": 4.0, "phase_margin": 0.1}
     monkeypatch.setattr("quadstep.studies.tuning.ground.margin_metrics", lambda *_: now)
-    assert {name: one.least for name, one in kept_margins(mission).items()} == pytest.approx({**now, "gain_margin_up": 6.0})
+    assert {name: one.least for name, one in required_margins(mission).items()} == pytest.approx(
+        {**now, "gain_margin_up": 6.0}
+    )
     now.update(dict.fromkeys(now, 0.0))  # unstable
-    assert kept_margins(mission) == {}
+    assert required_margins(mission) == {}
 
 
 def test_the_margins_that_were_asked_for_hold_for_the_mission_that_is_written(tmp_path):

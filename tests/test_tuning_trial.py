@@ -100,7 +100,7 @@ def test_a_loop_without_margins_misses_all_of_them_unless_it_must_have_some():
     assert loops.stability.sought(tried, {"k": 0.1}).missed == math.inf
     assert loops.stability.sought(tried, {"k": 0.1}).judged.cost == pytest.approx(judged(0.1).cost + 2.0)
     with pytest.raises(UserError, match="no rest"):
-        loops.stability.seen(tried, {"k": 0.1})
+        loops.stability.with_margins(tried, {"k": 0.1})
 
 
 def test_lost_flights_come_before_margins():

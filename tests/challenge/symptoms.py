@@ -78,9 +78,9 @@ def mixed(random: np.random.Generator) -> Attempt:
     for one, high in zip(saturation(flight(commands[0], **columns)), (True, False), strict=True):
         at = wanted >= 1.0 - 1e-3 if high else wanted <= 1e-3
         true = at.any(axis=1).mean()
-        said = float(re.search(r"for ([\d.e+-]+) %", one.said)[1])
+        said = float(re.search(r"for ([\d.e+-]+) %", one.sentence)[1])
         worst = max(worst, abs(said - 100.0 * true) / max(0.06 * 100.0 * true, 1e-9))
-        if named := re.search(r"there (\w+) made (\d+) %", one.said):
+        if named := re.search(r"there (\w+) made (\d+) %", one.sentence):
             sums = {
                 name: np.maximum((1 if high else -1) * part[at], 0.0).sum()
                 for name, part in zip((*AXES, "thrust"), parts, strict=True)
@@ -89,7 +89,7 @@ def mixed(random: np.random.Generator) -> Attempt:
             worst = max(
                 worst, abs(share - 0.01 * float(named[2])) / 0.15, max(sums.values()) / sum(sums.values()) - share > 0.1
             )
-            case += f"; {one.said} (true: {share:.2f})"
+            case += f"; {one.sentence} (true: {share:.2f})"
     return Attempt(float(worst), case)
 
 
@@ -172,7 +172,7 @@ def ringing(random: np.random.Generator, count: int, loop: RateLoop = PX4[0], du
         if not now.sound:
             continue
         advice = changes(read_flight, now, behind)
-        said = next((seen.said for seen in peak(read_flight, now, advice)), "")
+        said = next((seen.sentence for seen in peak(read_flight, now, advice)), "")
         if not advice or f"{stem}{names.centre}" not in advice.others:
             yield Rung(str(kinds[place]), said, before)
             continue
@@ -253,7 +253,7 @@ def notch_counts(random: np.random.Generator, wanted: int, loop: RateLoop) -> st
     counts = {
         kind: (sum(o.kind == kind for o in advised), sum(o.kind == kind for o in rung)) for kind in {o.kind for o in rung}
     }
-    why = Counter(re.sub(r"[\d.]+", "#", one.said.rpartition("advised: ")[2])[:60] for one in rung if not one.louder)
+    why = Counter(re.sub(r"[\d.]+", "#", one.sentence.rpartition("advised: ")[2])[:60] for one in rung if not one.louder)
     before, after = (min((found[place] for found in advised), default=math.nan) for place in (2, 3))
     return (
         f"sound loops of {loop.form} with a notch: {counts}; margins {after:.3g} or more (of those flown with {before:.3g} or "

@@ -134,7 +134,7 @@ def for_betaflight(p: AirframeParameters, geometry: Geometry) -> AutopilotSettin
     return AutopilotSettings(frame, {}, "betaflight.txt", more="aux 0 0 0 1700 2100 0 0\n")
 
 
-Told = Callable[[str], None]
+Say = Callable[[str], None]
 """Hears what is waited for."""
 
 
@@ -148,7 +148,7 @@ class AutopilotKind(NamedTuple):
     link: Callable[[Address, float], AutopilotLink]
     port: int
     matching: Callable[[AirframeParameters, Geometry], AutopilotSettings]
-    station: Callable[[PilotFunction, Address, FlightPlan, Model, AutopilotSettings, str, Told], GroundStation]
+    station: Callable[[PilotFunction, Address, FlightPlan, Model, AutopilotSettings, str, Say], GroundStation]
     needs: str | None = "pymavlink.mavutil"
     order: Callable[[Model], tuple[int, ...]] = lambda model: tuple(range(model.rotors))
     period: float | None = None
@@ -156,16 +156,16 @@ class AutopilotKind(NamedTuple):
 
 def by_mavlink(
     station: Station, _: PilotFunction, __: Address, plan: FlightPlan, ___: Model, settings: AutopilotSettings, where: str,
-    said: Told,
+    say: Say,
 ) -> GroundStation:  # fmt: skip
-    return Pilot(station, where, plan, settings.frame, settings.curve, said)
+    return Pilot(station, where, plan, settings.frame, settings.curve, say)
 
 
 def by_sticks(
-    one: PilotFunction, motors: Address, plan: FlightPlan, model: Model, settings: AutopilotSettings, where: str, said: Told
+    one: PilotFunction, motors: Address, plan: FlightPlan, model: Model, settings: AutopilotSettings, where: str, say: Say
 ) -> GroundStation:
     """By the sticks of a remote control, with Betaflight's console."""
-    return Sticks(plan, model, console(where), settings.frame, motors.port, lambda: one.last, said)
+    return Sticks(plan, model, console(where), settings.frame, motors.port, lambda: one.last, say)
 
 
 KINDS = {
@@ -273,7 +273,7 @@ class AutopilotSection(PilotedSection):
 
     def watch(self, say: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
         for one in CONNECTIONS.values():
-            one.told, one.first_wait, one.pilot, one.kept = say, first_wait, None, True
+            one.say, one.first_wait, one.pilot, one.kept = say, first_wait, None, True
 
     def lead(self, plan: FlightPlan, model: Model, where: str, say: Callable[[str], None]) -> None:
         found, kind = self.matching(plan), KINDS[self.type]

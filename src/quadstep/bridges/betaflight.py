@@ -154,7 +154,7 @@ class Sticks:
         self, plan: FlightPlan, model: Model, where: Address, frame: Mapping[str, float], port: int,
         shares: Callable[[], list[float]], say: Callable[[str], None],
     ) -> None:  # fmt: skip
-        self.plan, self.model, self.where, self.frame, self.shares, self.told = plan, model, where, frame, shares, say
+        self.plan, self.model, self.where, self.frame, self.shares, self.say = plan, model, where, frame, shares, say
         self.outer = BetaflightRates.gains(model).outer
         self.full = float(model.per_speed * model.fastest * model.fastest)
         self.place = where.host, port + 2
@@ -223,7 +223,7 @@ class Sticks:
     def fly(self, sample: SensorSample) -> None:
         """One step in the air. Raises Lost where Betaflight has disarmed."""
         if sample.time == 0.0:
-            self.told(
+            self.say(
                 "Betaflight lifted off: it controls the rates, and quadstep's position and attitude loops move its sticks"
             )
             self.memory, self.next = None, 0.0

@@ -148,7 +148,7 @@ class PilotFunction:
         self.connect, self.order, self.rotors, self.lost = connect, order, 0, ""
         self.last: list[float] = []
         self.first_wait = FIRST_WAIT
-        self.told: Callable[[str], None] = lambda _: None
+        self.say: Callable[[str], None] = lambda _: None
         self.link: AutopilotLink | None = None
         self.pilot: Callable[[], GroundStation] | None = None
         self.station: GroundStation | None = None
@@ -166,7 +166,7 @@ class PilotFunction:
         self.rotors, self.lost, self._asked, self.stood, self.last = rotors, "", b"", 0.0, [0.0] * rotors
         self.link = self.connect(self.first_wait)
         try:
-            self.told("waiting for the autopilot")
+            self.say("waiting for the autopilot")
             self.station = self.pilot() if self.pilot else None
             try:
                 self.link.meet(sample.standing(0.0))
@@ -187,7 +187,7 @@ class PilotFunction:
             try:
                 doing = (self.station and self.station.stand(sample.standing(time))) or doing
                 if count % round(1.0 / link.period) == 0:
-                    self.told(f"{doing}: {time:.0f} s of simulated time")
+                    self.say(f"{doing}: {time:.0f} s of simulated time")
                 shares = self.within(link.exchange(sample.standing(time)))
             except ConnectionLost as error:
                 raise UserError(f"{error} after {time:g} s on the ground, before it took off") from None

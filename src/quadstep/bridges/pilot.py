@@ -19,15 +19,15 @@ from quadstep.io.errors import UserError
 class Station(NamedTuple):
     """How an autopilot is led. connect: where it speaks MAVLink, as pymavlink writes it. mode: in which it follows setpoints.
 
-    asked, said: that mode in MAV_CMD_DO_SET_MODE and as `custom_mode` of a heartbeat. climbs: whether setpoints alone lift it,
-    sent before it changes its mode. bytewise: whether whole parameters are sent as the bytes of a float.
+    requested, reported: that mode in MAV_CMD_DO_SET_MODE and as `custom_mode` of a heartbeat. climbs: whether setpoints
+    alone lift it, sent before it changes its mode. bytewise: whether whole parameters are sent as the bytes of a float.
     """
 
     name: str
     connect: str
     mode: str
-    asked: int
-    said: int
+    requested: int
+    reported: int
     climbs: bool
     bytewise: bool
 
@@ -82,7 +82,7 @@ class Pilot:
         self, station: Station, where: str, plan: FlightPlan, frame: Mapping[str, float],
         curve: Mapping[str, float], say: Callable[[str], None],
     ) -> None:  # fmt: skip
-        self.station, self.where, self.plan, self.told = station, where or station.connect, plan, say
+        self.station, self.where, self.plan, self.say = station, where or station.connect, plan, say
         self.frame, self.wanted = frame, {**frame, **curve}
         self.duration = plan.ticks.last * plan.ticks.step
         self.link: Connection | None = None
@@ -150,11 +150,11 @@ class Pilot:
         assert self.start
         self.offset = tuple(at - of for at, of in zip(self.local, self.start.position, strict=True))  # type: ignore[assignment]
         if station.climbs and self._due("setpoint", time, 1.0 / RATE):
-            north, east, down = self._wanted(0.0).position
-            self._send(time, self._wanted(0.0, still=True)._replace(position=(north, east, down - RISE)))
-        if self.mode != station.said:
+            north, east, down = self._setpoint(0.0).position
+            self._send(time, self._setpoint(0.0, still=True)._replace(position=(north, east, down - RISE)))
+        if self.mode != station.reported:
             if self._due("mode", time, AGAIN):
-                self._command(SET_MODE, 1, station.asked)
+                self._command(SET_MODE, 1, station.requested)
             return f"not in mode {station.mode}"
         if not self.armed:
             if self._due("arm", time, AGAIN):
@@ -188,9 +188,9 @@ class Pilot:
         if wrong:
             raise UserError(f"{self.station.name} has a different frame from the mission's vehicle: {listed(wrong)}")
         if other:
-            self.told(f"warning: {self.station.name}'s thrust curve is not the vehicle's: {listed(list(other))}")
+            self.say(f"warning: {self.station.name}'s thrust curve is not the vehicle's: {listed(list(other))}")
         if missing:
-            self.told(f"warning: {self.station.name} did not report its {', '.join(missing)}")
+            self.say(f"warning: {self.station.name} did not report its {', '.join(missing)}")
         return True
 
     def fly(self, sample: SensorSample) -> None:
@@ -198,11 +198,11 @@ class Pilot:
         assert self.start
         if sample.time == 0.0:
             self.next.clear()
-            self.told(f"{self.station.name} lifted off after {self.start.time:.1f} s of simulated time")
+            self.say(f"{self.station.name} lifted off after {self.start.time:.1f} s of simulated time")
         if not self._due("poll", sample.time, 1.0 / POLL):
             return
         self._hear(sample.time)
-        if self.mode != self.station.said or not self.armed:
+        if self.mode != self.station.reported or not self.armed:
             did = f"left mode {self.station.mode}" if self.armed else "disarmed"
             raise ConnectionLost(f"{self.station.name} {did}{': ' if self.reason else ''}{self.reason}")
         assert self.link
@@ -210,9 +210,9 @@ class Pilot:
         with self._connected():
             self._show(sample.time)
             if self.risen and self._due("setpoint", sample.time, 1.0 / RATE):  # ArduPilot's take-off would end with a setpoint
-                self._send(sample.time, self._wanted(sample.time))
+                self._send(sample.time, self._setpoint(sample.time))
 
-    def _wanted(self, time: float, still: bool = False) -> Setpoint:
+    def _setpoint(self, time: float, still: bool = False) -> Setpoint:
         reference = self.plan.loop.path.reference(min(time, self.duration), self.plan.parameters.path)
         return setpoint(self.plan, at_rest(reference) if still or time > self.duration else reference)
 
@@ -281,7 +281,7 @@ class Pilot:
         elif asked and result == 0:
             self.reason = ""
             if command == SET_MODE:
-                self.mode = self.station.said
+                self.mode = self.station.reported
             self.armed |= command == ARM
             if command == TAKEOFF:
                 self.next["takeoff"] = math.inf

@@ -122,7 +122,7 @@ def export(
         complain(f"warning: {mission}: {margins}")
     for warning in done.warnings:
         complain(f"warning: {mission}: {warning}")
-    for line in done.said:
+    for line in done.lines:
         say_whole(line)
     if margins and not short:
         say(margins)

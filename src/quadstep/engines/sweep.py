@@ -70,11 +70,11 @@ def joined(parts: Sequence[SweepResults]) -> SweepResults:
 
 def places(start: tuple[object, ...], parameters: Numbers, names: Sequence[str]) -> list[int]:
     """Where the leaves of these names stand among all of a flight's: `start.position.2`, `parameters.vehicle.mass`."""
-    known = given_names(start, parameters)
+    known = number_names(start, parameters)
     return [known.index(name) for name in names]
 
 
-def given_names(start: tuple[object, ...], parameters: Numbers) -> list[str]:
+def number_names(start: tuple[object, ...], parameters: Numbers) -> list[str]:
     """The name of every number of a flight, in order."""
     return [*leaf_names(start, "start"), *leaf_names(parameters, "parameters")]
 

@@ -167,11 +167,11 @@ class ExportRequest(NamedTuple):
 
 
 class ExportOutcome(NamedTuple):
-    """What was written. said: lines about it. warnings: of the mission."""
+    """What was written. lines: about it. warnings: of the mission."""
 
     exported: Exported
     files: list[str]
-    said: list[str]
+    lines: list[str]
     warnings: tuple[str, ...]
 
 

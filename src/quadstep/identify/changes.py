@@ -140,7 +140,7 @@ def tuned(
 
 def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too."""
-    higher = (stepped(flight, {one.name: STEP}) for one in known_low_passes(flight, loop))
+    higher = (stepped(flight, {one.name: STEP}) for one in logged_low_passes(flight, loop))
     kept = [list(changed_responses(flight, loop, tried, flight.measured)) for tried in higher]
     least = factor_limits(flight, loop)[0]
     for place in range(STEPS):
@@ -161,7 +161,7 @@ def lowered(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
     if loud(flight) <= NOISY:
         return
     stopped = quietest(flight, loop, notches(flight, loop))
-    lower = (stepped(flight, {one.name: 1.0 / STEP}) for one in known_low_passes(flight, loop))
+    lower = (stepped(flight, {one.name: 1.0 / STEP}) for one in logged_low_passes(flight, loop))
     cut = [one for tried in lower for one in quietest(flight, loop, tried)]
     yield from (one for one in stopped if one.louder * loud(flight) <= NOISY)
     yield from sorted([*stopped, *cut], key=lambda one: one.louder)
@@ -182,7 +182,7 @@ def notches(flight: Excited, loop: RateLoop) -> list[dict[str, float]]:
     """Against the gyro's peak, from its bandwidth on wider and wider; none where it is not significant, or none would fit."""
     peak, stem = highest(flight), free_notch(loop, flight.parameters)
     names = loop.notches
-    if not stem or not peak or peak.tall <= STANDS or not known_low_passes(flight, loop) or unfit(flight, peak):
+    if not stem or not peak or peak.tall <= STANDS or not logged_low_passes(flight, loop) or unfit(flight, peak):
         return []
     widths = [float(f"{peak.width * STEP**place:.3g}") for place in range(STEPS + 1)]
     on = {f"{stem}{ending}": value for ending, value in names.on.items()}
@@ -205,7 +205,7 @@ def why_no_notch(flight: Excited, peak: Peak, now: MeasuredLoop, advice: Advice 
     return "" if any(one.startswith(f"{named}") for one in advice.others) else "a lower cut-off makes the command quieter"
 
 
-def known_low_passes(flight: Excited, loop: RateLoop) -> list[Filter]:
+def logged_low_passes(flight: Excited, loop: RateLoop) -> list[Filter]:
     """Low-passes that the log says to be on; none where it does not say what else makes the command."""
     try:
         loop.controller(flight.parameters, np.ones(1, dtype=np.complex128), flight.levelled)
@@ -332,4 +332,6 @@ def lags(flight: Excited, at: float) -> dict[str, float]:
     loop = flight.loop
     if loop is None:
         return {}
-    return {one.name: float(np.angle(ratio(flight, loop, {one.name: 0.0}, [at])[0])) for one in known_low_passes(flight, loop)}
+    return {
+        one.name: float(np.angle(ratio(flight, loop, {one.name: 0.0}, [at])[0])) for one in logged_low_passes(flight, loop)
+    }

@@ -128,7 +128,7 @@ def identify(
         prior = priors(free, p, told)
         point = search(short, point, SHORT_WEIGHTS, 8, prior)
     p = short.at(point)
-    fitted, kept = told_numbers(flights, vehicle, p, free, prior, told, block, still)
+    fitted, kept = fitted_numbers(flights, vehicle, p, free, prior, told, block, still)
     kept.update(why)
     p, fitted = anew(flights, vehicle, p, free, told, fitted, kept)
     if not predictors:
@@ -247,7 +247,7 @@ def by_rotors(
     return found
 
 
-def told_numbers(
+def fitted_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
     told: dict[str, AverageEstimate], block: HalfSeconds | None, still: bool,
 ) -> tuple[dict[str, Fitted], dict[str, str]]:  # fmt: skip

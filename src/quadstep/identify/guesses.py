@@ -28,7 +28,7 @@ VAGUE = 1.0
 """Prior standard deviation of a parameter's logarithm if only its start value is known."""
 
 
-def chosen_starts(flights: Sequence[FlightRecord], horizons: Sequence[int], most: int) -> list[np.ndarray]:
+def spread_starts(flights: Sequence[FlightRecord], horizons: Sequence[int], most: int) -> list[np.ndarray]:
     """Rows to predict from, evenly over all flights, at most `most` in all."""
     whole = [usable(flight, horizons) for flight in flights]
     stride = max(1, math.ceil(sum(len(rows) for rows in whole) / most))
@@ -41,7 +41,7 @@ def problem_of(
 ) -> PredictionProblem:  # fmt: skip
     """Predictions of some flights. Raises UserError if none can be made."""
     laid = laid_out(flights, guided)
-    starts: Starts = starts_at(flights, laid, chosen_starts(flights, horizons, MOST_STARTS))
+    starts: Starts = starts_at(flights, laid, spread_starts(flights, horizons, MOST_STARTS))
     if len(starts.row) < 30:
         names = ", ".join(flight.name for flight in flights)
         raise UserError(f"{names}: {len(starts.row)} segments of uninterrupted flight; a fit needs at least 30")

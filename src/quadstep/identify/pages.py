@@ -59,9 +59,9 @@ def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -
     groups = sheet.chosen(("errors", one, one) for one in GROUPS)
     if groups:
         draw_errors(out / ERRORS, result.predictions[0].compared, result.period, sheet, groups)
-    again = with_chosen("again", [flight_picture(one, place) for place, one in enumerate(result.flown)], sheet)
-    estimates = with_chosen("estimate", [estimate_picture(one, place) for place, one in enumerate(result.estimates)], sheet)
-    flown, estimated = ([drawn(out, job, sheet) for job in jobs] for jobs in (again, estimates))
+    again = with_signals("again", [flight_picture(one, place) for place, one in enumerate(result.flown)], sheet)
+    estimates = with_signals("estimate", [estimate_picture(one, place) for place, one in enumerate(result.estimates)], sheet)
+    flown, estimated = ([figure_of(out, job, sheet) for job in jobs] for jobs in (again, estimates))
     caption = "Mean prediction error against the time ahead: the vehicle helps where its line is below both guesses."
     rest = [*flown[1:], *estimated[1:]]
     more = [markup.heading("The other flights", "others")] if rest else []
@@ -69,7 +69,7 @@ def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -
     return evidence._replace(figures=figures, sections=[*evidence.sections, *more, *rest])
 
 
-def with_chosen(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
+def with_signals(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
     """Figures of one kind with the sheet's signals; those without any are left out."""
     chosen = [job._replace(panels=sheet.chosen((kind, panel.label, panel) for panel in job.panels)) for job in jobs]
     return [job for job in chosen if job.panels]
@@ -133,7 +133,7 @@ def flight_picture(one: FlightComparison, place: int) -> FigureJob:
     )
 
 
-def drawn(out: Path, job: FigureJob, sheet: Sheet) -> Figure:
+def figure_of(out: Path, job: FigureJob, sheet: Sheet) -> Figure:
     """A figure in the folder of a report. Its caption has names of files, not symbols."""
     job.draw(out, sheet)
     return Figure(job.name, job.caption, set_as=escape)
@@ -185,7 +185,7 @@ def predictions(out: Path, one: Followed, place: int, kind: str) -> Figure:
         f"{one.name} ({kind}): measured, and predicted {AHEAD} samples earlier. The residuals show what the vehicle does not "
         "explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
     )
-    return drawn(out, FigureJob(f"{FIGURES}/predicted{place}", caption, one.time[kept], panels, 2), SVG)
+    return figure_of(out, FigureJob(f"{FIGURES}/predicted{place}", caption, one.time[kept], panels, 2), SVG)
 
 
 def spectra(out: Path, one: Followed, place: int) -> Figure:
@@ -224,5 +224,5 @@ def simulated_again(out: Path, flights: Sequence[FlightRecord], vehicle: Airfram
     for flight in flights:
         with contextlib.suppress(UserError):
             found += fly_again([flight], vehicle, {"type": "pid"})
-    pictures = [drawn(out, flight_picture(one, place), SVG) for place, one in enumerate(found)]
+    pictures = [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(found)]
     return [tracking_table(found, "pid"), *pictures] if found else []

@@ -62,7 +62,7 @@ class IdentifiedPlant(NamedTuple):
         return self.misfit < MISFIT
 
     @property
-    def said(self) -> str:
+    def sentence(self) -> str:
         """The plant, in a sentence."""
         effect, lag, delay, _ = self.values
         if not self.explains:

@@ -148,14 +148,14 @@ class Predictor:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        return (Task("row", self.row_taken),)
+        return (Task("row", self.take_row),)
 
     def row(self, cycle: PredictionCycle, parameters: PredictorParameters, time: Number) -> list[Number]:
         return []
 
     def start(self, start: tuple[()], p: PredictorParameters) -> PredictionCycle:
         """The state of the first row; its rotors turn as commanded."""
-        state, speeds = self.measured(p, p.first), self.told(p, p.first, 0.0)
+        state, speeds = self.measured(p, p.first), self.commanded(p, p.first, 0.0)
         whole = AirframeState(*state, speeds=speeds, charge=0.0 * p.first)
         none = Unexplained(*[0.0 * p.first * vector(1.0, 1.0, 1.0)] * 3)
         kept = Vector([0.0 * p.first] * 13)
@@ -171,7 +171,7 @@ class Predictor:
         turn = from_rotation_vector(vector(p.tilt[0], p.tilt[1], 0.0))
         return place, speed, multiply(attitude, turn), rotation_matrix(turn).T @ rates
 
-    def told(self, p: PredictorParameters, row: Number, ahead: Number) -> Vector:
+    def commanded(self, p: PredictorParameters, row: Number, ahead: Number) -> Vector:
         """Commanded rotor speeds [rad/s], `ahead` rows after a row.
 
         Between rows, commands are interpolated by a cubic (Catmull and Rom 1974): straight lines would flatten fast changes.
@@ -195,7 +195,7 @@ class Predictor:
         """The setpoint of a row in x and y [m], and whether there was one."""
         return vector(p.rows.setpoint[0].at(row), p.rows.setpoint[1].at(row), p.rows.guided.at(row))
 
-    def row_taken(self, cycle: PredictionCycle, p: PredictorParameters, clock: Clock) -> tuple[PredictionCycle, Number]:
+    def take_row(self, cycle: PredictionCycle, p: PredictorParameters, clock: Clock) -> tuple[PredictionCycle, Number]:
         """Correct the state by a row, up to the start; store it at a horizon."""
         row = p.first + clock.tick
         known = where(clock.tick <= p.history, where(clock.tick > 0.0, p.rows.measured.at(row), 0.0), 0.0)
@@ -213,7 +213,7 @@ class Predictor:
             )
         )
         late = (p.curve.delay + p.observer.delay) / clock.period
-        wanted = SpeedCommands(*(self.told(p, row, share - late) for share in (0.0, 0.5, 1.0)))
+        wanted = SpeedCommands(*(self.commanded(p, row, share - late) for share in (0.0, 0.5, 1.0)))
         return PredictionCycle(state, unexplained, wanted, self.goal(p, row), Prediction(states, at_start)), 0.0
 
     def shown(self, p: PredictorParameters, state: AirframeState) -> tuple[Vector, Vector, Vector, Vector]:

@@ -130,7 +130,7 @@ class Curvature(NamedTuple):
     hessian: Floats
 
 
-Told = Callable[[int, float], None]
+FitProgress = Callable[[int, float], None]
 
 
 def lengths(residuals: Floats) -> Floats:
@@ -176,7 +176,7 @@ def normal_equations(residuals: Floats, slopes: Floats, weights: ErrorWeights) -
 
 def search(
     problem: PredictionProblem, point: Floats, weights: ErrorWeights, rounds: int, prior: Prior | None = None,
-    told: Told | None = None,
+    told: FitProgress | None = None,
 ) -> Floats:  # fmt: skip
     size, damping = scales(problem.batch.free), 1e-3
     count = problem.residuals([point]).shape[3]

@@ -207,28 +207,28 @@ class RateLoop(NamedTuple):
     def transfers(self, parameters: Mapping[str, float], s: Complex) -> tuple[Complex, Complex]:
         """F and K at s = j omega [rad/s]. Raises UserError for a gain that is not known."""
 
-        def known(ending: str, otherwise: float | None = None) -> float:
+        def parameter(ending: str, otherwise: float | None = None) -> float:
             found = parameters.get(f"{self.stem}{ending}", otherwise)
             if found is None:
                 raise UserError(f"{self.stem}{ending} is not among the log's parameters")
             return found
 
         if self.form == "betaflight":
-            p, i = P_SCALE * known(f"p_{self.axis}") / self.unit, I_SCALE * known(f"i_{self.axis}") / self.unit
+            p, i = P_SCALE * parameter(f"p_{self.axis}") / self.unit, I_SCALE * parameter(f"i_{self.axis}") / self.unit
             inner = p + i * (YAW_I if self.axis == "yaw" else 1.0) / s
             return inner, inner
         if self.form == "px4":
-            scale, cuts, on_rate = known("K", 1.0), (0.0, 0.0, parameters.get("IMU_DGYRO_CUTOFF", 30.0)), True
+            scale, cuts, on_rate = parameter("K", 1.0), (0.0, 0.0, parameters.get("IMU_DGYRO_CUTOFF", 30.0)), True
         else:
-            scale, cuts, on_rate = 1.0, (known("FLTT", 0.0), known("FLTE", 0.0), known("FLTD", 0.0)), False
+            scale, cuts, on_rate = 1.0, (parameter("FLTT", 0.0), parameter("FLTE", 0.0), parameter("FLTD", 0.0)), False
         period = self.late(parameters)
         delayed: Complex = np.exp(-period * s).astype(np.complex128)
         s = (1.0 - delayed) / period if period else s  # ArduPilot takes slopes and sums from sample to sample
         target, error, slope = (1.0 / (1.0 + s / (2.0 * math.pi * cut)) if cut > 0.0 else 1.0 + 0.0 * s for cut in cuts)
-        p, i, d = (scale * known(ending) for ending in "PID")
+        p, i, d = (scale * parameter(ending) for ending in "PID")
         inner, sloped = p + i / s, d * s * slope
         forward = inner if on_rate else inner + sloped
-        return delayed * target * (error * forward + known("FF", 0.0)), error * (inner + sloped)
+        return delayed * target * (error * forward + parameter("FF", 0.0)), error * (inner + sloped)
 
     def controller(self, parameters: Mapping[str, float], s: Complex, levelled: bool) -> Complex:
         """From the rate, before its low-pass, to the command, times -1, at s = j omega [rad/s]. levelled: whether the attitude

@@ -29,10 +29,10 @@ SINKS, SHORTEST_STRETCH, LEAST_STRETCHES = 1.0, 1.0, 5
 
 
 class Symptom(NamedTuple):
-    """name: what is looked at; said: a sentence; measured, threshold: in words; shows: whether the threshold is passed."""
+    """name: what is looked at; sentence: what was found; measured, threshold: in words; shows: above threshold."""
 
     name: str
-    said: str
+    sentence: str
     measured: str
     threshold: str
     shows: bool

@@ -135,7 +135,7 @@ def cut(text: str, most: int) -> str:
 
 
 @contextlib.contextmanager
-def interrupts_held() -> Iterator[None]:
+def interrupts_deferred() -> Iterator[None]:
     """Ctrl-C in this block takes effect after it. Processes started in it never see Ctrl-C at all (they inherit the mask).
 
     Both a handler and a mask: the mask is of this thread only, and a library's threads may receive the signal in its place.

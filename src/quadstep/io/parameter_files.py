@@ -13,7 +13,7 @@ from quadstep.io import files
 from quadstep.io.doors import Door
 from quadstep.io.errors import UserError, number_in
 
-Said = TypeVar("Said")
+Entry = TypeVar("Entry")
 
 KIND = files.FileKind("a file of parameters", 1_000_000)
 
@@ -201,7 +201,7 @@ def some(values: dict[str, float], whose: str) -> dict[str, float]:
     return values
 
 
-def once(entries: dict[str, Said], key: str, value: Said, line: int) -> None:
+def once(entries: dict[str, Entry], key: str, value: Entry, line: int) -> None:
     """Enter what may be said once only. Raises UserError."""
     if key in entries:
         raise UserError(f"line {line}: {key} is given twice")

@@ -62,7 +62,7 @@ def user_error(error: BaseException, named: str = "") -> UserError:
             sys.stderr.write(text)
     found = blamed(error)
     if found is None:
-        return UserError(f"{named}: {said_of(error)}")
+        return UserError(f"{named}: {message_of(error)}")
     file, line, said = found
     text = linecache.getline(file, line).strip()
     return UserError(f"{file}:{line}: {said}" + (f"; the line: {cut(text, 200)}" if text else ""))
@@ -82,7 +82,7 @@ def in_one_line() -> Iterator[None]:
 def blamed(error: BaseException) -> tuple[str, int, str] | None:
     """The innermost line of a user's file that led to an error, and what is said; None for an error that is not the user's."""
     for one in chain(error):
-        said = said_of(one)
+        said = message_of(one)
         if isinstance(one, SyntaxError) and one.filename in FILES:
             return str(one.filename), one.lineno or 0, said
         for frame in reversed(list(frames(one.__traceback__))):
@@ -91,7 +91,7 @@ def blamed(error: BaseException) -> tuple[str, int, str] | None:
     return None
 
 
-def said_of(error: BaseException) -> str:
+def message_of(error: BaseException) -> str:
     """What an error says, and of which type it is."""
     try:
         said = str(error.msg if isinstance(error, SyntaxError) else error)

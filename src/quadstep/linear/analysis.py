@@ -11,7 +11,7 @@ from quadstep.linear.equilibrium import Rest, aside, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, MarginLimits, Margins, margins
 from quadstep.linear.modes import STILL, Modes, Pole, ReducedPeriod, poles
 from quadstep.linear.sampled import WANTED, linearising
-from quadstep.linear.states import Array, Channel, said, short
+from quadstep.linear.states import Array, Channel, in_words, short
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
 from quadstep.vehicle.multirotor import Multirotor
@@ -93,9 +93,9 @@ class Analysis(NamedTuple):
     def stable(self) -> bool:
         return all(pole.real * self.loop.period.length <= STILL for pole in self.poles)
 
-    def said(self, states: Iterable[str]) -> str:
+    def in_words(self, states: Iterable[str]) -> str:
         """States as people say them, so many as a sentence takes."""
-        return said(states, short(self.loop.period.names), self.loop.period.pose.names)
+        return in_words(states, short(self.loop.period.names), self.loop.period.pose.names)
 
     @property
     def holds(self) -> bool:

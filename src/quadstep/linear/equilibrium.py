@@ -80,10 +80,10 @@ def hovering(mission: Mission) -> FlightPlan:
     """The mission's vehicle held where its path begins, without events and noise, in its mean wind. Raises UserError."""
     check_equilibrium(mission)
     path = mission.path.build(mission.folder)
-    return quiet(held_mission(mission, path.law.reference(0.0, path.parameters), path.length).plan(warn=False))
+    return quiet(hover_mission(mission, path.law.reference(0.0, path.parameters), path.length).plan(warn=False))
 
 
-def held_mission(mission: Mission, reference: Reference, duration: float, aside: float = 0.0) -> Mission:
+def hover_mission(mission: Mission, reference: Reference, duration: float, aside: float = 0.0) -> Mission:
     """The mission held at a point of its path [s]. aside: how far beside it along each axis it begins [m]."""
     x, y, z = (float(entry) for entry in reference.position)
     path = StepPath(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.linear.states import Array
-from quadstep.linear.transfer import FEW, Complex, OpenedLoop, eigenvalue_near, heard_at, loci, loci_near, transfer
+from quadstep.linear.transfer import FEW, Complex, OpenedLoop, eigenvalue_near, loci, loci_near, mode_frequency, transfer
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
 
 MOST_STEPS, FOUND, NUDGE = 20, 1e-10, 1e-6
@@ -124,7 +124,7 @@ def margins(one: OpenedLoop, omega: Array, grid: Complex) -> Margins:
     ends = [g for end, near in REAL.items() for g in branches[end] if abs(g.imag) < near * abs(g)]
     factors = [1.0 / g.real for g in (*(g for _, g in real), *ends) if FAINT < g.real < 1.0 / FAINT]
     seen = crossings(one, omega, branches, lambda g: abs(g) - 1.0)
-    signed = [(heard_at(one, at, g), -math.atan2(g.imag, g.real)) for at, g in seen]
+    signed = [(mode_frequency(one, at, g), -math.atan2(g.imag, g.real)) for at, g in seen]
     turns = [(at, turn) if at >= 0.0 else (-at, -turn) for at, turn in signed]  # at positive frequencies
     at, turn = min(turns, key=lambda one: abs(one[1]), default=(math.nan, math.inf))
     return Margins(

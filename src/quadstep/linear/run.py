@@ -14,7 +14,7 @@ from quadstep.io.errors import UserError
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, RestAnalysis, StepResponse, analyse_rest, steps
-from quadstep.linear.equilibrium import held_mission, quiet
+from quadstep.linear.equilibrium import hover_mission, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
@@ -77,7 +77,7 @@ def flown_from_rest(mission: Mission) -> str:
     """A sentence on a flight that is to stay where the path begins, without noise, gusts and events, after a small step."""
     path = mission.path.build(mission.folder)
     try:
-        log = fly(quiet(held_mission(mission, path.law.reference(0.0, path.parameters), LONG, KICK).plan(warn=False)))
+        log = fly(quiet(hover_mission(mission, path.law.reference(0.0, path.parameters), LONG, KICK).plan(warn=False)))
     except UserError as error:  # a law of the user's own that fails there
         return f"It cannot be flown at rest: {error}."
     if log.outcome is not Outcome.COMPLETED:
@@ -145,7 +145,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         "Poles",
         "poles",
         tables.POLE_HEADER,
-        tables.pole_rows(found.poles, found.said, None),
+        tables.pole_rows(found.poles, found.in_words, None),
         shown="The slowest poles",
         most=tables.SHOWN,
     )

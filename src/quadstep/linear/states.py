@@ -120,7 +120,7 @@ def quantity(name: str) -> str:
     return WHOLE.get(kind) or kind.replace(".", " ").replace("_", " ")
 
 
-def said(states: Iterable[str], names: Sequence[str], pose: Sequence[str], most: int = 4) -> str:
+def in_words(states: Iterable[str], names: Sequence[str], pose: Sequence[str], most: int = 4) -> str:
     """States as people say them, those of one kind together: velocity along x and y for `velocity.0` and `velocity.1`, and
     those that only their law knows as quantities. names: of all states; pose: of what the loop has to hold; most: kinds.
     """

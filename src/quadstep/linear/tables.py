@@ -91,8 +91,8 @@ def grouped(poles: list[Pole]) -> list[Group]:
     return groups
 
 
-def pole_rows(poles: list[Pole], said: Callable[[Iterable[str]], str], most: int | None = SHOWN) -> list[list[str]]:
-    """A row for each distinct pole, the slowest first. said: states as people say them."""
+def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most: int | None = SHOWN) -> list[list[str]]:
+    """A row for each distinct pole, the slowest first. in_words: states as people say them."""
     return [
         [
             f"{pole.real:.4g}" + (f" ± {pole.imaginary:.4g}j" if pole.imaginary > ALIKE * pole.frequency else ""),
@@ -100,7 +100,7 @@ def pole_rows(poles: list[Pole], said: Callable[[Iterable[str]], str], most: int
             f"{pole.damping:.3f}",
             f"{pole.frequency:.4g}",
             str(count),
-            said(states),
+            in_words(states),
         ]
         for pole, count, states in grouped(poles)[:most]
     ]
@@ -117,13 +117,13 @@ def sentences(analysis: Analysis, but: str = "") -> list[str]:
     slowest = f"The slowest mode has a time constant of {number(analysis.poles[0].time_constant, '.3g')} s."
     still = dict.fromkeys(name for pole in analysis.poles if not pole.real and not pole.imaginary for name in pole.states)
     if still:
-        slowest = f"A mode neither grows nor decays: {analysis.said(still)} keep any value they are given."
+        slowest = f"A mode neither grows nor decays: {analysis.in_words(still)} keep any value they are given."
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
     bent = [f"{BENT.format(analysis.tried)} ({', '.join(analysis.bends)})."] if analysis.bends else []
     if analysis.near and not bent:
-        bent = [NEAR.format(analysis.said(short(analysis.near)), analysis.tried)]
+        bent = [NEAR.format(analysis.in_words(short(analysis.near)), analysis.tried)]
     return [answer, *later, slowest, sampled, *bent]
 
 

@@ -96,7 +96,7 @@ class OpenedLoop:
         return replace(self, b=self.b[own], c=self.c[own], d=self.d[own])
 
     @cached_property
-    def held(self) -> Through:
+    def sampled(self) -> Through:
         """From what is added to each sample of the law, which is held until the next."""
         return self.through(self.hold)
 
@@ -205,7 +205,7 @@ def transfer(one: OpenedLoop, omega: Array, onto: Array | Complex | None = None)
 
     onto: how the ticks of a period follow from its inputs, shape (ticks, inputs); default: from the held samples of the law.
     """
-    b, d, by_mode = one.held if onto is None else one.through(onto)
+    b, d, by_mode = one.sampled if onto is None else one.through(onto)
     points = np.exp(1j * np.asarray(omega) * one.length)
     if one.modal is None or by_mode is None:
         unit = np.eye(len(one.a))
@@ -232,7 +232,7 @@ def loci_near(one: OpenedLoop, omega: Array, g: complex) -> Complex:
     return closed_response(np.array(found))
 
 
-def heard_at(one: OpenedLoop, omega: float, g: complex) -> float:
+def mode_frequency(one: OpenedLoop, omega: float, g: complex) -> float:
     """The frequency [rad/s] at which the law's samples oscillate in the mode of a single channel's g: over a whole period all
     frequencies that differ by whole turns are the same.
     """

@@ -12,7 +12,7 @@ from quadstep.linear.tables import decibels, number
 from quadstep.metrics.registry import SOUND
 from quadstep.report.markup import Fact
 
-Found = Sequence[tuple[str, Analysis | str]]
+Loops = Sequence[tuple[str, Analysis | str]]
 """Loops by name; for one that cannot be linearised, the reason."""
 
 ROW_HEADER = ("", "grade", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [°]", "delay [ms]", "disk")
@@ -47,18 +47,18 @@ class LeastMargin(NamedTuple):
     where: str
 
 
-def stable(loops: Found) -> list[tuple[str, Analysis]]:
+def stable(loops: Loops) -> list[tuple[str, Analysis]]:
     return [(name, one) for name, one in loops if isinstance(one, Analysis) and one.stable]
 
 
-def grades(loops: Found, where: str = "") -> str:
+def grades(loops: Loops, where: str = "") -> str:
     """How many loops have each grade, as a sentence. where: they are, after a blank, as " at rest"."""
     words = [graded(one).word if isinstance(one, Analysis) else UNKNOWN for _, one in loops]
     counts = [f"{words.count(word)} {word}" for word in (SOUND, FRAGILE, UNSTABLE, UNKNOWN) if word in words]
     return f"Of {len(words)} loops{where}: {', '.join(counts)}."
 
 
-def unstable(loops: Found) -> list[str]:
+def unstable(loops: Loops) -> list[str]:
     """A sentence each on the loops that are unstable, and on those that do not hold something."""
     linearised = [(name, one) for name, one in loops if isinstance(one, Analysis)]
     growing = [name for name, one in linearised if not one.stable]
@@ -69,7 +69,7 @@ def unstable(loops: Found) -> list[str]:
     return lines
 
 
-def rows(loops: Found) -> list[list[str]]:
+def rows(loops: Loops) -> list[list[str]]:
     """A row of `ROW_HEADER` for each loop that could be linearised: the least margins of all its channels."""
     return [[name, *cells(one)] for name, one in loops if isinstance(one, Analysis)]
 
@@ -83,7 +83,7 @@ def cells(one: Analysis) -> list[str]:
     return [graded(one).word, pole, *(text(worst_of_all) for _, _, _, text in MEASURES[:5])]
 
 
-def refused(loops: Found) -> list[str]:
+def refused(loops: Loops) -> list[str]:
     """A line for each reason why loops cannot be linearised: their names or, if many, their number and the first."""
     alike: dict[str, list[tuple[str, str]]] = {}
     for name, one in loops:
@@ -97,7 +97,7 @@ def whose(names: Sequence[str], total: int) -> str:
     return ", ".join(names) if len(names) <= NAMED else f"{len(names)} of {total}, first {names[0]}"
 
 
-def worst(loops: Found) -> list[LeastMargin]:
+def worst(loops: Loops) -> list[LeastMargin]:
     """The least of each margin over all loops and channels."""
     made = []
     for title, value, less, text in MEASURES:
@@ -112,7 +112,7 @@ def worst(loops: Found) -> list[LeastMargin]:
     return made
 
 
-def facts(loops: Found) -> list[Fact]:
+def facts(loops: Loops) -> list[Fact]:
     """The same for a report's summary: the least of the most common margins."""
     known, made = {one.margin: one for one in worst(loops)}, []
     up, down = (known.get(f"gain {way} [dB]") for way in ("up", "down"))

@@ -163,7 +163,7 @@ def check_declared(law: type[Controller]) -> None:
         if not isinstance(period, Real) or not 0.0 < period < math.inf:
             raise ValueError(f"rates: {name} should be a sample time above 0 s, not {period!r:.60}")
     check_methods(law)
-    check_told(law)
+    check_interface(law)
     for one in law.declarations().values():
         if isinstance(one, Gain):
             check_gain(one)
@@ -182,7 +182,7 @@ def check_methods(law: type[Controller]) -> None:
                 raise TypeError(f"{name}: should be declared as {name}({', '.join(given)})") from None
 
 
-def check_told(law: type[Controller]) -> None:
+def check_interface(law: type[Controller]) -> None:
     """Refuses what a controller cannot be told, or cannot command. Raises TypeError or ValueError."""
     real = law.measures is Measured
     if isinstance(law.also_measures, str):

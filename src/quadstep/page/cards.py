@@ -140,7 +140,7 @@ def thumbnail(log: io.BufferedReader, lost: bool) -> str:
     """An SVG of a flight.csv. lost: whether it ended so, which is marked. Raises ValueError for a log without a path."""
     columns = [name.partition(b"[")[0] for name in log.readline(LONGEST_LINE).strip().split(b",")]
     rows = sampled_rows(log, [columns.index(name) for name in (b"x", b"y", b"z", b"x_d", b"y_d", b"z_d")], len(columns))
-    across, up = seen_from(rows[:, :3])
+    across, up = view_axes(rows[:, :3])
     flown, desired = rows[:, [across, up]], rows[:, [3 + across, 3 + up]]
     low = np.minimum(flown.min(axis=0), desired.min(axis=0))
     span = np.maximum(flown.max(axis=0), desired.max(axis=0)) - low
@@ -166,7 +166,7 @@ def line(points: NDArray[np.float64], style: str) -> str:
     return f'<path d="M{"L".join(moved)}" stroke-width="1.6" {style}/>'
 
 
-def seen_from(flown: NDArray[np.float64]) -> tuple[int, int]:
+def view_axes(flown: NDArray[np.float64]) -> tuple[int, int]:
     """The axes to the right and upwards: x and y, or the wider of the two and z where the path is not flat."""
     span = np.ptp(flown, axis=0)
     wider = int(span[1] > span[0])

@@ -90,12 +90,12 @@ def sliders(section: ControllerSection, gains: object) -> list[Control]:
     """All of a controller's, by heading: gains, then nets, then what it believes."""
     declarations = section.controller.declarations()
     if not isinstance(gains, section.controller.Gains):  # prepared
-        return known_sliders(gains)
+        return sliders_of(gains)
     found = [*net_sliders(declarations, gains, section), *gain_sliders(declarations, gains)]
     return sorted(found, key=lambda control: {NETS: 1, BELIEF: 2}.get(control.group, 0))
 
 
-def known_sliders(gains: object) -> list[Control]:
+def sliders_of(gains: object) -> list[Control]:
     """Of gains whose controller is not known: as they declare, if they do."""
     try:
         return gain_sliders(declared(type(gains)), gains)

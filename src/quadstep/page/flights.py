@@ -16,7 +16,7 @@ from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, leaf_names
-from quadstep.page.controllers import controllers, declared_controls, known_sliders
+from quadstep.page.controllers import controllers, declared_controls, sliders_of
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
 from quadstep.page.model import Cell, Control, ControllerData, FlightData, Rate, RecordedData, Summary, numbers_text
@@ -144,7 +144,7 @@ def fliers(flown: ShownFlight, plan: FlightPlan, laws: Laws) -> Live:
         found = controllers(flown.mission, plan, flown.folder, laws, flown.called, flown.rivals)
         found[0] = found[0]._replace(controls=foremost(found[0].controls, flown.moved))
         return Live(tuple(found), tuple(controls(flown.mission, plan)))
-    sliders = tuple(known_sliders(plan.parameters.gains))  # nothing but the numbers of its plan is known
+    sliders = tuple(sliders_of(plan.parameters.gains))  # nothing but the numbers of its plan is known
     return Live((ControllerData("own", type(plan.loop.controller).__name__, *laws.add(plan), sliders, ()),), ())
 
 

@@ -176,9 +176,9 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         self.close_connection = True  # whatever was not read of the request is no request
-        self.reply(self.taken())
+        self.reply(self.receive_log())
 
-    def taken(self) -> Answer:
+    def receive_log(self) -> Answer:
         """The answer to a log that is dropped on the list: where its report is, or why it carries no advice; one at a time."""
         refused = self.refused()
         if refused or self.advise is None:

@@ -30,7 +30,7 @@ class Access(NamedTuple):
         return bool(self.token)
 
     def link(self, port: int) -> str:
-        name = seen_as() if self.host in EVERYWHERE else self.host
+        name = own_address() if self.host in EVERYWHERE else self.host
         place = f"[{name}]" if ":" in name else name
         return f"http://{place}:{port}/" + (f"?token={self.token}" if self.token else "")
 
@@ -53,7 +53,7 @@ def access(host: str) -> Access:
     return Access(host, secrets.token_urlsafe(TOKEN_BYTES))
 
 
-def seen_as() -> str:
+def own_address() -> str:
     """The address of this machine that others in the network most likely reach."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         try:

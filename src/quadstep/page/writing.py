@@ -98,7 +98,7 @@ class Writer:
         results = {output.place for output in outputs if not self.leaf(output.place)}
         locals_ = self._locals(results, set())
         known = set(locals_)
-        taken = {place: self._taken(place, known) for place in locals_}
+        taken = {place: self._operands(place, known) for place in locals_}
         chunks: list[list[int]] = [[]]
         size = 0
         for place in locals_:
@@ -138,7 +138,7 @@ class Writer:
                 needed.update(operand for operand in operands if not self.leaf(operand) and operand not in given)
         return uses, sorted(needed)
 
-    def _taken(self, place: int, known: set[int]) -> list[int]:
+    def _operands(self, place: int, known: set[int]) -> list[int]:
         """The locals and leaves that the text of a local takes, one entry each time."""
         taken, waiting = [], list(self.nodes[place].operands)
         while waiting:
@@ -152,7 +152,7 @@ class Writer:
     def _text(self, chunk: list[int], final: list[Output], layout: Layout, made: set[int]) -> str:
         own = set(chunk)
         known = own | made
-        wanted = Counter(place for local in chunk for place in self._taken(local, known))
+        wanted = Counter(place for local in chunk for place in self._operands(local, known))
         assigned = {output.place for output in final}  # an output may stand where another one comes from
         wanted.update(assigned)
         names: dict[int, str] = {}

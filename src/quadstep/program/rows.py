@@ -49,7 +49,7 @@ class RowRecord(LoopRecord):
         self.loops: dict[int, LoopBody] = {}
         self._indices = 0
 
-    def found(self, operation: str, *operands: int, text: str) -> int:
+    def memory_place(self, operation: str, *operands: int, text: str) -> int:
         """The place of a number in memory, which may be of a loop's row or of a scan's memory."""
         named = OWN.match(text)
         return self.place(operation, *operands, text=text, turning=frozenset((named[1],)) if named else frozenset())
@@ -62,7 +62,7 @@ class RowRecord(LoopRecord):
     def item(self, array: int, row: str, column: int | None = None) -> RecordedNumber:
         """An entry of an array in memory."""
         place = "" if column is None else f"[{column}]"
-        return RecordedNumber(self, self.found("item", array, text=f"[{row}]{place}"))
+        return RecordedNumber(self, self.memory_place("item", array, text=f"[{row}]{place}"))
 
     def loop(self, body: LoopBody) -> int:
         """The place of a loop, after everything that it captures."""

@@ -206,7 +206,7 @@ def mark(figure: Figure) -> None:
     """Name axes, and what is drawn in them, in the SVG to come."""
     for place, axes in enumerate(figure.axes):
         axes.set_gid(f"axes{place}")
-        for number, one in enumerate(drawn_artists(axes)):
+        for number, one in enumerate(plotted_artists(axes)):
             one.set_gid(f"drawn{place}.{number}")
 
 
@@ -220,7 +220,7 @@ def described_svg(svg: str, figure: Figure) -> str:
     return svg.replace("<svg ", f'<svg data-axes="{content}" ', 1)
 
 
-def drawn_artists(axes: Axes) -> list[Artist]:
+def plotted_artists(axes: Axes) -> list[Artist]:
     """All that is drawn in them but the grid."""
     parts = [*axes.lines, *axes.patches, *axes.collections, *axes.texts]
     return [one for one in parts if not str(one.get_gid()).startswith(GRID)]
@@ -282,7 +282,7 @@ def described(place: int, axes: Axes) -> dict[str, object]:
         "ours": not axes.images and not any(isinstance(one, QuadMesh) for one in axes.collections),
         "curves": [{"id": one.get_gid(), "name": name(one)} for one in curves(axes)],
         "bars": [bar(*one) for one in bars(axes)],
-        "drawn": [{"id": one.get_gid(), "along": along(one, axes)} for one in drawn_artists(axes)],
+        "drawn": [{"id": one.get_gid(), "along": along(one, axes)} for one in plotted_artists(axes)],
     }
 
 

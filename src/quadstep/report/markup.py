@@ -154,7 +154,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callabl
 
     def cell(content: Cell) -> str:
         if isinstance(content, Span):
-            return f'<td class="number">{set_as(content.text)}{drawn_interval(content)}</td>'
+            return f'<td class="number">{set_as(content.text)}{interval_picture(content)}</td>'
         text, kind = content if isinstance(content, tuple) else (content, "")
         kind = kind or "long" * any(len(word) > LONG for word in text.split())
         return f'<td class="{escape(kind)}">{set_as(text)}</td>' if kind else f"<td>{set_as(text)}</td>"
@@ -165,7 +165,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callabl
     return f'<div class="scroll" tabindex="0"><table>{head}<tbody>\n{body}</tbody></table></div>'
 
 
-def drawn_interval(span: Span) -> str:
+def interval_picture(span: Span) -> str:
     """An interval as a small drawing: the scale, the range, the number; nothing where there is none."""
     width, ends = span.most - span.least, (span.low, span.value, span.high)
     if not width > 0.0 or any(math.isnan(one) for one in ends):

@@ -219,7 +219,7 @@ def flight_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = N
     return [job for one in FIGURES.names for job in FIGURES.load(one)(log, name, efforts)]
 
 
-def chosen_jobs(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
+def jobs_to_draw(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
     """What is drawn of a flight's figures: all, or one of the sheet's signals, where it has panels of these."""
     if not sheet.signals or not jobs:
         return [*jobs]

@@ -21,7 +21,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import ParamSpec, TypeVar
 
-from quadstep.io.errors import UserError, interrupts_held
+from quadstep.io.errors import UserError, interrupts_deferred
 from quadstep.io.user_code import warn_of_users_only
 
 SHARED_MEMORY = Path("/dev/shm")
@@ -138,7 +138,7 @@ def failures_named() -> Iterator[None]:
 def starting() -> Iterator[None]:
     """Processes started in this block never see Ctrl-C, run nothing of the main module, and take no module from the folder."""
     main, safe = sys.modules["__main__"], os.environ.get("PYTHONSAFEPATH")
-    with interrupts_held():
+    with interrupts_deferred():
         sys.modules["__main__"] = ModuleType("__main__")
         os.environ["PYTHONSAFEPATH"] = "1"
         try:
@@ -176,7 +176,7 @@ def drawing_pool(workers: int | None = None) -> Iterator[DrawingPool]:
     """
     start_server()
     others = multiprocessing.active_children()
-    with failures_named(), interrupts_held():  # or a semaphore stays that nobody knows of
+    with failures_named(), interrupts_deferred():  # or a semaphore stays that nobody knows of
         pool = DrawingPool(workers)
     try:
         yield pool

@@ -125,8 +125,8 @@ def evidence(
     """What was measured and what follows, for its readers. stem, log: name of the log, and where it is; new: parameters."""
     assert now.phase
     answer, seen = sentence(flight, now), symptoms(flight, now, advice)
-    more = [*next_steps(flight, now, advice), *([behind.said] if behind else []), *further_remarks(flight, now)]
-    more += [one.said for one in seen if one.shows]
+    more = [*next_steps(flight, now, advice), *([behind.sentence] if behind else []), *further_remarks(flight, now)]
+    more += [one.sentence for one in seen if one.shows]
     rows = margin_rows(now, behind, model, advice, flight.loop, new)
     lines = [(one.name, one.measured, one.threshold) for one in seen]
     cuts = [

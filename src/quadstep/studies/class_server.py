@@ -144,7 +144,7 @@ def board(room: Room, member: Member, refusal: Refusal | None = None, text: str 
     why = f"<b>Not taken: {escape(str(refusal))}</b>{' Your text is below.' if text else ''}"
     body = [
         f'<p role="alert">{why} <a href="/">Back to the board</a></p>' if refusal else "",
-        paragraph(f"{member.name}. {member.said}", escape), mine,
+        paragraph(f"{member.name}. {member.message}", escape), mine,
         table(("", "student", words), rows, escape) if rows else paragraph("Nobody has flown it yet."),
         heading("Submit", "submit"),
         paragraph(f"All fly the same mission; the smallest {words} wins. You may change only {free}.", escape),

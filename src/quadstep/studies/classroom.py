@@ -92,7 +92,7 @@ class Ground(NamedTuple):
 class SubmissionResult(NamedTuple):
     """What came of a submission. flown: whether there is a flight. value: of the metric, unless it was lost."""
 
-    said: str
+    message: str
     flown: bool = False
     value: float | None = None
 
@@ -114,7 +114,7 @@ class Member:
     name: str
     folder: Path
     text: str = ""
-    said: str = "Nothing of yours has been flown yet."
+    message: str = "Nothing of yours has been flown yet."
     value: float | None = None
     best: int = 0
     latest: int = 0
@@ -167,7 +167,9 @@ class Room:
             if content:
                 completed = content.get("outcome") == Outcome.COMPLETED.name.lower()
                 member.counts(number, scalars(content).get(self.ground.metric) if completed else None)
-                member.said = "The class was restarted: your flights were kept. What was still waiting has to be sent again."
+                member.message = (
+                    "The class was restarted: your flights were kept. What was still waiting has to be sent again."
+                )
                 with contextlib.suppress(UserError):
                     member.text = files.read_text(member.folder / f"{number}" / MISSION_NAME, SUBMISSION, links=False)
         return member
@@ -180,7 +182,7 @@ class Room:
         """Put what a student sends into the queue, unless it is too soon. Raises Refusal."""
         with self.lock:
             self.check_turn(member)
-            member.waits, member.last, member.said, member.text = True, time.monotonic(), "Waiting to be flown.", text
+            member.waits, member.last, member.message, member.text = True, time.monotonic(), "Waiting to be flown.", text
             self.waiting.put((member, text))
 
     def check_turn(self, member: Member) -> None:
@@ -199,7 +201,7 @@ class Room:
     def fly_next(self) -> None:
         """Fly the next submission, once there is one."""
         member, text = self.waiting.get()
-        member.said = "Being flown."
+        member.message = "Being flown."
         number = 1 + max(numbered(member.folder), default=0)
         try:
             result = flown_apart(text, self.ground, member.folder / f"{number}", self.section.seconds)
@@ -209,7 +211,7 @@ class Room:
             if result.flown:
                 member.counts(number, result.value)
             member.tidy()
-            member.said, member.waits = result.said, False
+            member.message, member.waits = result.message, False
 
     def board(self) -> list[Member]:
         """Who has flown, the best first."""

@@ -27,7 +27,7 @@ from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, drawn_column
+from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, value_column
 from quadstep.studies.envelope_request import MapAxis, Request, as_typed
 from quadstep.studies.study import Flown
 
@@ -127,7 +127,7 @@ def table(request: Request, cells: Cells) -> pa.Table:
     """One row per cell; missing values are null. Without chance in a cell, its share is no estimate."""
     count = request.cells
     drawn = draw(request.campaign.file, np.arange(count))
-    columns: dict[str, object] = {axis.key: drawn_column(drawn[axis.key]) for axis in reversed(request.axes)}
+    columns: dict[str, object] = {axis.key: value_column(drawn[axis.key]) for axis in reversed(request.axes)}
     known = {successes: interval(cells, successes) for successes in np.unique(cells.successes).tolist()}
     estimates = np.array([known[successes] for successes in cells.successes.ravel().tolist()])
     columns["flights"] = pa.array(np.full(count, cells.flights))

@@ -27,7 +27,7 @@ from quadstep.mission.check import check
 from quadstep.mission.own_controller import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.read import REAL, plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
-from quadstep.report.panels import chosen_jobs, labels_of
+from quadstep.report.panels import jobs_to_draw, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
@@ -37,12 +37,12 @@ REPORT = "report.html"
 
 UNKNOWN_PATH = "Errors are measured from the mission's path, which the autopilot flies only if someone sends it."
 
-Told: TypeAlias = Callable[[str, int, int], None]
-"""Told a stage of the work, how much of it is done, and how much there is."""
+StageProgress: TypeAlias = Callable[[str, int, int], None]
+"""StageProgress a stage of the work, how much of it is done, and how much there is."""
 
 
 class Piloting(NamedTuple):
-    """Who flies instead of the controller. connect: where it is listened for. first_wait: for how long [s]. said: of what the
+    """Who flies instead of the controller. connect: where it is listened for. first_wait: for how long [s]. say: of what the
     user should know before. pilot: whether it is also armed, lifted and sent the path. where: it is reached for that; empty:
     where it usually is.
     """
@@ -50,7 +50,7 @@ class Piloting(NamedTuple):
     autopilot: str
     connect: str = ""
     first_wait: float = FIRST_WAIT
-    said: Callable[[str], None] = lambda _: None
+    say: Callable[[str], None] = lambda _: None
     pilot: bool = False
     where: str = ""
 
@@ -86,7 +86,7 @@ class FlightSummary(NamedTuple):
 
 
 def fly_mission(
-    path: Path, folder: Path, engine: Engine, overwrite: bool, progress: Told = lambda *_: None,
+    path: Path, folder: Path, engine: Engine, overwrite: bool, progress: StageProgress = lambda *_: None,
     flight: int | None = None, required: Sequence[Requirement] = (), results: Path | None = None,
     sheet: Sheet | None = None, piloting: Piloting | None = None, grading: Grading = ungraded,
 ) -> FlightSummary:  # fmt: skip
@@ -104,12 +104,12 @@ def fly_mission(
     found = mission.controller.matching(plan) if isinstance(mission.controller, PilotedSection) else None
     pilot = piloting or Piloting("")
     if found is not None:
-        pilot.said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
-        keep(found, path.parent, pilot.said)
+        pilot.say(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
+        keep(found, path.parent, pilot.say)
         section = cast(PilotedSection, mission.controller)
         section.watch(lambda stage: progress(stage, 0, 1), pilot.first_wait)
         if pilot.pilot:
-            section.lead(plan, mission.modelled.model(), pilot.where, pilot.said)
+            section.lead(plan, mission.modelled.model(), pilot.where, pilot.say)
     summary = fly_planned(mission, plan, beside, folder, engine, overwrite, progress, required, sheet, grading)
     if found is not None and not pilot.pilot and not plan.loop.controller.why_lost(plan.parameters.gains):
         return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
@@ -144,7 +144,7 @@ def under(piloting: Piloting, mission: Mission) -> Mission:
 
 
 def fly_planned(
-    mission: Mission, plan: FlightPlan, beside: Path, folder: Path, engine: Engine, overwrite: bool, progress: Told,
+    mission: Mission, plan: FlightPlan, beside: Path, folder: Path, engine: Engine, overwrite: bool, progress: StageProgress,
     required: Sequence[Requirement], sheet: Sheet | None, grading: Grading = ungraded,
 ) -> FlightSummary:  # fmt: skip
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
@@ -167,7 +167,7 @@ def fly_planned(
 
 def write_results(
     out: Path, pool: DrawingPool, mission: Mission, plan: FlightPlan, log: FlightLog, engine: Engine,
-    beside: Path, ending: Metrics, progress: Told = lambda *_: None, sheet: Sheet | None = None, why: str = "",
+    beside: Path, ending: Metrics, progress: StageProgress = lambda *_: None, sheet: Sheet | None = None, why: str = "",
     grading: Grading = ungraded,
 ) -> tuple[Metrics, tuple[str, ...]]:  # fmt: skip
     """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. ending:
@@ -176,7 +176,7 @@ def write_results(
     (out / "figures").mkdir()
     sheet = (sheet or Sheet()).shown()
     figures = mission.figures(log) if len(log.rows) > 1 else []
-    jobs = chosen_jobs(figures, sheet)
+    jobs = jobs_to_draw(figures, sheet)
     drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
     measured = mission.flight_metrics(log, grading)  # while processes draw
     zero = [f"--signals: {one} is zero throughout, and not drawn" for one in sheet.lacking(labels_of(figures)) if figures]
@@ -209,7 +209,7 @@ def ending_state(plan: FlightPlan, log: FlightLog) -> Metrics:
     return {with_unit(*column): value for column, value in named if math.isfinite(value)}
 
 
-def fly_logged(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
+def fly_logged(plan: FlightPlan, engine: Engine, told: StageProgress) -> FlightLog:
     over, steps = 0, plan.ticks.last + 1
 
     def progress(more: int) -> None:

@@ -37,10 +37,10 @@ Flown: TypeAlias = Iterator[tuple[StudySpan, pa.Table]]
 """Flights as they are finished, in any order: a row each, with what was drawn, the outcome, and every metric."""
 
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 
-class Study(ABC, Generic[Found]):
+class Study(ABC, Generic[Result]):
     """A kind of study. campaign: of which it flies the first `flights`; identity: a digest of all that decides its result."""
 
     campaign: Campaign
@@ -48,23 +48,23 @@ class Study(ABC, Generic[Found]):
     identity: str
 
     @abstractmethod
-    def fold(self, flown: Flown) -> Found:
+    def fold(self, flown: Flown) -> Result:
         """What the flights show. Raises UserError for values that cannot be flown."""
 
     @abstractmethod
-    def evidence(self, loops: Found, out: Path, sheet: Sheet) -> Evidence:
+    def evidence(self, result: Result, out: Path, sheet: Sheet) -> Evidence:
         """The same for readers; draws its figures, and writes files of its own, into the folder `out`."""
 
 
-class FinishedStudy(NamedTuple, Generic[Found]):
-    found: Found
+class FinishedStudy(NamedTuple, Generic[Result]):
+    found: Result
     evidence: Evidence
 
 
 def run(
-    study: Study[Found], folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False, progress: Progress = SILENT,
+    study: Study[Result], folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False, progress: Progress = SILENT,
     sheet: Sheet | None = None, grading: Grading = ungraded,
-) -> FinishedStudy[Found]:  # fmt: skip
+) -> FinishedStudy[Result]:  # fmt: skip
     """Fly a study and write its folder, all of it or nothing. sheet: what figures are drawn on. grading: of the loop at rest.
 
     Raises UserError.

@@ -35,7 +35,7 @@ from quadstep.report.progress import SILENT, Count, Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.studies.tuning.gains import with_numbers
-from quadstep.studies.tuning.ground import CandidateFlyer, asked_of
+from quadstep.studies.tuning.ground import CandidateFlyer, tuning_request
 from quadstep.studies.tuning.objective import CandidateFlights
 from quadstep.studies.what_if_report import STEP, Question, Side, evidence, picture
 
@@ -225,7 +225,7 @@ def answer(
     with publishing(out, identity, overwrite) as draft, drawing_pool(1) as pool:
         steps = fly_all([one.plan(warn=False) for one in missions])
         drawn = pool.submit(picture(*steps).draw, draft, (sheet or Sheet()).shown())  # while all else is computed
-        gusts = asked_of(here / asked.file, "", in_gusts(content, asked, before), here, apart=False)
+        gusts = tuning_request(here / asked.file, "", in_gusts(content, asked, before), here, apart=False)
         ground = CandidateFlyer(gusts, asked.seed)
         flown = flights_before_and_after(ground, before, after, asked.flights, Count(progress, 2 * asked.flights).add)
         sides = tuple(Side(step, whole_grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))

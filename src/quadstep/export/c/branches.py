@@ -12,9 +12,9 @@ from typing import NamedTuple, cast
 
 from quadstep.export.c.structs import (
     StoredStructures,
-    as_given,
     as_struct,
     fields_of,
+    from_struct,
     place_in_memory,
     stored,
     structure_in_memory,
@@ -62,7 +62,7 @@ class ScanRecord(RowRecord):
         counter = self.index(TURN)
         begin = as_struct(carry, "carry")
         given = shaped(rows, iter([self.in_memory(one).row(counter) for one in matrices(rows)]))
-        after, made = step(cast(C, as_given(structure_in_memory(self, begin, f"{counter}."), carry)), given)
+        after, made = step(cast(C, from_struct(structure_in_memory(self, begin, f"{counter}."), carry)), given)
         same_shape(after, len(flatten(begin)))
         lines = {f"made_{k}": line for k, line in enumerate(matrices(made))}
         memory = {**fields_of(begin), **{name: Matrix([line] * count) for name, line in lines.items()}}
@@ -77,7 +77,7 @@ class ScanRecord(RowRecord):
             RowMatrix.in_memory(self, (count, len(line)), place_in_memory(self, f"{counter}.{name}", (node,)))
             for name, line in lines.items()
         ]
-        last = as_given(structure_in_memory(self, begin, f"{counter}.", (node,)), carry)
+        last = from_struct(structure_in_memory(self, begin, f"{counter}.", (node,)), carry)
         return cast(C, last), shaped(made, iter(columns))
 
 

@@ -206,7 +206,7 @@ def of_structure(value: Structure, words: Mapping[str, str]) -> Callable[[str], 
     """Comments on its members by dotted name: as declared, from a table by the end of the name, or from a docstring."""
 
     def comment(name: str) -> str:
-        holder, field = found_in(value, name)
+        holder, field = member_of(value, name)
         declaration = getattr(type(holder), "_field_defaults", {}).get(field)
         if isinstance(declaration, Gain):
             return unit_and_meaning(declaration) or UNKNOWN
@@ -222,7 +222,7 @@ def unit_and_meaning(gain: Gain) -> str:
     return ", ".join(part for part in (gain.unit if gain.unit != "-" else "", gain.meaning) if part)
 
 
-def found_in(value: Structure, name: str) -> tuple[Structure, str]:
+def member_of(value: Structure, name: str) -> tuple[Structure, str]:
     """The structure that holds a member, by dotted name, and the name of its field."""
     *places, last = name.split(".")
     for place in places:

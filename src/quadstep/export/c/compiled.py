@@ -183,7 +183,7 @@ class Library:
         name = self.law.name
         if which < 0:
             status = getattr(self.code, f"{name}_start")(self.params, ctypes.byref(state), measured)
-            return self.given(state, status, [0.0] * self.command)
+            return self.outputs(state, status, [0.0] * self.command)
         wanted = inputs[after + self.measured :].tolist()
         reference = (self.real * len(wanted))(*wanted)
         step = self.law.clocked.step
@@ -193,9 +193,9 @@ class Library:
         given = [self.params, ctypes.byref(state), measured, reference, ctypes.byref(clock)]
         if self.names[which] == "law":
             given.append(command)
-        return self.given(state, function(*given), list(command))
+        return self.outputs(state, function(*given), list(command))
 
-    def given(self, state: ctypes.Structure, status: int, command: list[float]) -> list[float]:
+    def outputs(self, state: ctypes.Structure, status: int, command: list[float]) -> list[float]:
         if status:
             return [math.nan] * (self.memory + self.command)
         return [*state.memory, *command]

@@ -70,7 +70,7 @@ class Expressions:
         """A text with the names of loops' memory and counters."""
         return MEMORY.sub(lambda one: f"{self.memories[one[1]]}." if one[1] else f"[{self.indices[one[2]]}]", text)
 
-    def taken_reads(self) -> frozenset[str]:
+    def reads_since(self) -> frozenset[str]:
         """The targets that expressions written since the last call have read."""
         reads, self.reads = self.reads, frozenset()
         return reads
@@ -161,7 +161,7 @@ class Statements(Expressions):
             braced([*commented(side, origin), *(f"{name} = {value};" for name, value in zip(names, found, strict=True))])
             for side, found in zip(sides, values, strict=True)
         ]
-        reads = self.taken_reads().union(*(line.reads for side in sides for line in side))
+        reads = self.reads_since().union(*(line.reads for side in sides for line in side))
         lines = [*(f"real {name};" for name in names), f"if ({text})", *blocks[0], "else", *blocks[1]]
         return [CStatement(lines, reads, origin)]
 
@@ -173,7 +173,7 @@ class Statements(Expressions):
         text = unbracketed(self.expression(place))
         name = self.name(place)
         self.names[place] = name
-        return CStatement([f"const {self.kind(place)} {name} = {text};"], self.taken_reads(), self._origin(place))
+        return CStatement([f"const {self.kind(place)} {name} = {text};"], self.reads_since(), self._origin(place))
 
     def _sine_cosine(self, *pair: int) -> CStatement:
         (angle,) = self.nodes[pair[0]].operands
@@ -181,7 +181,7 @@ class Statements(Expressions):
         name = self.name(-1, "turn")
         self.halves |= {place: f"{name}.{HALVES[self.nodes[place].operation]}" for place in pair}
         return CStatement(
-            [f"const qs_sine_cosine {name} = qs_sincos({text});"], self.taken_reads(), self._origin(pair[0]), (name,)
+            [f"const qs_sine_cosine {name} = qs_sincos({text});"], self.reads_since(), self._origin(pair[0]), (name,)
         )
 
 

@@ -58,7 +58,7 @@ def guards(exported: Exported) -> list[str]:
     lines = {what: line for what, line, _ in prototypes(exported)}
 
     def refuse(what: str) -> str:
-        checks = told_finite(exported, what)
+        checks = finite_test(exported, what)
         not_finite = f"    else if (!({checks}))\n    {{\n        status |= {upper}_NOT_FINITE;\n    }}\n" if checks else ""
         return (
             f"    if (state->ready == 0u)\n    {{\n        status |= {upper}_NOT_STARTED;\n    }}\n"
@@ -74,7 +74,7 @@ def guards(exported: Exported) -> list[str]:
         ),
         "start": (
             f"    uint32_t status = {upper}_OK;\n    {name}_reset(state);\n"
-            f"    if ({told_finite(exported, 'start') or 'true'})\n    {{\n"
+            f"    if ({finite_test(exported, 'start') or 'true'})\n    {{\n"
             f"        start_step(params, {memory}measured);\n        state->ready = 1u;\n    }}\n"
             f"    else\n    {{\n        status = {upper}_NOT_FINITE;\n    }}\n    return status;\n"
         ),
@@ -108,7 +108,7 @@ def enter_body(exported: Exported, memory: str) -> str:
     ]
     return (
         f"    uint32_t status = {upper}_OK;\n{'' if own else '    (void)reference;' + chr(10)}    {name}_reset(state);\n"
-        f"    if ({told_finite(exported, 'enter' if own else 'start') or 'true'})\n    {{\n"
+        f"    if ({finite_test(exported, 'enter' if own else 'start') or 'true'})\n    {{\n"
         f"        {step};\n{''.join(held)}        state->ready = 1u;\n    }}\n"
         f"    else\n    {{\n        status = {upper}_NOT_FINITE;\n    }}\n    return status;\n"
     )
@@ -156,7 +156,7 @@ def few(exported: Exported) -> bool:
     return sum(len(run.names) for run in (*(run for found in whole for run in found), *commanded_quantities(exported))) <= FEW
 
 
-def told_finite(exported: Exported, what: str) -> str:
+def finite_test(exported: Exported, what: str) -> str:
     """The test that a function's inputs are finite; empty if it takes none."""
     return all_finite(exported, checked_numbers(exported, what) if few(exported) else joined(exported, what))
 

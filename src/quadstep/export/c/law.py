@@ -7,7 +7,7 @@ from math import isnan, prod
 from typing import NamedTuple, cast
 
 from quadstep.export.c.comments import NamedRecord
-from quadstep.export.c.structs import StructOutput, as_array, as_given, as_struct, fields_of, stored, structure_in_memory
+from quadstep.export.c.structs import StructOutput, as_array, as_struct, fields_of, from_struct, stored, structure_in_memory
 from quadstep.export.c.writing import CWriter
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.plant import Plant, Reference
@@ -92,7 +92,7 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         )
 
     def remembered(record: NamedRecord) -> Structure:
-        return as_given(structure_in_memory(record, memory, "memory->"), begun)
+        return from_struct(structure_in_memory(record, memory, "memory->"), begun)
 
     def start(record: NamedRecord) -> list[tuple[str, Structure]]:
         own, measured, _ = told(record)

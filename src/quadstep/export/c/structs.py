@@ -112,7 +112,7 @@ def as_struct(value: Structure, name: str) -> Structure:
     return namedtuple("Named", (name,))(cast(Any, value))
 
 
-def as_given(value: Structure, like: Structure) -> Structure:
+def from_struct(value: Structure, like: Structure) -> Structure:
     """The inverse of `as_struct` for something of this shape."""
     return value if hasattr(like, "_fields") or not value else cast("tuple[Structure, ...]", value)[0]
 
@@ -224,7 +224,7 @@ def is_long(value: Matrix | Vector) -> bool:
 
 def place_in_memory(record: RowRecord, text: str, after: tuple[int, ...]) -> int:
     """The place of the number in memory under this name."""
-    return record.place(LEFT, *after, text=text) if after else record.found(INPUT, text=text)
+    return record.place(LEFT, *after, text=text) if after else record.memory_place(INPUT, text=text)
 
 
 def inner(value: tuple[Structure, ...], made: Callable[[Structure, str], Structure], text: str) -> Structure:

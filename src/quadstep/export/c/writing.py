@@ -121,7 +121,7 @@ class CWriter(Statements):
         entries = [
             f"{name}[{at // columns}][{at % columns}] = {unbracketed(self.text(one))};" for at, one in enumerate(node.operands)
         ]
-        return [CStatement([f"real {name}{node.text};", *entries], self.taken_reads(), self._origin(place))]
+        return [CStatement([f"real {name}{node.text};", *entries], self.reads_since(), self._origin(place))]
 
     def _memory(self, place: int) -> list[CStatement]:
         scan = self.record.scans[place]
@@ -141,7 +141,7 @@ class CWriter(Statements):
         self.depth += 1
         turn = self._with_stores(self._block(scan.turn, scan.counter), scan.turn.numbers)
         self.depth -= 1
-        self.taken_reads()
+        self.reads_since()
         self.names, self.given, self.uses = names, given, uses
         reads, self.all_reads = frozenset(self.all_reads), around | self.all_reads
         head = f"{last}; {index} >= 0; --{index}" if scan.backwards else f"0; {index} < {scan.turns}; ++{index}"
@@ -181,7 +181,7 @@ class CWriter(Statements):
             return before
         rows = self.record.loops[places[0]].rows
         text = [f"for (int32_t {index} = 0; {index} < {rows}; ++{index})", *braced(inner)]
-        return [*before, CStatement(text, self.taken_reads(), origin, tuple(made))]
+        return [*before, CStatement(text, self.reads_since(), origin, tuple(made))]
 
     def _stays(self, place: int, storage: dict[int, str]) -> bool:
         """Whether a loop would copy an array onto itself."""
@@ -262,7 +262,7 @@ class CWriter(Statements):
         made = {name: number for number, line in enumerate(lines) for name in (*declared(line.text), *line.makes)}
         for target, place in placed:
             source = self.text(place)
-            read = self.taken_reads()
+            read = self.reads_since()
             if source == target:
                 continue
             last = max((number for number, line in enumerate(lines) if touched(target, line.reads)), default=-1)

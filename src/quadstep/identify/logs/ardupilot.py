@@ -47,7 +47,7 @@ def read(path: Path, columns: list[str]) -> Topics:
     for name, series in found.items():
         topic, _, field = name.partition(".")
         found[name] = series._replace(value=series.value * UNITS.get(letters[topic].get(field, ""), 1.0))
-    return Topics.told(found, damaged, told)
+    return Topics.with_history(found, damaged, told)
 
 
 def parameters(logged: PackedMessages) -> dict[str, list[float]]:

@@ -155,7 +155,7 @@ def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
         return read_many(path, [read_mapping(mapping)] if mapping else [load_mapping(name) for name in USUAL.get(kind, ())])
     if kind != ".csv":
         raise UserError(f"{path}: unsupported log format; allowed: .csv, {', '.join(f'.{one}' for one in READERS.names)}")
-    return read_table(path, read_mapping(mapping) if mapping else found_mapping(path))
+    return read_table(path, read_mapping(mapping) if mapping else mapping_for(path))
 
 
 def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
@@ -174,7 +174,7 @@ def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
     return recorded(path, chosen, rows, damaged)
 
 
-def found_mapping(path: Path) -> Mapping:
+def mapping_for(path: Path) -> Mapping:
     """The mapping of the package that fits a table. Raises UserError."""
     name = fitting(header_of(path))
     if name is None:

@@ -122,7 +122,7 @@ class Topics(NamedTuple):
     changed: tuple[str, ...] = ()
 
     @classmethod
-    def told(cls, columns: Columns, damaged: int, parameters: Mapping[str, Sequence[float]]) -> "Topics":
+    def with_history(cls, columns: Columns, damaged: int, parameters: Mapping[str, Sequence[float]]) -> "Topics":
         """Of a log with all that parameters were, by name, in order."""
         changed = tuple(name for name, values in parameters.items() if len(set(values)) > 1)
         return cls(columns, damaged, {name: values[-1] for name, values in parameters.items()}, changed)

@@ -44,7 +44,7 @@ def read(path: Path, columns: list[str]) -> Topics:
         stamps = next((messages[name] for name in known if messages[name].any()), None)
         if stamps is not None and stamps.ndim == 1:
             rows[one.topic] = stamps.astype(np.float64) * 1e-6, messages
-    return Topics.told(columns_of(path, rows, fields), damaged, told)
+    return Topics.with_history(columns_of(path, rows, fields), damaged, told)
 
 
 def walked(path: Path, content: bytes, topics: list[str]) -> tuple[list[LoggedTopic], dict[str, list[float]], int]:

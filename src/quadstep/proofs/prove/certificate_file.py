@@ -53,7 +53,7 @@ class Certificate(NamedTuple):
     folder: str = ""
 
 
-def seen_from(certificate: Path, mission: Path) -> str:
+def folder_from(certificate: Path, mission: Path) -> str:
     """The folder of a mission's file, in which the files that it names are, relative to that of a certificate."""
     return Path(os.path.relpath(mission.absolute().parent, certificate.absolute().parent)).as_posix()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from quadstep.proofs.prove.certificate_file import SetCertificate, seen_from, write_set
+from quadstep.proofs.prove.certificate_file import SetCertificate, folder_from, write_set
 from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Departure, Hold, described, number_extents
 from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, millimetres, off, rounded_down, under, up
@@ -19,7 +19,7 @@ NOTHING = 1e-15
 """Lengths [m] that are not told from zero."""
 
 
-def held_for_ever(
+def hover_for_ever(
     name: str, path: Path, text: str, loop: SampledLoop, unknown: Unknown, kept: Hold, out: Path | None
 ) -> ProofVerdict:
     """Hover in a set that no flight leaves. path, text: the mission's file and what it says."""
@@ -29,7 +29,7 @@ def held_for_ever(
     if out is not None:
         names, found = tuple(loop.names), kept.found
         content = text, unknown, names, at.state, at.live, at.twins, at.unit, kept.modes.spread, kept.modes.pairs, found.radii
-        write_set(out, SetCertificate(*content, kept.own, start, position, seen_from(out, path)))
+        write_set(out, SetCertificate(*content, kept.own, start, position, folder_from(out, path)))
     enough = start >= unknown.start
     said = "proved" if enough else "open"
     rows = rows_of(axes, said, start, position)

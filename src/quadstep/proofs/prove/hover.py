@@ -182,7 +182,7 @@ def jacobian(loop: SampledLoop, at: Hover) -> tuple[Array, Array]:
     for row, number in enumerate(numbers):
         if isinstance(number, Jet):
             if number.kinked or not bounded(number):
-                raise UndefinedError(f"{loop.said(loop.names[row])} has no derivative there")
+                raise UndefinedError(f"{loop.in_words(loop.names[row])} has no derivative there")
             middle[row], radius[row] = number.slopes.centre[:, 0], number.slopes.tight[:, 0]
     return middle, radius
 

@@ -73,9 +73,9 @@ def next_numbers(
         other = at.twins.get(place)
         as_it_was = isinstance(found[place], float) and found[place] == value
         if other is not None and found[place] is not found[other]:
-            raise UndefinedError(f"{loop.said(loop.names[place])} may differ from {loop.said(loop.names[other])}")
+            raise UndefinedError(f"{loop.in_words(loop.names[place])} may differ from {loop.in_words(loop.names[other])}")
         if place not in at.live and other is None and not as_it_was:
-            raise UndefinedError(f"{loop.said(loop.names[place])} does not stay as it is")
+            raise UndefinedError(f"{loop.in_words(loop.names[place])} does not stay as it is")
     return [found[place] for place in at.live]
 
 
@@ -142,14 +142,16 @@ def refuse_idle(loop: SampledLoop, names: list[str], slopes: Array) -> None:
     """Raises UserError for numbers that keep any value they are given."""
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
-        raise UserError(f"{loop.said(*found)}: to first order these stay wherever they are, and do not return by themselves")
+        raise UserError(
+            f"{loop.in_words(*found)}: to first order these stay wherever they are, and do not return by themselves"
+        )
 
 
 def refuse_neutral(loop: SampledLoop, names: list[str], returns: Array) -> None:
     """Raises UserError where a combination of numbers keeps any value. returns: one less the slopes, (count, count)."""
     _, sizes, ways = np.linalg.svd(returns)
     if len(names) and sizes[-1] < NEUTRAL:
-        named = loop.said(*(names[i] for i in np.argsort(-np.abs(ways[-1]), stable=True)[:3]))
+        named = loop.in_words(*(names[i] for i in np.argsort(-np.abs(ways[-1]), stable=True)[:3]))
         raise UserError(f"{named}: to first order a combination of these stays wherever it is, and does not return by itself")
 
 
@@ -157,7 +159,7 @@ def refuse_edge(loop: SampledLoop, names: list[str], bent: NDArray[np.bool_]) ->
     """Raises UserError for numbers that a sample leaves on no straight line, however small the deviation."""
     found = [name for name, bends in zip(names, bent, strict=True) if bends]
     if found:
-        named = loop.said(*found)
+        named = loop.in_words(*found)
         raise UserError(f"{named} have no slopes: the loop rests exactly on an edge of the law (a limit, a sign, a `where`)")
 
 

@@ -20,9 +20,9 @@ from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.certificate_file import Certificate, is_set, seen_from, write_certificate
+from quadstep.proofs.prove.certificate_file import Certificate, folder_from, is_set, write_certificate
 from quadstep.proofs.prove.checker import check_certificate
-from quadstep.proofs.prove.for_ever import check_for_ever, held_for_ever, left_hover
+from quadstep.proofs.prove.for_ever import check_for_ever, hover_for_ever, left_hover
 from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
@@ -81,7 +81,7 @@ def prove_mission(
         if isinstance(kept, Departure):
             return left_hover(mission.name, loop, unknown, kept)
         if not isinstance(kept, str):
-            return held_for_ever(mission.name, path, text, loop, unknown, kept, out)
+            return hover_for_ever(mission.name, path, text, loop, unknown, kept, out)
         why = kept
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
@@ -100,7 +100,7 @@ def prove_mission(
     if out is not None:
         names = tuple(loop.names)
         content = text, unknown, names, flown, SAMPLES, chosen.spread, result.boxes, position
-        write_certificate(out, Certificate(*content, seen_from(out, path)))
+        write_certificate(out, Certificate(*content, folder_from(out, path)))
     return ProofVerdict(
         mission.name,
         VerdictKind.PROVED,

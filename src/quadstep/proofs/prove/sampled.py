@@ -20,7 +20,7 @@ from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Clock, Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError
-from quadstep.linear.states import pose_names, said, short
+from quadstep.linear.states import in_words, pose_names, short
 from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import PLAIN, Enclosure, UndefinedError
 from quadstep.numbers.operation import Kind, Operation, Rule
@@ -145,9 +145,9 @@ class SampledLoop:
         self.names = [names[place] for place in self.places]
         refuse_displaced(self.loop.plant.axes, self.names)
 
-    def said(self, *names: str) -> str:
+    def in_words(self, *names: str) -> str:
         """States as people say them."""
-        return said(names, self.names, pose_names(self.loop.plant))
+        return in_words(names, self.names, pose_names(self.loop.plant))
 
     def starts(self, unknown: Unknown) -> list[Leaf]:
         """The state over all starts. Raises UserError, UndefinedError."""

@@ -194,13 +194,13 @@ def tube(
             if not np.all(found.inside < MOST):
                 return OpenTube(
                     first,
-                    f"{loop.said(loop.names[int(np.argmax(found.inside))])} grew without bound",
+                    f"{loop.in_words(loop.names[int(np.argmax(found.inside))])} grew without bound",
                     boxes[:place],
                     position[: first + 1],
                 )
             box = np.maximum(box, found.inside * LARGER)
         else:
-            widest = loop.said(loop.names[int(np.argmax(found.inside / box))])
+            widest = loop.in_words(loop.names[int(np.argmax(found.inside / box))])
             return OpenTube(first, f"the bound of {widest} kept growing", boxes[:place], position[: first + 1])
         for one_past in dict.fromkeys((past, recent, later)):
             one_past.move(one, on, found.box)

@@ -61,7 +61,7 @@ def force_of(command: Expression) -> Expression:
     return command.thrust * array(thrust_direction(command.desired_attitude))
 
 
-def wanted_by(estimate: Expression) -> Vector:
+def force_with(estimate: Expression) -> Vector:
     """The shipped F_d_hat with an estimate -A_hat."""
     return desired_force(GAINS, REFERENCE, Vector(E1), Vector(R1), MEMORY.integral_1, Vector(estimate))
 
@@ -167,7 +167,7 @@ def equation_18() -> Checks:
 def equation_19() -> Checks:
     after = array(loop.sample().following.integral_1)
     return Checks([
-        same("F_d_hat", wanted_by(-array(A_HAT)), FEEDBACK - array(A_HAT)),
+        same("F_d_hat", force_with(-array(A_HAT)), FEEDBACK - array(A_HAT)),
         same("int r1 grows by r1 each sample", after - INTEGRAL, loop.PERIOD * R1),
     ])  # fmt: skip
 
@@ -253,7 +253,7 @@ def off_by(angle: float) -> float:
      "control.backstepping:desired_force", EquationVerdict.CORRECTED,
      "right only at the desired attitude; in flight add -delta, delta = F_d(u_d, theta, phi) - F_d_hat")  # fmt: skip
 def equation_20() -> Checks:
-    force = wanted_by(-array(A_HAT))
+    force = force_with(-array(A_HAT))
     printed = -(K_R1 - MASS * LAMBDA_1) * R1 - (array(FORCE) - array(A_HAT)) - K_I1 * INTEGRAL
     real = MASS * r1_dot(invert_force(force)[0])
     return Checks([

@@ -75,10 +75,10 @@ def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:
 def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, DrawnColumn]:
     """The values of each key for the flights of these consecutive numbers."""
     with np.errstate(all="ignore"):  # a value beyond the range of floats is refused with its flight
-        return drawn_columns(file, flights)
+        return draw_columns(file, flights)
 
 
-def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, DrawnColumn]:
+def draw_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, DrawnColumn]:
     """`draw`, with NumPy's warnings."""
     spread = [one for one in file.vary.values() if isinstance(one, Sobol)]
     shared = shares(file, noise_keys(file.seed, flights))

@@ -95,13 +95,13 @@ class Flyer:
     def fly(self, first: int, past: int, progress: Advance | None = None) -> "pa.Table":
         """The flights from `first` up to `past`. Raises UserError for values that cannot be flown."""
         flights = np.arange(first, past)
-        return self.fly_drawn(flights, draw(self.campaign.file, flights), progress)
+        return self.fly_values(flights, draw(self.campaign.file, flights), progress)
 
     def fly_spans(self, spans: Sequence[S], progress: Advance) -> Iterator[tuple[S, "pa.Table"]]:
         """One after the other. Raises UserError for values that cannot be flown."""
         return ((span, self.fly(span.first, span.past, progress)) for span in spans)
 
-    def fly_drawn(
+    def fly_values(
         self, flights: NDArray[np.int64], columns: dict[str, DrawnColumn], progress: Advance | None = None
     ) -> "pa.Table":
         """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
@@ -181,7 +181,7 @@ def table(
     pa, number = load_arrow(), np.float64 if campaign.double else np.float32
     lost = outcome != Outcome.COMPLETED
     columns: dict[str, object] = {FLIGHT: pa.array(flights)}
-    columns |= {name: drawn_column(column) for name, column in drawn.items()}
+    columns |= {name: value_column(column) for name, column in drawn.items()}
     columns[OUTCOME] = pa.DictionaryArray.from_arrays(pa.array(outcome), pa.array(OUTCOMES))
     columns[TIME] = pa.array(ended, mask=~lost)
     for name, values in zip(campaign.metrics, metrics.T, strict=True):
@@ -202,7 +202,7 @@ def judged(table: "pa.Table", campaign: Campaign) -> "pa.Table":
     return rest.append_column(SUCCESS, load_arrow().array(success))
 
 
-def drawn_column(column: DrawnColumn) -> "pa.Array":
+def value_column(column: DrawnColumn) -> "pa.Array":
     """A column of drawn values: numbers, booleans or text."""
     pa = load_arrow()
     if column.options is None:

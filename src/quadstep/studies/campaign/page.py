@@ -12,7 +12,7 @@ import numpy as np
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
 from quadstep.engines.scored import LARGEST, RMSE, names_without_units
-from quadstep.engines.sweep import given_names, sweep_module
+from quadstep.engines.sweep import number_names, sweep_module
 from quadstep.engines.sweep_trace import OUTCOME
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
@@ -69,7 +69,7 @@ def rate(campaign: Campaign, source: str) -> Rate:
 
 def of_batch(batch: PlannedBatch, campaign: Campaign) -> Rate:
     leaves = flatten((batch.start, batch.parameters))
-    names = given_names(batch.start, batch.parameters)
+    names = number_names(batch.start, batch.parameters)
     order = np.argsort(batch.places)
     varies = sorted(batch.places)
     module = sweep_module(batch.loop, batch.start, batch.parameters, frozenset(varies), campaign.double)

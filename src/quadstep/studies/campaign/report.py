@@ -50,11 +50,11 @@ MOST_PICTURES = 12
 
 
 class RankedKeys(NamedTuple):
-    """The sensitivity indices of the keys for one result, largest first, and the strongest pair; said: why there are none."""
+    """The sensitivity indices of the keys for one result, largest first, and the strongest pair; sentence: why none."""
 
     shares: dict[str, Estimate]
     pair: Interaction | None
-    said: str = ""
+    sentence: str = ""
 
 
 class ReportSubject(NamedTuple):
@@ -159,7 +159,7 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
     body: list[Section] = [TableSection("Sensitivity", "ranking")]
     if any(ranking.values()):
         draw_ranking(of.folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), of.sheet)
-    body += text.ranking(campaign, ranking, {name: (one.said, one.pair) for name, one in found.items()})
+    body += text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
     body.append(text.keys(len(keys), MOST_PICTURES))
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
@@ -224,7 +224,7 @@ def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
             path_job(log, name, title).draw(of.folder, of.sheet)
             body.append(figure(name, title))
         else:
-            why = f"cannot be replayed: {again[one.flight].said}" if log is None else "it ended before it could be drawn"
+            why = f"cannot be replayed: {again[one.flight].reason}" if log is None else "it ended before it could be drawn"
             body.append(TableSection(text=f"{title}; {why}."))
         differs = text.differing(one, log, of.campaign) if log else ""
         body += [TableSection(text=differs)] * bool(differs)

@@ -77,11 +77,11 @@ MOST_POINTS = 1000
 
 
 class FlownAgain(NamedTuple):
-    """A flight, flown again. said: why it could not be."""
+    """A flight, flown again. reason: why it could not be."""
 
     replay: Replay | None
     log: FlightLog | None
-    said: str = ""
+    reason: str = ""
 
     @property
     def drawable(self) -> bool:

@@ -85,16 +85,16 @@ class LawAlone(Loop):
         """The law, and nothing of what actuators make of it."""
         if self.idle:
             return cycle, 0.0
-        asked, memory = self.controller.law(cycle.memory, *self.given(cycle, p, clock))
+        asked, memory = self.controller.law(cycle.memory, *self.law_inputs(cycle, p, clock))
         return cycle._replace(memory=memory, command=self.plant.logged_command(p, asked)), 0.0
 
     def slower(self, name: str, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of a slower loop."""
         if self.idle:
             return cycle, 0.0
-        return cycle._replace(memory=self.controller.slower(name, cycle.memory, *self.given(cycle, p, clock))), 0.0
+        return cycle._replace(memory=self.controller.slower(name, cycle.memory, *self.law_inputs(cycle, p, clock))), 0.0
 
-    def given(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Structure, Reference, Structure, Number, Number]:
+    def law_inputs(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Structure, Reference, Structure, Number, Number]:
         """What every sample of the controller is given besides its memory."""
         return self.measurement(cycle, p), cast(Reference, cycle.air), p.gains, clock.time, clock.period
 

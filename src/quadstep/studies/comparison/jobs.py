@@ -26,7 +26,7 @@ from quadstep.report.pool import drawing_pool
 from quadstep.studies.campaign.cluster import OneThread, done_on, needs, refuse_others
 from quadstep.studies.campaign.cluster_connection import connected
 from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flyer import Flyer, drawn_column
+from quadstep.studies.campaign.flyer import Flyer, value_column
 from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison import cost, robustness, training
@@ -111,7 +111,7 @@ def fly(cell: StudyCell, seeds: int) -> JobResult:
     campaign = cell.campaign
     flyer = Flyer(campaign, OneThread)
     table = flyer.fly(FIRST, FIRST + seeds)
-    values = {name: drawn_column(one).to_pylist() for name, one in draw(campaign.file, table["flight"].to_numpy()).items()}
+    values = {name: value_column(one).to_pylist() for name, one in draw(campaign.file, table["flight"].to_numpy()).items()}
     rows = [json.dumps({name: column[i] for name, column in values.items()}) for i in range(seeds)]
     whose = dict(zip(("vehicle", "path", "scenario", "controller"), (*cell.situation, cell.controller), strict=True))
     columns = {name: pa.array([text] * seeds).dictionary_encode() for name, text in whose.items()}

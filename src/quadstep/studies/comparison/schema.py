@@ -198,20 +198,20 @@ class StudyFile(Section):
         limited |= {"controllers": self.controllers, "margins": self.margins or {}}
         for table, found in limited.items():
             for name, one in found.items():
-                check_known("vehicles", one.vehicles or (), self.vehicles, f"{table}.{name}")
+                check_named("vehicles", one.vehicles or (), self.vehicles, f"{table}.{name}")
         for name, scenario in self.scenarios.items():
-            check_known("paths", scenario.paths or (), self.paths, f"scenarios.{name}")
+            check_named("paths", scenario.paths or (), self.paths, f"scenarios.{name}")
         for place, where in enumerate(self.tuning.flown if self.tuning else ()):
-            self._known_place(where.path, where.scenario, f"tuning.flown[{place}]")
+            self._check_place(where.path, where.scenario, f"tuning.flown[{place}]")
         for name, margin in (self.margins or {}).items():
-            self._known_place(margin.path, margin.scenario, f"margins.{name}")
+            self._check_place(margin.path, margin.scenario, f"margins.{name}")
 
-    def _known_place(self, path: str, scenario: str, said: str) -> None:
-        check_known("path", (path,), self.paths, said)
-        check_known("scenario", (scenario,), self.scenarios, said)
+    def _check_place(self, path: str, scenario: str, said: str) -> None:
+        check_named("path", (path,), self.paths, said)
+        check_named("scenario", (scenario,), self.scenarios, said)
 
 
-def check_known(what: str, names: tuple[str, ...], there: Collection[str], said: str) -> None:
+def check_named(what: str, names: tuple[str, ...], there: Collection[str], said: str) -> None:
     """Refuses the name of nothing. Raises ValueError."""
     for name in names:
         if name not in there:

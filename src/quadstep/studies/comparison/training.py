@@ -33,7 +33,7 @@ from quadstep.studies.comparison.cells import ComparisonStudy, Situation
 from quadstep.studies.comparison.robustness import without_estimator
 from quadstep.studies.comparison.schema import Content, ControllerEntry
 from quadstep.studies.tuning.gains import with_numbers
-from quadstep.studies.tuning.ground import CandidateFlyer, asked_of, margins_of, sound
+from quadstep.studies.tuning.ground import CandidateFlyer, margins_of, sound, tuning_request
 from quadstep.studies.tuning.objective import CandidateFlights, Judge, Judged, squashed
 from quadstep.studies.tuning.search import FEWEST_GENERATIONS, Search, population
 from quadstep.studies.tuning.trial import MarginGuess, Stability, Tried, flights_of, tried_of
@@ -179,7 +179,7 @@ class Journal:
                 if folder.has(place.name):
                     folder.write(place.name, "".join(map(as_text, self.lines)).encode())
 
-    def taken(self, values: Sequence[dict[str, float]]) -> Generation | None:
+    def next_generation(self, values: Sequence[dict[str, float]]) -> Generation | None:
         """The next generation, if it is there and of these candidates."""
         if self.next < len(self.lines) and self.lines[self.next]["values"] == list(values):
             self.next += 1
@@ -236,7 +236,7 @@ class Training(Search):
 
     def tried(self, values: list[dict[str, float]], guessed: Sequence[float]) -> list[Tried]:
         """Candidates flown and judged, or taken from the journal."""
-        line = self.journal.taken(values)
+        line = self.journal.next_generation(values)
         if line is not None:
             self.flights = line["flights"]
             return line["tried"]
@@ -273,7 +273,7 @@ def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
 
 def grounds(task: TuningTask) -> list[CandidateFlyer]:
     """Where the candidates of a task fly. Raises UserError."""
-    wanted = [asked_of(Path(task.source), "", content, task.folder) for content in task.missions]
+    wanted = [tuning_request(Path(task.source), "", content, task.folder) for content in task.missions]
     return [CandidateFlyer(one, task.seed, OneThread) for one in wanted]
 
 
@@ -304,7 +304,7 @@ def check_task(task: TuningTask) -> int:
     """
     path = Path(task.source)
     with errors_in(task.source, f"{task.label} cannot be tuned"):
-        wanted = [asked_of(path, "", content, task.folder) for content in task.missions]
+        wanted = [tuning_request(path, "", content, task.folder) for content in task.missions]
     each, gains = flights_of(one.seeds for one in wanted), len(wanted[0].gains)
     count = population(gains, each.first)
     least = each.every + FEWEST_GENERATIONS * each.most(count)

@@ -41,7 +41,7 @@ def rest_at_the_end() -> Claim:
     )
 
 
-def kept_small(
+def stays_small(
     study: PaperStudy, kind: str, unit: str, name: str, sentence: str, shown: tuple[float, str], most: int
 ) -> Claim:
     """That no largest error of Case 1 is above `most` thousandths of the unit. shown: in what errors are written."""
@@ -54,7 +54,7 @@ def kept_small(
 def tracking(study: PaperStudy) -> Claim:
     """Case 1, Fig. 4."""
     sentence = "The tracking is almost perfect as well as the tracking errors are significantly small (Case 1)."
-    return kept_small(study, "position", "m", "near-perfect tracking", sentence, (1e6, "um"), 1)
+    return stays_small(study, "position", "m", "near-perfect tracking", sentence, (1e6, "um"), 1)
 
 
 def injected(log: FlightLog) -> float:
@@ -91,7 +91,7 @@ def compensation(study: PaperStudy) -> Claim:
 def angles(study: PaperStudy) -> Claim:
     """Case 1, Fig. 5."""
     sentence = "Again the angles match their command values nearly perfectly (Case 1)."
-    return kept_small(study, "attitude", "rad", "angles match their commands", sentence, (1e3, "mrad"), 5)
+    return stays_small(study, "attitude", "rad", "angles match their commands", sentence, (1e3, "mrad"), 5)
 
 
 def realisable(study: PaperStudy) -> Claim:

@@ -78,7 +78,7 @@ class PointFlyer:
         self.campaign, self.flyer = campaign, Flyer(campaign)
         self.flyer.rehearse()
         first, planner = np.arange(TYPICAL), self.flyer.planner
-        self.typical = self.flyer.fly_drawn(first, dict(planner.typical))
+        self.typical = self.flyer.fly_values(first, dict(planner.typical))
         one = next(iter(planner.batches(first[:1], draw(campaign.file, first[:1]))))
         self.noisy = hasattr(one.parameters, "key")
         far = values(campaign.file, np.outer([FAR, -FAR], np.ones(len(campaign.file.keys))))
@@ -130,7 +130,7 @@ class PointFlyer:
     def fly(self, points: Points) -> pa.Table:
         """The flights of these points, one row each. Raises UserError for values that cannot be flown."""
         with np.errstate(all="ignore"):
-            return self.flyer.fly_drawn(points.noise, values(self.campaign.file, points.latent))
+            return self.flyer.fly_values(points.noise, values(self.campaign.file, points.latent))
 
 
 def failed_in_this_way(table: pa.Table, failure: Failure) -> NDArray[np.bool_]:

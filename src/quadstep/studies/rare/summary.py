@@ -38,7 +38,7 @@ class Crude(NamedTuple):
     kinds: int = 1
 
     @property
-    def said(self) -> str:
+    def sentence(self) -> str:
         each = f", each flight tested for one of {self.kinds} kinds of failure" if self.kinds > 1 else ""
         return (
             f"{self.failures:,} of {self.flights:,} failed{each}: a probability of {self.rate.value:.3g}, "
@@ -132,7 +132,7 @@ def warnings(summary: RareSummary) -> list[str]:
             "per level (rare.flights) or another score (rare.score)."
         )
     if summary.crude.rate.low > summary.probability.high or summary.crude.rate.high < summary.probability.low:
-        said.append(f"Plain Monte Carlo flights disagree: {summary.crude.said}.")
+        said.append(f"Plain Monte Carlo flights disagree: {summary.crude.sentence}.")
     for what, probability in summary.opinions.items():
         if probability > max(MORE * summary.probability.value, summary.probability.high):
             said.append(
@@ -186,7 +186,7 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
             f"{summary.flights:,} flights in all; plain Monte Carlo would need {rounded(summary.one_by_one)} for the same "
             f"accuracy, {times:.2g} times as many."
         )
-    lines.append(f"Plain Monte Carlo flights: {summary.crude.said}.")
+    lines.append(f"Plain Monte Carlo flights: {summary.crude.sentence}.")
     if summary.again is not None:
         lines.append(f"{100 * summary.again:.3g} % of the flights that failed fail again with different noise.")
     return lines

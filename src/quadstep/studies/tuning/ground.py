@@ -106,11 +106,11 @@ def read_request(path: Path) -> TuningRequest:
     """The tuning request in a mission file; one that names no margin keeps those of its loop. Raises UserError."""
     content = read_toml(path)
     refuse_others(content, MISSION, str(path), "`quadstep tune` takes a mission with a table [tune]")
-    asked = asked_of(path, files.read_text(path, files.TOML), content, path.parent)
+    asked = tuning_request(path, files.read_text(path, files.TOML), content, path.parent)
     given = asked.section.constraints if "constraints" in asked.section.model_fields_set else None
 
     def present() -> dict[str, Constraint]:
-        return kept_margins(check_mission(with_numbers(content, asked.mission, asked.present), str(path), path.parent))
+        return required_margins(check_mission(with_numbers(content, asked.mission, asked.present), str(path), path.parent))
 
     constraints = {**asked.section.of_flights, **margins_of(given, present)}
     return asked._replace(section=asked.section.model_copy(update={"constraints": constraints}))
@@ -128,7 +128,7 @@ def margins_of(
     return {name: one for name, one in named.items() if one.least != 0.0}
 
 
-def asked_of(path: Path, text: str, content: dict[str, object], folder: Path, apart: bool = True) -> TuningRequest:
+def tuning_request(path: Path, text: str, content: dict[str, object], folder: Path, apart: bool = True) -> TuningRequest:
     """The tuning request in the content of a mission. path: of its file, for errors. apart: whether gains change one without
     the other, so that each must fit the present others at both its ends. Raises UserError.
     """
@@ -154,7 +154,7 @@ def sound(mission: Mission) -> dict[str, Constraint]:
     return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
 
 
-def kept_margins(mission: Mission) -> dict[str, Constraint]:
+def required_margins(mission: Mission) -> dict[str, Constraint]:
     """The margins that better gains leave where nothing else is asked for: those of a sound loop, or the present ones where
     these are smaller; none of a loop that is unstable or cannot be linearised.
     """

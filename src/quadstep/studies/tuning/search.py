@@ -194,7 +194,7 @@ class Search:
         if not self.history:
             every = self.fly_on(first, values)
             self.judge = self.judge.in_units_of(every[0][0])
-            return [self.stability.seen(Tried(self.judged(first[0]), self.judged(every[0])), values[0])]
+            return [self.stability.with_margins(Tried(self.judged(first[0]), self.judged(every[0])), values[0])]
         found = [Tried(self.judged(one), missed=guess) for one, guess in zip(first, guessed, strict=True)]
         least = self.best.tried.cost if self.best else math.inf
         would = sorted((i for i, one in enumerate(found) if one.cost < least), key=lambda i: found[i].cost)[:FINALISTS]

@@ -100,7 +100,7 @@ class Stability(NamedTuple):
         """By what share they miss the limits, summed."""
         return sum(limit.excess(np.array([margins[name]])) for name, limit in self.limits.items())
 
-    def seen(self, one: Tried, values: Mapping[str, float]) -> Tried:
+    def with_margins(self, one: Tried, values: Mapping[str, float]) -> Tried:
         """A candidate with its margins. Raises UserError for a loop that cannot be linearised."""
         if not self.limits:
             return one
@@ -110,7 +110,7 @@ class Stability(NamedTuple):
     def sought(self, one: Tried, values: Mapping[str, float]) -> Tried:
         """A candidate with its margins, or as one that misses all of them."""
         try:
-            return self.seen(one, values)
+            return self.with_margins(one, values)
         except UserError:
             return one._replace(missed=math.inf)
 
