@@ -8,7 +8,7 @@ import pytest
 from quadstep import Mission
 from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.modes import Modes, Pole, scales
-from quadstep.linear.states import Pose, said
+from quadstep.linear.states import Pose, in_words
 from quadstep.linear.tables import pole_rows
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
@@ -59,7 +59,7 @@ def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():
     ],
 )  # fmt: skip
 def test_states_are_said_in_words(names, pose, states, words):
-    assert said(states, names, pose) == words
+    assert in_words(states, names, pose) == words
 
 
 def loop_of(whole, pose):

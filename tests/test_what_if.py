@@ -48,7 +48,7 @@ def test_a_parameter_without_effect_changes_no_flight_by_a_bit(tmp_path):
         r"There the loop at rest stays fragile .*, and 0 \[",
         done.answer,
     )
-    assert "difference is not shown" not in done.answer
+    assert "no difference is shown" not in done.answer
     found = done.record
     assert all(one["before"] == one["after"] for one in found["metrics"].values())
     assert {one["difference"]["value"] for one in found["metrics"].values()} == {0.0}
@@ -60,7 +60,7 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
     found = answer(asked(posCtlPid__xKp=1.0, posCtlPid__yKp=1.0), tmp_path / "out")
     assert re.search(r"the loop at rest stays fragile \(phase margin below 30.0°\); better: .*; worse: ", found.answer)
     assert re.search(r"; worse: .*position RMSE [\d.]+ % more", found.answer)
-    assert re.search(r"\. Of 16 flights in wind .*; a difference is not shown, ", found.answer)
+    assert re.search(r"\. Of 16 flights in wind .*; no difference is shown, ", found.answer)
     found = found.record
     assert found["step"]["after"]["rise time [s]"] > 1.2 * found["step"]["before"]["rise time [s]"]
     assert found["metrics"]["position_rmse[m]"]["difference"]["low"] > 0.0

@@ -195,7 +195,7 @@ def compared(difference: Estimate) -> str:
     low, high = difference.low, difference.high
     if low > 0.0 or high < 0.0:
         return f": {'more' if low > 0.0 else 'fewer'}, by {points(difference)}"
-    return f"; a difference is not shown, {points(difference)}"
+    return f"; no difference is shown, {points(difference)}"
 
 
 class Contrast(NamedTuple):
