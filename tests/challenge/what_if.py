@@ -16,7 +16,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, Flyer
 from quadstep.studies.campaign.schema import campaign_of
 from quadstep.studies.tuning.gains import with_numbers
-from quadstep.studies.tuning.ground import asked_of
+from quadstep.studies.tuning.ground import tuning_request
 from quadstep.studies.what_if import answer, in_gusts, law_of, question
 from quadstep.studies.what_if_report import Question
 from tests.challenge.margins import PRESETS
@@ -63,7 +63,7 @@ def questions(seed: int, folder: Path) -> Iterator[Question]:
 
 def flown(content: dict[str, object], asked: Question) -> dict[str, np.ndarray]:
     """Many flights of a mission in gusts, by themselves."""
-    request = asked_of(Path(asked.file), "", content, Path.cwd(), apart=False)
+    request = tuning_request(Path(asked.file), "", content, Path.cwd(), apart=False)
     bare = {key: value for key, value in content.items() if key != "tune"}
     file = request.campaign(request.section.vary, seed=asked.seed + 2**32, flights=MORE)
     table = Flyer(campaign_of(file, "", bare, asked.file, Path.cwd())).fly(0, MORE)
