@@ -1,7 +1,7 @@
 """What `compare`, `campaign --until` and `--rare` decide, on draws and limit states whose truth is known."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
@@ -13,7 +13,7 @@ from quadstep.studies.comparison.ranking import CellFlights, compare, corrected
 from quadstep.studies.rare.cross_entropy import cross_entropy
 from quadstep.studies.rare.mixture import Points, Random
 from quadstep.studies.rare.summary import Crude, interval
-from tests.challenge.search import Attempt, Search, coverage
+from tests.challenge.search import Search, covers
 
 METRIC = "position_rmse"
 
@@ -22,77 +22,68 @@ def flown(errors: np.ndarray, lost: np.ndarray) -> CellFlights:
     return CellFlights(lost, {METRIC: np.where(lost, math.nan, errors)})
 
 
-def equal_controllers(seed: int) -> Iterable[Attempt]:
+def equal_controllers(random: np.random.Generator) -> Iterator[bool]:
     """Controllers that do not differ, in several situations: any pair that is decided is wrong."""
-    random = np.random.default_rng(seed)
-
-    def right() -> Iterator[bool]:
-        while True:
-            situations, controllers, flights = (int(random.integers(*span)) for span in ((1, 5), (2, 6), (6, 80)))
-            found = []
-            for _ in range(situations):
-                gusts = np.exp(random.normal(size=flights))  # the same for all, and their own share of each
-                own = {
-                    str(name): flown(gusts * np.exp(0.3 * random.normal(size=flights)), random.random(flights) < 0.05)
-                    for name in range(controllers)
-                }
-                found.append(compare(own, METRIC))
-            pairs = [pair for one in corrected(found) for pair in one.pairs]
-            # Tracking and losses are a family of tests each.
-            yield all(pair.winner is None for pair in pairs)
-            yield all(pair.keeper is None for pair in pairs)
-
-    return coverage(right(), batch=100)
+    while True:
+        situations, controllers, flights = (int(random.integers(*span)) for span in ((1, 5), (2, 6), (6, 80)))
+        found = []
+        for _ in range(situations):
+            gusts = np.exp(random.normal(size=flights))  # the same for all, and their own share of each
+            own = {
+                str(name): flown(gusts * np.exp(0.3 * random.normal(size=flights)), random.random(flights) < 0.05)
+                for name in range(controllers)
+            }
+            found.append(compare(own, METRIC))
+        pairs = [pair for one in corrected(found) for pair in one.pairs]
+        # Tracking and losses are a family of tests each.
+        yield all(pair.winner is None for pair in pairs)
+        yield all(pair.keeper is None for pair in pairs)
 
 
-def looked_at(seed: int) -> Iterable[Attempt]:
+def looked_at(random: np.random.Generator) -> Iterator[bool]:
     """Flights that fail with some probability, counted at looks: none of the intervals of a run may miss it."""
-    random = np.random.default_rng(seed)
-
-    def right() -> Iterator[bool]:
-        while True:
-            target = float(random.choice([0.3, 0.1, 0.02]))
-            p = float(target * random.choice([0.5, 0.999999, 1.0, 1.5]))
-            before = failures = 0
-            good = True
-            for look in islice(looks(target), 6):
-                failures += int(random.binomial(look.flights - before, p))
-                before = look.flights
-                found = exact_share(failures, look.flights, look.tail)
-                good &= found.low <= p <= found.high
-                if found.high <= target or found.low >= target:
-                    break
-            yield good
-
-    return coverage(right())
+    while True:
+        target = float(random.choice([0.3, 0.1, 0.02]))
+        p = float(target * random.choice([0.5, 0.999999, 1.0, 1.5]))
+        before = failures = 0
+        good = True
+        for look in islice(looks(target), 6):
+            failures += int(random.binomial(look.flights - before, p))
+            before = look.flights
+            found = exact_share(failures, look.flights, look.tail)
+            good &= found.low <= p <= found.high
+            if found.high <= target or found.low >= target:
+                break
+        yield good
 
 
-def hidden_modes(seed: int) -> Iterable[Attempt]:
+def hidden_modes(random: np.random.Generator) -> Iterator[bool]:
     """Failures beyond planes, of which the score sees one: the interval of five replicates holds their probability."""
-    random = np.random.default_rng(seed)
+    while True:
+        dimensions, modes = int(random.integers(2, 6)), int(random.integers(1, 3))
+        limits = random.uniform(3.3, 4.5, modes)
+        truth = 1.0 - math.prod(float(norm.cdf(limit)) for limit in limits)
 
-    def right() -> Iterator[bool]:
-        while True:
-            dimensions, modes = int(random.integers(2, 6)), int(random.integers(1, 3))
-            limits = random.uniform(3.3, 4.5, modes)
-            truth = 1.0 - math.prod(float(norm.cdf(limit)) for limit in limits)
+        def evaluate(points: Points, limits: np.ndarray = limits) -> np.ndarray:
+            axes = points.latent[:, : len(limits)]
+            return np.where((axes > limits).any(axis=1), np.inf, axes[:, 0])[None]
 
-            def evaluate(points: Points, limits: np.ndarray = limits) -> np.ndarray:
-                axes = points.latent[:, : len(limits)]
-                return np.where((axes > limits).any(axis=1), np.inf, axes[:, 0])[None]
-
-            numbers = (Random(int(random.integers(2**31)), place, dimensions) for place in range(5))
-            found = np.array([cross_entropy(evaluate, 1, each, 500)[0].probability for each in numbers])
-            rate = interval(found, Crude(2500, 0, exact_share(0, 2500, 0.005)))
-            yield rate.low <= truth <= rate.high
-
-    return coverage(right(), 0.88, batch=5)
+        numbers = (Random(int(random.integers(2**31)), place, dimensions) for place in range(5))
+        found = np.array([cross_entropy(evaluate, 1, each, 500)[0].probability for each in numbers])
+        rate = interval(found, Crude(2500, 0, exact_share(0, 2500, 0.005)))
+        yield rate.low <= truth <= rate.high
 
 
 SEARCHES = [
-    Search("compare, equal controllers", "with 95 % confidence no pair that is decided is wrong", equal_controllers),
-    Search("until, interim looks", "the intervals of all looks hold the share of failures jointly", looked_at),
     Search(
-        "rare, hidden modes", "the interval of a rare probability holds it, also of a mode that no score sees", hidden_modes
+        "compare, equal controllers",
+        "with 95 % confidence no pair that is decided is wrong",
+        covers(equal_controllers, batch=100),
+    ),
+    Search("until, interim looks", "the intervals of all looks hold the share of failures jointly", covers(looked_at)),
+    Search(
+        "rare, hidden modes",
+        "the interval of a rare probability holds it, also of a mode that no score sees",
+        covers(hidden_modes, 0.88, batch=5),
     ),
 ]

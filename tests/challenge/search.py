@@ -9,6 +9,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import NamedTuple
 
+import numpy as np
 from scipy.stats import binom
 
 import tests.challenge
@@ -111,3 +112,10 @@ def coverage(held: Iterable[bool], level: float = 0.95, batch: int = 200) -> Ite
         if trials % batch == 0:
             most = float(binom.ppf(1.0 - 1e-6, trials, 1.0 - level))
             yield Attempt(misses / most, f"{misses} of {trials} intervals miss, {most:.0f} allowed at {100 * level:g} %")
+
+
+def covers(
+    held: Callable[[np.random.Generator], Iterator[bool]], level: float = 0.95, batch: int = 200
+) -> Callable[[int], Iterator[Attempt]]:
+    """The attempts at an interval. held: of one random case after another, whether its interval holds the truth."""
+    return lambda seed: coverage(held(np.random.default_rng(seed)), level, batch)
