@@ -50,17 +50,6 @@ def test_altitude_and_yaw_are_linear_with_the_given_gains():
     np.testing.assert_allclose(np.poly(matrix[np.ix_([6, 9], [6, 9])]), [1, 2.374, 0.08], atol=1e-6)
 
 
-def test_nested_saturations_by_hand():
-    assert nested(BOUNDS, 0.01, 0.002, 0.003, 0.004) == pytest.approx(
-        -(0.01 + (0.012 + (0.004 + 0.01 + 0.003 + (0.01 + 0.006 + 0.009 + 0.004))))
-    )
-    assert nested(BOUNDS, 0.0, 0.0, 0.0, 50.0) == pytest.approx(-0.1)
-    assert nested(BOUNDS, 0.0, 0.0, 50.0, 50.0) == pytest.approx(-0.2)
-    assert nested(BOUNDS, 0.0, 50.0, 50.0, 50.0) == pytest.approx(-1.0)
-    assert nested(BOUNDS, 50.0, 50.0, 50.0, 50.0) == pytest.approx(-2.0)
-    assert nested(BOUNDS, -50.0, -50.0, -50.0, -50.0) == pytest.approx(2.0)
-
-
 def test_nested_saturations_against_numpy_at_random_places():
     rng = np.random.default_rng(61)
     for scale in (0.01, 0.1, 1.0, 10.0):

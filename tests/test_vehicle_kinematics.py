@@ -57,12 +57,6 @@ def test_thrust_points_along_the_third_axis_of_the_papers_rotation():
         assert np.linalg.norm(got) == pytest.approx(1, abs=1e-15)
 
 
-def test_thrust_direction_by_hand():
-    np.testing.assert_allclose(array(thrust_direction(vector(1.0, 0.0, 0.0))), [0, 0, 1])
-    np.testing.assert_allclose(array(thrust_direction(vector(1.0, np.pi / 6, 0.0))), [-0.5, 0, np.sqrt(3) / 2], atol=1e-16)
-    np.testing.assert_allclose(array(thrust_direction(vector(1.0, 0.0, np.pi / 6))), [0, 0.5, np.sqrt(3) / 2], atol=1e-16)
-
-
 def test_thrust_direction_is_free_of_yaw_and_not_that_of_yaw_pitch_roll():
     attitude = np.array([0.9, 0.4, -0.3])
     assert array(thrust_direction(column(attitude))).tolist() == array(thrust_direction(vector(-2.0, 0.4, -0.3))).tolist()
