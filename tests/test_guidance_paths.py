@@ -12,7 +12,6 @@ from quadstep.world.paths import (
     Step,
     StepParameters,
     blend_bend,
-    ramp_bend,
     ramped_time,
 )
 from quadstep.world.pieces import Piecewise, near_recording, through_waypoints
@@ -111,16 +110,6 @@ def test_minimum_jerk_has_the_jerk_of_its_polynomial():
     assert blend_bend(1.0, 2.0) == pytest.approx((-30.0 / 8.0, 0.0))
     assert blend_bend(2.0 - 1e-12, 2.0) == pytest.approx((60.0 / 8.0, 360.0 / 16.0))
     assert blend_bend(2.0, 2.0) == blend_bend(-1e-9, 2.0) == (0.0, 0.0)
-
-
-def test_an_orbit_at_full_speed_has_the_rates_of_its_harmonics():
-    got = Orbit().reference(1.3, ORBIT)
-    for axis in range(3):
-        a, w = ORBIT.amplitude[axis], ORBIT.frequency[axis]
-        angle = w * 1.3 + ORBIT.phase[axis]
-        assert got.jerk[axis] == pytest.approx(-a * w**3 * np.cos(angle))
-        assert got.snap[axis] == pytest.approx(a * w**4 * np.sin(angle))
-    assert ramp_bend(1.3, 0.0) == (0.0, 0.0)
 
 
 def test_a_step_jumps_once_and_rests():
