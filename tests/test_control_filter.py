@@ -1,7 +1,6 @@
 """The command filter against the exact solution of its differential equation."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
@@ -25,26 +24,8 @@ def test_filter_is_the_exact_solution_of_a_critically_damped_second_order_system
     np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-8 * (1 + frequency))
 
 
-@given(NUMBER, NUMBER, NUMBER, st.floats(0.1, 200), st.floats(1e-4, 1.0))
-def test_two_half_periods_are_one_period(value, rate, command, frequency, period):
-    start, wanted = Filtered(vector(value, 1.0), vector(rate, 0.0)), vector(command, -1.0)
-    half = command_filter(start, wanted, frequency, 0.5 * period)
-    np.testing.assert_allclose(
-        numbers(command_filter(half, wanted, frequency, 0.5 * period)),
-        numbers(command_filter(start, wanted, frequency, period)),
-        rtol=1e-10,
-        atol=1e-11 * (1 + frequency),
-    )
-
-
 def test_filter_rests_on_its_command_and_reaches_it_at_any_sample_rate():
     resting = Filtered(vector(0.5, -0.5), vector(0.0, 0.0))
     assert numbers(command_filter(resting, resting.value, 100.0, 0.004)).tolist() == [[0.5, -0.5], [0.0, 0.0]]
     got = numbers(command_filter(resting, vector(1.0, 2.0), 100.0, 50.0))
     np.testing.assert_allclose(got, [[1, 2], [0, 0]], atol=1e-15)
-
-
-def test_filter_by_hand():
-    got = command_filter(Filtered(vector(0.0), vector(0.0)), vector(1.0), 2.0, 0.5)
-    assert got.value[0] == pytest.approx(1 - 2 / np.e)
-    assert got.rate[0] == pytest.approx(2 / np.e)
