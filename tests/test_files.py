@@ -221,14 +221,6 @@ def test_a_recording_of_too_many_rows_is_refused(tmp_path):
         recorded(tmp_path, rows)
 
 
-def test_a_recording_of_next_to_no_time_is_refused(tmp_path):
-    with pytest.raises(
-        UserError, match=r"r\.csv: line 5: the recording ends after 3e-06 s; with this smoothing it must last at least"
-    ):
-        recorded(tmp_path, ["0,0,0,0\n", "1e-6,0,0,0\n", "2e-6,0,0,0\n", "3e-6,1,0,0\n"])
-    assert recorded(tmp_path, ["0,0,0,0\n", "0.01,0,0,0\n", "0.02,0,0,0\n", "0.03,1,0,0\n"])
-
-
 # Lines for the terminal
 
 
