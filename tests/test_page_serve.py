@@ -500,6 +500,14 @@ def test_of_two_the_closer_one_is_named(tmp_path):
     assert "10.0\u00a0mm" in text
 
 
+def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no_row(tmp_path):
+    spoilt(tmp_path / "a", name="a", **{"attitude": {"psi": {"rmse[rad]": 0.0004}}})
+    spoilt(tmp_path / "b", name="b", **{"attitude": {"psi": {"rmse[rad]": 0.03}}, "ending": {"x[m]": 17.3}})
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    assert "0.02292°" in text and "1.719°" in text and "mrad" not in text
+    assert "ending" not in text
+
+
 @pytest.mark.parametrize(("first", "second", "said"), [
     ({}, {"mission": {"path": {"type": "step"}}}, "a and b fly different paths, so their errors do not say which is better."),
     ({"mission": {"vehicle": 1}}, {}, "a and b fly different vehicles, so their errors do not say which is better."),
@@ -669,7 +677,7 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     flown, desired = re.findall(r'<path d="M([^"]*)"', found.text)[:2]
     points = np.array([[float(one) for one in pair.split()] for pair in flown.split("L")])
     assert len(points) > 200
-    assert np.allclose(points[:, 1] - points[0, 1], -((points[:, 0] - points[0, 0]) ** 2) / 488.0, atol=0.2)
+    assert np.allclose(points[:, 1] - points[0, 1], -((points[:, 0] - points[0, 0]) ** 2) / 440.0, atol=0.2)
     assert desired == flown, "they differ in height, which is not seen from above"
     assert "x 10 m, y 5 m" in found.text
     assert "#c22" in found.text.split("<path")[2]

@@ -125,7 +125,7 @@ def card(result: ResultFolder) -> str:
 ROWS = 240
 """Of a log that are drawn."""
 
-WIDE, HIGH, MARGIN = 300.0, 150.0, 14.0
+WIDE, HIGH, MARGIN, CAPTION = 300.0, 150.0, 14.0, 12.0
 FLAT = 0.3
 """Height over width of a path below which it is seen from above."""
 
@@ -144,8 +144,8 @@ def thumbnail(log: io.BufferedReader, lost: bool) -> str:
     flown, desired = rows[:, [across, up]], rows[:, [3 + across, 3 + up]]
     low = np.minimum(flown.min(axis=0), desired.min(axis=0))
     span = np.maximum(flown.max(axis=0), desired.max(axis=0)) - low
-    size = float(min((np.array([WIDE, HIGH]) - 2.0 * MARGIN) / np.maximum(span, 1e-9)))
-    drawn = [(one - low - 0.5 * span) * [size, -size] + [0.5 * WIDE, 0.5 * HIGH] for one in (flown, desired)]
+    size = float(min((np.array([WIDE, HIGH - CAPTION]) - 2.0 * MARGIN) / np.maximum(span, 1e-9)))
+    drawn = [(one - low - 0.5 * span) * [size, -size] + [0.5 * WIDE, 0.5 * (HIGH - CAPTION)] for one in (flown, desired)]
     lines = [line(one, style) for one, style in zip(drawn, STYLES, strict=True)]
     x, y = drawn[0][-1]
     end = f"M{x - 6:.1f} {y - 6:.1f}l12 12m0-12l-12 12" if lost else f"M{x:.1f} {y:.1f}h0"
@@ -271,8 +271,8 @@ def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list
 
 
 def numbers(content: Metrics) -> dict[str, float]:
-    """The numbers of a metrics.json by dotted name, without those of the mission."""
-    kept = {key: value for key, value in content.items() if key != "mission"}
+    """The numbers of a metrics.json by dotted name, without those of the mission, and of where a flight was lost."""
+    kept = {key: value for key, value in content.items() if key not in ("mission", "ending")}
     found = {}
     for key, value in scalars(kept).items():
         if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
@@ -298,11 +298,11 @@ def facts(names: list[str], first: dict[str, float], second: dict[str, float]) -
     return [markup.Fact(f"{name}: position RMSE", units.quantity(value, "m")) for name, value in errors]
 
 
-def value(one: float, unit: str) -> str:
-    """A number as people write it; a count as it is."""
+def value(one: float, unit: str, largest: float) -> str:
+    """A number as people write it, in the unit that suits the largest of its row; a count as it is."""
     if unit == "-" and one.is_integer() and abs(one) < 1e9:
         return f"{one:.0f}"
-    unit, factor = (units.of_angle if unit in units.ANGLES else units.handy)(unit, abs(one))
+    unit, factor = (units.of_angle if unit in units.ANGLES else units.handy)(unit, largest)
     return units.number(factor * one, 4) + units.unit_suffix(unit)
 
 
@@ -313,6 +313,7 @@ def words(key: str) -> str:
 
 def row(key: str, first: float | None, second: float | None) -> list[str]:
     _, unit = units.metric(key)
-    shown = ["–" if one is None else value(one, unit) for one in (first, second)]
+    largest = max(abs(one or 0.0) for one in (first, second))
+    shown = ["–" if one is None else value(one, unit, largest) for one in (first, second)]
     ratio = units.number(second / first) if first and second is not None else "–"
     return [*shown, ratio]

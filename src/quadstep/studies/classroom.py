@@ -291,11 +291,13 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     (out / MISSION_NAME).write_text(text, encoding="utf-8")
     write_log(out / "flight.csv", log)
     write_mission_page(out / "page.html", mission, plan, log, ground.folder, (metrics, warnings))
-    about = {"name": mission.name, "warnings": [*plan.warnings, *warnings], **graded(metrics).as_json()}
+    verdict = graded(metrics)
+    about = {"name": mission.name, "warnings": [*plan.warnings, *warnings], **verdict.as_json()}
     write_json(out / MANIFEST, {**about, **metrics, "mission": mission.model_dump(mode="json")})
     if log.outcome is not Outcome.COMPLETED:
         return SubmissionResult(f"Your flight was lost at {log.ended:g} s.", True)
-    return SubmissionResult("Your submission was flown to its end.", True, scalars(metrics).get(ground.metric))
+    said = verdict.sentence or "Your submission was flown to its end."
+    return SubmissionResult(said, True, scalars(metrics).get(ground.metric))
 
 
 def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Connection) -> None:
