@@ -16,7 +16,7 @@ from quadstep.identify.symptoms import noise
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
 from quadstep.report.sheet import sheet
-from quadstep.studies.advise import advise, expected_result
+from quadstep.studies.advise import advise, evidence, expected_result, sentence
 from tests.challenge import setpoints, symptoms
 from tests.made_logs import rate_loop
 from tests.rate_flights import PERIOD, Axis, Ring, flown, stepped
@@ -133,7 +133,7 @@ def test_a_sound_loop_gets_the_gains_that_it_bears_from_the_plant_that_explains_
     assert found.more[0].endswith("Fly it and advise again.")
     flight = excited(logged(tmp_path, SOUND), None)
     assert tuned(flight, flight.loop, measured(flight.measured), plant(flight), [{}]).factor == pytest.approx(factor)
-    monkeypatch.setattr("quadstep.identify.changes.HIDDEN", 1.15 * plant(flight).hidden)
+    monkeypatch.setattr("quadstep.identify.changes.HIDDEN", 1.15 * plant(flight).hidden.gain)
     less = changes(flight, measured(flight.measured), plant(flight))
     assert WORTH < less.factor < min(1.15, factor)
     assert "Fly it for longer than 30 s and advise again: the noise" in expected_result(flight, less)
@@ -216,6 +216,54 @@ def test_noise_that_shows_less_of_a_resonance_than_there_is_leaves_a_sound_loop(
             assert setpoints.least(then, opened)[2] > 1.0, (place, advice.factor)
             raised += advice.factor > 1.0
     assert raised > count / 2
+
+
+def ringing(loop, own, ring, seconds, every=1):
+    """A flight of one vehicle whose frame resonates, and its open loop."""
+    after = {"target": math.inf, "error": math.inf, "after": float(loop.form == "ardupilot")}
+    one = Axis(**{name: np.array([{**after, **own}[name]]) for name in Axis._fields})
+    shaken = Ring(*(np.array([number]) for number in (*ring, 0.0, 0.0)))
+    angle = stepped(np.random.default_rng(3), seconds, period=own["period"])
+    signals = [column[:, 0] for column in flown(one, angle[:, None] * one.attitude, 1e-3, 0.1, 1, every, shaken)]
+    told = setpoints.parameters(loop, Axis(*(field[0] for field in one)))
+    flight = setpoints.read(loop, every * own["period"] * np.arange(len(signals[0])), signals, told)
+    return flight, one, one.opened(setpoints.OMEGA, shaken)[0], shaken
+
+
+def test_a_loop_is_not_called_sound_where_a_resonance_beyond_what_was_excited_has_taken_its_margin():
+    """What was excited of it has the margins of a sound loop; its noise shows a resonance at 43 Hz."""
+    own = {"effect": 41.44, "lag": 0.01971, "delay": 4, "cut": 52.2, "slope": 21.77, "p": 0.7956, "i": 4.839, "d": 0.003304}
+    own |= {"attitude": 4.707, "period": PERIOD}
+    flight, _, opened, _ = ringing(PX4[0], own, (43.32, 0.0155, 1.0), 90.0, 2)
+    now, behind = loop_margins(flight)
+    assert setpoints.least(opened)[2] < 0.7
+    assert now.sound  # by what was excited
+    assert now.gain_up.low > 6.0
+    assert now.grade == "unknown"
+    advice = changes(flight, now, behind)
+    found = evidence("flight", "flight.ulg", flight, now, behind, None, advice, {})
+    hidden = r"a resonance near 4\d(\.\d)? Hz, whose gain may be up to about 0.\d+ by the noise \(give or take 4 dB\),"
+    assert re.search(f", unless {hidden} leaves less", found.answer)
+    assert "may leave less: excite to beyond it, or fly longer, as a longer record hides less" in found.more[0]
+    assert (found.record["grade"], found.record["hidden_resonance"]["gain"] > HIDDEN) == ("unknown", True)
+    assert "so does this one" not in " ".join(found.sentences)
+
+
+def test_advice_says_what_a_resonance_may_leave_where_one_has_taken_the_margin():
+    own = {"effect": 23.23, "lag": 0.01315, "delay": 1, "cut": 82.5, "slope": 30.77, "p": 0.2035, "i": 1.024, "d": 0.001108}
+    own |= {"attitude": 4.12, "period": 0.0025, "target": 47.6}
+    loop = ARDUPILOT[0]
+    flight, one, opened, ring = ringing(loop, own, (47.85, 0.0223, 4.22), 90.0)
+    now, behind = loop_margins(flight)
+    advice = changes(flight, now, behind)
+    then = setpoints.changed(one, advice, loop).opened(setpoints.OMEGA, ring)[0]
+    assert advice.expected.sound  # by its plant, which has no resonance
+    assert setpoints.least(then, opened)[2] < 0.8
+    assert advice.expected.doubtful
+    said = expected_result(flight, advice)
+    assert re.search(r"; but a resonance near 4\d(\.\d)? Hz, whose gain may be up to about .*, may leave less: ", said)
+    assert now.gain_up.low > 6.0  # by its plant too
+    assert re.search(r"; its gain margin is up by .* unless a resonance near 4\d", sentence(flight, now))
 
 
 def test_a_loop_whose_crossover_was_not_excited_is_told_by_its_plant_and_never_called_sound(tmp_path):

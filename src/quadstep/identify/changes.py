@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.excited import Excited
-from quadstep.identify.measured import MeasuredLoop, measured
+from quadstep.identify.measured import HIDDEN, MeasuredLoop, measured
 from quadstep.identify.peaks import STANDS, Peak, free_notch, highest, unfit
 from quadstep.identify.plant import IdentifiedPlant
 from quadstep.identify.rate_loops import Filter, RateLoop
@@ -34,9 +34,6 @@ UNHEARD = 0.5
 """Largest gain of a loop at the fastest excited frequency with larger gains, 6 dB below 1: what decides its margins was
 excited, as nothing but a resonance grows beyond.
 """
-
-HIDDEN = 0.32
-"""Largest gain of a resonance beyond, with larger gains: 10 dB below 1, as noise tells it to 4 dB."""
 
 STEP, STEPS = 1.1, 15
 """Factor from one value of a parameter that is tried to the next, and how many are."""
@@ -94,6 +91,14 @@ def factor_range(factor: float, whole: Iterable[float]) -> list[float]:
 
 
 def changes(flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None) -> Advice | None:
+    """What the log advises, and what becomes with it of what noise may hide."""
+    if (advice := chosen(flight, now, behind)) and behind:
+        hidden = behind.hidden.scaled(float(np.max(np.abs(factors(flight, advice, [behind.hidden.at])))))
+        advice = advice._replace(expected=advice.expected._replace(hidden=hidden))
+    return advice
+
+
+def chosen(flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None) -> Advice | None:
     """What the log advises: gains as large as a sound loop bears, where the plant is told, or those that make a fragile loop
     sound, or a higher cut-off where these do not, or a slower attitude loop; a lower cut-off, or a notch, for a sound loop
     whose command is too noisy.
@@ -128,11 +133,11 @@ def tuned(
     for other, response in changed_responses(flight, loop, tried, behind.loop):
         end = float(np.interp(flight.measured.omega[-1], response.omega, np.abs(response.opened)))
         least, largest = factor_limits(flight, loop, other)
-        most = max(min(UNHEARD / end, NOISY / loud(flight), HIDDEN / behind.hidden, largest), 1.0)
+        most = max(min(UNHEARD / end, NOISY / loud(flight), HIDDEN / behind.hidden.gain, largest), 1.0)
         if advice := advised(response, (), most, least):
             expected = advice.expected._replace(by_plant=True)
             worth = poor or (advice.factor >= WORTH and not other)
-            held = 1.0 < HIDDEN / behind.hidden < advice.factor * FINE
+            held = 1.0 < HIDDEN / behind.hidden.gain < advice.factor * FINE
             others = parameter_changes(flight, other)
             return Advice(advice.factor, expected, others, advice.factor, held) if worth else None
     return None
@@ -281,9 +286,13 @@ def ratio(flight: Excited, loop: RateLoop, other: dict[str, float], omega: Itera
 
 def with_advice(flight: Excited, advice: Advice) -> Response:
     """The measured loop with what is advised."""
+    return flight.measured.scaled(factors(flight, advice, flight.measured.omega))
+
+
+def factors(flight: Excited, advice: Advice, omega: Iterable[float]) -> Complex | float:
+    """What is advised of the open loop, as a factor on it, at frequencies [rad/s]: one for all, or of each."""
     other = {name: then for name, (_, then) in advice.others.items()}
-    by = ratio(flight, flight.loop, other, flight.measured.omega) if flight.loop and other else 1.0
-    return flight.measured.scaled(advice.factor * by)
+    return advice.factor * (ratio(flight, flight.loop, other, omega) if flight.loop and other else 1.0)
 
 
 def loud(flight: Excited) -> float:

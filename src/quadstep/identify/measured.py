@@ -7,13 +7,44 @@ from quadstep.identify.response import Crossing, Response, crossovers, determine
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE, SOUND
 from quadstep.metrics.statistics import Estimate
 
+HIDDEN = 0.32
+"""Largest gain of a resonance beyond what was excited with which a loop counts as sound: 10 dB below 1, as noise tells it to
+4 dB.
+"""
+
+
+class HiddenResonance(NamedTuple):
+    """The most that noise may hide beyond what was excited: |L| at -180 degrees, 1 where the log does not tell, and where
+    [rad/s], or from where on.
+    """
+
+    gain: float
+    at: float
+
+    @property
+    def said(self) -> str:
+        """What it is, as a clause's subject."""
+        at = f"{self.at / (2.0 * math.pi):.3g} Hz"
+        if self.gain < 1.0:
+            return f"a resonance near {at}, whose gain may be up to about {self.gain:.2g} by the noise (give or take 4 dB),"
+        return f"a resonance above {at}, where the log shows too little,"
+
+    @property
+    def leaves(self) -> float:
+        """How far the gain may then grow [dB]."""
+        return -20.0 * math.log10(self.gain)
+
+    def scaled(self, factor: float) -> "HiddenResonance":
+        return self._replace(gain=factor * self.gain) if self.gain < 1.0 else self
+
 
 class MeasuredLoop(NamedTuple):
     """phase: the crossover with the smallest phase margin [rad], as `sized`, None if the excitation tells of none; up, down:
     where the gain may grow and fall least, by which factor, None where the phase crosses -180 degrees at no excited frequency
     and the gain margin is unknown. open: crossovers whose phase margin it does not tell. lowest, highest: excited [rad/s].
     floor: where `down` is unknown, how far the gain may fall at least [dB], None where that is unknown too. by_plant: whether
-    the margins are those of the loop that a plant and the parameters make, as far as it goes beyond what was excited.
+    the margins are those of the loop that a plant and the parameters make, as far as it goes beyond what was excited. hidden:
+    what may take them, None where that is not judged.
     """
 
     phase: Crossing | None
@@ -24,6 +55,7 @@ class MeasuredLoop(NamedTuple):
     highest: float
     floor: float | None = None
     by_plant: bool = False
+    hidden: HiddenResonance | None = None
 
     @property
     def gain_up(self) -> Estimate | None:
@@ -53,13 +85,20 @@ class MeasuredLoop(NamedTuple):
 
     @property
     def sound(self) -> bool:
-        """Whether all margins are those of a sound loop with 95 % confidence; never where one of them is unknown."""
+        """Whether all margins are those of a sound loop with 95 % confidence, but for what noise may hide; never where one of
+        them is unknown.
+        """
         doubtful = any(sized(one.value).low < LEAST_PHASE for one in self.open)
         return len(self.shares) == 3 and not doubtful and all(one.low >= 1.0 for one in self.shares)
 
     @property
+    def doubtful(self) -> bool:
+        """Whether noise may hide a resonance that leaves less than a sound loop's margins."""
+        return self.hidden is not None and self.hidden.gain > HIDDEN
+
+    @property
     def grade(self) -> str:
-        return SOUND if self.sound and not self.by_plant else "fragile" if self.fragile else "unknown"
+        return SOUND if self.sound and not (self.by_plant or self.doubtful) else "fragile" if self.fragile else "unknown"
 
     def gains(self, unit: str = "") -> tuple[str, str]:
         """How far the gain may grow, and fall [dB], in words."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from quadstep.identify.excited import Excited
 from quadstep.identify.logs.flight import Floats
-from quadstep.identify.measured import MeasuredLoop, measured
+from quadstep.identify.measured import HiddenResonance, MeasuredLoop, measured
 from quadstep.identify.response import Complex, Response, halves
 from quadstep.io.errors import UserError
 
@@ -55,7 +55,7 @@ class IdentifiedPlant(NamedTuple):
     spread: Floats
     misfit: float
     loop: Response
-    hidden: float
+    hidden: HiddenResonance
 
     @property
     def explains(self) -> bool:
@@ -73,12 +73,12 @@ class IdentifiedPlant(NamedTuple):
         return (
             f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a "
             f"delay of {1e3 * delay:.3g} ms. It tells the loop beyond what was excited, but for a resonance there, whose gain "
-            f"is at most about {self.hidden:.2g} by the noise in the command."
+            f"is at most about {self.hidden.gain:.2g} by the noise in the command, give or take 4 dB."
         )
 
     def as_json(self) -> dict[str, float]:
         names = "effect[rad/s^2]", "lag[s]", "delay[s]", "damping[1/s]"
-        return {**dict(zip(names, self.values.tolist(), strict=True)), "misfit": self.misfit, "unseen_gain": self.hidden}
+        return {**dict(zip(names, self.values.tolist(), strict=True)), "misfit": self.misfit, "unseen_gain": self.hidden.gain}
 
 
 def plant(flight: Excited) -> IdentifiedPlant | None:
@@ -119,10 +119,10 @@ def loop_margins(flight: Excited) -> tuple[MeasuredLoop, IdentifiedPlant | None]
     if now.phase is None and not now.open and behind and behind.explains:
         by_plant = measured(behind.loop)
         now = by_plant._replace(by_plant=True) if by_plant.phase else now
-    return now, behind
+    return now._replace(hidden=behind and behind.hidden), behind
 
 
-def hidden_resonance(flight: Excited, control: Callable[[Complex], Complex], loop: Response) -> float:
+def hidden_resonance(flight: Excited, control: Callable[[Complex], Complex], loop: Response) -> HiddenResonance:
     """The largest |L| at -180 degrees that a resonance may have beyond what was excited, by the noise in the command; 1 where
     the log shows too little of it. control: of the command from the rate, at s; loop: without the resonance.
 
@@ -138,12 +138,12 @@ def hidden_resonance(flight: Excited, control: Callable[[Complex], Complex], loo
     step = 2.0 * np.pi / (flight.period * len(flight.command))
     bands = np.unique(np.floor(np.cumsum(step / width)), return_inverse=True)[1]
     if not len(bands) or bands[-1] < FEWEST_BANDS:
-        return 1.0
+        return HiddenResonance(1.0, flight.beyond)
     count = np.bincount(bands)
     middle, level, left = (np.bincount(bands, one) / count for one in (omega, power, np.abs(sensitivity)))
     stands = np.log(np.maximum(level, 1e-300) / np.abs(control(1j * middle.astype(np.complex128)) * left) ** 2)
     stands -= np.polynomial.Polynomial.fit(np.log(middle), stands, TREND, w=np.sqrt(count))(np.log(middle))
-    return 1.0 - float(np.exp(-0.5 * stands.max()))
+    return HiddenResonance(1.0 - float(np.exp(-0.5 * stands.max())), float(middle[stands.argmax()]))
 
 
 def turned(values: Floats, omega: Floats) -> Complex:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from quadstep.identify.changes import FINE, NOISY, Advice, changed_parameters, changes, lags, loud, with_advice
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
-from quadstep.identify.measured import MeasuredLoop, degrees, hertz, measured, spelled
+from quadstep.identify.measured import HIDDEN, HiddenResonance, MeasuredLoop, degrees, hertz, measured, spelled
 from quadstep.identify.plant import IdentifiedPlant, loop_margins
 from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.response import UNSURE
@@ -27,7 +27,7 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.states import Channel
 from quadstep.linear.tables import OpenLoop, draw_bode
 from quadstep.linear.transfer import harmonic, opened
-from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE
+from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE, SOUND
 from quadstep.metrics.statistics import student_quantile
 from quadstep.mission.read import read_mission
 from quadstep.report.evidence import Evidence, Figure, TableSection
@@ -150,7 +150,8 @@ def evidence(
             "crossover[rad/s]": now.phase.at.as_json(), "phase_margin[rad]": now.phase.value.as_json(),
             "gain_margin_up[dB]": now.gain_up and now.gain_up.as_json(),
             "gain_margin_down[dB]": now.gain_down and now.gain_down.as_json(), "least_gain_margin_down[dB]": now.floor,
-            "grade": now.grade, "changed_in_log": list(flight.changed), "excited[rad/s]": [now.lowest, now.highest],
+            "grade": now.grade, "hidden_resonance": hidden_record(now, advice),
+            "changed_in_log": list(flight.changed), "excited[rad/s]": [now.lowest, now.highest],
             "modelled": model and {"phase_margin[rad]": model.margins.phase, "crossover[rad/s]": model.margins.phase_at},
             "plant": behind and behind.as_json(),
             "symptoms": {one.name: one.measured for one in seen},
@@ -162,6 +163,14 @@ def evidence(
         more=more,
         warnings=[f"{damage(flight.damaged)}; what could not be read is left out"] if flight.damaged else [],
     )  # fmt: skip
+
+
+def hidden_record(now: MeasuredLoop, advice: Advice | None) -> dict[str, float | None] | None:
+    """What noise may hide, as flown and as advised; with more than `most` no loop is called sound."""
+    if now.hidden is None:
+        return None
+    then = advice.expected.hidden.gain if advice and advice.expected.hidden else None
+    return {"at[rad/s]": now.hidden.at, "gain": now.hidden.gain, "gain_as_advised": then, "most": HIDDEN}
 
 
 def loops(flight: Excited, model: ModelledLoop | None, advice: Advice | None) -> OpenLoop:
@@ -193,7 +202,7 @@ def caption(now: MeasuredLoop, advice: Advice | None) -> str:
 HEADER = ("", "crossover [rad/s]", "phase margin [°]", "gain up [dB]", "gain down [dB]")
 METHOD = (
     "The open loop at the controller's command, outer loops included, from an excitation that was added to it or that the "
-    "setpoint made of it. The 95 % intervals come from what this does not explain."
+    "setpoint made of it, without a resonance beyond. The 95 % intervals come from what this does not explain."
 )
 
 
@@ -234,9 +243,11 @@ def sentence(flight: Excited, now: MeasuredLoop) -> str:
     by = "By the plant that was fitted, the" if now.by_plant else "The"
     if flight.changed:
         by = f"{listed(flight.changed)} changed in this log, so these may be the margins of no single loop. {by}"
+    less = now.hidden and now.doubtful and now.gain_up and now.hidden.leaves < now.gain_up.high
+    hidden = f", unless {now.hidden.said} leaves less" if now.hidden and less else ""
     return (
         f"{by} loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
-        f"its gain margin is {', '.join(gains)}."
+        f"its gain margin is {', '.join(gains)}{hidden}."
     )
 
 
@@ -247,8 +258,11 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
     where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
     if now.fragile:
         first = f"A sound loop has {asked}, this one less"
-    elif now.sound and not now.by_plant:
+    elif now.grade == SOUND:
         first = f"A sound loop has {asked}, and so does this one {where}"
+        first += "" if now.hidden else "; a resonance beyond is not judged"
+    elif now.sound and not now.by_plant and now.hidden:
+        first = f"It has the {asked} of a sound loop {where}, but {less_left(now.hidden)}"
     else:
         what = "excitation does" if wider or now.by_plant else "intervals do"
         first = f"The {what} not show whether it has the {asked} of a sound loop: "
@@ -257,10 +271,16 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
         if now.fragile:
             none = "No gains or cut-offs within their documented ranges are known to give it that: no change is advised"
             return [f"{first}. {none}{f'; {untold}' * bool(wider)}."]
-        return [f"{first}: no change of its gains is advised." if now.sound else f"{first}. No change is advised."]
+        return [f"{first}{': no change of its gains' if now.grade == SOUND else '. No change'} is advised."]
     if advice.factor != 1.0 and flight.loop and flight.loop.bypassed(flight.parameters):
         return [f"{first}. Its feed-forward bypasses the gains, so that no factor on them is advised."]
     return [f"{first}. {expected_result(flight, advice)}"]
+
+
+def less_left(hidden: HiddenResonance) -> str:
+    """What noise may hide, and what excludes it."""
+    longer = ", or fly longer, as a longer record hides less" if hidden.gain < 1.0 else ""
+    return f"{hidden.said} may leave less: excite to beyond it{longer}"
 
 
 def expected_result(flight: Excited, advice: Advice) -> str:
@@ -276,6 +296,8 @@ def expected_result(flight: Excited, advice: Advice) -> str:
     said = f"{' and '.join([', '.join(changed)] * bool(changed) + scaled)}: by the {by} that gives {phase[0]} ({phase[1]})"
     if expected.by_plant and expected.gain_up:
         said += f" and {spelled(expected.gain_up, '.1f')} dB upwards"
+    if expected.hidden and expected.doubtful:
+        said += f"; but {less_left(expected.hidden)}"
     if advice.louder != 1.0:
         most = "at most " if advice.others and advice.louder > 1.0 and not expected.by_plant else ""
         said += f", with {most}{100.0 * abs(advice.louder - 1.0):.0f} % {'more' if advice.louder > 1.0 else 'less'} noise"
