@@ -17,15 +17,17 @@ from llvmlite import binding as llvm
 import quadstep
 from quadstep.control import nested_saturation
 from quadstep.engines import kernel
+from quadstep.engines.gpu_sweep import program
 from quadstep.engines.kernel import MOST, Kernel, Kernels, Trace, fly_lanes, host, object_code
 from quadstep.engines.scored import scored
-from quadstep.engines.sweep import Sweep
+from quadstep.engines.sweep import Sweep, sweep_module
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io import code_cache
 from quadstep.io.code_identity import described
 from quadstep.io.places import Place
 from quadstep.io.user_code import load
 from quadstep.own import Command
+from quadstep.page.laws import emit
 from tests.flights import NESTED, nested_gains, parameters, state
 from tests.needs import SUPERUSER, needs
 
@@ -216,7 +218,12 @@ def test_what_a_notebook_replaces_in_memory_flies_from_then_on(tmp_path, monkeyp
         swept = Sweep(scored_loop, clock, plan.start, plan.parameters, (), True).fly(np.zeros((1, 0)))
         return quadstep.fly(plan).rows, swept.metrics
 
-    first = flown()
+    def written():  # for the page, for its failure rate, for a graphics processor
+        known = scored_loop, plan.start, plan.parameters, frozenset[int](), True
+        return [emit(plan.loop, plan.parameters, plan.start).text, sweep_module(*known), program(*known)]
+
+    first, texts = flown(), written()
+    assert written() == texts
     monkeypatch.setattr("quadstep.engines.kernel.compile_module", made := Mock(side_effect=kernel.compile_module))
     np.testing.assert_array_equal(flown()[0], first[0])
     assert made.call_count == 0
@@ -226,6 +233,7 @@ def test_what_a_notebook_replaces_in_memory_flies_from_then_on(tmp_path, monkeyp
         np.testing.assert_array_equal(rows, quadstep.fly(plan, "python").rows)
         assert (rows != first[0]).any()
         assert (metrics != first[1]).any()
+        assert not any(new == old for new, old in zip(written(), texts, strict=True))
     np.testing.assert_array_equal(flown()[0], first[0])
 
 
