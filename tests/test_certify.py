@@ -15,7 +15,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.reductions import rmse
 from quadstep.numbers import Vector, vector, where
-from quadstep.proofs.certify.certificate import certify_plan, check_path, error_radius, printed_error_radius, weight_radius
+from quadstep.proofs.certify.certificate import certify_plan, check_path, error_radius, weight_radius
 from quadstep.proofs.certify.history import fit_all, recall, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import conditions, matrices
 from quadstep.proofs.certify.output import kind, record, verdict
@@ -142,15 +142,14 @@ def test_the_weights_taken_make_the_smallest_b_r():
     c = rich()
     assert c.b_r <= c.b_r_plain
     assert c.weight_bound == pytest.approx(np.sqrt(sum(np.sum(fit.weights**2) for fit in c.ideal.fits)))
-    assert c.residual_bound == pytest.approx(np.sqrt(dot(c.ideal.residual_1, c.ideal.residual_1)
-                                                     + dot(c.ideal.residual_2, c.ideal.residual_2)).max())  # fmt: skip
+    assert c.residual_bound == pytest.approx(np.sqrt(sum(dot(one.residual, one.residual) for one in c.ideal.fits)).max())
     assert weight_bound(c.ideal.plain) >= c.weight_bound
     assert residual_bound(c.ideal.plain) > 0.0
 
 
 def test_bounds_by_hand():
     assert error_radius(2.0, 3.0, 0.01, 4.0) == pytest.approx((0.01 + 3.0) / 4.0)
-    assert printed_error_radius(2.0, 3.0, 4.0) == pytest.approx(1.0)
+    assert error_radius(2.0, 3.0, 1.0, 4.0) == pytest.approx(1.0)
     assert error_radius(2.0, 3.0, 0.01, 0.0) is None
     assert weight_radius(2.0, 3.0, (1.0, 1.0)) == pytest.approx(1.0 + 2.0)
     assert weight_radius(2.0, 3.0, (0.0, 1.0)) is None

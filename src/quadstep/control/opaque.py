@@ -135,18 +135,9 @@ def new_opaque_law(function: Controller, name: str, told: type) -> type[Law]:
 
 
 def friendly(controller: Controller) -> Callable[[Array], list[float]]:
-    """The controller as a function from an array of 26 numbers to four; 25 where the attitude is three angles.
-
-    Called again with equal inputs, it repeats its output: lanes that fill a block repeat a flight, and a controller with
-    state must see each of its samples once.
-    """
-    asked, answer = b"", [0.0] * 4
+    """The controller as a function from an array of 26 numbers to four; 25 where the attitude is three angles."""
 
     def function(inputs: Array) -> list[float]:
-        nonlocal asked, answer
-        question = inputs.tobytes()
-        if question == asked:
-            return answer
         t, period, yaw, yaw_rate = (float(inputs[i]) for i in (0, 1, -2, -1))
         measured = MeasuredArrays(inputs[2:5], inputs[5:8], inputs[8:-14], inputs[-14:-11], period)
         reference = ReferenceArrays(inputs[-11:-8], inputs[-8:-5], inputs[-5:-2], yaw, yaw_rate)
@@ -154,13 +145,28 @@ def friendly(controller: Controller) -> Callable[[Array], list[float]]:
         try:
             thrust, torque = returned
             x, y, z = torque
-            asked, answer = question, [float(thrust), float(x), float(y), float(z)]
+            return [float(thrust), float(x), float(y), float(z)]
         except (TypeError, ValueError) as error:
             said = f"should return thrust and torque, like (9.8, (0.0, 0.0, 0.0)), not {returned!r:.60}"
             raise type(error)(said) from None
+
+    return memoised(function)
+
+
+def memoised(function: Callable[[Array], list[float]]) -> Callable[[Array], list[float]]:
+    """The function, which repeats its output when called again with equal inputs: lanes that fill a block repeat a flight, and
+    a controller with state must see each of its samples once.
+    """
+    asked, answer = b"", [0.0]
+
+    def asking(inputs: Array) -> list[float]:
+        nonlocal asked, answer
+        question = inputs.tobytes()
+        if question != asked:
+            asked, answer = question, function(inputs)
         return answer
 
-    return function
+    return asking
 
 
 @contextmanager

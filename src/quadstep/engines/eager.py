@@ -47,7 +47,7 @@ def always(law: Callable[..., S]) -> Callable[..., S]:
         except (ArithmeticError, ValueError):
             with np.errstate(all="ignore"):
                 result = law(*(stack([one]) for one in given))
-            return rebuild(result, iter(pick(result, 0, 1)))
+            return rebuild(result, iter([float(np.broadcast_to(leaf, 1)[0]) for leaf in flatten(result)]))
 
     return run
 
@@ -57,7 +57,3 @@ def stack(structures: Sequence[object]) -> object:
     columns = zip(*(flatten(structure) for structure in structures), strict=True)
     leaves = (column[0] if isinstance(column[0], Table) else np.array(column, dtype=float) for column in columns)
     return rebuild(structures[0], leaves)
-
-
-def pick(structure: object, index: int, count: int) -> list[float]:
-    return [float(np.broadcast_to(leaf, count)[index]) for leaf in flatten(structure)]

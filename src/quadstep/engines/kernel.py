@@ -18,7 +18,6 @@ from llvmlite import ir
 from llvmlite.binding.newpassmanagers import NewPassManager
 from numpy.typing import NDArray
 
-from quadstep.engines import sweep_trace
 from quadstep.engines.ticking import INDEX, Ticking
 from quadstep.interfaces.closed_loop import Advance, ClosedLoop, Ticks
 from quadstep.interfaces.log import FlightLog, finished
@@ -144,24 +143,16 @@ def host_width(double: bool) -> int:
     return host().doubles * (1 if double else 2)
 
 
-def compile_module(written: Callable[[], str], double: bool, known: str = "") -> Kernel:
-    """Machine code of an LLVM module that defines `fly`, as `Trace` writes it. known: as in `machine_code`."""
-    engine = machine_code(written, known)
-    return Kernel(engine, function(engine, "fly", len(COUNTERS), double, 1 + len(BUFFERS)))
-
-
-def compile_sweep(written: Callable[[], str], double: bool, known: str = "") -> Kernel:
-    """Machine code of an LLVM module that defines `sweep`, as `SweepTrace` writes it. known: as in `machine_code`."""
-    engine = machine_code(written, known)
-    counters, buffers = len(sweep_trace.COUNTERS), 1 + len(sweep_trace.BUFFERS)
-    return Kernel(engine, function(engine, "sweep", counters, double, buffers))
-
-
-def function(engine: llvm.ExecutionEngine, name: str, counters: int, double: bool, buffers: int) -> Callable[..., None]:
-    """A compiled function of some counters, a number and some addresses; it runs without the interpreter's lock."""
-    number = ctypes.c_double if double else ctypes.c_float
-    kinds: Sequence[Any] = [ctypes.c_int64] * counters + [number] + [ctypes.c_void_p] * buffers
-    return ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address(name))
+def compile_module(
+    written: Callable[[], str], double: bool, known: str = "", name: str = "fly",
+    counters: Sequence[str] = COUNTERS, buffers: Sequence[str] = BUFFERS,
+) -> Kernel:  # fmt: skip
+    """Machine code of an LLVM module that defines a function of this name as `Trace` or `SweepTrace` writes it. It runs
+    without the interpreter's lock. known: as in `machine_code`.
+    """
+    engine, number = machine_code(written, known), ctypes.c_double if double else ctypes.c_float
+    kinds: Sequence[Any] = [*[ctypes.c_int64] * len(counters), number, *[ctypes.c_void_p] * (1 + len(buffers))]
+    return Kernel(engine, ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address(name)))
 
 
 def optimised() -> bool:

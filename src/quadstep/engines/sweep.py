@@ -23,10 +23,10 @@ import numpy as np
 from llvmlite import binding as llvm
 from numpy.typing import ArrayLike, NDArray
 
-from quadstep.engines.kernel import Kernel, Kernels, compile_sweep, host_width, object_code, structure
+from quadstep.engines.kernel import Kernel, Kernels, compile_module, host_width, object_code, structure
 from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import Score, ScoredLoop, metrics
-from quadstep.engines.sweep_trace import OUTCOME, SweepTrace
+from quadstep.engines.sweep_trace import BUFFERS, COUNTERS, OUTCOME, SweepTrace
 from quadstep.interfaces.closed_loop import Advance, Ticks
 from quadstep.io import code_cache
 from quadstep.io.code_identity import as_it_is
@@ -191,7 +191,7 @@ def prepare(
             return str(trace.module)
 
         known = structure(loop, "sweep", leaf_names((start, parameters)), sizes, sorted(varying), double, width)
-        return compile_sweep(written, double, known)
+        return compile_module(written, double, known, "sweep", COUNTERS, BUFFERS)
 
     return KERNELS.get_or_make(key, made)
 

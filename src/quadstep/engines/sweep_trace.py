@@ -114,13 +114,12 @@ class SweepTrace(Ticking):
         values = generate(number(flight >> 16), number(flight & 0xFFFF))
         if len(values) != count:
             raise ValueError(f"{len(values)} numbers generated for {count} that vary")
-        self.drawn = [self.variable(self._narrow(emitter.value(value))) for value in values]
+        drawn = [emitter.value(value) for value in values]
+        if not self.emitter.precise:
+            drawn = [self.builder.fptrunc(value, self.emitter.vector) for value in drawn]
+        self.drawn = [self.variable(value) for value in drawn]
         for place, slot in enumerate(self.drawn, row):
             self.builder.store(self.builder.load(slot), self.address("results", INDEX(place)), align=self.align)
-
-    def _narrow(self, value: ir.Value) -> ir.Value:
-        """A number in f64 converted to the flight's precision."""
-        return value if self.emitter.precise else self.builder.fptrunc(value, self.emitter.vector)
 
     def _constant_memory(self, size: int) -> None:
         """Constant memory, into which the host puts what all flights read: access is as fast as to a register."""

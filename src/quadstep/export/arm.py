@@ -120,8 +120,7 @@ def instruction_counts(
 
 def one(exported: Exported, build: Path, flags: list[str], board: str) -> OnArm:
     name = exported.name
-    strict = ["-Wall", "-Wextra", "-Wconversion", "-Wfloat-equal", "-Wshadow", "-Wdouble-promotion"]
-    told = compile_c(build, [*flags, *strict, "-fstack-usage", "-c", f"{name}.c", f"{name}_params.c"], [COMPILER])
+    told = compile_c(build, [*flags, *WARNINGS, "-fstack-usage", "-c", f"{name}.c", f"{name}_params.c"], [COMPILER])
     sizes = Sizes(
         code=section(build / f"{name}.o", r"\.(text|rodata)\S*"),
         parameters=section(build / f"{name}_params.o", r"\.rodata\S*"),

@@ -13,8 +13,8 @@ import numpy as np
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.prediction import Curve, PredictorParameters
 from quadstep.identify.starts import voltage_of
-from quadstep.numbers import vector
-from quadstep.numbers.rotations import from_rotation_vector
+from quadstep.numbers import Vector, vector
+from quadstep.numbers.rotations import from_rotation_vector, rotation_matrix
 from quadstep.vehicle.allocation import mixing
 from quadstep.vehicle.rigid_body import Geometry
 
@@ -55,13 +55,7 @@ class HalfSeconds(NamedTuple):
 
 def matrices(attitude: Floats) -> Floats:
     """Rotation matrices (n, 3, 3) of quaternions."""
-    w, x, y, z = attitude.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.array(rows).transpose(2, 0, 1)
+    return np.array([list(row) for row in rotation_matrix(Vector(attitude.T))]).transpose(2, 0, 1)
 
 
 def lagged(wanted: Floats, period: float, lag: float) -> Floats:

@@ -152,11 +152,6 @@ def values_at(point: Floats, free: Sequence[Free]) -> list[float]:
     ]
 
 
-def leaf_values(point: Floats, free: Sequence[Free]) -> Floats:
-    """The numbers of every leaf of a point, in order."""
-    return np.array([value for one, value in zip(free, values_at(point, free), strict=True) for _ in one.leaves])
-
-
 def placed(parameters: PredictorParameters, free: Sequence[Free], point: Floats) -> PredictorParameters:
     new = {leaf: value for one, value in zip(free, values_at(point, free), strict=True) for leaf in one.leaves}
     names = [name.removeprefix(PREFIX) for name in leaf_names(parameters, PREFIX.removesuffix("."))]

@@ -12,7 +12,7 @@ from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import ScoredLoop
 from quadstep.engines.sweep import Sweep, places
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
+from quadstep.identify.parameters import PREFIX, Free, placed, values_at
 from quadstep.identify.prediction import Prediction, Predictor, PredictorParameters
 from quadstep.identify.starts import JoinedFlights, Starts, States, constant, differences, logged, norms
 from quadstep.interfaces.closed_loop import Ticks
@@ -38,7 +38,11 @@ class PredictionBatch:
         """States (points, horizons, n, 13) and unexplained angular accelerations, trends and forces (points, n, 9)."""
         base = np.stack([self.starts.first, self.starts.history], axis=1).astype(float)
         count = len(base)
-        values = [np.concatenate([base, np.tile(leaf_values(point, self.free), (count, 1))], axis=1) for point in points]
+        leaves = [
+            [value for one, value in zip(self.free, values_at(point, self.free), strict=True) for _ in one.leaves]
+            for point in points
+        ]
+        values = [np.concatenate([base, np.tile(one, (count, 1))], axis=1) for one in leaves]
         score = cast(Prediction, self.sweep.fly(np.concatenate(values)).score)
         states = np.array([list(one) for one in score.states]).reshape(len(self.loop.horizons), 13, len(points), count)
         rest = np.array([entry for part in score.unexplained for entry in part]).reshape(9, len(points), count)

@@ -9,7 +9,7 @@ from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.plant import Reference
 from quadstep.linear.modes import ReducedPeriod, reduced
-from quadstep.linear.nearby import MOVED, NEAR, changed, clock_states, later_ticks, nearby, nonlinear_states
+from quadstep.linear.nearby import MOVED, NEAR, changed, later_ticks, nearby, nonlinear_states
 from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.states import (
     SAME,
@@ -262,7 +262,7 @@ def largest(left: Array, values: Array) -> float:
 
 def still(left: Array, length: float) -> Array:
     """Changes over a time [s], without those of states that keep time."""
-    return np.where(clock_states(left, length), 0.0, left)
+    return np.where(np.abs(left - length) < SAME, 0.0, left)
 
 
 def residual(period: Period) -> Array:

@@ -80,11 +80,6 @@ def nearby(loops: Loops, flown: LoopState, first: int, period: ReducedPeriod) ->
     return [reduced(one) for one in found if not one.broken]
 
 
-def clock_states(left: Array, length: float) -> NDArray[np.bool_]:
-    """Which states keep time: by their changes over so long [s]."""
-    return np.abs(left - length) < SAME
-
-
 ALONE = 1e-6
 """Largest part of a change that a state which goes on by itself leaves unexplained; differences leave 1e-7 of small ones."""
 

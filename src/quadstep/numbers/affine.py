@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers.kinds import Choice, Truth
-from quadstep.numbers.operation import Kind, place
+from quadstep.numbers.operation import Arithmetic, Kind, place
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class Fresh:
         self.next, self.past, self.second = first, past, second
 
 
-class Enclosure:
+class Enclosure(Arithmetic):
     """centre, rest, reach: of one shape S; parts: (directions, *S), or None for a ball.
 
     reach: how far a value may be from the centre, at most. floor: what it is never below, known beside the form: zero of a sum
@@ -151,17 +151,6 @@ class Enclosure:
 
     def __neg__(self) -> Enclosure:
         return Enclosure(-self.centre, None if self.parts is None else -self.parts, self.rest, self.reach, self.fresh)
-
-    def __pos__(self) -> Enclosure:
-        return self
-
-    def __sub__(self, other: Operand) -> Enclosure:
-        if isinstance(other, (Enclosure, PLAIN)):
-            return self + (-other)
-        return NotImplemented
-
-    def __rsub__(self, other: Plain) -> Enclosure:
-        return (-self) + other
 
     @overload
     def __mul__(self, other: Enclosure) -> Enclosure: ...

@@ -12,7 +12,8 @@ detected instead of guessed:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from operator import ge, gt, le, lt
 from typing import TypeAlias, cast
 
 import numpy as np
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from quadstep.numbers.functions import power
 from quadstep.numbers.kinds import FLOATS, REALS, Number
-from quadstep.numbers.operation import Kind, Operation, Rule, place
+from quadstep.numbers.operation import Arithmetic, Kind, Operation, Rule, place
 
 Slopes: TypeAlias = NDArray[np.float64]
 
@@ -30,6 +31,10 @@ CLOSE = 1e-11
 
 class NotDifferentiableError(Exception):
     """A law that dual numbers cannot evaluate: one line that says why, and where."""
+
+
+def compared(relation: Callable[[float, float], bool]) -> Callable[[Dual, Dual | float], bool]:
+    return lambda one, other: relation(one.over(other), 0.0)
 
 
 class Seeds:
@@ -57,7 +62,7 @@ class Seeds:
         return [cast(Number, Dual(value, row, self)) for value, row in zip(values, rows, strict=True)]
 
 
-class Dual:
+class Dual(Arithmetic):
     """value, slopes of shape (directions,), and where the slopes were lost, if they were."""
 
     __slots__ = ("lost", "seeds", "slopes", "value")
@@ -81,18 +86,6 @@ class Dual:
         return NotImplemented
 
     __radd__ = __add__
-
-    def __sub__(self, other: Dual | float) -> Dual:
-        if isinstance(other, Dual):
-            return Dual(self.value - other.value, self.slopes - other.slopes, self.seeds, self.lost or other.lost)
-        if isinstance(other, REALS):
-            return Dual(self.value - other, self.slopes, self.seeds, self.lost)
-        return NotImplemented
-
-    def __rsub__(self, other: float) -> Dual:
-        if not isinstance(other, REALS):
-            return NotImplemented
-        return Dual(other - self.value, -self.slopes, self.seeds, self.lost)
 
     def __mul__(self, other: Dual | float) -> Dual:
         if isinstance(other, Dual):
@@ -132,9 +125,6 @@ class Dual:
     def __neg__(self) -> Dual:
         return Dual(-self.value, -self.slopes, self.seeds, self.lost)
 
-    def __pos__(self) -> Dual:
-        return self
-
     def __abs__(self) -> Dual:
         return -self if self < 0.0 else self
 
@@ -149,17 +139,7 @@ class Dual:
                 return moved
         return gap
 
-    def __lt__(self, other: Dual | float) -> bool:
-        return self.over(other) < 0.0
-
-    def __le__(self, other: Dual | float) -> bool:
-        return self.over(other) <= 0.0
-
-    def __gt__(self, other: Dual | float) -> bool:
-        return self.over(other) > 0.0
-
-    def __ge__(self, other: Dual | float) -> bool:
-        return self.over(other) >= 0.0
+    __lt__, __le__, __gt__, __ge__ = map(compared, (lt, le, gt, ge))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Dual | float | int) and self.over(other) == 0.0
@@ -178,6 +158,8 @@ def value_of(x: Dual | float) -> float:
 
 class Duals(Kind):
     """The functions of `quadstep.numbers` for them. Values are those of floats, to the bit."""
+
+    refusal = NotDifferentiableError
 
     @staticmethod
     def rule(operation: Operation) -> Rule:
@@ -239,15 +221,6 @@ class Duals(Kind):
 
     def where(self, condition: bool, yes: Dual | float, no: Dual | float) -> Dual | float:
         return yes if condition else no
-
-    def word(self, x: Dual) -> int:
-        raise NotDifferentiableError(f"the law manipulates the bits of a number ({place()})")
-
-    def number(self, word: int) -> float:
-        return float(word)
-
-    def opaque(self, *_: object) -> list[Dual]:
-        raise NotDifferentiableError(f"it calls an opaque function, which has no equations ({place()})")
 
 
 Dual.functions = Duals()

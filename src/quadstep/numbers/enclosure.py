@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import factorial
-from typing import NoReturn, overload
+from typing import overload
 
 import numpy as np
 
@@ -120,6 +120,8 @@ __all__ = [
 class Enclosures(Kind):
     """The functions of `quadstep.numbers` for them. Values at the centre are those of floats, to the bit."""
 
+    refusal = UndefinedError
+
     @staticmethod
     def rule(operation: Operation) -> Rule:
         return lambda _, *given: operation.enclosure(*given)
@@ -219,14 +221,6 @@ class Enclosures(Kind):
 
     half_turn = staticmethod(half_turn)
     turn_ratio = staticmethod(turn_ratio)
-
-    def word(self, x: object) -> NoReturn:
-        raise UndefinedError(f"the law manipulates the bits of a number ({place()})")
-
-    number = word
-
-    def opaque(self, *_: object) -> NoReturn:
-        raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
 
 
 def cofactors(m: Array, sign: float = -1.0) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeAlias
 
 HERE = str(Path(__file__).parent)
 
@@ -64,8 +64,34 @@ OPERATIONS: dict[str, Operation] = {}
 """By name."""
 
 
+class Arithmetic:
+    """Mixin for kinds of number: what follows from their sums and their negation."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:
+
+        def __neg__(self) -> Self: ...
+
+        def __add__(self, other: Any) -> Self: ...
+
+    def __pos__(self) -> Self:
+        return self
+
+    def __sub__(self, other: Any) -> Self:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Self:
+        return (-self) + other
+
+
 class Kind:
-    """The functions of a kind of number: a method for every operation, made by `rule` unless the kind has its own."""
+    """The functions of a kind of number: a method for every operation, made by `rule` unless the kind has its own.
+
+    refusal: the exception of one that has no bits and calls no opaque function.
+    """
+
+    refusal: type[Exception] = TypeError
 
     if TYPE_CHECKING:
 
@@ -86,6 +112,16 @@ class Kind:
     def rule(operation: Operation) -> Rule:
         """The method of this kind for an operation, from the rules of that."""
         raise NotImplementedError
+
+    def word(self, _: Any) -> Any:
+        """See `quadstep.numbers.functions`."""
+        raise self.refusal(f"the law manipulates the bits of a number ({place()})")
+
+    number = word
+
+    def opaque(self, *_: Any) -> Any:
+        """See `quadstep.numbers.scan`."""
+        raise self.refusal(f"it calls an opaque function, which has no equations ({place()})")
 
 
 KINDS: list[type[Kind]] = []

@@ -226,7 +226,7 @@ def call(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]
 
     Keep the handle among a law's parameters: on Python numbers alone the call would be made once, while the law is compiled.
     """
-    functions: object = functions_of(handle, *inputs)
+    functions = functions_of(handle, *inputs)
     if functions is FLOATS:
         return answer(handle, np.array(inputs, dtype=np.float64), outputs)
     if functions is ARRAYS:
@@ -235,7 +235,4 @@ def call(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]
         for place in np.ndindex(given.shape[:-1]):
             answers[place] = answer(float(given[place][0]), given[place][1:], outputs)
         return cast(list[Number], list(np.moveaxis(answers, -1, 0)))
-    own = getattr(functions, "opaque", None)
-    if own is None:
-        raise TypeError("an opaque function takes floats, arrays and lanes; it has no equations")
-    return own(handle, inputs, outputs)
+    return functions.opaque(handle, inputs, outputs)

@@ -143,71 +143,6 @@ def home(value: ir.Value) -> ir.Function:
     return value.parent if isinstance(value, ir.Argument) else value.parent.function
 
 
-def call_subroutine(emitter: Instructions, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
-    """The result of `law`, whose code is written on the first call and kept in `memory`."""
-    if emitter.width == 1 or emitter.subroutine is not None:  # a graphics processor; a law within a law
-        return law(structure)
-    if "law" not in memory:
-        memory["law"] = Subroutine(emitter, law, structure)
-    return cast("Subroutine[S, T]", memory["law"]).call(structure)
-
-
-def scan(
-    emitter: Instructions, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool
-) -> tuple[C, Rows[Matrix]]:
-    """See `quadstep.numbers.scan`."""
-    builder = emitter.builder
-    given = flatten(carry)
-    sources = [(in_memory(emitter, one), len(one.rows[0])) for one in matrices(rows)]
-    slots = room(emitter, len(given))
-    store(emitter, given, slots, PLACE(0))
-    with builder.goto_entry_block():
-        counter = builder.alloca(PLACE)
-    builder.store(PLACE(count - 1 if backwards else 0), counter)
-    known = dict(emitter.known)
-    body, over = (builder.function.append_basic_block(name) for name in ("turn", "turned"))
-    builder.branch(body)
-    builder.position_at_end(body)  # values known before the loop are known in each turn
-
-    place = builder.load(counter)
-    now = rebuild(carry, iter(loaded(emitter, slots, len(given))))
-    taken = [row(emitter, source, place, columns) for source, columns in sources]
-    after, made = step(now, shaped(rows, iter(taken)))
-    same_shape(after, len(given))
-    kept = [(room(emitter, count * len(one)), len(one)) for one in matrices(made)]
-    for one, (memory, columns) in zip(matrices(made), kept, strict=True):
-        store(emitter, cast(list[Operand], list(one)), memory, builder.mul(place, PLACE(columns)))
-    store(emitter, flatten(after), slots, PLACE(0))
-    builder.store(builder.add(place, PLACE(-1 if backwards else 1)), counter)
-    builder.cbranch(builder.icmp_unsigned("==", place, PLACE(0 if backwards else count - 1)), over, body)
-
-    builder.position_at_end(over)
-    emitter.known = known
-    last = rebuild(carry, iter(loaded(emitter, slots, len(given))))
-    return last, shaped(made, iter([matrix(emitter, memory, count, columns) for memory, columns in kept]))
-
-
-def shortcut(emitter: Instructions, quick: Callable[[S], tuple[object, T]], law: Callable[[S], T], structure: S) -> T:
-    """See `quadstep.numbers.scan`: results are in memory, the law's in place of the other's where any lane needs it."""
-    builder, lanes = emitter.builder, ir.IntType(emitter.width)
-    holds, plain = quick(structure)
-    if not isinstance(holds, Recorded):  # known while the law is recorded
-        return plain if holds else law(structure)
-    leaves = flatten(plain)
-    slots = room(emitter, len(leaves))
-    store(emitter, leaves, slots, PLACE(0))
-    needed, over = (builder.function.append_basic_block(name) for name in ("needed", "over"))
-    everywhere = builder.icmp_unsigned("==", builder.bitcast(emitter.value(holds), lanes), lanes((1 << emitter.width) - 1))
-    known = dict(emitter.known)
-    builder.cbranch(everywhere, over, needed)
-    builder.position_at_end(needed)  # values known before the branch are known in it
-    store(emitter, flatten(law(structure)), slots, PLACE(0))
-    builder.branch(over)
-    builder.position_at_end(over)
-    emitter.known = known
-    return rebuild(plain, iter(loaded(emitter, slots, len(leaves))))
-
-
 def room(emitter: Instructions, size: int) -> ir.Value:
     """Memory for this many numbers, allocated once for the whole function."""
     with emitter.builder.goto_entry_block():
@@ -287,38 +222,87 @@ def link() -> None:
     llvm.add_symbol(SYMBOL, ctypes.cast(DISPATCH, ctypes.c_void_p).value)
 
 
-def emit(emitter: Instructions, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
-    """Instructions that call the function. They name it only by its handle, so that compiled code can be kept between runs."""
-    given: list[Operand] = [handle, *inputs]
-    link()
-    builder = emitter.builder
-    with builder.goto_entry_block():  # on the stack once, not once per turn of the loop
-        source, target = (builder.alloca(emitter.vector, size=size) for size in (len(given), outputs))
-    for place, number in enumerate(given):
-        builder.store(emitter.value(number), builder.gep(source, [COUNT(place)]))
-    places = [builder.gep(target, [COUNT(place)]) for place in range(outputs)]
-    for place in places:
-        builder.store(emitter.constant(math.nan), place)  # stays if the call is aborted
-    function = builder.module.globals.get(SYMBOL)
-    if function is None:
-        kind = ir.FunctionType(ir.VoidType(), [BYTES] * 2 + [COUNT] * 4)
-        function = ir.Function(builder.module, kind, SYMBOL)
-    sizes = [len(inputs), outputs, emitter.width, 8 if emitter.precise else 4]
-    builder.call(function, [builder.bitcast(source, BYTES), builder.bitcast(target, BYTES), *map(COUNT, sizes)])
-    return [RecordedNumber(emitter, builder.load(place)) for place in places]  # type: ignore[misc]
-
-
 class Emitter(Instructions):
     """Where lanes put their instructions."""
 
     def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
-        return scan(self, step, carry, rows, count, backwards)
+        """See `quadstep.numbers.scan`."""
+        builder = self.builder
+        given = flatten(carry)
+        sources = [(in_memory(self, one), len(one.rows[0])) for one in matrices(rows)]
+        slots = room(self, len(given))
+        store(self, given, slots, PLACE(0))
+        with builder.goto_entry_block():
+            counter = builder.alloca(PLACE)
+        builder.store(PLACE(count - 1 if backwards else 0), counter)
+        known = dict(self.known)
+        body, over = (builder.function.append_basic_block(name) for name in ("turn", "turned"))
+        builder.branch(body)
+        builder.position_at_end(body)  # values known before the loop are known in each turn
+
+        place = builder.load(counter)
+        now = rebuild(carry, iter(loaded(self, slots, len(given))))
+        taken = [row(self, source, place, columns) for source, columns in sources]
+        after, made = step(now, shaped(rows, iter(taken)))
+        same_shape(after, len(given))
+        kept = [(room(self, count * len(one)), len(one)) for one in matrices(made)]
+        for one, (memory, columns) in zip(matrices(made), kept, strict=True):
+            store(self, cast(list[Operand], list(one)), memory, builder.mul(place, PLACE(columns)))
+        store(self, flatten(after), slots, PLACE(0))
+        builder.store(builder.add(place, PLACE(-1 if backwards else 1)), counter)
+        builder.cbranch(builder.icmp_unsigned("==", place, PLACE(0 if backwards else count - 1)), over, body)
+
+        builder.position_at_end(over)
+        self.known = known
+        last = rebuild(carry, iter(loaded(self, slots, len(given))))
+        return last, shaped(made, iter([matrix(self, memory, count, columns) for memory, columns in kept]))
 
     def call(self, memory: dict[str, object], law: Callable[[S], T], structure: S) -> T:
-        return call_subroutine(self, memory, law, structure)
+        """The result of `law`, whose code is written on the first call and kept in `memory`."""
+        if self.width == 1 or self.subroutine is not None:  # a graphics processor; a law within a law
+            return law(structure)
+        if "law" not in memory:
+            memory["law"] = Subroutine(self, law, structure)
+        return cast("Subroutine[S, T]", memory["law"]).call(structure)
 
     def shortcut(self, quick: Callable[[S], tuple[object, T]], law: Callable[[S], T], structure: S) -> T:
-        return law(structure) if self.width == 1 else shortcut(self, quick, law, structure)
+        """See `quadstep.numbers.scan`: results are in memory, the law's in place of the other's where any lane needs it."""
+        if self.width == 1:
+            return law(structure)
+        builder, lanes = self.builder, ir.IntType(self.width)
+        holds, plain = quick(structure)
+        if not isinstance(holds, Recorded):  # known while the law is recorded
+            return plain if holds else law(structure)
+        leaves = flatten(plain)
+        slots = room(self, len(leaves))
+        store(self, leaves, slots, PLACE(0))
+        needed, over = (builder.function.append_basic_block(name) for name in ("needed", "over"))
+        everywhere = builder.icmp_unsigned("==", builder.bitcast(self.value(holds), lanes), lanes((1 << self.width) - 1))
+        known = dict(self.known)
+        builder.cbranch(everywhere, over, needed)
+        builder.position_at_end(needed)  # values known before the branch are known in it
+        store(self, flatten(law(structure)), slots, PLACE(0))
+        builder.branch(over)
+        builder.position_at_end(over)
+        self.known = known
+        return rebuild(plain, iter(loaded(self, slots, len(leaves))))
 
     def opaque(self, handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
-        return emit(self, handle, inputs, outputs)
+        """See `quadstep.numbers.scan`. The code names the function only by its handle, so that it can be kept between runs."""
+        given: list[Operand] = [handle, *inputs]
+        link()
+        builder = self.builder
+        with builder.goto_entry_block():  # on the stack once, not once per turn of the loop
+            source, target = (builder.alloca(self.vector, size=size) for size in (len(given), outputs))
+        for place, number in enumerate(given):
+            builder.store(self.value(number), builder.gep(source, [COUNT(place)]))
+        places = [builder.gep(target, [COUNT(place)]) for place in range(outputs)]
+        for place in places:
+            builder.store(self.constant(math.nan), place)  # stays if the call is aborted
+        function = builder.module.globals.get(SYMBOL)
+        if function is None:
+            kind = ir.FunctionType(ir.VoidType(), [BYTES] * 2 + [COUNT] * 4)
+            function = ir.Function(builder.module, kind, SYMBOL)
+        sizes = [len(inputs), outputs, self.width, 8 if self.precise else 4]
+        builder.call(function, [builder.bitcast(source, BYTES), builder.bitcast(target, BYTES), *map(COUNT, sizes)])
+        return [RecordedNumber(self, builder.load(place)) for place in places]  # type: ignore[misc]

@@ -34,15 +34,6 @@ def compared(sign: str) -> Emit:
     return lambda emitter, a, b: emitter.builder.fcmp_ordered(sign, a, b)
 
 
-def unequal(emitter: Instructions, a: ir.Value, b: ir.Value) -> ir.Value:
-    """A comparison that holds where a number is NaN."""
-    return emitter.builder.fcmp_unordered("!=", a, b)
-
-
-def looked_up(emitter: Instructions, table: ir.Value, index: ir.Value) -> ir.Value:
-    return emitter.looked_up(table, index)
-
-
 def mantissa(emitter: Instructions) -> tuple[int, int]:
     """Bits of the mantissa, and the bias of the exponent."""
     return (52, 1023) if emitter.precise else (23, 127)
@@ -108,7 +99,7 @@ FORMS = {
     ">": Forms("({}>{})", "({} > {})", "{} > {}", compared(">"), coq="(Rgt_dec {} {})"),
     ">=": Forms("({}>={})", "({} >= {})", "{} >= {}", compared(">="), coq="(Rge_dec {} {})"),
     "==": Forms("({}==={})", "qs_equal({}, {})", "{} == {}", compared("==")),
-    "!=": Forms("({}!=={})", "(!qs_equal({}, {}))", "{} != {}", unequal),
+    "!=": Forms("({}!=={})", "(!qs_equal({}, {}))", "{} != {}", lambda to, a, b: to.builder.fcmp_unordered("!=", a, b)),
     "and": Forms("({}&&{})", "({} && {})", "{} and {}", built("and_")),
     "or": Forms("({}||{})", "({} || {})", "{} or {}", built("or_")),
     "not": Forms("(!{})", "(!{})", "not {}", built("not_")),
@@ -125,7 +116,7 @@ FORMS = {
     "word ^": Forms("({}^{})", "({} ^ {})", "{} ^ {}", built("xor")),
     "word <<": Forms("({}<<{})", "({} << {})", "{} << {}", built("shl")),
     "word >>": Forms("({}>>>{}|0)", "({} >> {})", "{} >> {}", built("lshr")),
-    "entry": Forms("{}[{}]", "{}[(int32_t){}]", "real({}[int({})])", looked_up),
+    "entry": Forms("{}[{}]", "{}[(int32_t){}]", "real({}[int({})])", lambda to, table, index: to.looked_up(table, index)),
 }  # fmt: skip
 """In JavaScript, D and W are the bits of one number, see `page/laws.py`."""
 

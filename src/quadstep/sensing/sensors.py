@@ -82,21 +82,6 @@ class Sensors(NamedTuple):
     def sizes(self) -> tuple[Number, ...]:
         return self[:9]
 
-    @property
-    def densities(self) -> tuple[Number, Number]:
-        """Of the white noise of gyro and accelerometer."""
-        return self.gyro_noise, self.accelerometer_noise
-
-    @property
-    def biases(self) -> tuple[Number, Number]:
-        """What gyro and accelerometer start from, standard deviations."""
-        return self.gyro_bias, self.accelerometer_bias
-
-    @property
-    def walks(self) -> tuple[Number, Number]:
-        """Densities of the random walk of both biases."""
-        return self.gyro_walk, self.accelerometer_walk
-
 
 class Navigation(NamedTuple):
     """A navigation state: what a fix measures, and what an estimator estimates.

@@ -105,7 +105,8 @@ class Suite:
             count = self.sensor.draws
             noise = draws(key, START, 0.0, count + self.on_board)
             first = answered(self.sensor.sample(truth, noise[:count], sensors), Navigation, "sample")
-            biases = tuple(size * bias for size, bias in zip(sensors.biases, noise[count:], strict=False))
+            starts = sensors.gyro_bias, sensors.accelerometer_bias
+            biases = tuple(size * bias for size, bias in zip(starts, noise[count:], strict=False))
         force = vector(0.0, 0.0, sensors.gravity) if self.accelerometer else ()
         memory = SuiteMemory(
             biases=biases,
@@ -135,7 +136,7 @@ class Suite:
         )
         samples = [motion.rates, specific_force][: self.on_board]
         if self.noisy:
-            sizes = [density / sqrt(period) for density in sensors.densities]
+            sizes = [density / sqrt(period) for density in (sensors.gyro_noise, sensors.accelerometer_noise)]
             noise = draws(key, IMU, tick, self.on_board)
             samples = [
                 sample + bias + size * white
@@ -143,7 +144,7 @@ class Suite:
             ]
         gyro, force = samples[0], samples[1] if self.feels else ()
         ages = self._late != ()
-        since = passed_by(tick, period) if self.estimator.current or ages else 0.0
+        since = where(tick > 0.0, period, 0.0) if self.estimator.current or ages else 0.0  # none before the first
         return memory._replace(
             estimate=self.estimator.predict(memory.estimate, gyro, force, sensors, since),
             age=cast(Number, memory.age) + since if ages else (),
@@ -159,7 +160,7 @@ class Suite:
             count = self.sensor.draws
             noise = draws(key, FIX, tick, count + self.on_board)
             fix = answered(self.sensor.sample(fix, noise[:count], sensors), Navigation, "sample")
-            steps = [walk * sqrt(period) for walk in sensors.walks]
+            steps = [walk * sqrt(period) for walk in (sensors.gyro_walk, sensors.accelerometer_walk)]
             biases = (bias + step * white for bias, step, white in zip(memory.biases, steps, noise[count:], strict=False))
             memory = memory._replace(biases=tuple(biases))
         estimate = self.estimator.correct(memory.estimate, fix, sensors)
@@ -182,8 +183,3 @@ class Suite:
     def _on_board(self, memory: SuiteMemory) -> Board:
         force = self.estimator.force(memory.estimate) if self.accelerometer else ()
         return self.estimator.on_board(memory.estimate), force
-
-
-def passed_by(tick: Number, period: Number) -> Number:
-    """Time since the sample before [s]; none has passed before the first."""
-    return where(tick > 0.0, period, 0.0)

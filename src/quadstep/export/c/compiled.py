@@ -7,24 +7,24 @@ Every call takes the whole memory and returns it, so a sample depends on nothing
 import ctypes
 import math
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control.opaque import Opaque
+from quadstep.control.opaque import Opaque, OpaqueGains, memoised
 from quadstep.engines.fly import FlightPlan, Flown, on_lanes
-from quadstep.engines.loop import Loop, Numbers
+from quadstep.engines.loop import Loop
 from quadstep.export.arm import compile_c
 from quadstep.export.c.header import Exported, SampleClock, c_name, header
 from quadstep.export.c.law import Subject, measured_part, recorded
 from quadstep.export.c.source import parameters, source
 from quadstep.export.c.structs import fields_of
-from quadstep.interfaces.closed_loop import Advance, Ticks
+from quadstep.interfaces.closed_loop import Advance
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.plant import Reference
@@ -32,20 +32,6 @@ from quadstep.io.errors import UserError
 from quadstep.io.user_code import blamed
 from quadstep.numbers import Number, flatten, leaf_names, rebuild
 from quadstep.numbers.scan import call, raise_pending, register, release
-
-
-class LawsAndNumbers(Protocol):
-    @property
-    def loop(self) -> Loop: ...
-
-    @property
-    def parameters(self) -> Numbers: ...
-
-    @property
-    def start(self) -> tuple[object, ...]: ...
-
-    @property
-    def ticks(self) -> Ticks: ...
 
 
 def refuse_opaque(controller: Controller) -> None:
@@ -57,7 +43,7 @@ def refuse_opaque(controller: Controller) -> None:
         )
 
 
-def subject_of(plan: LawsAndNumbers) -> Subject:
+def subject_of(plan: FlightPlan) -> Subject:
     """The law of a flight with its gains, and its vehicle's response to commands. Raises UserError for an opaque law."""
     loop, parameters = plan.loop, plan.parameters
     refuse_opaque(loop.controller)
@@ -65,13 +51,13 @@ def subject_of(plan: LawsAndNumbers) -> Subject:
     return Subject(loop.controller, parameters.gains, loop.plant, parameters, measured, loop.reference(0.0, parameters))
 
 
-def clock_of(plan: LawsAndNumbers) -> SampleClock:
+def clock_of(plan: FlightPlan) -> SampleClock:
     every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
     sampled = (*plan.loop.controller.loops(), "law")
     return SampleClock(plan.ticks.step, {name: every[name] for name in sampled}, plan.ticks.last)
 
 
-def exported(plan: LawsAndNumbers, precise: bool, about: tuple[str, ...] = (), logged: bool = False) -> Exported:
+def exported(plan: FlightPlan, precise: bool, about: tuple[str, ...] = (), logged: bool = False) -> Exported:
     """The law in C. Raises UserError if it cannot be written in C."""
     subject = subject_of(plan)
     name = c_name(subject.controller.name or type(subject.controller).__name__)
@@ -85,12 +71,6 @@ def exported(plan: LawsAndNumbers, precise: bool, about: tuple[str, ...] = (), l
 
 
 Array: TypeAlias = NDArray[np.float64]
-
-
-class CompiledGains(NamedTuple):
-    """handle: of the function that calls the compiled code."""
-
-    handle: Number
 
 
 @dataclass(frozen=True)
@@ -117,11 +97,11 @@ class CompiledLaw(Controller):
     def preview(self) -> tuple[float, ...]:  # type: ignore[override]
         return self.inner.preview
 
-    def start(self, measured: object, gains: CompiledGains) -> object:
+    def start(self, measured: object, gains: OpaqueGains) -> object:
         return self._asked(-1, self.memory, measured, (), gains, 0.0, 0.0)[0]
 
     def slower(
-        self, loop: str, memory: object, measured: object, reference: Reference, gains: CompiledGains, t: Number,
+        self, loop: str, memory: object, measured: object, reference: Reference, gains: OpaqueGains, t: Number,
         period: Number,
     ) -> object:  # fmt: skip
         """One of its loops; does nothing if it has none of this name."""
@@ -130,21 +110,18 @@ class CompiledLaw(Controller):
         return self._asked(self.loops().index(loop), memory, measured, reference, gains, t, period)[0]
 
     def law(
-        self, memory: object, measured: object, reference: Reference, gains: CompiledGains, t: Number, period: Number
+        self, memory: object, measured: object, reference: Reference, gains: OpaqueGains, t: Number, period: Number
     ) -> tuple[object, object]:
         memory, command = self._asked(len(self.loops()), memory, measured, reference, gains, t, period)
         return command, memory
 
-    def _measured(self, measured: object) -> list[Number]:
-        """The fields of a measurement that the code takes."""
-        return [leaf for name in self.told for leaf in flatten(getattr(measured, name))]
-
     def _asked(
-        self, which: int, memory: object, measured: object, reference: object, gains: CompiledGains, t: Number,
+        self, which: int, memory: object, measured: object, reference: object, gains: OpaqueGains, t: Number,
         period: Number,
     ) -> tuple[object, object]:  # fmt: skip
         """Memory and command after a call. which: -1 start, then the slower loops, then the law."""
-        inputs = [float(which), t, period, *flatten(memory), *self._measured(measured), *flatten(reference)]
+        told = tuple(getattr(measured, name) for name in self.told)
+        inputs = [float(which), t, period, *flatten((memory, told, reference))]
         count = len(flatten((self.memory, self.command)))
         answer = call(gains.handle, inputs, count)
         return rebuild((self.memory, self.command), iter(answer))
@@ -201,22 +178,8 @@ class Library:
         return [*state.memory, *command]
 
 
-def memoised(function: Callable[[Array], list[float]]) -> Callable[[Array], list[float]]:
-    """The function, which returns the same answer when called again with the same input: lanes pad a block with one flight."""
-    asked, answer = b"", [0.0]
-
-    def asking(inputs: Array) -> list[float]:
-        nonlocal asked, answer
-        question = inputs.tobytes()
-        if question != asked:
-            asked, answer = question, function(inputs)
-        return answer
-
-    return asking
-
-
 @contextmanager
-def through_c(plan: LawsAndNumbers, precise: bool) -> Iterator[tuple[CompiledLaw, CompiledGains]]:
+def through_c(plan: FlightPlan, precise: bool) -> Iterator[tuple[CompiledLaw, OpaqueGains]]:
     """A controller and gains that fly the plan's own controller as compiled C while the block runs.
 
     Raises UserError for a law that cannot be written in C, and if there is no C compiler.
@@ -230,7 +193,7 @@ def through_c(plan: LawsAndNumbers, precise: bool) -> Iterator[tuple[CompiledLaw
             memory = controller.start(law.subject.measured, law.subject.gains)
             told = tuple(fields_of(measured_part(law.subject.measured)))
             shape = tuple(leaf_names((memory, law.code.asked)))
-            yield CompiledLaw(controller, shape, told, memory, law.code.asked), CompiledGains(float(handle))
+            yield CompiledLaw(controller, shape, told, memory, law.code.asked), OpaqueGains(float(handle))
             raise_pending(handle)
         finally:
             release(handle)

@@ -29,10 +29,19 @@ class Naming(NamedTuple):
     origins: dict[int, str]
 
 
-class Expressions:
-    """The numbers of one record as text. given: names that are taken. memories: of scans; indices: of loops, by counter.
+class CStatement(NamedTuple):
+    """A statement. reads: targets whose old value it uses. origin: line of the law. makes: results of a loop."""
 
-    halves: sines and cosines that are members of one local.
+    text: list[str]
+    reads: frozenset[str]
+    origin: str
+    makes: tuple[str, ...] = ()
+
+
+class Statements:
+    """The numbers of one record as expressions and statements. given: names that are taken. memories: of scans; indices: of
+    loops, by counter. halves: sines and cosines that are members of one local; pairs: sines and cosines of one angle;
+    branches: choices; by place. with_last: choices that are made with the last one by the same condition.
     """
 
     def __init__(self, record: ScanRecord, precise: bool, naming: Naming, taken: frozenset[str] = frozenset()) -> None:
@@ -42,6 +51,9 @@ class Expressions:
         self.memories: dict[str, str] = {}
         self.indices: dict[str, str] = {}
         self.halves: dict[int, str] = {}
+        self.pairs: dict[int, int] = {}
+        self.branches: dict[int, Branches] = {}
+        self.with_last: set[int] = set()
         self.uses: Counter[int] = Counter()
         self.reads: frozenset[str] = frozenset()
         self.all_reads: set[str] = set()
@@ -107,10 +119,6 @@ class Expressions:
         node = self.nodes[place]
         return f"{int(float(node.text)) & 0xFFFFFFFF}u" if node.operation == CONSTANT else self.text(place)
 
-    def has_local(self, place: int) -> bool:
-        """Whether a number has a local of its own."""
-        return self.uses[place] > 1 or place in self.naming.names or self.nodes[place].operation == "item"
-
     def long(self, place: int) -> bool:
         """Whether its expression is too long to stand in another one."""
         reads = self.reads
@@ -118,34 +126,13 @@ class Expressions:
         self.reads = reads
         return long
 
-
-class CStatement(NamedTuple):
-    """A statement. reads: targets whose old value it uses. origin: line of the law. makes: results of a loop."""
-
-    text: list[str]
-    reads: frozenset[str]
-    origin: str
-    makes: tuple[str, ...] = ()
-
-
-class Statements(Expressions):
-    """The numbers of one record as statements. pairs: sines and cosines of one angle; branches: choices; by place.
-
-    with_last: choices that are made with the last one by the same condition.
-    """
-
-    def __init__(self, record: ScanRecord, precise: bool, naming: Naming, taken: frozenset[str] = frozenset()) -> None:
-        super().__init__(record, precise, naming, taken)
-        self.pairs: dict[int, int] = {}
-        self.branches: dict[int, Branches] = {}
-        self.with_last: set[int] = set()
-
     def _number(self, place: int, wanted: bool = False) -> list[CStatement]:
         """The statements for a number: none if it can stand where it is used."""
         lines = [self._sine_cosine(place, self.pairs[place])] if place in self.pairs else []
         if place in self.branches:
             return lines + self._branched(place)
-        return [*lines, self._local(place)] if wanted or self.has_local(place) or self.long(place) else lines
+        wanted = wanted or self.uses[place] > 1 or place in self.naming.names or self.nodes[place].operation == "item"
+        return [*lines, self._local(place)] if wanted or self.long(place) else lines
 
     def _branched(self, place: int) -> list[CStatement]:
         """Choices by one condition, with what only one of its branches needs."""

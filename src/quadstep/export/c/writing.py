@@ -199,12 +199,9 @@ class CWriter(Statements):
         return [
             self._hoisted(operand)
             for operand in self.nodes[place].operands
-            if self.nodes[operand].operation == INPUT and operand not in self.names and self._is_number(operand)
+            if self.nodes[operand].operation == INPUT and operand not in self.names
+            if not any(node.operation == "item" and node.operands[0] == operand for node in self.nodes)  # an array
         ]
-
-    def _is_number(self, operand: int) -> bool:
-        """Whether an input of a loop is a number, not an array."""
-        return not any(node.operation == "item" and node.operands[0] == operand for node in self.nodes)
 
     def _hoisted(self, place: int) -> CStatement:
         """A local for an input, so that a loop need not read it from memory each time."""

@@ -14,6 +14,8 @@ from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.mission.check import check
 from quadstep.mission.fields import Positive, Quantity, Section, as_tuple
+from quadstep.numbers import Vector
+from quadstep.numbers.rotations import multiply
 
 UNITS = {
     "position": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
@@ -200,14 +202,7 @@ def attitude(order: str, values: Floats, mapping: Mapping) -> Floats:
 
 def product(a: Floats, b: Floats) -> Floats:
     """Hamilton products of quaternions along the last axis."""
-    a0, a1, a2, a3 = np.moveaxis(a, -1, 0)
-    b0, b1, b2, b3 = np.moveaxis(b, -1, 0)
-    parts = [
-        a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
-        a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
-        a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
-        a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
-    ]
+    parts = multiply(Vector(np.moveaxis(a, -1, 0)), Vector(np.moveaxis(b, -1, 0)))
     return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 

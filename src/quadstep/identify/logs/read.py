@@ -8,7 +8,16 @@ import numpy as np
 
 from quadstep.control.mixers import command_of_thrust
 from quadstep.identify.logs.flight import Flags, FlightRecord, Floats
-from quadstep.identify.logs.mapping import Mapping, commanded, converted, fitting, load_mapping, mapping_names, read_mapping
+from quadstep.identify.logs.mapping import (
+    Mapping,
+    commanded,
+    converted,
+    fitting,
+    load_mapping,
+    mapping_names,
+    product,
+    read_mapping,
+)
 from quadstep.identify.logs.series import FEWEST_ROWS, Columns, Series, Topics, header_of, read_columns, refuse_backward
 from quadstep.io import files
 from quadstep.io.doors import Door, needed_by
@@ -256,12 +265,7 @@ def rates_of(attitude: Floats, time: Floats) -> Floats:
     """Body rates [rad/s] from quaternions (n, 4) by central differences: 2 q* dq/dt."""
     signs = np.cumprod(np.where(np.sum(attitude[1:] * attitude[:-1], axis=1) < 0.0, -1.0, 1.0))
     q = attitude * np.concatenate([[1.0], signs])[:, None]
-    d = np.gradient(q, time, axis=0)
-    w, x, y, z = q.T
-    a, b, c, e = d.T
-    return 2.0 * np.stack(
-        [w * b - x * a - y * e + z * c, w * c + x * e - y * a - z * b, w * e - x * c + y * b - z * a], axis=1
-    )
+    return 2.0 * product(q * np.array([1.0, -1.0, -1.0, -1.0]), np.gradient(q, time, axis=0))[:, 1:]
 
 
 def turned(attitude: Floats, body: Floats) -> Floats:

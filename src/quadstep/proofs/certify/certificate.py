@@ -184,11 +184,6 @@ def error_radius(weight_bound: float, residual_bound: float, kappa: float, k_min
     return (kappa * (weight_bound * weight_bound) / 4.0 + residual_bound) / k_min if k_min > 0.0 else None
 
 
-def printed_error_radius(weight_bound: float, residual_bound: float, k_min: float) -> float | None:
-    """Eq. 63 as printed."""
-    return error_radius(weight_bound, residual_bound, 1.0, k_min)
-
-
 def weight_radius(weight_bound: float, residual_bound: float, kappas: tuple[float, float]) -> float | None:
     """b_w = W_B/2 + sqrt(W_B^2/4 + eps_N/kappa) (Eq. 65); None without damping.
 
@@ -296,7 +291,7 @@ def certificate(plan: FlightPlan, log: FlightLog, history: History) -> FlightCer
         weight_bound_plain=plain_size,
         residual_bound_plain=plain_error,
         b_r=b_r,
-        b_r_printed=printed_error_radius(size, error, asked.k_min_printed),
+        b_r_printed=error_radius(size, error, 1.0, asked.k_min_printed),
         b_r_plain=error_radius(plain_size, plain_error, kappa, asked.k_min),
         b_w=weight_radius(size, error, kappas) if ideal.used else None,
         r=r,

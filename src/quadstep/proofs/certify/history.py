@@ -205,16 +205,6 @@ class IdealWeights(NamedTuple):
     conditions: tuple[float, float]
     used: bool
 
-    @property
-    def residual_1(self) -> Array:
-        """eps_1, (n, 3) [N]."""
-        return self.fits[0].residual
-
-    @property
-    def residual_2(self) -> Array:
-        """eps_2, (n, 3) [N m]."""
-        return self.fits[1].residual
-
     def missing(self, net: int, h: History) -> Array:
         """W_tilde = W - W_hat at each sample, (n, N, 3)."""
         return self.fits[net - 1].weights - (h.weights_1 if net == 1 else h.weights_2)

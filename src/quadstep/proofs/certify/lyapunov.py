@@ -209,7 +209,7 @@ def lyapunov(plan: FlightPlan, h: History, m: Matrices, ideal: IdealWeights) -> 
         rate=rate,
         differenced=np.diff(value) / h.period,
         dissipation=-slowed,
-        residual=dot(h.r1, ideal.residual_1) + dot(h.r2, ideal.residual_2),
+        residual=dot(h.r1, ideal.fits[0].residual) + dot(h.r2, ideal.fits[1].residual),
         skew=0.5 * dot(h.r2, apply(m.inertia_rate, h.r2)) - dot(h.r2, apply(m.coriolis, h.r2)),
         learning=tuned + driven,
         coupling=-dot(h.r1, h.delta),

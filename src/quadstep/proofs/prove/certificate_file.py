@@ -193,11 +193,6 @@ def write_set(path: Path, proof: SetCertificate) -> None:
     write_file(path, SET_FORMAT, proof, proved)
 
 
-def is_set(path: Path) -> bool:
-    """Whether a file claims to be such a certificate. Raises UserError."""
-    return read_sealed(path, WHAT, links=True).get("format") == SET_FORMAT
-
-
 def read_set(path: Path) -> SetCertificate:
     """The content of the file. Raises UserError."""
     content = read_sealed(path, WHAT, links=True)

@@ -10,16 +10,15 @@ from collections.abc import Callable
 from fractions import Fraction
 from math import isqrt
 from operator import ge, gt, le, lt
-from typing import NamedTuple, NoReturn, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from quadstep.engines.fly import FlightPlan
-from quadstep.interfaces.plant import Reference
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.numbers.operation import Kind, Operation, Rule
+from quadstep.numbers.operation import Arithmetic, Kind, Operation, Rule
 from quadstep.proofs.prove.jet import Jet, bounded, jets
 from quadstep.proofs.prove.linear_maps import Spectrum, spectrum
 from quadstep.proofs.prove.sampled import Array, SampledLoop
@@ -38,7 +37,7 @@ def compared(relation: Callable[[Fraction, float | Fraction], bool]) -> Callable
     return between
 
 
-class ExactNumber:
+class ExactNumber(Arithmetic):
     """value: exact, or None."""
 
     __slots__ = ("value",)
@@ -55,15 +54,6 @@ class ExactNumber:
 
     def __neg__(self) -> ExactNumber:
         return ExactNumber(None if self.value is None else -self.value)
-
-    def __pos__(self) -> ExactNumber:
-        return self
-
-    def __sub__(self, other: Operand) -> ExactNumber:
-        return self + -exact(other)
-
-    def __rsub__(self, other: Operand) -> ExactNumber:
-        return exact(other) + -self
 
     def __mul__(self, other: Operand) -> ExactNumber:
         if not isinstance(other, ExactNumber | float | int):
@@ -120,12 +110,6 @@ class Knowns(Kind):
     def where(self, condition: bool | ExactNumber, yes: Operand, no: Operand) -> Operand:
         return condition if isinstance(condition, ExactNumber) else yes if condition else no
 
-    def word(self, x: ExactNumber) -> NoReturn:
-        raise TypeError("the law manipulates the bits of a number")
-
-    def opaque(self, *_: object) -> NoReturn:
-        raise TypeError("it calls an opaque function")
-
 
 ExactNumber.functions = Knowns()
 
@@ -147,17 +131,11 @@ class Instability(NamedTuple):
     fastest: float
 
 
-def resting(reference: Reference) -> bool:
-    """Whether a path is at rest there."""
-    rates = (*reference.velocity, *reference.acceleration, reference.yaw_rate)
-    return not any(rates)
-
-
 def hover(mission: Mission, plan: FlightPlan, loop: SampledLoop) -> Hover | None:
     """Hover at the path's end; None if the path is not at rest there. Raises UserError."""
     tick = float(loop.samples * loop.span)
     reference = loop.loop.path.reference(tick * loop.ticks.step, loop.parameters.path)
-    if not resting(reference):
+    if any((*reference.velocity, *reference.acceleration, reference.yaw_rate)):
         return None
     start = getattr(mission, "start", None)  # where it begins on the path, there is no such table
     still = mission.model_copy(update={"start": type(start)()}) if start else mission

@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import reduce
 from operator import add, ge, gt, le, lt
-from typing import NoReturn, TypeAlias, TypeVar, cast, overload
+from typing import TypeAlias, TypeVar, cast, overload
 
 import numpy as np
 
 from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Choice, Enclosure, Plain, Truth, UndefinedError, ball, inverse
-from quadstep.numbers.operation import Kind, Operation, Rule, place
+from quadstep.numbers.operation import Arithmetic, Kind, Operation, Rule
 
 Operand: TypeAlias = "Jet | Plain"
 
@@ -28,7 +28,7 @@ def compared(relation: Callable[[Enclosure, Enclosure | Plain], Truth]) -> Calla
     return lambda one, other: decided(relation(one.value, plain(other)), one - other)
 
 
-class Jet:
+class Jet(Arithmetic):
     """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a norm or a bend, Lipschitz, but its slopes are
     unknown. flat: zero, and of second order nearby.
     """
@@ -52,15 +52,6 @@ class Jet:
 
     def __neg__(self) -> Jet:
         return Jet(-self.value, -self.slopes, self.kinked, self.flat)
-
-    def __pos__(self) -> Jet:
-        return self
-
-    def __sub__(self, other: Operand) -> Jet:
-        return self + (-other) if isinstance(other, (Jet, PLAIN)) else NotImplemented
-
-    def __rsub__(self, other: Plain) -> Jet:
-        return (-self) + other
 
     @overload
     def __mul__(self, other: Jet) -> Jet: ...
@@ -141,6 +132,8 @@ def zero(x: Enclosure) -> bool:
 class Jets(Kind):
     """The functions of `quadstep.numbers` for them."""
 
+    refusal = UndefinedError
+
     @staticmethod
     def rule(operation: Operation) -> Rule:
         """The value's enclosure, and the tangent's."""
@@ -181,12 +174,6 @@ class Jets(Kind):
             return cast(Yes, Jet(value, nothing, not (straight or flat), flat))
         either = ENCLOSURES.where(Truth(condition.holds, condition.fails), whole(yes), whole(no))
         return cast(Yes, Jet(either, UNBOUNDED))
-
-    def word(self, x: Jet) -> NoReturn:
-        raise UndefinedError(f"the law manipulates the bits of a number ({place()})")
-
-    def opaque(self, *_: object) -> NoReturn:
-        raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
 
 
 Jet.functions = JetChoice.functions = Jets()

@@ -27,7 +27,6 @@ from quadstep.proofs.prove.unknown import (
     Image,
     Unknown,
     image,
-    powers,
     seeded,
     sum_rounding,
     with_unknown,
@@ -81,11 +80,6 @@ def straightened(image: Image, after: Array, coordinates: Coordinates, box: Arra
     rounded = sum_rounding(count + 2) * (np.abs(step) @ np.abs(coordinates.spread) @ box)
     pushes, constants = kept[:, count : count + PUSHES], kept[:, count + PUSHES :]
     return Block(first, first + samples, step, pushes, constants, (rest.max(axis=1) + rounded) * UP)
-
-
-def block_powers(one: Block) -> BoundedMatrix:
-    """The powers of a block's map, from its start to every later sample: 0 to its number of samples."""
-    return powers(BoundedMatrix(one.step, np.zeros_like(one.step)), one.past - one.first)
 
 
 def after_each(maps: BoundedMatrix, sources: Array) -> BoundedMatrix:

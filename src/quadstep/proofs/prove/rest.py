@@ -88,13 +88,9 @@ def always(loop: SampledLoop) -> Enclosure:
 def path_rests(loop: SampledLoop) -> bool:
     """Whether the path is at rest at all ticks after the first sample."""
     wanted = loop.loop.path.reference(cast(Number, always(loop) * loop.ticks.step), loop.parameters.path)
-    still = not any(map(may_move, (*wanted.velocity, *wanted.acceleration, wanted.yaw_rate)))
+    rates: tuple[object, ...] = (*wanted.velocity, *wanted.acceleration, wanted.yaw_rate)
+    still = not any(one.size.any() if isinstance(one, Enclosure) else one != 0.0 for one in rates)
     return still and all(not isinstance(one, Enclosure) or not one.tight.any() for one in (*wanted.position, wanted.yaw))
-
-
-def may_move(x: object) -> bool:
-    """Whether a number may differ from zero."""
-    return bool(x.size.any()) if isinstance(x, Enclosure) else x != 0.0
 
 
 def rest(loop: SampledLoop) -> RestingLoop:

@@ -15,12 +15,13 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import files
 from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
+from quadstep.io.parts import read_sealed
 from quadstep.io.user_code import only
 from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.certificate_file import Certificate, folder_from, is_set, write_certificate
+from quadstep.proofs.prove.certificate_file import SET_FORMAT, WHAT, Certificate, folder_from, write_certificate
 from quadstep.proofs.prove.checker import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, hover_for_ever, left_hover
 from quadstep.proofs.prove.hold import Departure, invariant_set
@@ -145,7 +146,7 @@ def check(path: Path, code: Sequence[str] = ()) -> ProofVerdict:
 
 
 def checked(path: Path) -> ProofVerdict:
-    if is_set(path):
+    if read_sealed(path, WHAT, links=True).get("format") == SET_FORMAT:
         return check_for_ever(path)
     found = check_certificate(path)
     if found.failed:

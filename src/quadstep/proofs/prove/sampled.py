@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import lcm
-from typing import NoReturn, TypeAlias, TypeVar, cast
+from typing import TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,12 +81,6 @@ class Influences(Kind):
             if not np.any(decided):
                 return no
         return Influence(frozenset()).with_(condition, yes, no)
-
-    def word(self, x: Operand) -> NoReturn:
-        raise TypeError("the law manipulates the bits of a number")
-
-    def opaque(self, *_: object) -> NoReturn:
-        raise TypeError("it calls an opaque function")
 
 
 Influence.functions = Influences()

@@ -15,9 +15,19 @@ import numpy as np
 
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.linear_maps import Block, Coordinates, after_each, block, block_powers, through
+from quadstep.proofs.prove.linear_maps import Block, Coordinates, after_each, block, through
 from quadstep.proofs.prove.sampled import Array, SampledLoop
-from quadstep.proofs.prove.unknown import CONSTANTS, PUSHES, STARTS, BoundedMatrix, Unknown, image, sum_rounding, summed
+from quadstep.proofs.prove.unknown import (
+    CONSTANTS,
+    PUSHES,
+    STARTS,
+    BoundedMatrix,
+    Unknown,
+    image,
+    powers,
+    sum_rounding,
+    summed,
+)
 
 SAMPLES = 25
 """Most samples of a block."""
@@ -187,7 +197,7 @@ def tube(
                 one = block(loop, flown, unknown, coordinates, box, first, last)
             except UndefinedError as error:
                 return OpenTube(first, str(error), boxes[:place], position[: first + 1])
-            on = block_powers(one)
+            on = powers(BoundedMatrix(one.step, np.zeros_like(one.step)), one.past - one.first)  # to every later sample
             found = grown(one, on, coordinates, past, recent, begun, axes)
             if np.all(found.inside * SLACK <= box):
                 break

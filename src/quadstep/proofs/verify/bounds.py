@@ -34,15 +34,11 @@ def damping(m: LyapunovBatch) -> Batch:
 
 
 def quadratic(m: LyapunovBatch) -> Batch:
-    """r^T K_v r with the corrected K_v: K_r1 - m Lambda_1 and K_r2 - J_M max(Lambda_2) I."""
+    """r^T K_v r with the corrected K_v: K_r1 - m Lambda_1 and K_r2 - J_M max(Lambda_2) I; J_M: J's largest eigenvalue."""
     k = m.gains
-    bound = inertia_bound(m) * np.max(np.array(k.slope_2.entries), axis=0)
+    j = np.array([[batch(e) for e in line] for line in m.j]).transpose(2, 0, 1)
+    bound = np.linalg.eigvalsh(j)[:, -1] * np.max(np.array(k.slope_2.entries), axis=0)
     return batch(m.r1 @ ((k.gain_1 - k.mass * k.slope_1) * m.r1) + m.r2 @ (k.gain_2 * m.r2) - bound * (m.r2 @ m.r2))
-
-
-def inertia_bound(m: LyapunovBatch) -> Batch:
-    """J_M: the largest eigenvalue of the shipped J at each moment."""
-    return np.linalg.eigvalsh(np.array([[batch(e) for e in line] for line in m.j]).transpose(2, 0, 1))[:, -1]
 
 
 def noise(m: LyapunovBatch) -> Batch:

@@ -74,17 +74,14 @@ def arbitrarily_small() -> Checks:
     there = target()[1].xreplace(level).xreplace(off).xreplace(dict.fromkeys(INERTIA, sympy.S(5)))
     slope = GAINS.slope_2[1]
     low, high = (number(there.xreplace({slope: sympy.S(value)}), {}) for value in (15, 30))
-    slope_1 = force_in_errors().jacobian(list(GAINS.gain_1))
+    asked = desired_force(GAINS, REFERENCE, symbols("e1"), symbols("r1"), MEMORY.integral_1, symbols("v_hat"))
+    slope_1 = array(asked).jacobian(list(GAINS.gain_1))
     return Checks([
         near("the second net's target, level and at rest, e2_theta = 0.1 rad, Sigma = 5 I, Lambda_2 = 15", low, -112.5),
         near("the same, Lambda_2 = 30", high, 4.0 * -112.5),
         unlike("F_d_hat, and so eta_d, moves with K_r1", slope_1, sympy.zeros(3, 3)),
     ], f"Sigma = 5 I, e2_theta = 0.1 rad at rest: Lambda_2 = 15 demands {short(-low)} N m of the second net, Lambda_2 = 30 "
        f"demands {short(-high)} N m")  # fmt: skip
-
-
-def force_in_errors() -> Expression:
-    return array(desired_force(GAINS, REFERENCE, symbols("e1"), symbols("r1"), MEMORY.integral_1, symbols("v_hat")))
 
 
 @row(ROWS, "conclusion", "Section 7 on the force dynamics", "'completely independent of the rotational dynamics "
